@@ -8,7 +8,7 @@ Vec3 wind_at(const Air& air, const Vec3& place, double time) {
   if (air.gust == 0.0) return air.wind;
   const double speed = air.wind.norm();
   if (speed == 0.0) return air.wind;
-  const double s = air.wind.dot(place) / speed;  // along the wind [m]
+  const double s = air.wind.dot(place) / speed;  // coordinate along the wind [m]
   const double waves = 0.5 * std::sin(2.3 * time - 3.1 * s) +
                        0.3 * std::sin(5.1 * time - 4.7 * s + 1.7 * place.z()) +
                        0.2 * std::sin(9.7 * time - 7.9 * s + 2.9 * place.y());

@@ -1,4 +1,4 @@
-// Drag by air at rest or by wind, per triangle.
+// Aerodynamic drag on each triangle, in still air or in wind.
 #pragma once
 
 #include "core/base/field.h"
@@ -8,7 +8,6 @@
 
 namespace loomstone {
 
-// Description.
 struct Air {
   double density = 1.2;
   double normal_drag = 0.0;
@@ -30,11 +29,11 @@ struct Air {
   }
 };
 
-// Velocity of the air at a place and time [m/s]: the wind times 1 + gust * (a sum of three slow
-// travelling waves). Our choice.
+// Velocity of the air [m/s] at position `place` [m] and `time` [s]. It is the wind times 1 + gust *
+// (sum of three slow travelling waves). The waves are not taken from the literature.
 Vec3 wind_at(const Air& air, const Vec3& place, double time);
 
-// The surface that air drags on, at one instant.
+// The surface on which drag acts, at one instant.
 struct DraggedSurface {
   double time;  // [s]
   const Triangles& triangles;
@@ -43,8 +42,9 @@ struct DraggedSurface {
   const Points& v;  // (n x 3) [m/s]
 };
 
-// Adds to rows [begin, end) a third of the drag of each incident triangle. With A the current area,
-// n the unit normal and u the velocity of the air relative to the triangle's mean velocity,
+// Adds one third of the drag of each incident triangle to rows [begin, end) of `force` [N]. With A
+// the current area, n the unit normal and u the velocity of the air relative to the triangle's mean
+// velocity,
 //   f = density / 2 * A * (normal_drag |u.n| (u.n) n + tangential_drag |u_t| u_t).
 void add_drag(const Team& team, const Air& air, const DraggedSurface& surface, Index begin,
               Index end, Points& force);

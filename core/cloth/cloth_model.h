@@ -1,4 +1,5 @@
-// All cloths, one after another in the internal order of vertices. Constant once built.
+// Model of all cloths, constant once built. The cloths follow one another in the internal vertex
+// order.
 #pragma once
 
 #include <vector>
@@ -12,9 +13,9 @@
 
 namespace loomstone {
 
-// Model.
 struct ClothModel {
-  // Bending elements of one kind on some of the cloths; vertex numbers count all cloths.
+  // Bending elements of one kind on a subset of the cloths. Vertex indices are global over all
+  // cloths.
   struct BendingPart {
     BendingElement element = BendingElement::MidEdge;
     BendingSetup setup;
@@ -25,14 +26,15 @@ struct ClothModel {
   std::vector<Corners2> corners;             // (m) rest coordinates [m]
   std::vector<MembraneConstants> constants;  // (m)
   std::vector<StrainLimit> strain_limits;
-  std::vector<Index> strain_limit_of;  // (m) row of strain_limits, -1: unlimited
+  std::vector<Index> strain_limit_of;  // (m) index into strain_limits; -1: unlimited
   std::vector<BendingPart> bending;
   Vector mass;                           // (n) lumped [kg]
   std::vector<std::uint8_t> prescribed;  // (n) 1: prescribed vertex
   Incidence triangles_of_vertex;         // (n)
 };
 
-// Lumped mass: a third of the areas of the incident triangles times their density [kg/m^2].
+// Returns the lumped mass of each vertex [kg], one third of the mass of its incident triangles.
+// density: of each triangle [kg/m^2].
 Vector lumped_mass(Index n_vertices, const Triangles& triangles,
                    const std::vector<Corners2>& corners, const std::vector<double>& density);
 

@@ -78,7 +78,7 @@ void Elasticity::add_explicit_bending(const Team& team, const Points& x, const P
   for (const auto& element : bending_) element->add_forces(team, x, v, begin, end, force);
 }
 
-// Completes one chunk of rows after the other, while it is in the cache.
+// Without implicit bending, each chunk of rows is completed while it is in the cache.
 void Elasticity::assemble(const Team& team, const Points& x, JacobianTerms terms, Index begin,
                           Index end, Product product) {
   if (product.w)
@@ -114,7 +114,7 @@ void Elasticity::add_bending(const Team& team, const Points& x, JacobianTerms te
   }
 }
 
-// Computes the product, then adds the mass.
+// The product excludes the mass, which is added afterwards.
 void Elasticity::finish_rows(Index begin, Index end, Product product) {
   if (product.w) {
     matrix_.multiply(begin, end, wide_in_.data(), wide_out_.data());

@@ -1,4 +1,4 @@
-// Membrane and bending of all cloths as one elastic body: forces, stiffness, energy.
+// Elastic forces, stiffness matrix and energy of all cloths, from membrane and bending together.
 #pragma once
 
 #include <memory>
@@ -14,43 +14,43 @@
 
 namespace loomstone {
 
-// How bending enters a step: as a force only (Explicit); as a force and in the matrix by a sparse
-// bound of its stiffness, which keeps linearly implicit steps stable (Lumped, see
-// BendingSetup::lumped_stiffness); or with the whole Gauss-Newton stiffness (Full).
+// How bending enters a step. Explicit: as a force only. Lumped: as a force, and in the matrix as a
+// sparse bound of its stiffness that keeps linearly implicit steps stable (see
+// BendingSetup::lumped_stiffness). Full: as a force, and in the matrix with the full Gauss-Newton
+// stiffness.
 enum class BendingTreatment { Explicit, Lumped, Full };
 
-// Stage.
 class Elasticity {
  public:
   Elasticity(const ClothModel& model, BendingTreatment bending);
 
-  // Largest eigenvalue of M^-1 K of bending at rest [1/s^2]; 0 without bending.
+  // Largest eigenvalue of M^-1 K of bending in the rest shape [1/s^2]; 0 without bending.
   static double bending_eigenvalue(const ClothModel& model);
 
   bool implicit_bending() const { return treatment_ != BendingTreatment::Explicit; }
   BlockMatrix& matrix() { return matrix_; }
 
-  // Adds minus the elastic and minus the viscous forces of the terms in the matrix: membrane, and
-  // bending if implicit. v null: no viscous part.
+  // Adds the elastic and viscous forces of the terms in the matrix to rows [begin, end) of `force`.
+  // These terms are the membrane, and bending if it is implicit. v null: no viscous part.
   void add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin,
                            Index end, Points& force);
-  // Adds minus the elastic and minus the damping forces of explicit bending; adds nothing if
-  // bending is implicit.
+  // Adds the elastic and damping forces of explicit bending. Adds nothing if bending is implicit.
   void add_explicit_bending(const Team& team, const Points& x, const Points& v, Index begin,
                             Index end, Points& force);
 
-  // A product with the matrix, computed while its rows are in the cache. Rows of w that the matrix
-  // couples to [begin, end) must be current.
+  // A matrix-vector product that assemble() computes while the assembled rows are in the cache. w
+  // must be up to date in all rows that the matrix couples to [begin, end).
   struct Product {
     const Points* w;  // null: no product
     Points* y;        // y = (matrix - M) w on rows [begin, end)
   };
-  // Sets rows [begin, end) of the matrix to M + elastic K + viscous D.
+  // Sets rows [begin, end) of the matrix to M + elastic K + viscous D with the factors in
+  // terms.scales, and computes `product`.
   void assemble(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end,
                 Product product = {});
 
-  // As long as it lives, forces and stiffness contain the stiff phases near strain limits; its
-  // destructor restores those of the membrane alone. A default-constructed one changes nothing.
+  // While this guard exists, forces and stiffness include the stiff phases near strain limits. Its
+  // destructor restores the plain membrane. A default-constructed guard changes nothing.
   class [[nodiscard]] LimitPhaseScope {
    public:
     LimitPhaseScope() = default;
@@ -65,8 +65,8 @@ class Elasticity {
    private:
     Membrane* membrane_ = nullptr;
   };
-  // The phase of each triangle that touches rows [begin, end) is that of its strain at x. The scope
-  // changes nothing where no strain is limited.
+  // Determines the phase of each triangle that touches rows [begin, end) from its strain at x.
+  // Without strain limits the returned guard changes nothing.
   LimitPhaseScope limit_phase(const Team& team, const Points& x, Index begin, Index end);
 
   double membrane_energy(const Team& team, const Points& x) { return membrane_.energy(team, x); }
@@ -85,7 +85,7 @@ class Elasticity {
   std::vector<std::unique_ptr<Bending>> bending_;
   BendingTreatment treatment_;
   BlockMatrix matrix_;
-  std::vector<double> wide_in_, wide_out_;  // vectors with 4 doubles per row
+  std::vector<double> wide_in_, wide_out_;  // vectors padded to 4 doubles per row
   Points zero_velocity_;
 };
 

@@ -1,4 +1,4 @@
-// Bending energies of a triangle mesh with one interface: the thesis' hinge and the mid-edge
+// Common interface of the two bending elements: the hinge of [Thomaszewski2010] and the mid-edge
 // element.
 #pragma once
 
@@ -18,66 +18,67 @@
 
 namespace loomstone {
 
-// Description that both elements are built from.
+// Input from which both bending elements are built.
 struct BendingSetup {
-  Points rest_positions;  // (n x 3) shape in which rest angles are measured; flat cloth: any flat
-                          // shape [m]
-  Triangles triangles;    // (m x 3)
+  Points rest_positions;          // (n x 3) [m] defines the rest angles; flat cloth: any flat shape
+  Triangles triangles;            // (m x 3)
   std::vector<Corners2> corners;  // (m) rest coordinates in weft/warp axes [m]
-  std::vector<Mat3> rigidity;     // (m) D for (kxx, kyy, 2 kxy) [N m]
+  std::vector<Mat3> rigidity;     // (m) bending stiffness D for (kxx, kyy, 2 kxy) [N m]
   std::vector<double> damping;    // (m) beta of stiffness-proportional bending damping [s]
   std::vector<std::uint8_t>
-      prescribed;                   // (n) 1: prescribed; prescribed triangles clamp (midedge_setup)
-  bool flat_rest = true;            // true: rest angles are zero; false: those of rest_positions
-  std::vector<double> rest_angles;  // per hinge in the order of hinges(); empty: see flat_rest
-  // Mid-edge only: add_stiffness replaces the Gauss-Newton matrix U^T Q U over pairs of hinges by
-  // U^T diag(q) U with q_e = 1/2 sum_f |Q_ef|. This is an upper bound of half that matrix
-  // (Gershgorin), sufficient for stable linearly implicit steps, with a third of its blocks. Our
-  // choice.
+      prescribed;                   // (n) 1: prescribed vertex; see midedge_setup.cpp for clamping
+  bool flat_rest = true;            // true: zero rest angles; false: angles of rest_positions
+  std::vector<double> rest_angles;  // [rad] ordered as hinges(); empty: see flat_rest
+  // Mid-edge element only. If true, add_stiffness() replaces the Gauss-Newton matrix U^T Q U over
+  // pairs of hinges by U^T diag(q) U with q_e = 1/2 sum_f |Q_ef|. By Gershgorin's theorem this is
+  // an upper bound of half the Gauss-Newton matrix, which suffices for stable linearly implicit
+  // steps. It has a third of the blocks. The bound is not taken from the literature.
   bool lumped_stiffness = false;
 };
 
-// Model of one bending element on all cloths. Contains scratch, so an object serves one caller at a
-// time.
+// One kind of bending element on a set of cloths. An object contains scratch memory, so calls to it
+// must not overlap.
 class Bending {
  public:
   virtual ~Bending() = default;
   virtual const std::vector<Hinge>& hinges() const = 0;
   virtual const std::vector<double>& rest_angles() const = 0;
-  // Vertex pairs coupled by the stiffness (for the matrix pattern of implicit bending).
+  // Vertex pairs coupled by the stiffness matrix. They define the sparsity pattern of implicit
+  // bending.
   virtual std::vector<std::pair<Index, Index>> couplings() const = 0;
 
   virtual double energy(const Team& team, const Points& x) const = 0;
-  // Adds the elastic plus damping force (minus energy gradient, minus beta Q theta_dot u) to rows
-  // [begin, end) of `force`. Gathered per vertex in ascending order: same bits for any team and any
-  // row range.
+  // Adds the elastic and damping force (minus the energy gradient, minus beta Q theta_dot u) to
+  // rows [begin, end) of `force`. Contributions are summed per vertex in ascending order, so the
+  // result is bitwise identical for any number of threads and any row range.
   virtual void add_forces(const Team& team, const Points& x, const Points& v, Index begin,
                           Index end, Points& force) const = 0;
   // Adds elastic K + viscous D (Gauss-Newton, positive semi-definite) to rows [begin, end) of
-  // `matrix`, whose pattern contains couplings().
+  // `matrix`. The pattern of `matrix` must contain couplings().
   virtual void add_stiffness(const Team& team, const Points& x, StiffnessScales scales, Index begin,
                              Index end, BlockMatrix& matrix) const = 0;
-  // Adds scale times the part of the exact Hessian that Gauss-Newton omits: moments times second
-  // derivatives of angles (indefinite; zero at rest).
+  // Adds `scale` times the part of the exact Hessian that Gauss-Newton omits, which is the moments
+  // times the second derivatives of the angles. This part is indefinite, and zero at rest.
   virtual void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin,
                                        Index end, BlockMatrix& matrix) const = 0;
-  // Largest eigenvalue lambda of M^-1 K at rest by power iteration [1/s^2]; explicit steps need
-  // h <= 0.8 * 2 / sqrt(lambda).
+  // Largest eigenvalue lambda of M^-1 K in the rest shape, by power iteration [1/s^2]. Explicit
+  // steps need h <= 0.8 * 2 / sqrt(lambda).
   virtual double largest_eigenvalue(const Vector& mass) const = 0;
 
-  // Number of edges whose slope is the plain mean of their triangles' slopes because the triangles
-  // are slivers (mid-edge; hinge: 0).
+  // Number of edges whose slope is the plain mean of the slopes of their two triangles, because the
+  // triangles are slivers. Always 0 for the hinge element.
   virtual Index averaged_edges() const = 0;
-  // Number of hinges that exert no force because one of their triangles has no area at x.
+  // Number of hinges that exert no force because one of their triangles has zero area at x.
   virtual Index degenerate_hinges(const Team& team, const Points& x) const = 0;
 };
 
-// The thesis' hinge with k = 4 B. It depends on the mesh and does not converge: effective rigidity
-// 0.8 B on grids along their axes, 0.83-0.96 B on smoothed irregular meshes (least in narrow
-// strips), 0.7 ... 2.2 B at 45 degrees to a grid.
+// The hinge element of [Thomaszewski2010] with k = 4 B for flexural rigidity B. It depends on the
+// mesh and does not converge under refinement. Its effective rigidity is 0.8 B along the axes of
+// regular grids, 0.83 to 0.96 B on smoothed irregular meshes (lowest in narrow strips), and 0.7 to
+// 2.2 B at 45 degrees to a grid.
 std::unique_ptr<Bending> make_hinge_bending(const BendingSetup& setup);
-// Curvature of each triangle from the slopes at its mid-edges; agrees with beam theory within 1 %
-// on every mesh.
+// The mid-edge element, which computes the curvature of each triangle from the slopes at its edge
+// midpoints. It agrees with beam theory within 1 % on every mesh.
 std::unique_ptr<Bending> make_midedge_bending(const BendingSetup& setup);
 
 }  // namespace loomstone

@@ -1,4 +1,4 @@
-// The bending elements that a cloth may have.
+// Choice of the bending element of a cloth.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Shared by the two bending elements: checks, rest angles, highest frequency.
+// Helpers shared by the two bending elements: input checks, rest angles, largest eigenvalue.
 #pragma once
 
 #include <functional>
@@ -9,19 +9,19 @@
 
 namespace loomstone {
 
-// Throws InvalidInput if sizes differ, a triangle has no rest area, a number is not finite, a
-// rigidity is not positive semi-definite, or damping is negative.
+// Throws InvalidInput if array sizes differ, a triangle has no rest area, a rigidity is not finite
+// or not positive semi-definite, a damping is negative, or a rest angle is outside (-pi, pi).
 void check_bending_setup(const BendingSetup& setup);
 
-// Hinges of the setup with their rest angles. Throws InvalidInput for a wrong number of rest
-// angles.
+// Creates the hinges of the setup with their rest angles. Throws InvalidInput if the number of rest
+// angles is wrong.
 HingeSet make_hinge_set(const BendingSetup& setup, const EdgeTable& edges);
 
-// 0, 1, ..., n - 1
+// Returns 0, 1, ..., n - 1.
 std::vector<Index> all_of(Index n);
 
-// Largest eigenvalue of M^-1 K by power iteration. moments(values, out) computes Q times the rates
-// in `values`, one entry per hinge. Prescribed rows do not move.
+// Largest eigenvalue of M^-1 K in the rest shape, by power iteration [1/s^2]. moments(values, out)
+// must compute Q times the rates in `values`, one entry per hinge. Prescribed vertices do not move.
 double power_iteration(const HingeSet& hinges, const Points& rest_positions,
                        const std::vector<std::uint8_t>& prescribed, const Vector& mass,
                        const std::function<void(const HingeValues&, AlignedDoubles&)>& moments);

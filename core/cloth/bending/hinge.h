@@ -1,6 +1,6 @@
-// Hinges: interior edges with the dihedral angle between their two triangles, its rate and its
-// gradient [Bridson2003], and the gathering of moments about hinges into vertex forces. The angle
-// lies in [-pi, pi]: a fold that passes +-pi (through itself) continues from the other side.
+// Hinges are the interior edges of a mesh. A HingeSet computes the dihedral angle at each hinge,
+// its rate and its gradient [Bridson2003], and converts hinge moments to vertex forces. The angle
+// lies in [-pi, pi]. If a fold passes through itself, the angle jumps between pi and -pi.
 #pragma once
 
 #include <cstdint>
@@ -13,31 +13,34 @@
 
 namespace loomstone {
 
-// Scratch: angles and gradients at some positions and velocities. HingeSet defines the entries.
+// Scratch memory for angles, rates and gradients at given positions and velocities. HingeSet
+// documents the layout.
 struct HingeValues {
   AlignedDoubles difference;              // theta minus rest angle [rad]
-  AlignedDoubles half_sine, half_cosine;  // of theta / 2 [1]
+  AlignedDoubles half_sine, half_cosine;  // sine and cosine of theta / 2
   AlignedDoubles rate;                    // [rad/s]
   AlignedDoubles gradient;                // u = d theta / d x [rad/m]
 
-  // The positions and batches that the angles (and gradients) belong to.
+  // Positions and batches for which the values were computed.
   Points x;
   std::vector<Index> batches;
   bool has_gradient = false;
 };
 
-// Scratch: the batches that contain the hinges of some rows, and the hinges of each chunk of
-// rows_per_block rows.
+// Scratch memory for a row range: the batches that contain its hinges, and the hinges of each chunk
+// of rows_per_block rows.
 struct HingeRange {
   Index begin = -1, end = -1;
   std::vector<Index> batches;
-  std::vector<Index> chunk_start, hinges;  // of each chunk, ascending
-  // (hinges x 4) row of each vertex in the chunk; rows_per_block: the vertex is in another chunk
+  std::vector<Index> chunk_start, hinges;  // hinges of each chunk, ascending
+  // (hinges x 4) Row of each vertex within its chunk; rows_per_block if the vertex is outside the
+  // chunk.
   std::vector<std::uint8_t> places;
 };
 
-// Model. Kernels compute batches of eight hinges. In HingeValues the scalars of hinge e are at e,
-// component k of its gradient with respect to its vertex j is at 16 e + 4 j + k.
+// The hinges of a mesh with their rest angles. Kernels process batches of eight hinges. In
+// HingeValues, scalars of hinge e are at index e. Component k of the gradient with respect to
+// vertex j of hinge e is at index 16 e + 4 j + k.
 class HingeSet {
  public:
   HingeSet() = default;
@@ -48,23 +51,25 @@ class HingeSet {
   Index n_batches() const { return (n_hinges() + 7) / 8; }
   const std::vector<Hinge>& hinges() const { return hinges_; }
   const std::vector<double>& rest_angles() const { return rest_angles_; }
-  // Item 4 hinge + j: the vertex is the hinge's j-th.
+  // Hinges at each vertex. Item 4 e + j means that the vertex is the j-th vertex of hinge e.
   const Incidence& of_vertices() const { return of_vertices_; }
 
-  // Batches with a hinge that touches rows [begin, end), ascending, and the chunks; computed only
-  // when the range changes.
+  // Fills `range` for rows [begin, end). Does nothing if the range already has these rows.
   void find_range(Index begin, Index end, HingeRange& range) const;
 
-  // Angles of the listed batches, gradients u if with_gradient, rates if v is given. Same bits for
-  // any list and team. Values already known for the same positions are not computed again.
+  // Computes the angles of the listed batches, the gradients u if with_gradient is true, and the
+  // rates if v is given. Rates require with_gradient. Without v, values already computed for the
+  // same positions are reused. The result is bitwise identical for any list and any number of
+  // threads.
   void evaluate(const Team& team, const std::vector<Index>& batches, const Points& x,
                 const Points* v, bool with_gradient, HingeValues& values) const;
 
-  // force_i -= sum_e moment_e u_e,i on the rows of the range, hinges ascending.
+  // Subtracts sum_e moment_e u_e,i from force_i for the rows of the range, with hinges e in
+  // ascending order.
   void gather(const Team& team, const HingeValues& values, const AlignedDoubles& moment,
               const HingeRange& range, Points& force) const;
 
-  // Number of hinges with a triangle without area; they exert no force.
+  // Number of hinges with a zero-area triangle. These hinges exert no force.
   Index count_degenerate(const HingeValues& values) const;
 
  private:
@@ -75,7 +80,7 @@ class HingeSet {
   Incidence of_vertices_;
 };
 
-// Angles of all hinges in the shape x [rad].
+// Dihedral angles of all hinges at positions x [rad].
 std::vector<double> measure_angles(const std::vector<Hinge>& hinges, const Points& x);
 
 }  // namespace loomstone

@@ -1,10 +1,11 @@
-// The hinge element: an energy for the dihedral angle of each interior edge, with the force and the
-// rest angles of [Bridson2003] and k = 4 B. It depends on the mesh and does not converge: effective
-// rigidity 0.8 B on grids along their axes, 0.88-0.96 B on smoothed irregular meshes (0.83 B in
-// strips of 6 elements across), 0.7 ... 2.2 B at 45 degrees to a grid. Use the mid-edge element
-// where the rigidity must be B. Departure: damping is proportional to stiffness, beta V''(0) =
-// beta c / 2 per hinge, as in the mid-edge element; the thesis' damping factor |e| depends on the
-// mesh.
+// The hinge element, which assigns an energy to the dihedral angle of each interior edge. Force and
+// rest angles follow [Bridson2003] with k = 4 B for flexural rigidity B. The element depends on the
+// mesh and does not converge under refinement. Its effective rigidity is 0.8 B along the axes of
+// regular grids, 0.88 to 0.96 B on smoothed irregular meshes (0.83 B in strips 6 elements wide),
+// and 0.7 to 2.2 B at 45 degrees to a grid. Use the mid-edge element if the rigidity must be
+// accurate. Departure from [Thomaszewski2010]: damping is proportional to stiffness, beta V''(0) =
+// beta c / 2 per hinge, as in the mid-edge element. The damping factor |e| of the thesis depends on
+// the mesh.
 #include <algorithm>
 #include <cmath>
 
@@ -17,8 +18,8 @@ namespace loomstone {
 
 namespace {
 
-// Area of a triangle, length of one of its edges and rigidity of bending about that edge:
-// kappa^T D kappa for a unit curvature.
+// Area of a triangle, length of one of its edges, and bending rigidity about that edge. The
+// rigidity is kappa^T D kappa for a unit curvature kappa about the edge.
 struct EdgeOfTriangle {
   double area, length, rigidity;
 };
@@ -54,7 +55,7 @@ class HingeBending final : public Bending {
       const EdgeOfTriangle a = edge_of_triangle(setup, edges, h.triangles[0], h.edge);
       const EdgeOfTriangle b = edge_of_triangle(setup, edges, h.triangles[1], h.edge);
       const double length = 0.5 * (a.length + b.length);
-      // c = k |e|^2 / (|N1| + |N2|), k = 4 B, |N| = 2 area
+      // c = k |e|^2 / (|N1| + |N2|) with k = 4 B and |N| = 2 area
       const double c =
           4.0 * 0.5 * (a.rigidity + b.rigidity) * length * length / (2.0 * (a.area + b.area));
       const double beta = 0.5 * (setup.damping[h.triangles[0]] + setup.damping[h.triangles[1]]);
@@ -77,8 +78,8 @@ class HingeBending final : public Bending {
   double energy(const Team& team, const Points& x) const override {
     hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, false, values_);
     return parallel_sum(team, hinges_.n_hinges(), [&](Index e) {
-      // V = c [2 cos(rest / 2) - 2 cos(theta / 2) - (theta - rest) sin(rest / 2)]; the difference
-      // of the cosines is written as a product, which is accurate for small angles.
+      // V = c [2 cos(rest / 2) - 2 cos(theta / 2) - (theta - rest) sin(rest / 2)]. The difference
+      // of cosines is written as a product to be accurate for small angles.
       const double rest = hinges_.rest_angles()[e], difference = values_.difference[e];
       const double cosines =
           2.0 * std::sin(0.5 * rest + 0.25 * difference) * std::sin(0.25 * difference);
@@ -156,7 +157,7 @@ class HingeBending final : public Bending {
   std::vector<double> rest_half_sine_;  // sin(rest / 2) [1]
   bool damped_ = false;
 
-  // Scratch, rebuilt whenever used.
+  // Scratch memory, recomputed on use.
   mutable HingeStiffness assembler_;
   mutable HingeRange range_;
   mutable HingeValues values_;

@@ -6,12 +6,12 @@ namespace loomstone {
 
 namespace {
 
-// theta is the difference of the directions of the two triangles about the edge. Let e^ be the unit
-// vector along the edge of length L, a = alpha e^ + eta t the apex of one triangle seen from x3 (t
-// across the edge) and n = e^ x t. The direction phi of that triangle has
+// theta is the difference of the direction angles phi of the two triangles about the edge. Let e^
+// be the unit vector along the edge, and L its length. Relative to x3, the apex of one triangle is
+// a = alpha e^ + eta t with a unit vector t across the edge. With n = e^ x t and S = n t^T + t n^T,
+// the second derivatives of phi with respect to the apex a and the edge vector e are
 //   phi_aa = -S / eta^2,   phi_ae = alpha / (L eta^2) S - e^ n^T / (L eta),
-//   phi_ee = -S (1/2 + alpha^2 / eta^2) / L^2 + alpha / (L^2 eta) (n e^^T + e^ n^T),   S = n t^T +
-//   t n^T;
+//   phi_ee = -S (1/2 + alpha^2 / eta^2) / L^2 + alpha / (L^2 eta) (n e^^T + e^ n^T).
 // The asymmetric part of phi_ee is the same for both triangles and cancels in their difference.
 struct Direction {
   Mat3 aa, ae, ee;
@@ -24,7 +24,7 @@ bool second_derivative(const Vec3& a, const Vec3& e, Direction& d) {
   const double alpha = a.dot(along);
   Vec3 t = a - alpha * along;
   const double eta = t.norm();
-  if (!(eta > 1e-12 * a.norm())) return false;  // as hinge::angles
+  if (!(eta > 1e-12 * a.norm())) return false;  // same threshold as in hinge::angles
   t /= eta;
   const Vec3 n = along.cross(t);
   const Mat3 s = n * t.transpose() + t * n.transpose(), mixed = along * n.transpose();
@@ -35,7 +35,8 @@ bool second_derivative(const Vec3& a, const Vec3& e, Direction& d) {
   return true;
 }
 
-// Blocks (row, j) of the Hessian of theta for the four vertices j; false if a triangle has no area.
+// Computes blocks (row, j) of the Hessian of theta for the four vertices j. Returns false if a
+// triangle has zero area.
 bool hessian_row(const std::array<Index, 4>& vertices, int row, const Points& x,
                  std::array<Mat3, 4>& blocks) {
   const auto from_x3 = [&](int j) {
@@ -45,7 +46,7 @@ bool hessian_row(const std::array<Index, 4>& vertices, int row, const Points& x,
   const Vec3 e = from_x3(3);
   if (!second_derivative(from_x3(0), e, a) || !second_derivative(from_x3(1), e, c)) return false;
   const Mat3 zero = Mat3::Zero();
-  // Derivatives with respect to (x1, x2, x4); the block of x3 makes the sum of each row zero.
+  // Blocks for (x1, x2, x4). The block for x3 follows because the blocks of a row sum to zero.
   std::array<Mat3, 3> r;
   if (row == 0)
     r = {a.aa, zero, a.ae};

@@ -23,8 +23,8 @@ template <class Lanes>
 LOOMSTONE_INLINE void store(double* out, int k, const Lanes& value) {
   lanes_store(out + n_lanes * k, value);
 }
-// out[16 l + k] = component k of lane l, the fourth zero. Transposes in registers, because reading
-// back stores of single lanes is slow.
+// Stores component k of lane l in out[16 l + k], with zero as fourth component. The transpose is
+// done in registers because reloading individually stored lanes is slow.
 template <class Lanes>
 LOOMSTONE_INLINE void store_transposed(double* out, const Lanes3<Lanes>& a) {
   const Lanes zero{};
@@ -42,9 +42,10 @@ LOOMSTONE_INLINE void store_transposed(double* out, const Lanes3<Lanes>& a) {
   store4(out + 112, lanes_shuffle<6, 7, 14, 15>(odd, odd_z));
 }
 
-// atan2(s, c) by halving the angle three times, then a polynomial on [0, tan(pi/8)^2] (interpolated
-// at Chebyshev points, relative error 7e-18). Neither branches nor library functions, so the bits
-// are the same everywhere. Accurate to a few units in the last place.
+// Computes atan2(s, c) by halving the angle three times and evaluating a polynomial on [0,
+// tan(pi/8)^2] (interpolated at Chebyshev points, relative error 7e-18). The result is accurate to
+// a few units in the last place. It is bitwise identical on every machine because no branches or
+// library functions are used.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes arc_tangent(const Lanes& s, const Lanes& c, Lanes& half_sine,
                                    Lanes& half_cosine) {
@@ -55,7 +56,7 @@ LOOMSTONE_INLINE Lanes arc_tangent(const Lanes& s, const Lanes& c, Lanes& half_s
   const Lanes zero = s - s;
   const Lanes r = lanes_sqrt(s * s + c * c);
   const Lanes sign = lanes_select(s < zero, zero - 1.0, zero + 1.0);
-  // The form of tan(theta / 2) without cancellation.
+  // Choose the form of tan(theta / 2) that avoids cancellation.
   const Lanes s1 = lanes_select(c < zero, sign * (r - c), s),
               c1 = lanes_select(c < zero, sign * s, r + c);
   const Lanes r1 = lanes_sqrt(s1 * s1 + c1 * c1);
@@ -88,7 +89,8 @@ LOOMSTONE_INLINE void angles(Tables tables, const Index* batches, Index n, const
     const Lanes3<Lanes> n1 = cross(a, minus(a, e)), n2 = cross(minus(c, e), c);
     const Lanes q1 = dot(n1, n1), q2 = dot(n2, n2), ee = dot(e, e);
     const Lanes zero = ee - ee;
-    // A triangle whose sine at x3 is below 1e-12 has no usable normal; its hinge exerts no force.
+    // If the sine of a triangle's angle at x3 is below 1e-12, its normal is unusable and the hinge
+    // exerts no force.
     const MaskOf<Lanes> good = (q1 > 1e-24 * ee * dot(a, a)) & (q2 > 1e-24 * ee * dot(c, c));
     const Lanes length = lanes_select(good, lanes_sqrt(ee), zero + 1.0);
     const Lanes inverse_length = 1.0 / length;
@@ -113,7 +115,7 @@ LOOMSTONE_INLINE void angles(Tables tables, const Index* batches, Index n, const
     store_transposed(g, u1), store_transposed(g + 4, u2), store_transposed(g + 8, u3),
         store_transposed(g + 12, u4);
     if (!out.rate) continue;
-    // The gradients add up to zero, so velocities relative to x3 suffice.
+    // The gradients sum to zero, so velocities relative to x3 suffice.
     const Lanes3<Lanes> v3 = lanes_gather<Lanes>(corner + 16, v);
     const Lanes rate = dot(u1, minus(lanes_gather<Lanes>(corner, v), v3)) +
                        dot(u2, minus(lanes_gather<Lanes>(corner + 8, v), v3)) +

@@ -1,4 +1,4 @@
-// The arithmetic of hinges and of mid-edge triangles, on batches of eight.
+// SIMD kernels for hinges and mid-edge triangles, in batches of eight.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@ namespace loomstone::hinge {
 
 // Entries per batch in each table.
 inline constexpr int vertex_stride = 4 * 8, angle_stride = 8;
-inline constexpr int gradient_stride = 16;  // per hinge: 4 vertices of 3 components and a zero
+inline constexpr int gradient_stride = 16;  // per hinge: 4 vertices x (3 components and a zero)
 
 // Constant tables of all batches.
 struct Tables {
@@ -17,28 +17,29 @@ struct Tables {
   const double* rest;     // (batches x 8) rest angles [rad]
 };
 
-// Where angles() writes; each table has an entry for every batch. Degenerate hinges get difference
-// and gradient 0.
+// Output tables of angles(), with entries for all batches. Degenerate hinges get zero difference
+// and zero gradient.
 struct Output {
   double* difference;   // (batches x 8) theta minus rest angle [rad]
   double* half_sine;    // (batches x 8) sin(theta / 2)
   double* half_cosine;  // (batches x 8) cos(theta / 2) >= 0
-  double* rate;         // (batches x 8) d theta / dt [rad/s]; null: not wanted
-  double* gradient;     // (batches x 8 x 4 x 4) u = d theta / d x [rad/m]; null: not wanted
+  double* rate;         // (batches x 8) d theta / dt [rad/s]; null: not computed
+  double* gradient;     // (batches x 8 x 4 x 4) u = d theta / d x [rad/m]; null: not computed
 };
 
-// Angle in [-pi, pi] and gradient [Bridson2003] of each hinge of the n listed batches.
+// Computes the angle in [-pi, pi] and its gradient [Bridson2003] for each hinge of the n listed
+// batches. Rates require v and out.gradient.
 void angles(Tables tables, const Index* batches, Index n, const double* x, const double* v,
             const Output& out);
 
-// Some hinges, and the row that each of their vertices has among the rows of a sum.
+// A list of hinges. `places` gives the row of each hinge vertex in the table of sums.
 struct HingeList {
   const Index* hinges;         // (n)
   const std::uint8_t* places;  // (n x 4)
   Index n;
 };
 
-// sums (n_sums x 4): sets each row to the sum of moment times gradient over the listed hinges.
+// Sets each row of sums (n_sums x 4) to the sum of moment times gradient over the listed hinges.
 void add_moments(HingeList list, const double* moment, const double* gradient, Index n_sums,
                  double* sums);
 
@@ -46,7 +47,7 @@ void add_moments(HingeList list, const double* moment, const double* gradient, I
 
 namespace loomstone::midedge {
 
-inline constexpr int n_slots = 9;  // at most so many hinges enter the curvature of a triangle
+inline constexpr int n_slots = 9;  // largest number of hinges in the curvature of a triangle
 inline constexpr int hinge_stride = n_slots * 8, curvature_stride = 3 * n_slots * 8,
                      rigidity_stride = 7 * 8;
 
@@ -54,16 +55,16 @@ inline constexpr int hinge_stride = n_slots * 8, curvature_stride = 3 * n_slots 
 struct Tables {
   const Index* hinges;      // (batches x 9 x 8)
   const double* curvature;  // (batches x 9 x 3 x 8) C: curvature per angle [1/m]
-  const double* rigidity;   // (batches x 7 x 8) W = area times condensed D: 00 01 02 11 12 22 [N
-                            // m^3]; damping beta [s]
+  const double* rigidity;   // (batches x 7 x 8) W = area times condensed D, entries 00 01 02 11 12
+                            // 22 [N m^3]; damping beta [s]
 };
 
-// Moments (batches x 9 x 8) C^T W C (difference + beta rate) of each triangle [N m]; rate may be
-// null.
+// Computes the moments (batches x 9 x 8) C^T W C (difference + beta rate) of each triangle [N m].
+// rate may be null.
 void moments(const Tables& tables, const Index* batches, Index n, const double* difference,
              const double* rate, double* out);
 
-// Energies (batches x 8) 1/2 difference^T C^T W C difference [J].
+// Computes the energies (batches x 8) 1/2 difference^T C^T W C difference of each triangle [J].
 void energies(const Tables& tables, const Index* batches, Index n, const double* difference,
               double* out);
 

@@ -8,7 +8,7 @@
 namespace loomstone {
 
 namespace {
-constexpr Index rows_per_chunk = 128;  // the data of a chunk's hinges fit the second-level cache
+constexpr Index rows_per_chunk = 128;  // the hinge data of one chunk fit in the L2 cache
 }
 
 HingeStiffness::HingeStiffness(Index n_vertices, const HingeSet& hinges, HingePairs pairs)

@@ -10,13 +10,14 @@
 
 namespace loomstone {
 
-// Symmetric sparse matrix over hinges, compressed rows, columns ascending.
+// Sparsity pattern of a symmetric matrix over hinges, in compressed-row (CSR) form with ascending
+// columns.
 struct HingePairs {
   std::vector<Index> start;
   std::vector<Index> hinge;
 };
 
-// The matrix to assemble: scale sum over pairs of q_ef u_e u_f^T.
+// The matrix to assemble: scale * sum over pairs (e, f) of q_ef u_e u_f^T.
 struct HingeProducts {
   const HingeSet& hinges;
   const HingeValues& values;  // gradients u
@@ -30,11 +31,12 @@ class HingeStiffness {
   HingeStiffness(Index n_vertices, const HingeSet& hinges, HingePairs pairs);
 
   const HingePairs& pairs() const { return pairs_; }
-  // Coupled vertices (i, j), i < j, ascending.
+  // Pairs of coupled vertices (i, j) with i < j, in ascending order.
   std::vector<std::pair<Index, Index>> couplings(const HingeSet& hinges) const;
 
-  // Adds the products to rows [begin, end) of `matrix`, hinges ascending for each block: same bits
-  // for any team and any row range. Places of blocks are determined once per pattern and range.
+  // Adds the products to rows [begin, end) of `matrix`. Hinges are added in ascending order for
+  // each block, so the result is bitwise identical for any number of threads and any row range.
+  // Block positions are determined once per matrix pattern and row range.
   void add(const Team& team, const HingeProducts& products, Index begin, Index end,
            BlockMatrix& matrix);
 
@@ -43,17 +45,19 @@ class HingeStiffness {
 
   HingePairs pairs_;
   Index n_vertices_ = 0;
-  // Stencil of hinge e: the vertices its moment depends on, ascending. place_: where the vertices
-  // of each pair's second hinge are in the stencil of its first.
+  // stencil_: for each hinge, the vertices on which its moment depends, ascending. place_: for each
+  // pair (e, f), the positions of the vertices of f in the stencil of e.
   std::vector<Index> stencil_start_{0}, stencil_;
   std::vector<std::uint8_t> place_;  // (pairs x 4)
 
   const Index* located_columns_ = nullptr;
   Index located_blocks_ = -1, begin_ = -1, end_ = -1;
   std::vector<std::size_t> row_blocks_;  // (rows of the range + 1) first entry of the row in block_
-  // For each vertex in the stencil of each hinge of each row: its block in the row.
+  // Block index within the row, for each row, each of its hinges and each vertex of the hinge's
+  // stencil.
   std::vector<Index> block_;
-  // For each hinge of each row: first of its moment gradients among its chunk's, in vertices.
+  // Offset of a hinge's moment gradients within those of the chunk, counted in vertices, for each
+  // row and each of its hinges.
   std::vector<Index> offset_;
   std::vector<Index> chunk_start_, chunk_;  // hinges that touch each chunk of rows, ascending
 };

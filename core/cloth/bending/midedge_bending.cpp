@@ -1,5 +1,5 @@
-// The mid-edge element: energy 1/2 kappa^T W kappa of each triangle, kappa = C (theta - rest);
-// midedge_setup computes C.
+// The mid-edge bending element. Each triangle has the energy 1/2 kappa^T W kappa with curvature
+// kappa = C (theta - rest). midedge_setup computes C and W.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -62,20 +62,21 @@ class MidedgeBending final : public Bending {
   HingeSet hinges_;
   Index n_triangles_ = 0, n_averaged_ = 0;
   bool damped_ = false;
-  std::vector<Index> element_hinges_;  // see hinge_kernels.h
+  std::vector<Index> element_hinges_;  // layout: see hinge_kernels.h
   AlignedDoubles curvature_, rigidity_;
-  // Places in element_moments_ that add up to the moment of each hinge, triangles ascending.
+  // Entries of element_moments_ whose sum is the moment of each hinge, with triangles in ascending
+  // order.
   std::vector<Index> slot_start_, slots_;
-  AlignedDoubles elastic_, viscous_;  // (pairs of hinges) Q = sum C^T W C; the same with beta W
+  AlignedDoubles elastic_, viscous_;  // (pairs of hinges) Q = sum of C^T W C; the same with beta W
 
-  // Scratch, rebuilt whenever used.
+  // Scratch memory, recomputed on use.
   mutable HingeStiffness assembler_;
   mutable HingeRange range_;
-  struct Selection {  // what the forces on rows [begin, end) depend on
+  struct Selection {  // everything that the forces on rows [begin, end) depend on
     Index begin = -1, end = -1;
-    std::vector<Index> hinges;            // those whose moments act on the rows
+    std::vector<Index> hinges;            // hinges whose moments act on the rows
     std::vector<Index> triangle_batches;  // triangles that contribute to these moments
-    std::vector<Index> hinge_batches;     // hinges whose angles bend these triangles
+    std::vector<Index> hinge_batches;     // hinges that enter the curvature of these triangles
   };
   mutable Selection selection_;
   mutable HingeValues values_;
@@ -165,8 +166,8 @@ void MidedgeBending::build_pairs(const BendingSetup& setup,
       HingeStiffness(static_cast<Index>(rest_positions_.rows()), hinges_, std::move(pairs));
 }
 
-// The force on a row depends on the moments of its hinges, a moment on the triangles that bend
-// about the hinge, and a triangle on the angles of its nine hinges.
+// The force on a row depends on the moments of its hinges. A moment depends on the triangles whose
+// curvature involves the hinge. The curvature of a triangle depends on up to nine hinge angles.
 void MidedgeBending::select_rows(Index begin, Index end) const {
   Selection& s = selection_;
   if (begin == s.begin && end == s.end) return;
@@ -245,7 +246,7 @@ void MidedgeBending::add_stiffness(const Team& team, const Points& x, StiffnessS
                                    Index begin, Index end, BlockMatrix& matrix) const {
   if (hinges_.n_hinges() == 0) return;
   select_rows(begin, end);
-  // The gradients of all hinges in the selection contain those of the pairs of these rows.
+  // The selection includes every hinge that is paired with a hinge of these rows.
   hinges_.evaluate(team, selection_.hinge_batches, x, nullptr, true, values_);
   if (!damped_) {
     assembler_.add(team, {hinges_, values_, elastic_, scales.elastic}, begin, end, matrix);

@@ -16,7 +16,7 @@ struct RestTriangle {
   double area;
   std::array<double, 3> direction;  // angle of edge i to weft [rad]
   std::array<Vec3, 3> curvature;    // N_i: curvature caused by a unit angle at edge i [1/m]
-  // psi_i: angle from the triangle to the tangent plane at edge i, per curvature [m].
+  // psi_i: angle from the triangle to the tangent plane at edge i, per unit curvature [m].
   std::array<Row3, 3> angle;
 };
 
@@ -30,8 +30,8 @@ RestTriangle rest_triangle(const Corners2& corners) {
     const Vec2 p = x[(i + 1) % 3], q = x[(i + 2) % 3];
     const double l = (q - p).norm(), h = 2.0 * r.area / l;
     const Vec2 t = (q - p) / l, n(t.y(), -t.x());
-    // a: position of corner i along the edge, from its middle; b: second-order offset along the
-    // edge.
+    // a: position of corner i along the edge, relative to the edge midpoint. b: coefficient of the
+    // curvature along the edge.
     const double a = (x[i] - 0.5 * (p + q)).dot(t), b = (a * a - 0.25 * l * l) / (2.0 * h);
     const auto form = [](const Vec2& u, const Vec2& v) {
       return Row3(u.x() * v.x(), u.y() * v.y(), 0.5 * (u.x() * v.y() + u.y() * v.x()));
@@ -43,7 +43,7 @@ RestTriangle rest_triangle(const Corners2& corners) {
   return r;
 }
 
-// Transforms a curvature to axes turned by -alpha.
+// Matrix that transforms a curvature to axes rotated by -alpha.
 Mat3 turn(double alpha) {
   const double c = std::cos(alpha), s = std::sin(alpha);
   Mat3 r;
@@ -52,8 +52,8 @@ Mat3 turn(double alpha) {
 }
 
 // Null space and pseudo-inverse of a symmetric matrix. Eigenvalues below `threshold` times the
-// largest count as zero. For a matrix S S^T eigenvalues are squares of singular values, so the
-// threshold for singular values is the root of `threshold`.
+// largest count as zero. The eigenvalues of S S^T are the squared singular values of S, so singular
+// values have the threshold sqrt(threshold).
 struct Split {
   Mat3 vectors;
   Vec3 values;
@@ -64,7 +64,7 @@ struct Split {
     vectors = solver.eigenvectors(), values = solver.eigenvalues();
     least = threshold * values[2];
   }
-  // The projection on the null space.
+  // Projector onto the null space.
   Mat3 null_space() const {
     return part([](double) { return 1.0; }, false);
   }
@@ -93,8 +93,8 @@ class Builder {
       rest_.push_back(rest_triangle(setup.corners[t]));
   }
 
-  // Slope at hinge e: seen from its first triangle half the angle plus sum of weights times angles,
-  // seen from its second the opposite.
+  // Slope at hinge e. Relative to its first triangle, it is half the hinge angle plus the weighted
+  // sum of angles. Relative to its second triangle, it is half the hinge angle minus that sum.
   struct Slope {
     std::vector<Index> hinges;
     std::vector<double> weights;
@@ -115,13 +115,16 @@ class Builder {
       if (!setup_.prescribed[setup_.triangles(triangle, i)]) return false;
     return true;
   }
-  // Transforms a curvature from the axes of `from` to those of `to`, across their common edge.
+  // Matrix that transforms a curvature from the axes of `from` to the axes of `to` across their
+  // common edge.
   Mat3 across(Index from, Index to, Index edge) const {
-    // `to` traverses the edge backwards; half a turn does not change a curvature.
+    // `to` traverses the edge in the opposite direction. A rotation by 180 degrees leaves a
+    // curvature unchanged.
     return turn(rest_[from].direction[local_edge(from, edge)] -
                 rest_[to].direction[local_edge(to, edge)]);
   }
-  // Angle of hinge r per constant curvature in the axes of `triangle`, one of its two triangles.
+  // Angle of hinge r per unit of constant curvature, which is given in the axes of `triangle`, one
+  // of its two triangles.
   Row3 hinge_angle(Index r, Index triangle) const {
     const Hinge& h = hinges_[r];
     const Index other = h.triangles[0] == triangle ? h.triangles[1] : h.triangles[0];
@@ -140,14 +143,14 @@ Builder::Slope Builder::slope(Index e) const {
   const Hinge& h = hinges_[e];
   const Index first = h.triangles[0], second = h.triangles[1];
   const bool first_prescribed = prescribed(first), second_prescribed = prescribed(second);
-  // A triangle with three prescribed vertices does not rotate: the edge takes its slope and is
-  // clamped.
+  // The orientation of a triangle with three prescribed vertices is given. The edge takes its slope
+  // and is clamped.
   if (first_prescribed && second_prescribed) return {{e}, {0.0}};
   if (first_prescribed || second_prescribed) return {{e}, {first_prescribed ? -0.5 : 0.5}};
 
   const Mat3 to_second = across(first, second, h.edge);
   std::vector<Index> near;
-  std::vector<Row3> angles;  // of the hinges `near`
+  std::vector<Row3> angles;  // angles of the hinges in `near`
   std::vector<Row3> free;    // moments across boundary edges, which vanish
   for (const Index triangle : {first, second}) {
     const Mat3 axes = triangle == first ? Mat3(Mat3::Identity()) : to_second;
@@ -164,20 +167,20 @@ Builder::Slope Builder::slope(Index e) const {
       }
     }
   }
-  // The curvatures to reproduce are those without a moment across boundary edges.
+  // Only curvatures without moments across boundary edges have to be reproduced.
   Mat3 moments = Mat3::Zero();
   for (const Row3& row : free) moments += row.transpose() * row;
   const Mat3 kept = Split(moments, 1e-13).null_space();
   const Row3 wanted = 0.5 * (rest_[first].angle[local_edge(first, h.edge)] -
                              rest_[second].angle[local_edge(second, h.edge)] * to_second);
-  // The smallest weights p with sum_k p_k angles_k = wanted on these curvatures.
+  // Least-norm weights p with sum_k p_k angles_k = wanted for these curvatures.
   Mat3 gram = Mat3::Zero();
   for (const Row3& angle : angles) gram += (angle * kept).transpose() * (angle * kept);
   const Vec3 dual = Split(gram, 1e-12).pseudo_inverse() * (wanted * kept).transpose();
   Slope result{near, std::vector<double>(near.size(), 0.0)};
   for (std::size_t k = 0; k < near.size(); ++k) result.weights[k] = angles[k] * kept * dual;
-  // Weights beyond 1 (slivers) would raise the highest frequency, up to 320-fold; such an edge
-  // takes the mean slope.
+  // Slivers lead to weights above 1, which would raise the highest frequency by a factor of up to
+  // 320. Their edges use the mean slope instead.
   result.averaged = !std::all_of(result.weights.begin(), result.weights.end(),
                                  [](double w) { return std::abs(w) <= 1.0; });
   if (result.averaged) std::fill(result.weights.begin(), result.weights.end(), 0.0);
@@ -207,7 +210,8 @@ Element Builder::element(Index triangle, const std::vector<Slope>& slopes) const
     for (std::size_t k = 0; k < slopes[e].hinges.size(); ++k)
       if (slopes[e].weights[k] != 0.0) add(slopes[e].hinges[k], sign * slopes[e].weights[k] * n);
   }
-  // At boundary edges the slope takes the value for which the moment across the edge vanishes.
+  // The slope at a boundary edge is chosen so that the moment across the edge vanishes (static
+  // condensation).
   const Mat3& d = setup_.rigidity[triangle];
   Mat3 condensed = d;
   if (n_boundary == 3) {

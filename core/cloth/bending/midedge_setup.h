@@ -1,9 +1,9 @@
-// The constants of the mid-edge bending element: the curvature of each triangle as a fixed linear
-// function of the angles of at most nine hinges. Our own element: as in [Morley1968], the curvature
-// of a triangle follows from the slopes at the middles of its edges. The slope of an edge is a
-// fixed combination of the hinge angles of its two triangles, with the smallest weights that
-// reproduce every constant curvature. Positions remain the only unknowns, and the direction of the
-// mesh has no influence.
+// Constants of the mid-edge bending element, which expresses the curvature of each triangle as a
+// fixed linear function of at most nine hinge angles. As in [Morley1968], the curvature of a
+// triangle follows from the slopes at its edge midpoints. The slope at an edge is a fixed
+// combination of the hinge angles of its two triangles, with the smallest weights that reproduce
+// every constant curvature. Vertex positions remain the only unknowns, and the direction of the
+// mesh has no influence. The element itself is not taken from the literature.
 #pragma once
 
 #include <array>
@@ -13,21 +13,22 @@
 
 namespace loomstone::midedge {
 
-// One triangle: kappa = sum_s curvature[s] (theta - rest)[hinge[s]] in its weft/warp axes.
+// Element of one triangle. Its curvature in weft/warp axes is kappa = sum_s curvature[s] (theta -
+// rest)[hinge[s]].
 struct Element {
   int n_hinges = 0;
   std::array<Index, 9> hinge{};
   std::array<Vec3, 9> curvature{};  // (kxx, kyy, 2 kxy) per angle [1/m]
-  // Rest area times rigidity, without moments across boundary edges [N m^3].
+  // Rest area times rigidity, condensed so that moments across boundary edges vanish [N m^3].
   Mat3 rigidity = Mat3::Zero();
 };
 
 struct Elements {
   std::vector<Element> elements;  // one per triangle
-  Index n_averaged = 0;  // edges that take the plain mean slope because weights would exceed 1
+  Index n_averaged = 0;           // edges with the plain mean slope because weights would exceed 1
 };
 
-// The setup has passed check_bending_setup.
+// Precondition: check_bending_setup(setup) has passed.
 Elements make_elements(const BendingSetup& setup, const EdgeTable& edges,
                        const std::vector<Hinge>& hinges);
 

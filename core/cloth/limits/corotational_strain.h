@@ -1,5 +1,6 @@
-// The strain that limits are stated in, U - I of the polar decomposition F = R U of the deformation
-// gradient, in weft/warp axes: (weft, warp, shear e12) [1].
+// Co-rotational strain U - I, to which strain limits refer. U comes from the polar decomposition F
+// = R U of the deformation gradient. The dimensionless components in weft/warp axes are (weft,
+// warp, shear e12).
 #pragma once
 
 #include <vector>
@@ -10,13 +11,13 @@
 
 namespace loomstone {
 
-// From the Green strain (E11, E22, E12) of the same triangle.
+// Computes the co-rotational strain from the Green strain (E11, E22, E12) of the same triangle.
 Vec3 corotational_strain(const Vec3& green);
 
-// The strain of one triangle at positions x.
+// Co-rotational strain of one triangle at positions x.
 Vec3 corotational_strain(const Triangles& triangles, const std::vector<Corners2>& corners,
                          const Points& x, Index triangle);
-// The strain of every triangle (m x 3).
+// Co-rotational strain of every triangle (m x 3) at positions x.
 void corotational_strain(const Team& team, const Triangles& triangles,
                          const std::vector<Corners2>& corners, const Points& x, Points& strain);
 

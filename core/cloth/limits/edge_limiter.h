@@ -1,6 +1,6 @@
-// Edge-based strain limiting (ESL), for comparison: no edge is longer than (1 + bound) times its
-// rest length, after [Provot1995] and [Bridson2002]. One bound holds for all directions; the effect
-// on shear depends on the mesh.
+// Edge-based strain limiting after [Provot1995] and [Bridson2002], for comparison. It limits the
+// length of every edge to (1 + bound) times its rest length. One bound applies to all directions,
+// so the effect on shear depends on the mesh.
 #pragma once
 
 #include <vector>
@@ -12,20 +12,21 @@ namespace loomstone {
 
 struct LimitReport;
 
-// Stage.
 class EdgeLimiter {
  public:
   explicit EdgeLimiter(const LimitedCloth& cloth);
 
-  // Coloured Gauss-Seidel; counts edges as evaluations. Does not fill the report's excess.
+  // Corrects x by coloured Gauss-Seidel sweeps. Vertices in `held` do not move. The report counts
+  // evaluated edges; its excess is not set.
   LimitReport enforce(const Team& team, const LimitOptions& options, const std::vector<Index>& held,
                       Points& x) const;
 
  private:
-  Edges edges_;                                              // (k x 2), colour after colour
-  Vector longest_, rest_;                                    // (k) [m]
-  std::vector<Index> colour_start_, edge_start_, edges_of_;  // of each vertex
-  Vector inverse_mass_;                                      // (n) [1/kg], 0: prescribed
+  Edges edges_;            // (k x 2), sorted by colour
+  Vector longest_, rest_;  // (k) [m]
+  std::vector<Index> colour_start_, edge_start_,
+      edges_of_;         // first edges of colours; edges at vertices
+  Vector inverse_mass_;  // (n) [1/kg], 0: prescribed
 };
 
 }  // namespace loomstone

@@ -1,28 +1,28 @@
 // Strain limiting of one triangle: closed-form polar decomposition of the 3x2 deformation gradient,
-// strain, and the correction that reaches a target strain and keeps linear and angular momentum.
-// Implements [Thomaszewski2010] 3.3.1, (3.2)-(3.14), written once for one triangle (Real = double)
-// and for eight (Real: the Lanes of core/base/simd.h).
+// strain, and the correction that reaches a target strain and conserves linear and angular
+// momentum. Implements [Thomaszewski2010] 3.3.1, (3.2)-(3.14). The code is written once for one
+// triangle (Real = double) and for eight triangles (Real = Lanes of core/base/simd.h).
 //
-// The 6x6 system (3.10) is solved without an inverse. Displacements of the corners that meet the
-// strain rows are affine, R (E + w J) X with E = target - strain (symmetric 2x2), J the quarter
-// turn, and X the rest coordinates from the centre of mass of the three corners; the momentum rows
-// hold by the choice of the centre, and angular momentum about it gives w from the constant moments
-// M = sum m X X^T:
+// The 6x6 system (3.10) is solved without an inverse. Corner displacements that satisfy the strain
+// rows are affine, R (E + w J) X. Here E = target - strain (symmetric 2x2), J is the rotation by 90
+// degrees, and X are rest coordinates relative to the centre of mass of the three corners. This
+// choice of the centre conserves linear momentum. Conservation of angular momentum about the centre
+// determines w from the constant moments M = sum m X X^T:
 //     w = -[(U M E)_12 - (U M E)_21] / tr(U M).
-// In the plane this takes 22 multiplications, 16 additions and 1 division; the thesis counts 37, 33
-// and 1 (3.13), and its 5x5 inverse does not exist for a triangle whose third node lies above the
-// middle of its base.
+// In the plane this takes 22 multiplications, 16 additions and 1 division. The thesis counts 37, 33
+// and 1 (3.13). Its 5x5 inverse does not exist for a triangle whose third node lies above the
+// midpoint of its base.
 //
-// A held corner has infinite mass: it becomes the centre, and w keeps angular momentum about it,
-// which solves the four remaining equations exactly. With two held corners the strain tensor is met
-// in the least-squares sense (2 unknowns); that field is (E + w J) X too, with X the height over
-// the held edge. This departs from (3.15), whose result depends on the unit of mass. With three
-// held corners nothing moves.
+// A held corner has infinite mass. It becomes the centre, and w conserves angular momentum about
+// it. This solves the four remaining equations exactly. With two held corners, two unknowns remain,
+// and the strain tensor is matched in the least-squares sense. The displacement is again (E + w J)
+// X, where X is the height vector over the held edge. This departs from (3.15), whose result
+// depends on the unit of mass. With three held corners nothing moves.
 //
-// A triangle in space has no inside: F has no sign, U is never indefinite, and a triangle turned
-// over is a rotated one. If F has rank one (d = 0), its plane is unknown and any normal across the
-// line is taken; at rank zero (all corners in one point) no direction exists and nothing is
-// corrected. None of these cases gives NaN.
+// For a triangle in space, F has no sign. U is therefore never indefinite, and an inverted triangle
+// counts as a rotated one. If F has rank one (d = 0), the plane of the triangle is unknown, and an
+// arbitrary normal is chosen. At rank zero (all corners coincide) no direction exists and nothing
+// is corrected. None of these cases yields NaN.
 #pragma once
 
 #include <cmath>
@@ -93,21 +93,22 @@ LOOMSTONE_INLINE Space<Real> cross(const Space<Real>& a, const Space<Real>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-// Symmetric 2x2: strain (weft, warp, shear e12), moments, or U.
+// Symmetric 2x2 matrix: strain (weft, warp, shear e12), moments, or U.
 template <class Real>
 struct Symmetric {
   Real a11, a22, a12;
 };
 
-// Constants of one triangle or of eight.
+// Constants of one triangle, or of eight triangles in SIMD lanes.
 template <class Real>
 struct Element {
   Real g0x, g0y, g1x, g1y;      // gradients of the shape functions of corners 0 and 1 [1/m]
-  Real x0, y0, x1, y1, x2, y2;  // corners from the centre, in rest coordinates [m]
-  // Sum over corners of mass fraction times X X^T; with two held corners X X^T of the height [m^2].
+  Real x0, y0, x1, y1, x2, y2;  // rest coordinates of corners from the centre [m]
+  // Sum over corners of mass fraction times X X^T [m^2]. With two held corners: X X^T of the height
+  // vector.
   Symmetric<Real> moments;
 };
-inline constexpr int element_numbers = 13, element_gradients = 4;  // the latter come first
+inline constexpr int element_numbers = 13, element_gradients = 4;  // gradients come first
 
 // Polar decomposition F = R U.
 template <class Real>
@@ -117,7 +118,8 @@ struct Polar {
   Symmetric<Real> u;
 };
 
-// Columns of sum x_i (grad N_i)^T (2.31); gradients add up to zero.
+// Columns of sum x_i (grad N_i)^T (2.31). The gradients sum to zero, so positions relative to
+// corner 2 suffice.
 template <class Real>
 LOOMSTONE_INLINE void columns(const Element<Real>& e, const Space<Real>& p0, const Space<Real>& p1,
                               const Space<Real>& p2, Space<Real>& f1, Space<Real>& f2) {
@@ -141,7 +143,8 @@ LOOMSTONE_INLINE Polar<Real> stretch(const Element<Real>& e, const Space<Real>& 
   return p;
 }
 
-// R = (F + cof F) / tr U, cof F = (f2 x n, n x f1) with n the unit normal: no division by d.
+// R = (F + cof F) / tr U with cof F = (f2 x n, n x f1) and the unit normal n. For d near zero n is
+// any unit vector normal to the longer column of F.
 template <class Real>
 LOOMSTONE_INLINE void rotation(const Polar<Real>& p, Space<Real>& r1, Space<Real>& r2) {
   Space<Real> n = p.normal;
@@ -156,7 +159,7 @@ LOOMSTONE_INLINE void rotation(const Polar<Real>& p, Space<Real>& r1, Space<Real
       if (b.squaredNorm() > a.squaredNorm()) a = b;
       Index least = 0;
       a.cwiseAbs().minCoeff(&least);
-      const Vec3 any = a.cross(Vec3::Unit(least)).stableNormalized();  // zero where a is
+      const Vec3 any = a.cross(Vec3::Unit(least)).stableNormalized();  // zero if a is zero
       put(n.x, l, any.x()), put(n.y, l, any.y()), put(n.z, l, any.z());
     }
   const Real inverse = 1.0 / (p.s + 1e-300);
@@ -170,7 +173,7 @@ struct Bounds {
   double low[3], high[3];  // weft, warp, shear
 };
 
-// Correction of a strain outside its bounds (3.4): target minus strain, zero inside the bounds.
+// Target minus strain (3.4): the correction that returns a strain to its bounds, zero within them.
 template <class Real>
 LOOMSTONE_INLINE Symmetric<Real> excess(const Bounds& b, const Symmetric<Real>& strain) {
   const auto back = [&](int k, const Real& e) LOOMSTONE_INLINE_LAMBDA -> Real {
@@ -191,12 +194,13 @@ LOOMSTONE_INLINE Real spin(const Symmetric<Real>& m, const Symmetric<Real>& u,
   return q / (-1e-300 - (um11 + um22));
 }
 
-// w for two held corners from least squares of the strain tensor: w = (h x E h) / |h|^2.
+// w for two held corners from a least-squares fit of the strain tensor: w = (h x E h) / |h|^2.
 template <class Real>
 LOOMSTONE_INLINE Real spin_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
   return ((m.a11 - m.a22) * e.a12 + m.a12 * (e.a22 - e.a11)) / (m.a11 + m.a22 + 1e-300);
 }
-// The part of E that two held corners leave correctable: along the height h and across it.
+// Size of the part of E that can be corrected with two held corners: along the height h and across
+// it.
 template <class Real>
 LOOMSTONE_INLINE Real reach_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
   const Real along =
@@ -204,7 +208,7 @@ LOOMSTONE_INLINE Real reach_of_two(const Symmetric<Real>& m, const Symmetric<Rea
   return greater(size(along), size(spin_of_two(m, e)));
 }
 
-// Columns of R (E + w J): corner X moves by g1 X_x + g2 X_y.
+// Columns of R (E + w J). A corner with rest coordinates X moves by g1 X_x + g2 X_y.
 template <class Real>
 LOOMSTONE_INLINE void field(const Space<Real>& r1, const Space<Real>& r2, const Symmetric<Real>& e,
                             const Real& w, Space<Real>& g1, Space<Real>& g2) {

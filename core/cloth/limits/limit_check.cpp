@@ -10,7 +10,7 @@ namespace loomstone {
 namespace {
 
 constexpr Index batches_per_range = 16;
-constexpr int message = 26;  // doubles sent for a batch: its number, its excess, its strains
+constexpr int message = 26;  // doubles sent per batch: index, excess, 24 strains
 
 }  // namespace
 
@@ -48,7 +48,8 @@ void LimitCheck::check(const Team& team, const limit::Tables& tables, const limi
                   });
 }
 
-// Ranks exchange counts first: usually all are zero, and nothing else is sent.
+// Ranks first exchange the numbers of batches with an excess. Usually all are zero and nothing else
+// is sent.
 void LimitCheck::share(Index first, Index last) {
   const int size = ranks_->size(), rank = ranks_->rank();
   std::vector<std::int64_t> counts(size, 0);

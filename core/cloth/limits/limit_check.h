@@ -1,6 +1,6 @@
-// Finds the elements that violate their strain limits, and by how much. This check dominates the
-// cost when no limit is violated, so its elements are divided among ranks; every rank then learns
-// every violation. The result is the same bits on any number of ranks.
+// Finds the elements that violate their strain limits and measures the excess. This check dominates
+// the cost when no limit is violated, so its elements are divided among ranks. Afterwards every
+// rank knows all violations. The result is bitwise identical on any number of ranks.
 #pragma once
 
 #include <algorithm>
@@ -18,43 +18,44 @@ namespace loomstone {
 struct BrokenLimit {
   Index element;
   int mode;
-  double excess;  // strain beyond the limit [1]
+  double excess;  // amount of strain outside the limit
 };
 
-// The work of limiting and the violations that remain.
+// Cost of a limiting call and the violations that remain.
 struct LimitReport {
-  int sweeps = 0;                   // over all elements, or the active ones
-  std::int64_t evaluations = 0;     // elements whose strain was computed, summed over ranks
-  std::array<double, 3> excess{};   // largest strain beyond its limit in weft, warp, shear [1]
-  std::int64_t beyond = 0;          // elements beyond a limit by more than the tolerance
+  int sweeps = 0;                // sweeps over all elements or over the active set
+  std::int64_t evaluations = 0;  // strain evaluations; work shared or repeated by ranks counts once
+  std::array<double, 3> excess{};   // largest excess in weft, warp and shear
+  std::int64_t beyond = 0;          // number of elements with an excess above the tolerance
   Index worst = -1;                 // element with the largest excess, -1: no limit is violated
-  std::vector<BrokenLimit> broken;  // the largest excess first
-  std::vector<double> squares;      // (limits) sum of squares of all excesses
+  std::vector<BrokenLimit> broken;  // sorted by excess, largest first
+  std::vector<double> squares;      // (limits) sum of squares of all excesses per limit
 
   double largest() const { return std::max({excess[0], excess[1], excess[2]}); }
-  std::vector<Index> broken_elements() const;  // ascending, each once
+  std::vector<Index> broken_elements() const;  // in ascending order, without duplicates
 };
 
-// Stage. Keeps what it found until the next check.
+// Checks elements against their limits and keeps the results until the next check.
 class LimitCheck {
  public:
-  // ranks: those that share a check; null: this process checks alone.
+  // ranks: the ranks that share the check; null: a single process.
   LimitCheck(const LimitElements& elements, const Communicator* ranks);
 
-  // Checks all batches. Collective.
+  // Checks all batches. Collective operation.
   void check_all(const Team& team, const limit::Tables& tables, const limit::Motion& motion);
-  // Checks the listed batches again; every rank checks all of them.
+  // Rechecks the listed batches. Every rank checks all of them.
   void check(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
              const std::vector<Index>& batches);
 
-  // Largest excess of a batch's elements; 0: all are within their bounds.
+  // Largest excess among the elements of a batch; 0 if all are within their bounds.
   double excess(Index batch) const { return excess_[batch]; }
-  // (3 x 8) strains, or rates of strain, of a batch with an excess.
+  // Strains, or strain rates, of a batch with an excess (3 x 8).
   const double* strain(Index batch) const {
     return strains_.data() + 24 * static_cast<std::size_t>(batch);
   }
 
-  // Adds the violations to `report`; `unit` converts them to strain.
+  // Adds the violations to `report`. The factor `unit` converts them to strain: 1 for strains, the
+  // step for strain rates.
   void add_to(LimitReport& report, const limit::Tables& tables, const limit::Motion& motion,
               double unit) const;
 

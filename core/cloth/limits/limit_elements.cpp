@@ -56,8 +56,8 @@ LimitElements::LimitElements(const LimitedCloth& cloth, bool single_rows)
         slots_[fill[cloth.triangles(element_of_[slot], k)]++] = static_cast<Index>(slot);
 }
 
-// Fills the tables of one slot; element_limit.h explains held corners. Empty lanes repeat the last
-// element.
+// Fills the tables of one slot. element_limit.h explains the treatment of held corners. Empty lanes
+// repeat the last element.
 void LimitElements::set_element(Index slot) {
   const bool empty = element_of_[slot] < 0;
   Index from = slot;
@@ -94,7 +94,7 @@ void LimitElements::set_element(Index slot) {
   } else if (n_held == 2) {
     for (int k = 0; k < 3; ++k) {
       if (held[k]) continue;
-      x[k] = g[k] / g[k].squaredNorm();  // the height
+      x[k] = g[k] / g[k].squaredNorm();  // height vector over the held edge
       moments = x[k] * x[k].transpose();
       moves = static_cast<std::uint8_t>(1 << k | limit::two_held);
     }

@@ -1,6 +1,7 @@
-// The triangles with strain limits ("elements"), coloured: no two elements of a colour share a
-// vertex, so all elements of a colour can be corrected at once. Eight elements of one colour and
-// one limit form a batch; the mesh alone fixes the order of batches and lanes.
+// Triangles with strain limits ("elements"), grouped by graph colouring. No two elements of a
+// colour share a vertex, so all elements of a colour can be corrected in parallel. Up to eight
+// elements with the same colour and limit form a batch. The order of batches and lanes depends only
+// on the mesh and its limits.
 #pragma once
 
 #include <vector>
@@ -12,19 +13,19 @@
 
 namespace loomstone {
 
-// Description of the cloth to limit.
+// The cloth to be limited.
 struct LimitedCloth {
   Index n_vertices = 0;
   Triangles triangles;            // (m x 3)
   std::vector<Corners2> corners;  // (m) rest coordinates in weft/warp axes [m]
   std::vector<StrainLimit> limits;
-  std::vector<Index> limit_of;           // (m) row of limits, -1: unlimited
+  std::vector<Index> limit_of;           // (m) index into limits; -1: unlimited
   Vector mass;                           // (n) [kg], > 0
-  std::vector<std::uint8_t> prescribed;  // (n) 1: never moves
+  std::vector<std::uint8_t> prescribed;  // (n) 1: prescribed vertex
 };
 
-// Greedy colouring of items (rows of vertices): in ascending order each item takes the smallest
-// colour that no item with a common vertex has.
+// Greedy colouring of items, which are rows of vertex indices. In ascending order each item takes
+// the smallest colour that no item with a common vertex has.
 template <class Rows>
 std::vector<Index> colours(Index n_vertices, const Rows& items, Index& n_colours) {
   std::vector<Index> start(n_vertices + 1, 0), of_item(items.rows(), -1), stamp;
@@ -47,10 +48,10 @@ std::vector<Index> colours(Index n_vertices, const Rows& items, Index& n_colours
   return of_item;
 }
 
-// Stage. Its tables change only with the held vertices.
+// The element tables of strain limiting. They change only with the held vertices.
 class LimitElements {
  public:
-  // single_rows: also keep tables for limit::correct_one().
+  // If single_rows is true, also builds the tables for limit::correct_one().
   LimitElements(const LimitedCloth& cloth, bool single_rows);
 
   Index n_batches() const { return static_cast<Index>(bounds_of_.size()); }
@@ -58,8 +59,9 @@ class LimitElements {
   Index n_elements(Index batch) const { return n_in_[batch]; }
   std::size_t n_limits() const { return bounds_.size(); }
   Index colour(Index batch) const { return colour_of_[batch]; }
-  const std::vector<Index>& colour_start() const { return colour_start_; }  // (colours + 1) batches
-  Index element(Index slot) const { return element_of_[slot]; }             // -1 on empty lanes
+  // First batch of each colour (colours + 1).
+  const std::vector<Index>& colour_start() const { return colour_start_; }
+  Index element(Index slot) const { return element_of_[slot]; }  // -1: empty lane
   // Slots of the elements at each vertex, ascending.
   const std::vector<Index>& slot_start() const { return slot_start_; }
   const std::vector<Index>& slots() const { return slots_; }
@@ -67,13 +69,14 @@ class LimitElements {
     return corners_.data() + 24 * static_cast<std::size_t>(slot / 8) + slot % 8;
   }
 
-  // Until the next call these vertices do not move, nor do the prescribed ones.
+  // Holds these vertices in addition to the prescribed ones until the next call.
   void hold(const std::vector<Index>& vertices);
 
   limit::Tables tables() const;
-  // The same tables without bounds for cloths that are limited by edges; edges: all are.
+  // The same tables with infinite bounds for cloths that are limited by edges. If `edges` is true,
+  // all cloths are limited by edges.
   limit::Tables sweep_tables(bool edges);
-  // The same tables with bounds of +-rate on the rates of strain in all modes.
+  // The same tables with bounds of +-rate [1/s] on the strain rates in all modes.
   limit::Tables rate_tables(double rate);
 
  private:
@@ -82,9 +85,9 @@ class LimitElements {
   LimitedCloth cloth_;
   Index n_elements_ = 0;
   std::vector<std::uint8_t> held_;  // (n)
-  std::vector<Index> also_held_;    // the vertices of the last hold()
+  std::vector<Index> also_held_;    // vertices of the last call of hold()
   std::vector<Index> colour_start_, element_of_, slot_start_, slots_;
-  std::vector<Index> corners_, bounds_of_, colour_of_, n_in_;  // tables of batches
+  std::vector<Index> corners_, bounds_of_, colour_of_, n_in_;  // tables of the batches
   AlignedDoubles gradients_, numbers_;
   std::vector<double> rows_;
   std::vector<std::uint8_t> moves_;

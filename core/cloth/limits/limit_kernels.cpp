@@ -8,7 +8,7 @@ namespace loomstone::limit {
 
 namespace {
 
-// Real: double (one element) or Lanes (eight).
+// Real is double (one element) or Lanes (eight elements).
 template <class Real>
 LOOMSTONE_INLINE Real load(const double* p) {
   if constexpr (std::is_same_v<Real, double>)
@@ -41,7 +41,7 @@ LOOMSTONE_INLINE const double* gradients_of(const Tables& tables, std::size_t ba
   return tables.gradients + 8 * element_gradients * batch;
 }
 
-// Position (or velocity) of corner k of the element(s); corners (3 x 8).
+// Position or velocity of corner k of one element or of a batch. corners: (3 x 8).
 template <class Real>
 LOOMSTONE_INLINE Space<Real> point(const Index* corners, int k, const double* x) {
   const auto component = [&](int c) LOOMSTONE_INLINE_LAMBDA -> Real {
@@ -56,7 +56,7 @@ LOOMSTONE_INLINE Space<Real> point(const Index* corners, int k, const double* x)
   return {component(0), component(1), component(2)};
 }
 
-// Rate of strain in the frame of the element, sym(R^T dF/dt).
+// Strain rate in the co-rotated frame of the element, sym(R^T dF/dt).
 template <class Real>
 LOOMSTONE_INLINE Symmetric<Real> rate(const Element<Real>& e, const Index* corners, const double* v,
                                       const Space<Real>& r1, const Space<Real>& r2) {
@@ -66,8 +66,8 @@ LOOMSTONE_INLINE Symmetric<Real> rate(const Element<Real>& e, const Index* corne
   return {dot(r1, d1), dot(r2, d2), 0.5 * (dot(r1, d2) + dot(r2, d1))};
 }
 
-// True if velocities change the deformation gradient so little that no rate can exceed its bounds
-// in any frame; the polar decomposition can then be skipped.
+// True if the deformation gradient changes so slowly that no strain rate can exceed its bounds in
+// any frame. The polar decomposition is then skipped.
 template <class Lanes>
 LOOMSTONE_INLINE bool slow(const Element<Lanes>& e, const Index* corners, const Bounds& bounds,
                            const double* v) {
@@ -83,10 +83,11 @@ LOOMSTONE_INLINE bool slow(const Element<Lanes>& e, const Index* corners, const 
 template <class Real>
 struct Correction {
   Space<Real> g1, g2;
-  Real size;  // of the change of strain
+  Real size;  // size of the strain correction
 };
 
-// False if no element of the batch exceeds its bounds by more than the tolerance.
+// Computes the correction. Returns false if no element of the batch exceeds its bounds by more than
+// the tolerance.
 template <class Real>
 LOOMSTONE_INLINE bool correction(const Element<Real>& e, const Index* corners,
                                  const std::uint8_t* moves, const Bounds& bounds,
@@ -118,7 +119,7 @@ LOOMSTONE_INLINE bool correction(const Element<Real>& e, const Index* corners,
   return true;
 }
 
-// Moves the corners of one lane; held corners stay identical to the bit.
+// Moves the free corners of one lane. Held corners are not written and stay bitwise unchanged.
 template <class Real>
 LOOMSTONE_INLINE void move(const Space<Real> delta[3], const Index* corners, int lane,
                            std::uint8_t moves, double* values) {
@@ -137,7 +138,7 @@ LOOMSTONE_INLINE void displacements(const Element<Real>& e, const Correction<Rea
   delta[2] = combine(c.g1, e.x2, c.g2, e.y2);
 }
 
-// Lanes with a free corner and an excess beyond the tolerance.
+// Bit mask of the lanes with a free corner and an excess above the tolerance.
 template <class Lanes>
 LOOMSTONE_INLINE unsigned lanes_to_correct(const Lanes& size, const std::uint8_t* moves,
                                            double tolerance) {
@@ -147,7 +148,8 @@ LOOMSTONE_INLINE unsigned lanes_to_correct(const Lanes& size, const std::uint8_t
   return bits;
 }
 
-// Displacements of the corners of a batch; returns the lanes that need them.
+// Computes the corner displacements of a batch. Returns a bit mask of the lanes that must be
+// corrected.
 template <class Lanes>
 LOOMSTONE_INLINE unsigned correct_batch(const Tables& tables, const Motion& motion, std::size_t b,
                                         Space<Lanes> delta[3]) {

@@ -1,4 +1,4 @@
-// The element arithmetic of strain limiting, on batches of eight triangles or on one.
+// Kernels of strain limiting, for batches of eight triangles (SIMD) or for one triangle.
 #pragma once
 
 #include <cstdint>
@@ -7,46 +7,46 @@
 
 namespace loomstone::limit {
 
-// Tables that change only with the held vertices. Slot s is lane s % 8 of batch s / 8.
+// These tables change only with the held vertices. Slot s is lane s % 8 of batch s / 8.
 struct Tables {
-  const Index* corners;       // (batches x 3 x 8) vertices
-  const double* gradients;    // (batches x 4 x 8) the gradients of Element: all that checks read
-  const double* numbers;      // (batches x 9 x 8) the other numbers of Element
-  const std::uint8_t* moves;  // (slots) bit k: corner k may move; two_held; 0 on empty lanes
-  const Index* bounds_of;     // (batches) row of bounds
+  const Index* corners;     // (batches x 3 x 8) vertices
+  const double* gradients;  // (batches x 4 x 8) gradients of Element; checks read no other numbers
+  const double* numbers;    // (batches x 9 x 8) the other numbers of Element
+  const std::uint8_t* moves;  // (slots) bit k: corner k may move; two_held: flag; 0: empty lane
+  const Index* bounds_of;     // (batches) index into bounds
   const Bounds* bounds;
   const double* rows;  // (slots x 13) Element slot by slot, for correct_one(); may be null
 };
 inline constexpr std::uint8_t two_held = 8;
 
-// If v is null, the strain of positions x is limited, else the rate of strain of velocities v at
-// positions x.
+// If v is null, the strain at positions x is limited. Otherwise the strain rate of velocities v at
+// positions x is limited.
 struct Motion {
   double* x;
   double* v;
-  double tolerance;  // excess that is not corrected [1] or [1/s]
+  double tolerance;  // excess that is not corrected; strain, or strain rate [1/s]
 };
 
-// Corrects the elements of the listed batches, one batch after another. Bit l of corrected[batch]:
-// lane l was corrected.
+// Corrects the elements of the listed batches, one batch after another. Bit l of corrected[batch]
+// is set if lane l was corrected.
 void sweep(const Tables& tables, const Motion& motion, const Index* batches, Index n,
            std::uint8_t* corrected);
 
-// Computes the corrections (batches x 9 x 8) of all three corners without applying them.
+// Computes the displacements (batches x 9 x 8) of all three corners without applying them.
 void corrections(const Tables& tables, const Motion& motion, const Index* batches, Index n,
                  std::uint8_t* corrected, double* out);
 
-// Corrects one element; true if it violated its limits. Needs tables.rows.
+// Corrects one element. Returns true if the element was corrected. Requires tables.rows.
 bool correct_one(const Tables& tables, const Motion& motion, Index slot);
 
-// Where check() writes what it finds.
+// Output of check().
 struct Violations {
-  double* excess;   // (batches) largest excess among a batch's elements, 0: all within bounds
-  double* strains;  // (batches x 3 x 8) strains, or rates of strain, of batches with an excess
+  double* excess;   // (batches) largest excess in the batch; 0: all within bounds
+  double* strains;  // (batches x 3 x 8) strains, or strain rates, of batches with an excess
 };
 
-// Checks n batches: those from entry `first` of `batches` on, or, if `batches` is null, those from
-// number `first` on.
+// Checks n batches: entries first, first + 1, ... of `batches`, or, if `batches` is null, the
+// batches with these indices.
 void check(const Tables& tables, const Motion& motion, const Index* batches, Index first, Index n,
            Violations out);
 

@@ -15,15 +15,16 @@ namespace {
 constexpr int bound_stride = 12 * n_lanes;
 constexpr Index batches_per_range = 32;
 
-// Ratio of the second phase's modulus to the membrane's, and of the third's to the second's. The
-// second phase begins limit_margin() before the limit, the third half-way from there to the limit.
-// Light loads reach only the second phase: a triangle that entered the third at once would rebound
-// and change phase every other step. Heavy loads, as at prescribed vertices, would stretch the
-// second phase alone far beyond the limit. Tuned on scenes/swing_limits.py and limit_scaling.py at
-// 4 ms; docs/performance.md has the figures.
+// stiffening: ratio of the second phase's modulus to the membrane's. steeper: ratio of the third
+// phase's modulus to the second's. The second phase begins limit_margin() inside the limit, and the
+// third begins half-way from there to the limit. Light loads reach only the second phase. A
+// triangle that entered the third phase at once would rebound and change phase every other step.
+// Under heavy loads, as at prescribed vertices, the second phase alone would stretch far beyond the
+// limit. Tuned on scenes/swing_limits.py and limit_scaling.py with steps of 4 ms;
+// docs/performance.md lists the results.
 constexpr double stiffening = 300.0, steeper = 10.0, third_begins = 0.5;
 
-// True if a mode of any lane is beyond its bounds or NaN.
+// True if any mode of any lane is outside its bounds or NaN.
 template <class Lanes>
 LOOMSTONE_INLINE bool beyond_any(const Lanes strain[3], const double* bound) {
   const auto within = [&](int k) LOOMSTONE_INLINE_LAMBDA -> MaskOf<Lanes> {
@@ -50,7 +51,7 @@ LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index*
     Lanes3<Lanes> f1, f2;
     membrane::gradient_columns(batch, x, f1, f2);
     const Lanes c11 = dot(f1, f1), c22 = dot(f2, f2), c12 = dot(f1, f2);
-    // U of the polar decomposition (element_limit.h), E = (U^2 - 1) / 2, diagonal of dE/dU.
+    // U of the polar decomposition (element_limit.h), E = (U^2 - I) / 2, and the diagonal of dE/dU.
     const Lanes d = lanes_sqrt(lanes_max0(c11 * c22 - c12 * c12));
     const Lanes trace = lanes_sqrt(c11 + c22 + 2.0 * d);
     const Lanes inverse = 1.0 / (trace + 1e-300);
@@ -111,7 +112,7 @@ LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limit
       bounds_of_(membrane.n_batches()),
       table_(static_cast<std::size_t>(membrane.n_batches()) * membrane::phase_stride, 0.0),
       entered_(membrane.n_batches(), 0) {
-  using Rows = std::array<Index, n_lanes>;  // row of limits of each lane
+  using Rows = std::array<Index, n_lanes>;  // index into limits for each lane
   std::map<Rows, Index> known;
   for (Index b = 0; b < membrane.n_batches(); ++b) {
     Rows rows;
@@ -122,7 +123,7 @@ LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limit
     if (!is_new) continue;
     bounds_.resize(bounds_.size() + bound_stride);
     double* lane = bounds_.data() + bounds_.size() - bound_stride;
-    for (const Index row : rows)  // limits on edges act after the solve
+    for (const Index row : rows)  // edge limits act after the solve
       set_bounds(row < 0 || limits[row].edge ? StrainLimit{} : limits[row], lane++);
   }
 }

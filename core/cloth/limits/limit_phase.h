@@ -1,6 +1,7 @@
-// Strain limits inside the implicit solve: near a limit a triangle enters a stiff second phase of
-// the membrane. Limits, elasticity and contacts then meet in one matrix, and little remains to be
-// corrected after the solve. Our choice; docs/performance.md compares alternatives.
+// Strain limits inside the implicit solve. Near a limit, a triangle enters a stiff second phase of
+// the membrane. Limits, elasticity and contacts are then solved in one linear system, and little
+// remains to be corrected afterwards. This method is not taken from the literature;
+// docs/performance.md compares it with alternatives.
 #pragma once
 
 #include <vector>
@@ -12,24 +13,24 @@
 
 namespace loomstone {
 
-// Stage.
 class LimitPhase {
  public:
-  // limit_of (m): row of limits, -1: unlimited.
+  // limit_of (m): index into limits; -1: unlimited.
   LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limits,
              const std::vector<Index>& limit_of);
 
-  // Determines the phase of each mode of each triangle that touches rows [begin, end), at x. The
-  // stress that the phase adds is linearised there in the Green strain.
+  // Determines the phase of each mode of each triangle that touches rows [begin, end) at positions
+  // x. The stress that the phase adds is linearised in the Green strain at x.
   void enter(const Team& team, const Points& x, Index begin, Index end);
-  // See membrane::Tables.
+  // Tables for membrane::Tables, which documents their layout.
   const double* table() const { return table_.data(); }
   const std::uint8_t* entered() const { return entered_.data(); }
 
  private:
   Membrane& membrane_;
-  AlignedDoubles bounds_;         // (rows x 12 x 8) where phases begin: second (least, most), third
-  std::vector<Index> bounds_of_;  // (batches) row of bounds
+  // (rows x 12 x 8) Lower and upper strains at which the second and then the third phase begins.
+  AlignedDoubles bounds_;
+  std::vector<Index> bounds_of_;  // (batches) row of bounds_
   AlignedDoubles table_;
   std::vector<std::uint8_t> entered_;
 };

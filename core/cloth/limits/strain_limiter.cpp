@@ -11,9 +11,9 @@ namespace loomstone {
 namespace {
 
 constexpr Index batches_per_range = 16;
-constexpr Index listed = -1;  // in n_corrected_: in the list of vertices, not counted yet
+constexpr Index listed = -1;  // in n_corrected_: vertex is listed, not yet counted
 
-// Random numbers by splitmix64 [Steele2014].
+// Random number generator splitmix64 [Steele2014].
 class Sequence {
  public:
   explicit Sequence(std::uint64_t seed) : state_(seed) {}
@@ -41,8 +41,8 @@ StrainLimiter::StrainLimiter(const LimitedCloth& cloth, const LimitOptions& opti
     : options_(options),
       elements_(cloth, options.method == LimitMethod::GaussSeidelRandom),
       check_(elements_, ranks) {
-  // The sweeps' tolerance must be smaller than the excess tolerated where contacts and limits
-  // compete.
+  // The tolerance of the sweeps is at most half the excess that is tolerated when contacts and
+  // limits compete.
   for (const StrainLimit& limit : cloth.limits)
     for (const double bound :
          {limit.weft, limit.warp, limit.shear, limit.weft_min, limit.warp_min, limit.least_shear()})
@@ -159,7 +159,7 @@ void StrainLimiter::run_batches(const Team& team, const limit::Tables& tables,
       });
 }
 
-// Reports corrected elements of the batches to the active set; returns their number.
+// Passes the corrected elements of the batches to the active set. Returns their number.
 std::int64_t StrainLimiter::spread(const std::vector<Index>& batches, ActiveSet& active) const {
   std::int64_t corrected = 0;
   if (active.all_elements()) {
@@ -179,14 +179,14 @@ std::int64_t StrainLimiter::sweep(const Team& team, const limit::Tables& tables,
   std::vector<Index> batches;
   for (std::size_t i = 0; i < n; ++i) {
     batches.clear();
-    active.take(number % 2 == 0 ? i : n - 1 - i, batches);  // both directions: less bias
+    active.take(number % 2 == 0 ? i : n - 1 - i, batches);  // alternating directions reduce bias
     run_batches(team, tables, motion, batches);
     corrected += spread(batches, active);
   }
   return corrected;
 }
 
-// Corners of the corrected elements in the batches, each once and marked as `listed`.
+// Vertices of the corrected elements in the batches, without duplicates. Marks them as `listed`.
 std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) {
   std::vector<Index> vertices;
   for (const Index b : batches)
@@ -200,8 +200,8 @@ std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) 
   return vertices;
 }
 
-// The batches sorted by the thread that shall take them: each thread gets one part of the mesh, so
-// that it mostly sums its own corrections. Within a part the order, that of the tables, stays.
+// Sorts the batches by thread. Each thread gets one part of the mesh, so that it mostly sums
+// corrections that it computed itself. The order within a part does not change.
 std::vector<Index> StrainLimiter::by_thread(const Team& team,
                                             const std::vector<Index>& batches) const {
   if (team.threads <= 1) return batches;
@@ -217,9 +217,9 @@ std::vector<Index> StrainLimiter::by_thread(const Team& team,
   return result;
 }
 
-// Jacobi sweep. The corrections of an element are scaled by one over the largest number of
-// corrected elements at any of its vertices: the plain sum (3.17) diverges, and scaling per vertex
-// would lose momentum.
+// Performs a Jacobi sweep. The corrections of an element are divided by the largest number of
+// corrected elements at any of its vertices. The plain sum (3.17) diverges, and scaling per vertex
+// would not conserve momentum.
 std::int64_t StrainLimiter::sweep_jacobi(const Team& team, const limit::Tables& tables,
                                          const limit::Motion& motion, ActiveSet& active) {
   std::vector<Index> batches;

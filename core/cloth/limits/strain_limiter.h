@@ -1,9 +1,9 @@
-// Moves candidate positions so that no element strains beyond its limits: continuum-based strain
-// limiting, [Thomaszewski2010] chapter 3, and edge-based limiting for comparison. Every method
-// keeps linear and angular momentum; prescribed vertices do not change by one bit. The result is
-// the same on any number of threads and ranks. Ranks share the check of all elements; every rank
-// computes all sweeps, over the few elements that violate their limits, because a message for each
-// colour would take longer.
+// Corrects candidate positions so that no element exceeds its strain limits. Implements
+// continuum-based strain limiting, [Thomaszewski2010] chapter 3, and edge-based limiting for
+// comparison. Every method conserves linear and angular momentum and leaves prescribed vertices
+// bitwise unchanged. The result is bitwise identical on any number of threads and ranks. The check
+// of all elements is divided among ranks. Every rank computes all sweeps, because sweeping the few
+// violating elements takes less time than one message per colour.
 #pragma once
 
 #include <algorithm>
@@ -22,24 +22,25 @@ namespace loomstone {
 class ActiveSet;
 class EdgeLimiter;
 
-// Stage. `key` seeds the random order together with options.seed: calls with the same key, seed and
-// positions give the same bits. On several ranks all calls are collective.
+// Enforces strain limits. `key` and options.seed together seed the random order. Calls with the
+// same key, seed and positions give bitwise the same result. On several ranks all calls are
+// collective.
 class StrainLimiter {
  public:
-  // ranks: those that share the check; null: this process works alone.
+  // ranks: the ranks that share the check; null: a single process.
   StrainLimiter(const LimitedCloth& cloth, const LimitOptions& options,
                 const Communicator* ranks = nullptr);
   ~StrainLimiter();
 
   bool empty() const { return elements_.n_elements() == 0; }
 
-  // Moves x. `held`: vertices that do not move, in addition to the prescribed ones.
+  // Corrects x. `held` lists vertices that do not move, in addition to the prescribed ones.
   LimitReport enforce(const Team& team, std::uint64_t key, const std::vector<Index>& held,
                       Points& x);
 
-  // Limits the change of strain that velocities cause in a step of h seconds to
-  // options.strain_rate; positions stay. If `measured`, the report contains the remaining excess
-  // per step.
+  // Corrects v so that the strain changes by at most options.strain_rate in a step of h seconds.
+  // Positions do not change. If `measured` is true, the report contains the remaining excess per
+  // step.
   LimitReport enforce_rate(const Team& team, std::uint64_t key, const Points& x, double h,
                            Points& v, bool measured = true);
 
@@ -47,11 +48,11 @@ class StrainLimiter {
   LimitReport measure(const Team& team, const Points& x);
 
  private:
-  // Sweeps until all elements are within their bounds or options.max_sweeps is reached. True if
-  // check_ describes the result.
+  // Sweeps until all elements are within their bounds or options.max_sweeps is reached. Returns
+  // true if check_ is valid for the result.
   bool sweep_until_met(const Team& team, std::uint64_t key, const limit::Tables& tables,
                        const limit::Motion& motion, LimitReport& report);
-  // One sweep; returns the number of corrected elements.
+  // Performs one sweep and returns the number of corrected elements.
   std::int64_t sweep(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
                      int number, ActiveSet& active);
   std::int64_t sweep_jacobi(const Team& team, const limit::Tables& tables,
@@ -68,12 +69,12 @@ class StrainLimiter {
   LimitElements elements_;
   LimitCheck check_;
   std::unique_ptr<EdgeLimiter> edges_;  // null: no cloth is limited by edges
-  bool by_elements_ = false;            // some cloth is limited by elements
-  // Scratch.
-  std::vector<std::uint8_t> corrected_;  // (batches) bits of lanes
+  bool by_elements_ = false;            // true if some cloth is limited by elements
+  // Scratch memory.
+  std::vector<std::uint8_t> corrected_;  // (batches) lane bit masks
   std::vector<double> deltas_;
-  std::vector<Index> order_;        // slots of all elements, not shuffled
-  std::vector<Index> n_corrected_;  // (n) elements corrected at each vertex
+  std::vector<Index> order_;        // slots of all elements in ascending order
+  std::vector<Index> n_corrected_;  // (n) number of corrected elements at each vertex
 };
 
 }  // namespace loomstone

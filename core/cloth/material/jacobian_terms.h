@@ -1,14 +1,14 @@
-// Which derivatives of the elastic and viscous forces an assembled matrix contains.
+// Selects the derivatives of elastic and viscous forces that an assembled matrix contains.
 #pragma once
 
 namespace loomstone {
 
-// Factors of the stiffness K and the damping D: elastic K + viscous D.
+// Factors of the stiffness matrix K and the damping matrix D in elastic K + viscous D.
 struct StiffnessScales {
   double elastic = 1.0, viscous = 0.0;
 };
 
-// Positive: the geometric term takes the positive part of the stress, so K is positive
+// Positive: the geometric stiffness uses the positive part of the stress, which makes K positive
 // semi-definite.
 enum class JacobianKind { Exact, Positive };
 

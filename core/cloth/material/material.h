@@ -1,11 +1,11 @@
-// Material of a cloth. Axes: 1 = weft, 2 = warp. A cloth is a surface, so stiffness is in N/m.
+// Material parameters of a cloth. Axis 1 is weft, axis 2 is warp. Membrane stiffness is a modulus
+// times the thickness, in N/m.
 #pragma once
 
 #include "core/base/field.h"
 
 namespace loomstone {
 
-// Description.
 struct ClothMaterial {
   double weft_stiffness = 300.0;   // E1
   double warp_stiffness = 300.0;   // E2

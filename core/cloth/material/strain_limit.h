@@ -1,6 +1,6 @@
-// Limits of the strain of cloth, and how they are enforced. The strain is co-rotational: U - I with
-// U = (F^T F)^(1/2), in weft/warp axes (e11, e22, e12). Limits of shear refer to e12, half the
-// engineering shear (3.3).
+// Strain limits of cloth and the options for enforcing them. Limits apply to the co-rotational
+// strain U - I with U = (F^T F)^(1/2), whose components in weft/warp axes are (e11, e22, e12).
+// Shear limits refer to e12, half the engineering shear (3.3).
 #pragma once
 
 #include <algorithm>
@@ -47,9 +47,8 @@ struct StrainLimit {
   double edge_bound() const { return edge.value_or(weft < warp ? weft : warp); }
 };
 
-// Excess over a limit that is tolerated when contacts and limits compete [1]: 20 % of the limit, at
-// most 0.01, at least 1e-4. The stiff second phase of the implicit solve begins this far before the
-// limit.
+// Excess tolerated when contacts and limits compete: 20 % of the limit, at most 0.01, at least
+// 1e-4. The stiff second phase of the implicit solve begins at this distance inside the limit.
 inline double limit_margin(double limit) {
   return std::max(1e-4, std::min(0.01, 0.2 * std::abs(limit)));
 }

@@ -59,7 +59,7 @@ Membrane::Membrane(Index n_vertices, const Triangles& triangles,
     const Corners2& c = corners[source];
     const Vec2 e1 = (c.row(1) - c.row(0)).transpose(), e2 = (c.row(2) - c.row(0)).transpose();
     const double twice_area = e1.x() * e2.y() - e1.y() * e2.x();
-    // Gradients of linear shape functions (2.27)-(2.29); they add up to zero.
+    // Gradients of linear shape functions (2.27)-(2.29). They sum to zero.
     const Vec2 g1(e2.y() / twice_area, -e2.x() / twice_area),
         g2(-e1.y() / twice_area, e1.x() / twice_area);
     const Vec2 g0 = -(g1 + g2);
@@ -136,8 +136,8 @@ constexpr Index no_element = 0;  // a chunk's scratch begins with a block of zer
 constexpr Index first_element = 16;
 }  // namespace
 
-// An edge of the mesh has at most two triangles, which run along it in opposite directions. Its
-// block in the matrix is therefore the block of one plus the transposed block of the other.
+// At most two triangles share a mesh edge, and they traverse it in opposite directions. The matrix
+// block of the edge is therefore the block of one triangle plus the transposed block of the other.
 void Membrane::locate_rows(const BlockMatrix& matrix, Index begin, Index end) {
   if (matrix.columns().data() == located_columns_ && matrix.n_blocks() == located_blocks_ &&
       begin == located_begin_ && end == located_end_)

@@ -1,7 +1,7 @@
-// Orthotropic St. Venant-Kirchhoff membrane on linear triangles, total Lagrangian, with viscosity.
-// Implements (2.7), (2.21)-(2.25), (2.31), (2.33), (2.35). Kernels compute eight triangles at once;
-// results are gathered per vertex in ascending order of elements, so neither the number of threads
-// nor the range of rows changes a bit.
+// Orthotropic St. Venant-Kirchhoff membrane on linear triangles in total Lagrangian form, with
+// viscosity. Implements (2.7), (2.21)-(2.25), (2.31), (2.33), (2.35) of [Thomaszewski2010]. Kernels
+// process eight triangles at once. Results are summed per vertex in ascending order of elements, so
+// they are bitwise identical for any number of threads and any row range.
 #pragma once
 
 #include <string>
@@ -22,10 +22,11 @@ struct MembraneConstants {
   double a11, a22, a12, g;  // [N/m]
   double lambda_d, mu_d;    // viscosity [N s/m]
 };
-// Throws InvalidInput unless the energy is positive definite and viscosity dissipates.
+// Throws InvalidInput unless the energy is positive definite and the viscosity is dissipative.
+// where: name of the material in error messages.
 MembraneConstants membrane_constants(const ClothMaterial& material, const std::string& where);
 
-// Stage: constant tables of the elements, and scratch.
+// The membrane elements of all cloths, with their constant tables and scratch memory.
 class Membrane {
  public:
   // corners, constants: one entry per triangle
@@ -40,35 +41,37 @@ class Membrane {
   membrane::Tables tables() const {
     return {corners_.data(), gradients_.data(), constants_.data(), phase_, in_phase_};
   }
-  // Sets the stress that the stiff phases add to forces and Jacobian, see membrane::Tables; null:
-  // nothing. Not owned.
+  // Sets the tables of the stress that stiff phases add to forces and Jacobian (see
+  // membrane::Tables). Null means that nothing is added. The tables are not owned.
   void set_phase(const double* phase, const std::uint8_t* in_phase) {
     phase_ = phase, in_phase_ = in_phase;
   }
 
-  // Batches that touch rows [begin, end), ascending; valid until the next call with other rows.
+  // Batches that touch rows [begin, end), in ascending order. Valid until a call with another row
+  // range.
   const std::vector<Index>& batches_of(Index begin, Index end) {
     return select_rows(begin, end), batches_;
   }
 
   double energy(const Team& team, const Points& x);  // [J], summed in a fixed order
 
-  // Adds minus the elastic force, and minus the viscous force if v is given, to rows [begin, end)
-  // of `force`.
+  // Adds the elastic force, and the viscous force if v is given, to rows [begin, end) of `force`.
   void add_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end,
                   Points& force);
 
-  // Sets rows [begin, end) of `matrix`, whose pattern contains all edges, to elastic K + viscous D.
+  // Sets rows [begin, end) of `matrix` to elastic K + viscous D. The pattern of `matrix` must
+  // contain all mesh edges.
   void set_jacobian(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end,
                     BlockMatrix& matrix);
 
-  // The same in chunks of rows_per_block rows, for callers that process a chunk further while it is
-  // in the cache: locate_rows() first, then set_chunk() for every chunk, with scratch per thread.
+  // The same in chunks of rows_per_block rows, for callers that continue with a chunk while it is
+  // in the cache. Call locate_rows() first, then set_chunk() for every chunk. Each thread needs its
+  // own scratch.
   void locate_rows(const BlockMatrix& matrix, Index begin, Index end);
   void set_chunk(Index chunk, const Points& x, JacobianTerms terms, AlignedDoubles& scratch,
                  BlockMatrix& matrix) const;
 
-  // Green strain (weft, warp, shear E12) (m x 3) and largest principal stretch (m) of each
+  // Computes the Green strain (E11, E22, E12) (m x 3) and the largest principal stretch (m) of each
   // triangle.
   void strain(const Team& team, const Points& x, Points& green, Vector& stretch);
 
@@ -77,21 +80,22 @@ class Membrane {
 
   Index n_vertices_, n_triangles_, n_batches_;
   Triangles triangles_;
-  std::vector<Index> corners_;  // see membrane_kernels.h
+  std::vector<Index> corners_;  // layout: see membrane_kernels.h
   std::vector<double> gradients_, constants_, area_;
   const double* phase_ = nullptr;
   const std::uint8_t* in_phase_ = nullptr;
   bool viscous_ = false;
   std::vector<Index> slot_start_, slots_;  // element slots of each vertex, ascending
 
-  std::vector<Index> batches_;  // those that touch rows [begin_, end_)
+  std::vector<Index> batches_;  // batches that touch rows [begin_, end_)
   Index begin_ = -1, end_ = -1;
   std::vector<double> element_forces_, element_strains_;
 
-  // Sources of the blocks of rows [located_begin_, located_end_); determined once per pattern.
+  // Element blocks that contribute to rows [located_begin_, located_end_). Determined once per
+  // matrix pattern and row range.
   std::vector<Index> chunk_start_, chunk_batches_;  // batches that touch each chunk, ascending
-  std::vector<Index> row_start_, diagonal_;         // of the rows, counted in blocks of the range
-  std::vector<Index> sources_;  // (blocks x 2) places in the chunk's scratch, see membrane::rows
+  std::vector<Index> row_start_, diagonal_;         // block indices relative to the range
+  std::vector<Index> sources_;  // (blocks x 2) offsets in the chunk's scratch, see membrane::rows
   const Index* located_columns_ = nullptr;
   Index located_blocks_ = -1, located_begin_ = -1, located_end_ = -1;
 };

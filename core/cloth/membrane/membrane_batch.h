@@ -1,4 +1,5 @@
-// A batch of eight triangles as the membrane's kernels read it, its strain and stress.
+// A batch of eight triangles in the form that the membrane kernels read, with its strain and
+// stress.
 #pragma once
 
 #include "core/base/lane_vectors.h"
@@ -22,8 +23,8 @@ LOOMSTONE_INLINE Batch<Lanes> batch_of(const Tables& t, Index b) {
           t.constants + constant_stride * i};
 }
 
-// Columns of F (2.31). The gradients add up to zero, so the sum over corners needs only differences
-// to corner 2.
+// Columns of F (2.31). The shape-function gradients sum to zero, so positions relative to corner 2
+// suffice.
 template <class Lanes>
 LOOMSTONE_INLINE void gradient_columns(const Batch<Lanes>& batch, const double* x,
                                        Lanes3<Lanes>& f1, Lanes3<Lanes>& f2) {
@@ -60,7 +61,7 @@ LOOMSTONE_INLINE Tensor<Lanes> elastic_stress(const Moduli<Lanes>& m, const Tens
           2.0 * m.g * e.t12};  // (2.23)
 }
 
-// Positive part of a tensor from its eigenvalues m +- r.
+// Positive part of a symmetric tensor with eigenvalues m +- r.
 template <class Lanes>
 LOOMSTONE_INLINE Tensor<Lanes> positive_part(const Tensor<Lanes>& s) {
   const Lanes m = 0.5 * (s.t11 + s.t22), d = 0.5 * (s.t11 - s.t22);
@@ -70,12 +71,12 @@ LOOMSTONE_INLINE Tensor<Lanes> positive_part(const Tensor<Lanes>& s) {
   return {mean + share * d, mean - share * d, share * s.t12};
 }
 
-// Table of the stiff phases of a batch; null if none of its triangles is in one.
+// Table of the stiff phases of a batch; null if none of its triangles is in a stiff phase.
 LOOMSTONE_INLINE const double* phase_of(const Tables& t, Index b) {
   return t.phase && t.in_phase[b] ? t.phase + phase_stride * static_cast<std::size_t>(b) : nullptr;
 }
-// Derivative and value of the stress that the phases add in a mode (0, 1, 2: 11, 22, 12) at a Green
-// strain e, and its energy.
+// Slope, value and energy of the stress that the stiff phases add in one mode (0: 11, 1: 22, 2: 12)
+// at Green strain e.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes phase_slope(const double* phase, int mode) {
   return lanes_load<Lanes>(phase + 8 * mode);

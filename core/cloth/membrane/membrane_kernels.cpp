@@ -11,8 +11,8 @@ LOOMSTONE_INLINE void store(double* out, int k, const Lanes& value) {
   lanes_store(out + 8 * k, value);
 }
 
-// Stores the nine numbers of each lane's block next to each other; the first eight by an 8 x 8
-// transpose.
+// Stores the nine numbers of each lane's block contiguously. An 8 x 8 transpose stores the first
+// eight.
 template <class Lanes>
 LOOMSTONE_INLINE void store_blocks(double* out, const Lanes a[9]) {
   Lanes b[8], c[8];
@@ -93,7 +93,7 @@ LOOMSTONE_INLINE void blocks(const Tables& tables, const Index* batches, Index n
     const double scale_k = terms.scales.elastic, scale_d = terms.scales.viscous;
     const Lanes k_area = scale_k * area;
     const Lanes s11 = s.t11 * k_area, s22 = s.t22 * k_area, s12 = s.t12 * k_area;
-    // dS/dE and dS/d(dE/dt) enter the same product, so their constants are added first.
+    // dS/dE and dS/d(dE/dt) enter the same product, so their constants are summed first.
     const Lanes lambda = scale_d * batch.constant(5), mu = scale_d * batch.constant(6);
     const Lanes a11 = area * (scale_k * m.a11 + lambda + 2.0 * mu);
     const Lanes a22 = area * (scale_k * m.a22 + lambda + 2.0 * mu);
