@@ -1,4 +1,4 @@
-// Description of a bearing: a body that only turns.
+// Description of a bearing.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace loomstone {
 
-// Description. A body that only turns about an axis through its centre.
+// A bearing restricts a body to rotation about an axis through its centre of mass.
 struct Bearing {
   std::string body;
   Vec3 axis = Vec3(0, 0, 1);

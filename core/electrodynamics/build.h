@@ -1,4 +1,4 @@
-// The parts of build_magnetic_model() and check_magnetic_start(), in the order in which they run.
+// Steps of build_magnetic_model() and check_magnetic_start(), in the order of execution.
 #pragma once
 
 #include "core/electrodynamics/magnetic_model.h"
@@ -12,11 +12,11 @@ void add_coils(const MagneticScene& scene, MagneticModel& model);
 void check_magnets(const MagneticModel& model, const CarrierPlaces& start);
 void check_coils(const MagneticModel& model, const CarrierPlaces& start);
 
-// Where on its carrier a magnet or a coil stands. Throws InvalidInput, and Unsupported where the
-// carrier deforms.
+// Carrier of a magnet or coil, and its pose on the carrier. find_stand() throws InvalidInput for
+// unknown names and Unsupported if the carrier deforms.
 struct Stand {
   Index carrier = 0;
-  RigidPose local;  // from a body's centre of mass
+  RigidPose local;  // from a body's centre of mass or an obstacle's origin
 };
 Stand find_stand(const MagneticScene& scene, const std::string& name, const RigidPose& in_mesh,
                  const std::string& where);

@@ -1,4 +1,4 @@
-// Coils on bodies and obstacles, and bearings.
+// Builds and checks coils and bearings.
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -58,7 +58,8 @@ void check_coil(const Coil& coil, const std::string& where) {
                where);
 }
 
-// A circuit wants bodies that magnetise to do so linearly.
+// Checks that magnetisable bodies respond linearly and mutually, as circuits require. In the
+// presence of such bodies a circuit also needs a self-inductance.
 void check_circuit(const Coil& coil, const MagneticModel& model, const std::string& where) {
   for (const CarriedMagnet& magnet : model.magnets) {
     if (magnet.source) continue;
@@ -74,7 +75,8 @@ void check_circuit(const Coil& coil, const MagneticModel& model, const std::stri
   }
 }
 
-// A winding must not go into a body that magnetises, nor may that reach round a circuit's winding.
+// Checks that a winding does not enter a magnetisable body, and that no such body reaches around
+// the winding of a circuit.
 void check_apart(const MagneticModel& model, const CarrierPlaces& start, std::size_t j,
                  std::size_t k) {
   const CarriedCoil& wound = model.coils[j];
@@ -83,7 +85,7 @@ void check_apart(const MagneticModel& model, const CarrierPlaces& start, std::si
   const RigidPose place = start.pose(magnet.carrier, magnet.local);
   const std::string where = "coils[" + std::to_string(j) + "]";
   const SourcePtr solid =
-      magnet.soft ? magnet.soft->solid() : nullptr;  // null: a sphere that is taken as a dipole
+      magnet.soft ? magnet.soft->solid() : nullptr;  // null: a sphere treated as a point dipole
   const double radius = solid ? solid->radius() : magnet.radius;
   const RigidPose pose = relative_pose(coil.pose, place);
   const Mat3 rotation = rotation_matrix(pose.orientation);

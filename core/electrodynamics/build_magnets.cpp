@@ -1,4 +1,4 @@
-// Magnets on bodies and obstacles.
+// Builds and checks the magnets on bodies and obstacles.
 #include <algorithm>
 #include <string>
 
@@ -32,8 +32,8 @@ void carry_hard(const MagneticBody& magnet, const std::string& where, CarriedMag
   carried.source = magnet.source;
 }
 
-// Spheres of degree 1 are point dipoles unless something more is asked for; the degree that is
-// chosen by default is 1 here.
+// Spheres of degree 0 (automatic) or 1 are treated as point dipoles, unless they have saturation or
+// respond explicitly.
 void carry_soft(const Magnet& magnet, const std::string& where, CarriedMagnet& carried) {
   const SoftBody& body = std::get<SoftBody>(magnet.source);
   const bool cells = magnet.response == "explicit";
@@ -71,9 +71,10 @@ void check_response(const Magnet& magnet, const std::string& where) {
               "cubic centimetre");
 }
 
-// Where many spheres are in the field of many faces or cells, the field is expanded once: that
-// takes as long as some twenty evaluations of all faces at this bound, and as 1,400 of all cells
-// for 100 spheres, however many cells.
+// Replaces the field of a magnet by a local expansion if many spheres are in the field of many
+// faces or cells. At the bound most_exact, building the expansion of a mesh takes as long as about
+// twenty evaluations of all its faces. For cells and 100 spheres it takes as long as about 1,400
+// evaluations of all cells, whatever their number.
 void expand_fields(MagneticModel& model) {
   constexpr std::size_t most_exact = 20000, few_spheres = 100;
   constexpr Index few_cells = 1000;
@@ -132,7 +133,7 @@ void add_magnets(const MagneticScene& scene, MagneticModel& model) {
 
 double pole_at(const MagneticModel& model, Index carrier, const Vec3& point) {
   double nearest = 1.3,
-         pole = 0.0;  // a little beyond the ball that holds the magnet, for what encloses it
+         pole = 0.0;  // slightly outside the bounding ball, to include enclosing bodies
   for (const CarriedMagnet& magnet : model.magnets) {
     if (magnet.carrier != carrier || !magnet.source || magnet.source->moment().isZero(0.0))
       continue;

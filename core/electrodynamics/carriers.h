@@ -1,5 +1,5 @@
-// Bodies and obstacles as carriers of magnets and coils: where they are, how obstacles move, and
-// what acts on them. Bodies are numbered first, then obstacles.
+// Bodies and obstacles as carriers of magnets and coils: their poses, the motion of obstacles, and
+// the wrenches on them. Carriers are numbered with bodies first, then obstacles.
 #pragma once
 
 #include <cstdint>
@@ -10,21 +10,21 @@
 
 namespace loomstone {
 
-// A wrench about the centre of each carrier, or one per ampere [N/A, N m/A].
+// The wrench on each carrier about its centre [N, N m], or the same per ampere [N/A, N m/A].
 using CarrierWrenches = std::vector<Wrench>;
 
-// to += factor * what, carrier by carrier.
+// Adds factor * what to `to`, carrier by carrier.
 void add_times(CarrierWrenches& to, double factor, const CarrierWrenches& what);
 
-// Where carriers are; a view.
+// Non-owning view of the poses of all carriers.
 struct CarrierPlaces {
   const RigidState& bodies;
   const std::vector<RigidPose>& obstacles;
 
-  // Pose of a thing that a carrier holds at `local`: about a body's centre of mass, or an
-  // obstacle's origin.
+  // World pose of an object that is mounted on a carrier at the pose `local`, which is relative to
+  // a body's centre of mass or an obstacle's origin.
   RigidPose pose(Index carrier, const RigidPose& local) const;
-  // About which wrenches on the carriers count (carriers x 3) [m].
+  // Reference points of the wrenches on the carriers (carriers x 3) [m].
   Points centres() const;
 };
 
@@ -34,7 +34,7 @@ struct Twist {
   bool rests() const { return velocity.isZero(0.0) && spin.isZero(0.0); }
 };
 
-// Twists of obstacles that go from one pose to the other in `step` [s].
+// Twists of obstacles that move from the poses `from` to the poses `to` in `step` [s].
 std::vector<Twist> obstacle_twists(const std::vector<RigidPose>& from,
                                    const std::vector<RigidPose>& to, double step);
 

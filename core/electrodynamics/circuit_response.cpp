@@ -4,7 +4,7 @@ namespace loomstone {
 
 namespace {
 
-// The sum of some wrenches, each with its factor.
+// Weighted sum of wrenches.
 CarrierWrenches combined(const std::vector<std::pair<double, const CarrierWrenches*>>& parts) {
   CarrierWrenches sum(parts.front().second->size());
   for (const auto& [factor, wrenches] : parts) add_times(sum, factor, *wrenches);

@@ -1,7 +1,8 @@
-// Response of magnetised bodies to circuits. A linear body answers with a moment that is linear in
-// all currents, so forces are polynomials of second degree in them. Their coefficients are found at
-// each instant from probe currents: of both signs in each circuit, and in each pair of circuits.
-// The flux that bodies return through a coil is linear in the currents and adds to the inductances.
+// Response of magnetised bodies to circuit currents. The moment of a linear body depends linearly
+// on all currents, so forces are quadratic polynomials of the currents. Their coefficients are
+// determined at each instant with probe currents: positive and negative in each circuit, and
+// positive in each pair of circuits. The flux of the magnetised bodies through a coil is linear in
+// the currents and adds to the inductances.
 #pragma once
 
 #include <cstddef>
@@ -13,26 +14,26 @@
 namespace loomstone {
 
 struct CircuitResponse {
-  // Quadratic part: of one ampere in each of two circuits, or twice that of one ampere in one (j ==
-  // k). Places among the circuits.
+  // Quadratic part of the wrenches for one ampere in each of circuits j and k. If j == k, it is
+  // twice the part for one ampere in that circuit. j and k are indices in the list of circuits.
   struct Pair {
     std::size_t j, k;
     CarrierWrenches wrenches;  // [N/A^2, N m/A^2]
   };
-  std::vector<CarrierWrenches> linear;  // of each circuit [N/A, N m/A]
+  std::vector<CarrierWrenches> linear;  // linear part for each circuit [N/A, N m/A]
   std::vector<Pair> quadratic;
-  Eigen::MatrixXd inductances;  // (circuits x coils) of bodies [H]
+  Eigen::MatrixXd inductances;  // (circuits x coils) added by magnetised bodies [H]
 };
 
-// Wrenches and fluxes with some current in each circuit.
+// Wrenches and fluxes for given circuit currents.
 struct CircuitTrial {
   CarrierWrenches wrenches;
-  Vector flux;  // (coils) through each by magnetised bodies, where it is wanted [Wb]
+  Vector flux;  // (coils) flux of magnetised bodies through each coil that needs it [Wb]
 };
 
-// circuits: their places among the coils; amperes: (circuits) large enough to show against what
-// acts without them, which is `idle` [A]. The mutual inductance of two circuits is the mean of both
-// ways round.
+// circuits: indices of the circuits among the coils. amperes: (circuits) probe currents [A], large
+// enough to have an effect comparable to `idle`, the wrenches without circuit currents. The two
+// values of each mutual inductance of circuits are averaged.
 CircuitResponse circuit_response(const std::vector<std::size_t>& circuits, const Vector& amperes,
                                  const CarrierWrenches& idle,
                                  const std::function<CircuitTrial(const Vector&)>& trial);

@@ -10,8 +10,8 @@
 
 namespace loomstone {
 
-// Description. A winding with a current that is given, or that of a circuit of resistance,
-// inductance and source.
+// A winding with either a given current, or the current of a circuit that has a resistance, an
+// inductance and a voltage source.
 struct Coil {
   std::string body;
   std::optional<MagneticBody> source;

@@ -6,7 +6,8 @@ namespace loomstone {
 
 namespace {
 
-// Linear between times, constant beyond them; no values: 0.
+// Interpolates linearly between times and uses the nearest value outside them. Returns 0 if there
+// are no values.
 double at_time(const std::vector<double>& times, const std::vector<double>& values, double time) {
   if (values.empty()) return 0.0;
   if (times.empty()) return values.front();

@@ -1,4 +1,4 @@
-// Currents of coils at a time, and coils as the magnets that they make.
+// Coil currents at a given time, and coils as field sources.
 #pragma once
 
 #include <vector>
@@ -8,20 +8,20 @@
 
 namespace loomstone {
 
-// Current given to a coil without a circuit, voltage of the source of one with a circuit, at a time
-// [s] [A, V].
+// Given current of a coil without circuit [A], and source voltage of a circuit [V], at `time` [s].
 double given_current(const Coil& coil, double time);
 double source_voltage(const Coil& coil, double time);
 
-// (coils) given currents at a time [s], and those of circuits, in their order, if there are any; 0
-// else [A].
+// Currents of all coils (coils) at `time` [s]: given currents and, in circuit order, the currents
+// `circuits` [A]. If `circuits` is empty, circuits have no current.
 Vector currents_at(const MagneticModel& model, double time, const Vector& circuits = {});
-// (coils) the same with the circuits' currents in a state.
+// The same with the circuit currents of a state.
 Vector coil_currents(const MagneticModel& model, const CircuitState& circuits, double time);
-// Current of the first circuit, 0 without one [A].
+// Current of the first circuit; 0 if there is no circuit [A].
 double first_circuit_current(const MagneticModel& model, const CircuitState& circuits);
 
-// All coils with one ampere; those that carry a current, with it; currents: (coils) [A].
+// placed_coils() returns all coils, each with one ampere. carrying_coils() returns the coils whose
+// entry of `currents` (coils) [A] is not zero, each with its current.
 std::vector<MagneticBody> placed_coils(const MagneticModel& model, const CarrierPlaces& places);
 std::vector<MagneticBody> carrying_coils(const MagneticModel& model, const CarrierPlaces& places,
                                          const Vector& currents);

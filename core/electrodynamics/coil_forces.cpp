@@ -10,8 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Force that two dipoles feel at the distance of the bodies, or of their size: below a hundredth of
-// it nothing matters.
+// Force between two dipoles with the moments of the bodies, at the distance of the bodies or at
+// their radius, whichever is larger. It sets the absolute scale of the force tolerance.
 double scale_of_force(const MagneticBody& a, const MagneticBody& b) {
   const double apart = std::max(
       {(a.pose.position - b.pose.position).norm(), a.source->radius(), b.source->radius()});
@@ -35,8 +35,8 @@ bool PlacedCoils::joined(Index a, Index b) const {
   return a == b || (rests(a) && rests(b));
 }
 
-// Adds what a coil of one ampere and `other`, `factor` times, do to one another, about the centres
-// of their carriers.
+// Adds the wrenches between a coil of one ampere and `other`, multiplied by `factor`, about the
+// centres of their carriers.
 void PlacedCoils::meet(const Part& coil, const Part& other, double factor,
                        CarrierWrenches& result) const {
   if (joined(coil.carrier, other.carrier)) return;

@@ -1,7 +1,8 @@
-// Forces between coils and magnets, per ampere, at one instant.
+// Forces per ampere between coils and magnets at one instant.
 //
-// A coil with current i feels i G and its partners -i G by balance of momentum, where G is the
-// force per ampere; kicks (kick.h) also take its back-EMF from it.
+// Let G be the force per ampere on a coil. With current i the coil feels i G, and its partners feel
+// -i G by conservation of momentum. Kicks (kick.h) compute the back-EMF of the coil from the same
+// G.
 #pragma once
 
 #include <vector>
@@ -12,28 +13,28 @@
 namespace loomstone {
 
 struct CoilForces {
-  std::vector<CarrierWrenches> per_ampere;   // of each coil [N/A, N m/A]
-  std::vector<CircuitResponse::Pair> pairs;  // of circuits on different carriers, and by what they
-                                             // magnetise
-  std::vector<double> sense;  // of each coil's source: -1 where its commutator reverses it
+  std::vector<CarrierWrenches> per_ampere;   // wrenches of each coil [N/A, N m/A]
+  std::vector<CircuitResponse::Pair> pairs;  // interactions of circuits on different carriers, and
+                                             // of circuits through magnetised bodies
+  std::vector<double> sense;  // polarity of each coil's source: -1 if its commutator reverses it
 };
 
-// Coils where they stand.
+// Coils at their current poses, and the forces on them.
 class PlacedCoils {
  public:
-  // twists: of obstacles; two that rest exert nothing on one another that counts. `places` must
-  // outlive this.
+  // twists: motion of the obstacles. Forces between two obstacles at rest are not computed. `model`
+  // must outlive this.
   PlacedCoils(const MagneticModel& model, const CarrierPlaces& places, std::vector<Twist> twists);
 
   const std::vector<MagneticBody>& with_one_ampere() const { return coils_; }
 
-  // Wrenches between magnets and coils with currents (coils) [A].
+  // Wrenches between magnets and coils that carry `currents` (coils) [A].
   CarrierWrenches with_magnets(const std::vector<MagneticBody>& magnets,
                                const Vector& currents) const;
-  // Wrenches among coils with such currents, and those of the uniform field on them.
+  // Wrenches among coils that carry `currents` (coils) [A], and of the uniform field on them.
   CarrierWrenches among_coils(const Vector& currents) const;
-  // Per ampere at a time [s]. response: of circuits with magnets that they magnetise; empty: none
-  // do, and they act on magnets as these are.
+  // Forces per ampere at `time` [s]. `response` is the response of magnetised bodies to the
+  // circuits. If it is empty, circuits magnetise nothing and act on the given magnets only.
   CoilForces per_ampere(const std::vector<MagneticBody>& magnets, double time,
                         const CircuitResponse& response) const;
 
@@ -46,7 +47,7 @@ class PlacedCoils {
   Part magnet(const std::vector<MagneticBody>& magnets, std::size_t k) const {
     return {magnets[k], model_.magnets[k].carrier};
   }
-  // Whether the carriers never move against one another.
+  // True if the two carriers do not move relative to each other in the step.
   bool joined(Index a, Index b) const;
   void meet(const Part& coil, const Part& other, double factor, CarrierWrenches& result) const;
 

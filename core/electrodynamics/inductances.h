@@ -1,4 +1,4 @@
-// Inductances of circuits: their own, mutual ones, and what bodies that they magnetise add.
+// Self and mutual inductances of circuits, with the contributions of magnetised bodies.
 #pragma once
 
 #include <map>
@@ -15,26 +15,26 @@ struct Inductances {
   Eigen::MatrixXd from_given;  // (circuits x coils with given currents) [H]
 };
 
-// Stage. Keeps the mutual inductance of each pair of coils that it was asked for last, for the
-// relative pose at which that was: a pair at the same pose to the last bit has the same.
+// Computes the inductances. The last mutual inductance of each pair of coils is cached together
+// with the relative pose of the coils. It is reused if this pose is bitwise the same.
 class MutualInductances {
  public:
   explicit MutualInductances(const MagneticModel& model) : model_(model) {}
 
-  // coils: all coils at their poses, each with one ampere; response: that of the bodies they
-  // magnetise, empty if there are none. Throws InvalidInput if diamagnetic bodies leave a circuit
-  // without positive self-inductance.
+  // coils: all coils at their poses, each with one ampere. response: response of the bodies that
+  // the coils magnetise, empty if there are none. Throws InvalidInput if diamagnetic bodies leave a
+  // circuit without positive self-inductance.
   Inductances at(const std::vector<MagneticBody>& coils, const CircuitResponse& response);
 
  private:
   double mutual(const std::vector<MagneticBody>& coils, std::size_t j, std::size_t k);
 
   struct Known {
-    RigidPose pose;  // of the second coil as seen from the first
+    RigidPose pose;  // pose of the second coil relative to the first
     double value = 0.0;
   };
   const MagneticModel& model_;
-  std::map<std::pair<std::size_t, std::size_t>, Known> known_;  // by places among the coils
+  std::map<std::pair<std::size_t, std::size_t>, Known> known_;  // by coil indices
 };
 
 }  // namespace loomstone

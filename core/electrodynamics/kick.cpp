@@ -6,30 +6,33 @@ namespace loomstone {
 
 namespace {
 
-// Wrenches between moving circuits depend on their currents, so a kick iterates: this many times.
-// Each iteration reduces the change by the fraction of a current that a kick changes.
+// Number of fixed-point iterations in a kick, because the wrenches between moving circuits depend
+// on their currents. Each iteration reduces the error by a factor equal to the relative change of a
+// current in the kick.
 constexpr int rounds = 4;
 
-// Per ampere of each circuit: what its EMF follows, and what bodies feel.
+// Wrenches per ampere of each circuit: `felt` determines the back-EMF, `exerted` acts on the
+// bodies.
 struct Couplings {
   std::vector<CarrierWrenches> felt, exerted;
 };
 
-// The circuits at the start of a kick, and their linear system without the bodies.
+// Circuits at the start of a kick, and their linear system without back-EMF.
 struct CircuitSystem {
   Eigen::MatrixXd matrix;                   // 2 L / tau + R [ohm]
-  Vector before, voltages, induced, right;  // [A], [V], flux by given currents [V s], [V]
+  Vector before, voltages, induced, right;  // [A], [V], flux change by given currents [V s], [V]
 };
 
 class Kick {
  public:
   Kick(const MagneticModel& model, const KickStart& start) : model_(model), start_(start) {}
 
-  // Adds the circuits' wrenches.
+  // Advances the circuits and adds their wrenches to `wrenches`.
   void advance_circuits(CarrierWrenches& wrenches, CircuitState& circuits) const;
-  // Per ampere, or of wrenches: what bodies feel, times their velocities in the middle [W/A, W].
+  // Power of the wrenches `felt` on bodies, at the midpoint velocities of a kick by `wrenches` [W].
+  // The power is per ampere [W/A] if `felt` is.
   double power(const CarrierWrenches& felt, const CarrierWrenches& wrenches) const;
-  // Velocities in the middle of a kick by a wrench.
+  // Midpoint velocities of a body in a kick by `wrench`.
   Twist middle(Index body, const Wrench& wrench) const;
 
  private:
@@ -70,7 +73,7 @@ double Kick::power(const CarrierWrenches& felt, const CarrierWrenches& wrenches)
   return sum;
 }
 
-// Power of the wrenches on obstacles.
+// Power of the wrenches on scripted obstacles.
 double Kick::scripted_power(const CarrierWrenches& per_ampere) const {
   double sum = 0.0;
   for (std::size_t i = 0; i < start_.twists.size(); ++i) {
@@ -120,8 +123,8 @@ Couplings Kick::couplings(const Vector& middle_currents) const {
   return result;
 }
 
-// i_m of (2 L / tau + R) (i_m) + E(i_m) = 2 L i / tau + V - M di_g / tau, with E the power per
-// ampere, linear in the wrenches and so in i_m but for what circuits do to one another.
+// Solves (2 L / tau + R) i_m + E(i_m) = 2 L i / tau + V - M di_g / tau for i_m. The back-EMF E is
+// the power per ampere. For given couplings it is linear in the wrenches, and therefore in i_m.
 Vector Kick::middle_currents(const CircuitSystem& system, const Couplings& couplings,
                              const CarrierWrenches& wrenches) const {
   const Eigen::Index m = system.before.size();
@@ -130,7 +133,7 @@ Vector Kick::middle_currents(const CircuitSystem& system, const Couplings& coupl
   std::vector<CarrierWrenches> with(m, wrenches);
   for (Eigen::Index k = 0; k < m; ++k) add_times(with[k], 1.0, couplings.exerted[k]);
   for (Eigen::Index j = 0; j < m; ++j) {
-    // Power without the currents, and its increase for one ampere.
+    // Power without circuit currents. `matrix` gets its increase per ampere.
     const double idle = power(couplings.felt[j], wrenches);
     right[j] -= idle + scripted_power(couplings.felt[j]);
     for (Eigen::Index k = 0; k < m; ++k) matrix(j, k) += power(couplings.felt[j], with[k]) - idle;
@@ -174,7 +177,7 @@ CarrierWrenches kick_wrenches(const MagneticModel& model, const KickStart& start
   for (const std::size_t j : model.given)
     add_times(wrenches, current(j), actions.coils.per_ampere[j]);
   if (!model.circuits.empty()) kick.advance_circuits(wrenches, circuits);
-  for (const std::size_t j : model.given)  // sources that hold a given current do what work is done
+  for (const std::size_t j : model.given)  // sources of given currents do the work
     circuits.supply +=
         start.duration * current(j) * kick.power(actions.coils.per_ampere[j], wrenches);
   if (!actions.magnetised.empty())

@@ -1,15 +1,17 @@
-// A kick by coils and bearings: wrenches on bodies, and the currents of circuits.
+// A kick computes the wrenches on bodies, including those of coils and bearings, and advances the
+// circuit currents.
 //
-// A coil with current i feels i G and its partners -i G by balance of momentum, where G is the
-// force per ampere; the same G times the velocities is its back-EMF, so that what a circuit loses
-// the bodies gain, to the last bit of a kick: of length tau, at rest positions, with middle values
-// (subscript m), L (i' - i) = tau (V - R i_m - G v_m), m (v' - v) = tau (F + G i_m). With several
-// circuits L is the matrix of their own and mutual inductances, to which M di/dt of the given
-// currents is added, and G of each contains the currents of the others: what they do to one another
-// in a kick is taken at i_m, by iteration, and half of it is stored in L as bodies move. The same
-// holds for what a circuit does to itself by bodies that it magnetises (circuit_response.h), whose
-// flux adds to L. What moves by script has its velocities in G v too; it feels nothing, and its
-// work counts as supply.
+// Let G be the force per ampere on a coil. With current i the coil feels i G, and its partners feel
+// -i G by conservation of momentum. The back-EMF is the same G times the velocities, so bodies gain
+// exactly the energy that a circuit loses, up to rounding. In a kick of duration tau positions are
+// constant. With new values (prime) and midpoint values (subscript m),
+//   L (i' - i) = tau (V - R i_m - G v_m),   m (v' - v) = tau (F + G i_m).
+// With several circuits, L is the matrix of self and mutual inductances, and the EMF M di/dt of the
+// given currents is added. G of each circuit then contains the currents of the other circuits. The
+// interaction of circuits in a kick is evaluated at i_m, by iteration. Half of its energy is stored
+// in L as the bodies move. The same applies to the action of a circuit on itself through bodies
+// that it magnetises (circuit_response.h). Their flux adds to L. The velocities of scripted
+// obstacles also enter G v. These obstacles feel no force, and their work counts as supply.
 #pragma once
 
 #include <vector>
@@ -21,25 +23,25 @@
 
 namespace loomstone {
 
-// All that acts where carriers are at one instant.
+// All actions on the carriers at one instant.
 struct Actions {
-  CarrierWrenches magnets;     // what magnets do to one another, without currents of circuits
-  CarrierWrenches magnetised;  // of that, what follows from bodies that coils of given currents
-                               // magnetise, or empty; its work is that of the currents' sources
+  CarrierWrenches magnets;     // wrenches among magnets, without circuit currents
+  CarrierWrenches magnetised;  // part of `magnets` that is due to magnetisation by given currents,
+                               // or empty; the sources of these currents do its work
   CoilForces coils;
   Inductances inductances;
 };
 
-// The start of a kick.
+// Input of a kick.
 struct KickStart {
-  double time = 0.0, duration = 0.0;  // of its middle [s]; [s]
+  double time = 0.0, duration = 0.0;  // midpoint and length of the kick [s]
   const RigidState& bodies;
-  const Points& momenta;             // angular, of bodies, world axes [kg m^2/s]
-  const std::vector<Twist>& twists;  // of obstacles
+  const Points& momenta;             // angular momenta of bodies, world axes [kg m^2/s]
+  const std::vector<Twist>& twists;  // motion of the obstacles
   const Actions& actions;
 };
 
-// Wrenches on bodies within a kick; advances the circuits by it.
+// Returns the wrenches on bodies in a kick and advances the circuits by it.
 CarrierWrenches kick_wrenches(const MagneticModel& model, const KickStart& start,
                               CircuitState& circuits);
 

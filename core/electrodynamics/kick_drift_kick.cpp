@@ -10,10 +10,10 @@ namespace loomstone {
 
 namespace {
 
-// More sub-steps a step mean that magnets have run into one another, or that the step is far too
-// long.
+// More sub-steps per step indicate that magnets overlap or that the step is far too long.
 constexpr int most_substeps = 4096;
-// A sub-step whose length times frequency has grown to this many times the limit is halved.
+// After the first call of resolve(), sub-steps are halved only if length times frequency exceeds
+// the limit by this factor.
 constexpr double tolerated_growth = 4.0 / 3.0;
 
 }  // namespace

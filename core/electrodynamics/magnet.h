@@ -10,11 +10,10 @@
 
 namespace loomstone {
 
-// A permanent magnet, or a body that magnetises in the field it is in.
+// A permanent magnet, or a body that is magnetised by the field in which it lies.
 using MagnetSource = std::variant<std::monostate, MagneticBody, SoftBody>;
 
-// Description. What makes a rigid body or an obstacle magnetic; one that carries several has one of
-// these for each.
+// A magnet on a rigid body or obstacle. A body with several magnets has one of these for each.
 struct Magnet {
   std::string body;  // name of the rigid body or obstacle that carries it
   MagnetSource source;

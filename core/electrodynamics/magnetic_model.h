@@ -1,5 +1,5 @@
-// The magnetic part of a scene, checked and turned into tables: magnets, coils and bearings on
-// bodies and obstacles. Constant once built.
+// Model of the magnetic part of a scene: magnets, coils and bearings on bodies and obstacles,
+// validated and converted to tables. Constant once built.
 #pragma once
 
 #include <algorithm>
@@ -18,16 +18,16 @@
 
 namespace loomstone {
 
-// Description. A body or an obstacle on which magnets, coils and bearings may stand.
+// A body or obstacle that may carry magnets, coils and bearings.
 struct MagneticCarrier {
   std::string name;
   std::shared_ptr<const TriangleMesh> mesh;
-  MassProperties mass;                  // of a body
-  Vec4 orientation = Vec4(1, 0, 0, 0);  // of a body at the start
-  bool deforms = false;                 // an obstacle that does not keep its shape
+  MassProperties mass;                  // bodies only
+  Vec4 orientation = Vec4(1, 0, 0, 0);  // at the start, bodies only
+  bool deforms = false;                 // true: an obstacle that deforms
 };
 
-// Description. All that a MagneticModel is built from.
+// Input from which a MagneticModel is built.
 struct MagneticScene {
   std::vector<Magnet> magnets;
   std::vector<Coil> coils;
@@ -36,65 +36,67 @@ struct MagneticScene {
   Index n_bodies = 0;
   Vec3 gravity = Vec3::Zero();  // [m/s^2]
   Vec3 field = Vec3::Zero();    // uniform flux density [T]
-  double tolerance = 1e-4;      // error of the force between two magnets over the largest such [1]
-  double substep = 0.15;        // length of a sub-step times the largest angular frequency [1]
+  double tolerance = 1e-4;      // force error over the largest force between two magnets
+  double substep = 0.15;        // sub-step length times largest angular frequency
 };
 
 // A magnet on its carrier.
 struct CarriedMagnet {
-  SourcePtr source;                           // none: induced
+  SourcePtr source;                           // null: induced magnet
   double radius = 0.0, polarizability = 0.0;  // of an induced sphere [m], [A m^2/T]
-  SoftShapePtr soft;        // of induced bodies, unless all are spheres taken as point dipoles
-  double saturation = 0.0;  // of it [T]
-  Points cells;             // where it answers explicitly [m]
-  RigidPose local;          // body: from its centre; obstacle: from the mesh's origin; mesh axes
-  Index carrier = 0;        // body, or number of bodies plus obstacle
+  SoftShapePtr soft;  // of induced bodies; null if all of them are spheres treated as point dipoles
+  double saturation = 0.0;  // saturation polarization of `soft` [T]
+  Points cells;             // positions of the cells of an explicit response [m]
+  RigidPose local;          // from a body's centre of mass or an obstacle's origin, mesh axes
+  Index carrier = 0;        // body index, or number of bodies plus obstacle index
 };
 
 // A coil on its carrier.
 struct CarriedCoil {
   Coil coil;
   SourcePtr source;  // with one ampere
-  RigidPose local;   // as of magnets
+  RigidPose local;   // as in CarriedMagnet
   Index carrier = 0;
 
-  bool circuit() const { return coil.resistance > 0.0; }  // else its current is given
-  // Whether anything follows from the flux of magnetised bodies through it.
+  bool circuit() const { return coil.resistance > 0.0; }  // false: given current
+  // True if the flux of magnetised bodies through the coil has an effect.
   bool wants_flux() const { return circuit() || !coil.times.empty(); }
 };
 
-// A body as magnetic forces move it.
+// Properties of a rigid body that its motion under magnetic forces depends on.
 struct MagneticRotor {
   MassProperties mass;
   Rotor rotor;
-  std::optional<Bearing> bearing;  // its axis of unit length
+  std::optional<Bearing> bearing;  // with unit axis
 };
 
-// Model.
 struct MagneticModel {
   Vec3 gravity = Vec3::Zero(), field = Vec3::Zero();  // [m/s^2], [T]
-  double tolerance = 1e-4, substep = 0.15;            // as of MagneticScene
+  double tolerance = 1e-4, substep = 0.15;            // as in MagneticScene
   std::vector<CarriedMagnet> magnets;
   std::vector<CarriedCoil> coils;
-  std::vector<std::size_t> given, circuits;  // places of the coils with given currents, of circuits
+  std::vector<std::size_t> given, circuits;  // indices of coils with given currents; of circuits
   std::vector<MagneticRotor> bodies;
   Index n_obstacles = 0;
 
   Index n_bodies() const { return static_cast<Index>(bodies.size()); }
-  bool acts() const;  // on bodies
-  // The carrier, with one number for all obstacles: what stands on them does not move apart.
+  bool acts() const;  // true if the scene has magnets, coils or bearings
+  // Carrier index, with one common index for all obstacles. Forces do not move obstacles relative
+  // to each other.
   Index group(Index carrier) const { return std::min(carrier, n_bodies()); }
 };
 
-// Checks the descriptions. Throws InvalidInput and Unsupported.
+// Validates the scene and builds its model. Throws InvalidInput and Unsupported.
 MagneticModel build_magnetic_model(const MagneticScene& scene);
 
-// Refuses a start at which bodies that magnetise overlap with magnets or windings, and circuits
-// whose inductances cannot be.
+// Throws InvalidInput if magnetisable bodies overlap with magnets or windings at the start, or if
+// the inductances of the circuits are not positive definite. Throws Unsupported if a magnetisable
+// body reaches around the winding of a circuit.
 void check_magnetic_start(const MagneticModel& model, const CarrierPlaces& start);
 
-// How far north a point of the carrier [m] is in its nearest magnet, -1 ... 1 along the moment; 0
-// away from hard magnets.
+// Position of a point of the carrier [m] along the moment of its nearest hard magnet, relative to
+// the radius of the magnet: about 1 at the north pole, -1 at the south pole. 0 if no hard magnet is
+// near.
 double pole_at(const MagneticModel& model, Index carrier, const Vec3& point);
 
 }  // namespace loomstone

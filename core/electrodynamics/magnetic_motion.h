@@ -1,6 +1,6 @@
-// Motion of rigid bodies that carry magnets and coils, or turn in bearings: kick-drift-kick
-// (kick_drift_kick.h) with sub-steps short beside the fastest oscillation (substep_frequency.h).
-// Circuits advance within the kicks (kick.h).
+// Motion of rigid bodies that carry magnets and coils, or rotate in bearings. The integrator is
+// kick-drift-kick (kick_drift_kick.h) with sub-steps that are short compared with the fastest
+// oscillation (substep_frequency.h). Circuits advance within the kicks (kick.h).
 #pragma once
 
 #include <optional>
@@ -14,54 +14,54 @@
 
 namespace loomstone {
 
-// A step and what acts in it besides magnets.
+// A step with its external impulses and obstacle motion.
 struct MagneticStep {
-  double start = 0.0, length = 0.0;                   // [s]
-  const Points &impulses, &angular_impulses;          // (b x 3) that act first [N s], [N m s]
-  const ObstaclePlaces &obstacles, &moved_obstacles;  // at its start, at its end
+  double start = 0.0, length = 0.0;           // [s]
+  const Points &impulses, &angular_impulses;  // (b x 3), applied at the start [N s], [N m s]
+  const ObstaclePlaces &obstacles, &moved_obstacles;  // at the start and end
 };
 
-// The cost of a step, and its error.
+// Cost and error of a step.
 struct MagneticEffort {
   int substeps = 0;
-  double error = 0.0;  // largest estimated error of a force at the end [N]
+  double error = 0.0;  // largest force error (estimate) at the end [N]
 };
 
-// Stage. Keeps what acts at the instant at which the last step ended, where the next one begins:
-// used again only for the same cause, to the last bit.
+// The motion of bodies under magnetic forces. The actions at the end of a step are cached, because
+// the next step begins there. They are reused only if all their inputs are bitwise the same.
 class MagneticMotion {
  public:
   explicit MagneticMotion(const MagneticModel& model);
   MagneticMotion(const MagneticMotion&) = delete;
   MagneticMotion& operator=(const MagneticMotion&) = delete;
 
-  // Force [N] and torque about the centre [N m] on each body by magnets and coils with currents
-  // (coils) [A].
+  // Force [N] and torque about the centre [N m] on each body, exerted by magnets and by coils that
+  // carry `currents` (coils) [A].
   CarrierWrenches wrenches(const Team& team, const CarrierPlaces& places,
                            const Vector& currents) const;
-  // Energy of all magnets in one another's field and in the uniform one, without what coils
-  // magnetise [J]. moments: of induced dipoles, from which their search begins.
+  // Energy of all magnets in each other's fields and in the uniform field [J]. It excludes
+  // magnetisation by coils. moments: initial guess of the induced dipole moments.
   double energy(const Team& team, const CarrierPlaces& places, const Points& moments) const;
 
-  // Advances bodies, circuits and the moments of induced dipoles. `world` knows of no gravity and
-  // no gyroscopic forces. Throws SolverFailure.
+  // Advances bodies, circuits and the moments of induced dipoles. `world` must have been built
+  // without gravity and gyroscopic torques. Throws SolverFailure.
   MagneticEffort advance(const Team& team, const MagneticStep& step, RigidWorld& world,
                          RigidState& bodies, MagneticState& magnetic);
 
  private:
-  // A place and time, and how obstacles move.
+  // Poses of the carriers, motion of the obstacles, and time.
   struct Moment {
     CarrierPlaces places;
     const std::vector<Twist>& twists;
     double time;
   };
-  // All that the actions at an instant depend on.
+  // All inputs that determine the actions at an instant.
   struct Cause {
     Points positions;
     Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> orientations;
     std::vector<RigidPose> obstacles;
-    std::vector<std::uint8_t> resting;  // obstacles
-    Vector given;                       // (coils) currents [A]
+    std::vector<std::uint8_t> resting;  // 1: obstacle at rest
+    Vector given;                       // (coils) given currents [A]
     bool operator==(const Cause& other) const = default;
   };
   struct Instant {
@@ -71,8 +71,8 @@ class MagneticMotion {
   };
 
   Cause cause_of(const Moment& moment) const;
-  // Forces and inductances there, those of last_ if its cause is the same; moments: of induced
-  // dipoles, where their search begins, and those found.
+  // Computes forces and inductances at an instant, or returns last_ if its cause is the same.
+  // moments: initial guess of the induced dipole moments on entry, the moments found on return.
   const Instant& arrive(const Team& team, const Moment& moment, Points& moments);
   CircuitResponse response(const Team& team, const Moment& moment, const PlacedCoils& coils,
                            const Instant& idle) const;

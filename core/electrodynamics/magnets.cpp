@@ -10,7 +10,7 @@ namespace loomstone {
 
 namespace {
 
-// Relative residual to which induced moments are found, over the tolerance of forces.
+// Relative residual of the solve for induced moments, as a fraction of the force tolerance.
 constexpr double share_of_tolerance = 1e-2;
 
 }  // namespace
@@ -40,7 +40,7 @@ Points Magnets::dipole_positions(const std::vector<MagneticBody>& magnets) const
   return x;
 }
 
-// Flux density at the induced spheres but for their own [T].
+// Flux density at the induced spheres, without the fields of these spheres [T].
 Points Magnets::applied_field(const Team& team, const std::vector<MagneticBody>& coils,
                               Magnetised& magnetised) const {
   const Points x = dipole_positions(magnetised.magnets);
@@ -54,7 +54,7 @@ Points Magnets::applied_field(const Team& team, const std::vector<MagneticBody>&
   return field;
 }
 
-// Bodies that answer explicitly take no part in the others' magnetisation.
+// Bodies with explicit response do not contribute to the magnetisation of others.
 void Magnets::magnetise_bodies(const Team& team, const std::vector<MagneticBody>& coils,
                                Magnetised& magnetised) const {
   std::vector<MagneticBody>& magnets = magnetised.magnets;
@@ -123,9 +123,9 @@ CarrierWrenches Magnets::wrenches(const Team& team, const CarrierPlaces& places,
   return result;
 }
 
-// Hard magnets in one another's field and in the uniform one; induced dipoles have half of the
-// energy that they would have if they were hard, in the field that is not theirs: the other half is
-// stored in them.
+// Sums the energies of hard magnets in each other's fields and in the uniform field. An induced
+// dipole has half the energy of a hard dipole in the applied field, because the other half is
+// stored in its magnetisation.
 double Magnets::energy(const Team& team, const Magnetised& magnetised) const {
   const std::vector<MagneticBody>& magnets = magnetised.magnets;
   const std::vector<MagneticBody> hard = this->hard(magnets);
@@ -160,7 +160,7 @@ std::vector<MagneticBody> shown_magnets(const Team& team, const MagneticModel& m
   std::vector<MagneticBody> magnets = Magnets(model).at(team, places, coils).magnets;
   for (std::size_t i = 0; i < magnets.size(); ++i) {
     if (model.magnets[i].source || model.magnets[i].soft) continue;
-    const double radius = model.magnets[i].radius;  // of what has no source of its own
+    const double radius = model.magnets[i].radius;  // of a sphere treated as a dipole
     const Vec3 polarization =
         mu0 / (4.0 / 3.0 * pi * radius * radius * radius) * magnets[i].moment();
     magnets[i].source = std::make_shared<Sphere>(radius, polarization);

@@ -1,5 +1,4 @@
-// The magnets of a model at their poses: how bodies magnetise, what magnets do to one another, and
-// their energy.
+// The magnets of a model at given poses: magnetisation of bodies, wrenches and energy.
 #pragma once
 
 #include <vector>
@@ -10,31 +9,32 @@ namespace loomstone {
 
 // Magnets at one instant.
 struct Magnetised {
-  // In the order of the model; induced dipoles as dipoles with world axes.
+  // In the order of the model. Induced dipoles have world axes.
   std::vector<MagneticBody> magnets;
-  std::vector<KnownField> known;  // of hard magnets at induced dipoles, used again by forces
-  Points moments;                 // (k x 3) of induced dipoles, or those given without any [A m^2]
+  std::vector<KnownField> known;  // fields of hard magnets at induced dipoles, reused for forces
+  Points moments;  // (k x 3) of induced dipoles; if there are none, the given ones [A m^2]
 };
 
-// Stage without state: tables of the model.
+// Computes magnetisation, wrenches and energy. Contains only constant tables of the model.
 class Magnets {
  public:
   explicit Magnets(const MagneticModel& model);
 
-  // Coils magnetise bodies too; moments: of induced dipoles, from which their search begins.
+  // Magnetises the bodies at the given poses. `coils` are additional field sources. moments:
+  // initial guess of the induced dipole moments.
   Magnetised at(const Team& team, const CarrierPlaces& places,
                 const std::vector<MagneticBody>& coils, const Points& moments = Points()) const;
-  // Wrenches on each carrier by magnets in one another's field and in the uniform one.
+  // Wrenches on each carrier, from magnets in each other's fields and in the uniform field.
   CarrierWrenches wrenches(const Team& team, const CarrierPlaces& places,
                            const Magnetised& magnetised) const;
-  // Energy of all magnets in one another's field and in the uniform one, without coils [J].
+  // Energy of all magnets in each other's fields and in the uniform field, without coils [J].
   double energy(const Team& team, const Magnetised& magnetised) const;
 
-  const std::vector<Index>& hard() const { return hard_; }        // places in the list of magnets
-  const std::vector<Index>& induced() const { return induced_; }  // the others
-  const std::vector<Index>& groups() const { return groups_; }    // MagneticModel::group of each
-  bool dipoles_only() const { return !soft_; }  // the induced ones are spheres taken as dipoles
-  const Vector& polarizabilities() const { return polarizabilities_; }  // of the induced, then
+  const std::vector<Index>& hard() const { return hard_; }        // indices of hard magnets
+  const std::vector<Index>& induced() const { return induced_; }  // indices of the other magnets
+  const std::vector<Index>& groups() const { return groups_; }    // MagneticModel::group() of each
+  bool dipoles_only() const { return !soft_; }                    // true: all induced are dipoles
+  const Vector& polarizabilities() const { return polarizabilities_; }  // of induced dipoles
 
  private:
   std::vector<MagneticBody> hard(const std::vector<MagneticBody>& magnets) const;
@@ -52,8 +52,8 @@ class Magnets {
   bool soft_ = false;
 };
 
-// All magnets as pictures show them, spheres that are dipoles as magnetised spheres, and then the
-// coils that carry a current; currents: (coils) [A].
+// Returns all magnets for display, followed by the coils whose entry of `currents` (coils) [A] is
+// not zero. Spheres treated as dipoles are returned as magnetised spheres.
 std::vector<MagneticBody> shown_magnets(const Team& team, const MagneticModel& model,
                                         const CarrierPlaces& places, const Vector& currents);
 

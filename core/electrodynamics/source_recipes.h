@@ -1,5 +1,4 @@
-// Sources and bodies that magnetise from their recipes: equality, and the same made again, to the
-// last bit.
+// Compares recipes, and recreates sources and magnetisable bodies from them, bitwise identical.
 #pragma once
 
 #include "core/magnetics/induction/soft_shape.h"
@@ -8,7 +7,7 @@ namespace loomstone {
 
 bool operator==(const SourceRecipe& a, const SourceRecipe& b);
 
-// Throw InvalidInput for recipes that nothing was made from.
+// Throw InvalidInput for unknown or incomplete recipes.
 SourcePtr make_source(const SourceRecipe& recipe);
 SoftShapePtr make_soft_shape(const Team& team, const SourceRecipe& recipe);
 

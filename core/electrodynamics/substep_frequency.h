@@ -1,5 +1,5 @@
-// How fast bodies that carry magnets and coils could oscillate, which sub-steps must resolve: an
-// upper bound by core/magnetics/forces/stiffness.h.
+// Upper bound of the oscillation frequencies of bodies that carry magnets and coils, based on
+// core/magnetics/forces/stiffness.h. Sub-steps must resolve these frequencies.
 #pragma once
 
 #include <cstdint>
@@ -10,24 +10,24 @@
 
 namespace loomstone {
 
-// An instant that the bound is asked for.
+// Input of the bound at one instant.
 struct Oscillators {
   const CarrierPlaces& places;
-  const std::vector<MagneticBody>& magnets;  // as they are with these currents
+  const std::vector<MagneticBody>& magnets;  // as magnetised by these currents
   const std::vector<KnownField>& known;      // fields of hard magnets at induced dipoles
   const Vector& currents;                    // (coils) [A]
   std::vector<std::uint8_t> touching;        // (b) bodies in contact
 };
 
-// Stage without state: tables of the model. `magnets` must outlive it.
+// Computes the bound from constant tables of the model. `model` and `magnets` must outlive it.
 class SubstepFrequency {
  public:
   SubstepFrequency(const MagneticModel& model, const Magnets& magnets);
-  // Angular frequency of the stiffest body [rad/s].
+  // Bound of the angular frequency of the stiffest body [rad/s].
   double at(const Team& team, const Oscillators& now) const;
 
  private:
-  // Magnets, then coils, as coarse dipoles at their poses.
+  // Magnets, followed by coils, approximated by dipoles at their poses.
   struct Coarse {
     std::vector<CoarseMagnet> magnets;
     std::vector<RigidPose> poses;
@@ -42,7 +42,7 @@ class SubstepFrequency {
 
   const MagneticModel& model_;
   const Magnets& magnets_;
-  std::vector<CoarseMagnet> coarse_, coarse_coils_;  // coils: with one ampere
+  std::vector<CoarseMagnet> coarse_, coarse_coils_;  // coils with one ampere
 };
 
 }  // namespace loomstone

@@ -24,8 +24,8 @@ class EdgeLimiter {
  private:
   Edges edges_;            // (k x 2), sorted by colour
   Vector longest_, rest_;  // (k) [m]
-  std::vector<Index> colour_start_, edge_start_,
-      edges_of_;         // first edges of colours; edges at vertices
+  // First edge of each colour, and the edges at each vertex.
+  std::vector<Index> colour_start_, edge_start_, edges_of_;
   Vector inverse_mass_;  // (n) [1/kg], 0: prescribed
 };
 
