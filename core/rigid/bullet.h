@@ -1,5 +1,5 @@
-// The door to Bullet (double precision): the only file that includes it, for the source files of
-// this directory. Converts vectors and matrices.
+// The only file that includes Bullet (double precision). Only source files of this directory may
+// use it. Converts vectors and matrices.
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>

@@ -17,7 +17,7 @@ btDefaultCollisionConstructionInfo room_for_algorithms() {
 }  // namespace
 
 void BulletWorld::updateAabbs() {
-  constexpr btScalar room = 4.0;  // larger: more boxes overlap; smaller: more boxes move
+  constexpr btScalar room = 4.0;  // larger: boxes overlap more; smaller: boxes change more often
   auto& broadphase = static_cast<btDbvtBroadphase&>(*getBroadphase());
   for (int i = 0; i < m_collisionObjects.size(); ++i) {
     btCollisionObject& object = *m_collisionObjects[i];
@@ -30,7 +30,7 @@ void BulletWorld::updateAabbs() {
     btVector3 low, high, end_low, end_high;
     shape.getAabb(object.getWorldTransform(), low, high);
     shape.getAabb(object.getInterpolationWorldTransform(), end_low,
-                  end_high);  // equal for obstacles
+                  end_high);  // both poses are equal for obstacles
     low.setMin(end_low), high.setMax(end_high);
     low -= wider, high += wider;
     if (object.isStaticOrKinematicObject()) {
@@ -55,12 +55,12 @@ BulletEngine::BulletEngine(const Vec3& gravity, int iterations)
   btContactSolverInfo& info = world.getSolverInfo();
   info.m_numIterations = iterations;
   info.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
-  info.m_warmstartingFactor = 1.0;  // at 0.85 a stack of five cubes sways at 4 mm/s for ever
+  info.m_warmstartingFactor = 1.0;  // with 0.85, five stacked cubes sway at 4 mm/s indefinitely
   spheres.enter(dispatcher);
   hulls.enter(dispatcher, configuration);
-  world.getDispatchInfo().m_enableSatConvex = true;       // between hulls of few vertices
-  broadphase.m_cupdates = 100;                            // [%] separated pairs are removed at once
-  world.getDispatchInfo().m_allowedCcdPenetration = 0.0;  // instead of 4 cm
+  world.getDispatchInfo().m_enableSatConvex = true;       // for hulls with few vertices
+  broadphase.m_cupdates = 100;                            // [%] remove separated pairs at once
+  world.getDispatchInfo().m_allowedCcdPenetration = 0.0;  // Bullet's default is 4 cm
   info.m_splitImpulsePenetrationThreshold = 0.0;          // resolving penetration adds no velocity
   world.setGravity(to_bullet(gravity));
 }
@@ -72,7 +72,7 @@ BulletEngine::~BulletEngine() {
 btRigidBody& BulletEngine::add(double mass, const Vec3& inertia, btCollisionShape& shape,
                                double friction, double restitution) {
   btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, &shape, to_bullet(inertia));
-  info.m_friction = std::sqrt(friction);  // Bullet multiplies: sqrt(mu_a mu_b)
+  info.m_friction = std::sqrt(friction);  // Bullet multiplies them: sqrt(mu_a mu_b)
   info.m_restitution = restitution;
   bodies.push_back(std::make_unique<btRigidBody>(info));
   btRigidBody& body = *bodies.back();

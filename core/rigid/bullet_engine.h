@@ -1,5 +1,4 @@
-// Bullet's world with its solver and contact cache: everything that a restart of the rigid world
-// builds again.
+// Bullet's world with its solver and contact cache. RigidWorld::restore() rebuilds all of it.
 #pragma once
 
 #include <memory>
@@ -12,14 +11,15 @@
 
 namespace loomstone {
 
-// Keeps bounding boxes tight. Each box grows by the distance within which its shape makes contacts,
-// which is proportional to its size, not by Bullet's 2 cm. In the tree the boxes of bodies are
-// wider by a few of these distances and stay until a body leaves its box. Bullet would enlarge them
-// by 5 cm as soon as they move, within which a small body has hundreds of neighbours.
+// Keeps bounding boxes tight. Each box is enlarged by the contact distance of its shape, which is
+// proportional to the size of the shape, instead of Bullet's 2 cm. In the tree, the box of a body
+// is larger by a few contact distances and is updated only when the body leaves it. Bullet would
+// enlarge the box of a moving body by 5 cm, which can include hundreds of neighbours of a small
+// body.
 //
-// Obstacles stand at their pose at the start of the step and have the velocity that leads to its
-// end, like the bodies. Their velocities are given; Bullet would compute them by differences, and
-// its arc cosine turns rounding into a spin of 1e-8 / step.
+// Like the bodies, obstacles have their pose at the start of the step and the velocity that leads
+// to the pose at its end. These velocities are set explicitly. Bullet would compute them from pose
+// differences, and its arc cosine amplifies rounding errors to an angular velocity of 1e-8 / step.
 class BulletWorld : public btDiscreteDynamicsWorld {
  public:
   using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
@@ -30,10 +30,11 @@ class BulletWorld : public btDiscreteDynamicsWorld {
   void saveKinematicState(btScalar) override {}
 
  private:
-  std::vector<btScalar> margins_;  // of the objects, which are never removed
+  std::vector<btScalar> margins_;  // margin of each object; objects are never removed
 };
 
-// Members are destroyed in reverse order: the world before the objects it refers to.
+// Members are destroyed in reverse order, so the world is destroyed before the objects that it
+// refers to.
 struct BulletEngine {
   btDefaultCollisionConfiguration configuration;
   SphereAlgorithms spheres;
@@ -41,7 +42,7 @@ struct BulletEngine {
   btCollisionDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
   btSequentialImpulseConstraintSolver solver;
-  // Dynamic bodies, then obstacles that keep their shape, then facets of those that deform.
+  // Dynamic bodies, then obstacles of constant shape, then facets of deforming obstacles.
   std::vector<std::unique_ptr<btRigidBody>> bodies;
   BulletWorld world{&dispatcher, &broadphase, &solver, &configuration};
 

@@ -12,12 +12,12 @@ void attach_polyhedron(btCollisionShape& shape, Polyhedron polyhedron, Shapes& s
   shape.setUserPointer(shapes.polyhedra.back().get());
 }
 
-// Adds a convex hull. Bullet adds the margin outside the points of a hull, so they are those of a
-// shrunken core.
+// Adds a convex hull. Bullet adds the margin outside the points of a hull, so Bullet gets the
+// points of a shrunken core.
 void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes& shapes) {
   btConvexHullComputer hull;
   hull.compute(points.front().data(), sizeof(Vec3), static_cast<int>(points.size()), 0.0, 0.0);
-  std::vector<Vec3> vertices;  // the given points; Bullet rounds the hull's to 1e-4 of its size
+  std::vector<Vec3> vertices;  // the given points; Bullet rounds its own to 1e-4 of the size
   for (int i = 0; i < hull.vertices.size(); ++i)
     vertices.push_back(points[hull.original_vertex_index[i]]);
   std::vector<std::vector<int>> faces(hull.faces.size());
@@ -30,7 +30,7 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
     } while (edge != start);
   }
   const bool polyhedron = hull.vertices.size() <= most_polyhedron_vertices;
-  constexpr int most_reduced = 2000;  // the cost is faces times faces; larger hulls count as round
+  constexpr int most_reduced = 2000;  // the cost is quadratic in faces; larger hulls count as round
   if (!polyhedron && hull.vertices.size() <= most_reduced) {
     const std::vector<Vec3> corners = Polyhedron(vertices, faces).corners();
     if (corners.size() >= 4 && corners.size() <= most_polyhedron_vertices)
@@ -64,7 +64,7 @@ Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3
                high = mesh.vertices().colwise().maxCoeff().transpose();
     const Vec3 half = 0.5 * (high - low);
     auto box = std::make_unique<btBoxShape>(to_bullet(half));
-    box->setMargin(0.05 * half.minCoeff());  // lies inside the box
+    box->setMargin(0.05 * half.minCoeff());  // the margin lies inside the box
     box->initializePolyhedralFeatures();
     attach_polyhedron(*box, box_polyhedron(half), shapes);
     const Vec3 offset = principal.transpose() * (0.5 * (low + high) - mass.centre);

@@ -1,4 +1,4 @@
-// Bullet's collision shapes.
+// Creates Bullet's collision shapes.
 #pragma once
 
 #include <memory>
@@ -12,21 +12,21 @@
 
 namespace loomstone {
 
-// The shapes of a body. A shape that is a polyhedron with few vertices points to it
-// (getUserPointer).
+// The shapes of a body. The user pointer (getUserPointer) of a shape refers to its Polyhedron if
+// the shape is a polyhedron with few vertices.
 struct Shapes {
-  std::vector<std::unique_ptr<btCollisionShape>> all;  // the shape of the whole body is the last
+  std::vector<std::unique_ptr<btCollisionShape>> all;  // last: shape of the whole body
   std::vector<std::unique_ptr<Polyhedron>> polyhedra;
 
   btCollisionShape& whole() const { return *all.back(); }
 };
 
 // principal: Bullet's body axes in mesh axes (columns). Throws InvalidInput if the mesh does not
-// have the shape.
+// match the shape of the body.
 Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal,
                    const std::string& where);
 
-// A mesh in Bullet's form; owns the arrays.
+// A mesh in Bullet's format. Owns the arrays that Bullet refers to.
 struct ObstacleMesh {
   Points vertices;
   Triangles triangles;

@@ -1,4 +1,4 @@
-// Writes numbers to a sequence of bytes and reads them, in the machine's byte order.
+// Writes numbers to a sequence of bytes and reads them back, in the byte order of the machine.
 #pragma once
 
 #include <cstring>

@@ -1,4 +1,4 @@
-// Serialises Bullet's contact points and the places of obstacles.
+// Serialises Bullet's contact points and the positions of obstacles.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace loomstone {
 
-// Calls visit for every field of a contact point that Bullet keeps from step to step: 35 real
+// Calls `visit` for every field of a contact point that Bullet keeps between steps: 35 real
 // numbers, then 6 integers.
 template <class Point, class Visitor>
 void for_each_field_of(Point& p, Visitor&& visit) {
@@ -57,8 +57,8 @@ inline void write_manifold(ByteWriter& bytes, const btPersistentManifold& manifo
   }
 }
 
-// Each saved manifold fills the first unused manifold of its pair of bodies. Manifolds of pairs
-// whose boxes do not overlap are dropped; they have no contacts.
+// Copies each saved manifold to the first unused manifold of the same pair of bodies. Manifolds of
+// pairs without overlapping boxes are dropped, because they have no contacts.
 inline void read_manifolds(ByteReader& bytes, btCollisionDispatcher& dispatcher) {
   std::map<std::pair<int, int>, std::deque<btPersistentManifold*>> unused;
   for (int k = 0; k < dispatcher.getNumManifolds(); ++k) {
@@ -84,7 +84,7 @@ inline void read_manifolds(ByteReader& bytes, btCollisionDispatcher& dispatcher)
   bytes.require(bytes.at_end());
 }
 
-// The places of obstacles precede the manifolds.
+// Writes the positions of obstacles, which precede the manifolds.
 inline void write_places(ByteWriter& bytes, const ObstaclePlaces& places) {
   bytes.write<std::int32_t>(static_cast<std::int32_t>(places.poses.size()));
   for (const RigidPose& pose : places.poses) {
@@ -95,7 +95,8 @@ inline void write_places(ByteWriter& bytes, const ObstaclePlaces& places) {
     bytes.write(coordinate);
 }
 
-// Reads into places with the same number of obstacles.
+// Reads the positions of obstacles. `places` must already have the right number of obstacles and
+// vertices.
 inline void read_places(ByteReader& bytes, ObstaclePlaces& places) {
   bytes.require(bytes.read<std::int32_t>() == static_cast<std::int32_t>(places.poses.size()));
   for (RigidPose& pose : places.poses) {

@@ -1,5 +1,5 @@
-// Obstacles that deform. Each of their triangles is a body of its own, so that bodies resting on it
-// meet the velocity of that very place.
+// Deforming obstacles. Each triangle is a separate Bullet body, so that bodies resting on it see
+// the local surface velocity.
 #pragma once
 
 #include <array>
@@ -11,10 +11,10 @@
 
 namespace loomstone {
 
-// A triangle of such an obstacle and its neighbours; its collision shape points to it
-// (getUserPointer).
+// A triangle of a deforming obstacle, with its neighbours. The user pointer (getUserPointer) of its
+// collision shape refers to this struct.
 struct FacetSurroundings {
-  const Points* vertices;  // current positions of all obstacles that deform
+  const Points* vertices;  // current vertices of all deforming obstacles
   std::array<Index, 3> corners;
   std::vector<std::array<Index, 3>> others;  // triangles with a common corner
 };
@@ -24,14 +24,15 @@ struct Facet {
   double friction;
   std::unique_ptr<btTriangleShape> shape = std::make_unique<btTriangleShape>();
 
-  // (3 x 3) corners among the positions x.
+  // Corner positions among the positions x (3 x 3), one corner per row.
   Mat3 at(const Points& x) const;
-  // Moves the body to its corners. The body's axes rotate with the triangle, so contact points
-  // carried over from the last step keep their place on it.
+  // Moves the body to its corners. The axes of the body rotate with the triangle, so contact points
+  // of the last step keep their position on it.
   void put(btRigidBody& body, const Points& x) const;
 };
 
-// Appends the facets of an obstacle whose vertices are those from `first` on in `vertices`.
+// Appends the facets of an obstacle. The vertices of the obstacle begin at row `first` of
+// `vertices`.
 void add_facets(const RigidObstacle& obstacle, Index first, const Points& vertices,
                 std::vector<Facet>& facets);
 

@@ -1,5 +1,5 @@
-// Rotation of bodies between contacts. The variable is angular momentum in world axes: torques add
-// to it, and a free body keeps it to the last bit.
+// Free rotation of rigid bodies. The variable is the angular momentum in world axes. Torques add to
+// it, and a free body conserves it bitwise.
 #pragma once
 
 #include "core/base/rotation.h"
@@ -12,17 +12,17 @@ struct Rotor {
   Vec3 moments = Vec3::Ones();   // moments of inertia about these axes [kg m^2]
 };
 
-// inertia: about the centre, body axes [kg m^2].
+// inertia: about the centre of mass, in body axes [kg m^2].
 Rotor make_rotor(const Mat3& inertia);
 
-// Angular momentum L [kg m^2/s] from angular velocity [rad/s] and back, world axes.
+// Converts angular velocity [rad/s] to angular momentum L [kg m^2/s] and back, in world axes.
 Vec3 angular_momentum(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_velocity);
 Vec3 angular_velocity(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum);
 
 // Orientation after `step` [s] of free rotation. The kinetic energy L.L/2B + (1/A - 1/B) L_a^2/2 +
 // (1/C - 1/B) L_c^2/2 is split into rotations about L, about axis a and about axis c, in the
-// symmetric order of [Dullweber1997]: second order, reversible, exact for bodies with two equal
-// moments.
+// symmetric order of [Dullweber1997]. The method is reversible, of second order, and exact for
+// bodies with two equal moments.
 Vec4 freely_turned(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum,
                    double step);
 

@@ -13,7 +13,7 @@ namespace {
 
 using Corners = HullOnTriangles::Corners;
 
-constexpr std::size_t most_planes = 4;  // of contacts between a hull and one obstacle
+constexpr std::size_t most_planes = 4;  // contact planes of a hull with one obstacle
 constexpr btScalar same_plane = 0.9;    // cosine of the largest rotation of a plane between steps
 
 bool is_triangle(const btCollisionObjectWrapper& object) {
@@ -45,7 +45,7 @@ class Collect : public btTriangleCallback {
   std::vector<Corners>& triangles_;
 };
 
-// The algorithm of one pair: a hull, which may be part of a body, and a mesh or a triangle.
+// Algorithm of one pair: a hull, which may be part of a body, and a mesh or a triangle.
 class HullAlgorithm : public btCollisionAlgorithm {
  public:
   HullAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
@@ -101,8 +101,8 @@ class HullAlgorithm : public btCollisionAlgorithm {
     return from_bullet(hull.getWorldTransform().invXform(body.getWorldTransform() * local));
   }
 
-  // Fills triangles_. Returns the number of triangles that can have contacts; those after them only
-  // share corners with them.
+  // Fills triangles_. Returns the number of triangles that can have contacts. They come first; the
+  // other triangles only share corners with them.
   std::size_t collect(const btCollisionObjectWrapper& hull, const btCollisionObjectWrapper& other,
                       double near) {
     triangles_.clear();
@@ -135,7 +135,7 @@ class HullAlgorithm : public btCollisionAlgorithm {
                        [&](const HullContact& c) { return (c.point - point).norm() < near; });
   }
 
-  // Bodies that bounce need contacts only where they touch.
+  // Removes contacts that do not touch yet. Bodies that bounce need contacts only where they touch.
   void remove_contacts_ahead(double near) {
     for (auto& plane : planes_)
       plane.erase(std::remove_if(plane.begin(), plane.end(),
@@ -148,7 +148,8 @@ class HullAlgorithm : public btCollisionAlgorithm {
                   planes_.end());
   }
 
-  // The unused manifold with the closest plane, else an empty one, else any.
+  // Returns the unused manifold with the closest plane, or else an empty one, or else any one after
+  // clearing it.
   std::size_t manifold_for(const btVector3& normal_on_second) const {
     std::size_t chosen = manifolds_.size();
     btScalar most = -2.0;
@@ -164,7 +165,8 @@ class HullAlgorithm : public btCollisionAlgorithm {
     return chosen;
   }
 
-  // Replaces the contact points of the last step; a point near an old one starts from its impulse.
+  // Replaces the contact points of the last step. A point near an old one starts from the impulse
+  // of the old one.
   void put_points(const btCollisionObjectWrapper& hull, double near, btManifoldResult& result) {
     const btTransform& pose = hull.getWorldTransform();
     // Bullet expects points on the second body and normals that point away from it.
@@ -202,7 +204,7 @@ class HullAlgorithm : public btCollisionAlgorithm {
 
   bool hull_first_;
   std::vector<btPersistentManifold*> manifolds_;  // one per plane
-  // Scratch.
+  // Scratch memory.
   HullOnTriangles finder_;
   std::vector<Corners> triangles_;
   std::vector<HullOnTriangles::Contacts> planes_;

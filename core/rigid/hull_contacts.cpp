@@ -15,11 +15,11 @@ constexpr double turned_to =
 
 using Contacts = HullOnTriangles::Contacts;
 
-// Keeps four of the contacts in one plane. Contacts within a fiftieth of `near` of the deepest one
-// bear the load. With at least four of them, keeps the outermost, the one farthest from it, and the
-// one farthest out on either side of the line through both. Otherwise keeps the bearing ones and
-// fills up with those farthest from all kept ones. Contacts of the last step count as slightly
-// deeper and farther out.
+// Reduces the contacts in one plane to four. Contacts within 0.02 `near` of the deepest one bear
+// the load. If at least four contacts bear the load, keeps the outermost one, the one farthest from
+// it, and the one farthest from the line through both on each side. Otherwise keeps all that bear
+// the load and adds the contacts farthest from those kept. Contacts of the last step count as
+// slightly deeper and farther out.
 void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
   if (contacts.size() <= 4) return;
   constexpr double bearing = 0.02, stays = 1.05;
@@ -39,8 +39,8 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
     if (contacts[k].gap < deepest + (old[k] ? 2.0 : 1.0) * bearing * near) swap(n++, k);
   Vec3 mean = Vec3::Zero();
   for (std::size_t k = 0; k < n; ++k) mean += contacts[k].point / static_cast<double>(n);
-  // Moves the contact with the largest value to `place`; within a fraction `ties` the first one
-  // wins.
+  // Moves the contact with the largest value to `place`. Among values within a fraction `ties` of
+  // each other, the first one wins.
   const auto bring = [&](std::size_t place, std::size_t end, double ties, const auto& value) {
     std::size_t chosen = place;
     double most = 0.0;
@@ -63,7 +63,7 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
     contacts.resize(4);
     return;
   }
-  // If upper and lower corners of a thin plate tie, keep the lower.
+  // Sort by gap. If upper and lower corners of a thin plate tie, the lower one is kept.
   for (std::size_t k = n + 1; k < contacts.size(); ++k)
     for (std::size_t j = k; j > n && contacts[j].gap < contacts[j - 1].gap; --j) swap(j, j - 1);
   for (std::size_t place = n; place < 4; ++place)
@@ -102,7 +102,7 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
   if (best.gap > near) return false;
   double apart = best.gap;  // the largest gap along any axis
   met = best;
-  // Only a clearly smaller overlap replaces an axis, so the kind of contact does not alternate.
+  // Only a clearly smaller overlap replaces an axis. This keeps the type of contact stable.
   const auto better = [&](double gap, const Axis& than) {
     return gap > than.gap + 1e-3 * near + 0.05 * std::abs(than.gap);
   };
@@ -132,8 +132,8 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
       const Vec3 across = along.cross(reach);
       const double length = across.norm();
       if (length < same_plane * along.norm() * reach.norm()) continue;
-      // An edge of the hull has contacts in directions between the normals of its two faces, a side
-      // of the triangle in directions that leave the triangle behind.
+      // An edge of the hull has contacts in directions between the normals of its two faces. A side
+      // of the triangle has contacts in directions that point away from the triangle.
       const Vec3 direction = across / (across.dot(first + second) > 0.0 ? -length : length);
       if (turn * direction.cross(first).dot(along) < 0.0 ||
           turn * second.cross(direction).dot(along) < 0.0)
@@ -154,14 +154,14 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
   return best.gap > 0.0 || apart < 0.01 * near;
 }
 
-// Adds contacts at the ends of the hull's edges, clipped to the prism above the triangle.
+// Clips the edges of the hull to the prism above the triangle and adds contacts at their ends.
 void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, double near) {
   const double turn =
       (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).dot(normal) > 0.0 ? 1.0 : -1.0;
   for (const auto& edge : hull_->edges) {
     const Vec3 &from = hull_->points[edge.points[0]], &to = hull_->points[edge.points[1]];
     double low = 0.0, high = 1.0;
-    // Clips to the part of the edge where a linear function, given at both ends, is at most 0.
+    // Keeps the part where a linear function with these values at the ends is at most 0.
     const auto keep_below = [&](double at_from, double at_to) {
       if (at_from > 0.0 && at_to > 0.0) high = -1.0;
       if (at_from > 0.0 && at_to <= 0.0) low = std::max(low, at_from / (at_from - at_to));
@@ -175,7 +175,7 @@ void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, dou
     }
     if (low > high) continue;
     for (const double share : {low, high}) {
-      // Ends that only the distance `near` cuts off are no contacts.
+      // Ends that result from clipping at the distance `near` are not contacts.
       if ((share == low_end && share > 0.0) || (share == high_end && share < 1.0)) continue;
       const Vec3 point = share == 0.0 ? from : share == 1.0 ? to : Vec3(from + share * (to - from));
       const double gap = normal.dot(point - triangle[0]);
@@ -184,7 +184,7 @@ void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, dou
   }
 }
 
-// Adds contacts at the corners of the triangle, clipped to the prism below a face of the hull.
+// Clips the triangle to the prism below a face of the hull. Adds contacts at its corners.
 void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const Vec3& normal,
                                     double near) {
   const Polyhedron::Face& below = hull_->faces[face];
@@ -245,13 +245,13 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
   return farthest;
 }
 
-// The shortest way out of a triangle may lead past others that reach farther. Either it is also the
-// way out of all of them, which is one contact, or it leads into them, and the triangle has
-// contacts along the next best axis.
+// Other triangles may reach farther along a triangle's axis of least overlap. If the overlap with
+// all triangles along it is at most that along the best admissible axis, it is a candidate for a
+// single contact with all. Otherwise the triangle has contacts along the best admissible axis.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;
-  std::vector<std::pair<std::size_t, Axis>> deep;  // contacts needed only if there are no others
+  std::vector<std::pair<std::size_t, Axis>> deep;  // used only if no other contact overlaps
   HullContact way_out{Vec3::Zero(), Vec3::Zero(), -std::numeric_limits<double>::infinity()};
   for (std::size_t t = 0; t < query.n_met; ++t) {
     const Vec3 normal = facing_normal(query, triangles[t]);

@@ -16,11 +16,12 @@ struct HullContact {
   Vec3 on_hull() const { return point + gap * normal; }
 };
 
-// Contacts of a hull with triangles in its own axes, by separating axes [Gottschalk1996] and
-// clipped faces. A triangle faces the side on which it touched the hull in the last step, else the
-// side of the hull's centre. An edge or corner of a triangle has contacts only in directions in
-// which none of the triangles that share it (their coordinates are equal bit for bit) reaches
-// farther, so edges inside a plane do not obstruct a hull that slides over it.
+// Finds the contacts of a hull with triangles that are given in the axes of the hull, by the
+// separating-axis test [Gottschalk1996] and face clipping. A triangle faces the side on which it
+// touched the hull in the last step, or else the side of the hull's centre. An edge or corner of a
+// triangle has contacts only in directions in which no triangle that shares it reaches farther.
+// Shared corners have bitwise equal coordinates. Internal edges of a flat surface therefore do not
+// block a hull that slides over it.
 class HullOnTriangles {
  public:
   using Corners = std::array<Vec3, 3>;
@@ -29,32 +30,35 @@ class HullOnTriangles {
   struct Query {
     const Polyhedron& hull;
     const std::vector<Corners>& triangles;
-    std::size_t n_met;       // triangles that can have contacts; those after them only share edges
-    double near;             // largest gap of a contact [m]
-    std::size_t most;        // largest number of planes
-    const Contacts& before;  // contacts of the last step, points on the hull; preferred if as good
+    std::size_t n_met;  // the first n_met triangles can have contacts; the rest only share edges
+    double near;        // largest gap of a contact [m]
+    std::size_t most;   // largest number of planes
+    const Contacts& before;  // contacts of the last step, points on the hull; preferred in ties
   };
-  // Finds up to four contacts that lie far apart in each plane, the deepest plane first.
+  // Finds up to four well separated contacts in each plane. The deepest plane comes first.
   void find(const Query& query, std::vector<Contacts>& planes);
 
  private:
-  // A direction from triangle to hull, their distance along it, and the features that meet.
+  // A direction from triangle to hull, the gap along it, and the features that meet.
   struct Axis {
     Vec3 direction;
     double gap;
-    Index face = -1, edge = -1;  // of the hull; neither: the triangle's own plane
+    Index face = -1, edge = -1;  // of the hull; both -1: the plane of the triangle
     bool met = true;             // false if a neighbour of the triangle reaches farther
-    Vec3 point = Vec3::Zero();   // of the triangle, unless its own plane meets the hull
+    Vec3 point = Vec3::Zero();   // on the triangle; not used for its own plane
   };
-  // Normal of a triangle towards the hull.
+  // Unit normal of a triangle that points to the side of the hull.
   Vec3 facing_normal(const Query& query, const Corners& triangle) const;
-  // True if no triangle that shares the corners `among` (bits) of a triangle reaches farther.
+  // True if no triangle that shares the corners `among` (bit mask) of `triangle` reaches farther
+  // along `direction`.
   bool reaches_farthest(const Vec3& direction, const Corners& triangle, unsigned among) const;
-  // The corner of all triangles that is farthest along a direction, at least as far as `from`.
+  // The corner of all triangles that is farthest along a direction, or `from` if no corner is
+  // farther.
   Vec3 farthest_corner(const Vec3& direction, const Vec3& from) const;
-  // The axes of least overlap: `best` of all axes, `met` of those that can have contacts (the
-  // triangle's own plane always can). False if the gap exceeds `near`, or if the two are apart
-  // along some axis although they overlap along these two.
+  // Determines the axes of least overlap: `best` among all axes, and `met` among the axes that can
+  // have contacts, which always include the normal of the triangle. Returns false if the gap along
+  // any axis exceeds `near`, or if hull and triangle are apart along some axis although they
+  // overlap along `best`.
   bool least_overlap(const Corners& triangle, const Vec3& normal, double near, Axis& best,
                      Axis& met) const;
   // Fills contacts_.

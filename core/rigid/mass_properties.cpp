@@ -1,6 +1,6 @@
 // Mass, centre and inertia of a closed mesh of uniform density. Computes the volume integrals of
-// [Mirtich1996] by signed tetrahedra: each triangle spans one with a reference point, and the parts
-// outside the body cancel.
+// [Mirtich1996] as sums over signed tetrahedra. Each triangle spans a tetrahedron with a reference
+// point, and the parts outside the body cancel.
 #include "core/base/message.h"
 #include "core/rigid/rigid_body.h"
 
@@ -12,7 +12,8 @@ MassProperties mass_properties(const TriangleMesh& mesh, double density) {
         "mesh must be closed to have a mass, got a surface with open edges; close its holes");
   }
   const Points& x = mesh.vertices();
-  // Any reference point gives the same sums; with one inside, the cancelling terms are small.
+  // Any reference point gives the same sums. The mean of the vertices keeps the cancelling terms
+  // small.
   const Vec3 reference = x.colwise().mean().transpose();
   const double size = (x.colwise().maxCoeff() - x.colwise().minCoeff()).norm();
 
@@ -29,7 +30,8 @@ MassProperties mass_properties(const TriangleMesh& mesh, double density) {
     first += tetrahedron / 4.0 * sum;
     second += tetrahedron / 20.0 * (corners * corners.transpose() + sum * sum.transpose());
   }
-  // 1e-12 is far below thin sheets (a thickness of 1e-4 gives 1e-5), far above rounding (1e-16).
+  // 1e-12 is far below the relative volume of thin sheets (about 1e-5 for a relative thickness of
+  // 1e-4) and far above rounding (1e-16).
   const double smallest = 1e-12 * size * size * size;
   if (volume < -smallest) {
     fail<InvalidInput>(

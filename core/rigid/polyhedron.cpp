@@ -10,7 +10,7 @@ namespace loomstone {
 
 namespace {
 
-constexpr double same_plane = 1e-4;  // largest distance of a point in a plane, over the size
+constexpr double same_plane = 1e-4;  // largest distance of a point from its plane, over the size
 
 double size_of(const std::vector<Vec3>& points, const Vec3& centre) {
   double size = 0.0;
@@ -40,7 +40,7 @@ Polyhedron::Polyhedron(const std::vector<Vec3>& given, const std::vector<std::ve
     for (const int corner : *loop)
       face.offset += face.normal.dot(points[corner]) / static_cast<double>(loop->size());
     if (face.offset < face.normal.dot(centre)) face = {-face.normal, -face.offset};
-    // A sliver between coplanar points has no well-defined normal; it joins the larger face that
+    // A sliver between coplanar points has no well-defined normal. It joins the larger face that
     // contains it.
     auto same = std::find_if(faces.begin(), faces.end(), [&](const Face& other) {
       return std::all_of(loop->begin(), loop->end(), [&](int corner) {

@@ -15,19 +15,20 @@ struct Polyhedron {
   };
   struct Edge {
     std::array<Index, 2> points;
-    std::array<Index, 2> faces;  // that meet at the edge
+    std::array<Index, 2> faces;  // faces that meet at the edge
   };
   std::vector<Vec3> points;
   std::vector<Face> faces;
-  std::vector<Edge> edges;  // without edges between coplanar faces
+  std::vector<Edge> edges;  // excludes edges between coplanar faces
   Vec3 centre;              // mean of the points
 
   // loops: the corners of each face in cyclic order
   Polyhedron(const std::vector<Vec3>& points, const std::vector<std::vector<int>>& loops);
-  // The points without those inside a face or an edge, which rounding leaves in a hull.
+  // The points that are true corners. Points inside a face or an edge, which rounding can leave in
+  // a hull, are excluded.
   std::vector<Vec3> corners() const;
 };
-// Centred at the origin.
+// A box with half edge lengths `half`, centred at the origin.
 Polyhedron box_polyhedron(const Vec3& half);
 
 }  // namespace loomstone

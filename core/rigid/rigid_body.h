@@ -22,7 +22,6 @@ constexpr auto choices(BodyShape) {
                     ChoiceName{BodyShape::Parts, "parts", "the convex meshes of parts"}};
 }
 
-// Description.
 struct RigidBody {
   std::string name;
   std::shared_ptr<const TriangleMesh> mesh;  // closed, in the body's own frame
@@ -32,7 +31,7 @@ struct RigidBody {
   Vec3 position = Vec3::Zero();          // of the mesh's origin [m]
   Vec4 orientation = Vec4(1, 0, 0, 0);   // unit quaternion w, x, y, z, body to world
   Vec3 velocity = Vec3::Zero();          // of the centre of mass [m/s]
-  Vec3 angular_velocity = Vec3::Zero();  // world [rad/s]
+  Vec3 angular_velocity = Vec3::Zero();  // in world axes [rad/s]
   double friction = 0.3;
   double restitution = 0.0;
   double thickness = 0.0;  // contact distance to cloth [m], 0: that of the cloth
@@ -67,13 +66,13 @@ struct MassProperties {
 // Throws InvalidInput for meshes that are open or inside out.
 MassProperties mass_properties(const TriangleMesh& mesh, double density);
 
-// State. Quaternions are (w, x, y, z); positions are of the centre of mass.
+// State of all bodies. Positions are those of the centre of mass. Quaternions are (w, x, y, z).
 struct RigidState {
-  Points positions;  // (b x 3) [m], written by the rigid stage
-  Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> orientations;  // (b x 4), rigid stage
-  Points velocities;                     // (b x 3) [m/s], rigid stage
-  Points angular_velocities;             // (b x 3) [rad/s], rigid stage
-  std::vector<unsigned char> manifolds;  // contact points that a rebuild restores, opaque
+  Points positions;                                                        // (b x 3) [m]
+  Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> orientations;  // (b x 4)
+  Points velocities;                                                       // (b x 3) [m/s]
+  Points angular_velocities;                                               // (b x 3) [rad/s]
+  std::vector<unsigned char> manifolds;  // serialised contact points for RigidWorld::restore()
 };
 
 // Throws InvalidInput unless the state has a row for each of n bodies.
@@ -95,7 +94,8 @@ inline RigidPose body_pose(const RigidState& state, Index body) {
 }
 // Inertia about the centre in world axes [kg m^2].
 Mat3 world_inertia(const MassProperties& mass, const Vec4& orientation);
-// World position [m] of a point relative to the centre of mass in body axes [m], and the inverse.
+// Converts a point in body axes, relative to the centre of mass [m], to its world position [m] and
+// back.
 Vec3 to_world(const RigidState& state, Index body, const Vec3& local);
 Vec3 to_body(const RigidState& state, Index body, const Vec3& world);
 // Velocity [m/s] of the body's material at a world position.
@@ -104,7 +104,7 @@ Vec3 velocity_at(const RigidState& state, Index body, const Vec3& world);
 Points world_vertices(const RigidState& state, Index body, const TriangleMesh& mesh,
                       const MassProperties& mass);
 
-// A surface that acts on bodies without being moved by them: static, or with prescribed motion.
+// A surface that acts on bodies but is not moved by them. It is static or has scripted motion.
 struct RigidObstacle {
   std::shared_ptr<const TriangleMesh> mesh;
   double friction = 0.3;
@@ -114,8 +114,8 @@ struct RigidObstacle {
   Points vertices = Points(0, 3);
 };
 
-// Positions of obstacles: the pose of each mesh's origin, and the vertices of all obstacles that
-// deform, one after another [m].
+// Positions of obstacles [m]: the pose of each mesh's origin, and the vertices of all deforming
+// obstacles, concatenated.
 struct ObstaclePlaces {
   ObstaclePlaces(std::vector<RigidPose> p = {}, Points d = Points(0, 3))
       : poses(std::move(p)), deformed(std::move(d)) {}
@@ -126,45 +126,46 @@ ObstaclePlaces between(const ObstaclePlaces& start, const ObstaclePlaces& end, d
 // Throws InvalidInput unless both have the same numbers of poses and vertices.
 void check_places(const ObstaclePlaces& given, const ObstaclePlaces& expected);
 
-// (n) 1 for bodies that rest on an obstacle (numbered from n), directly or through other bodies;
-// pressed: pairs that press on each other.
+// Returns (n) 1 for bodies that rest on an obstacle, directly or through other bodies. pressed:
+// pairs that press on each other; indices from n on are obstacles.
 std::vector<std::uint8_t> bodies_on_obstacles(int n,
                                               const std::vector<std::array<int, 2>>& pressed);
 
-// Stage. Resolves contacts among bodies and of bodies with obstacles; cloth acts by impulses. Hides
-// Bullet.
+// Moves the bodies and resolves their contacts with each other and with obstacles. Cloth acts on
+// bodies only by impulses. Hides Bullet.
 class RigidWorld {
  public:
-  // Sweeps over all contacts: with 50, cubes of 1 cm stay at rest at steps of 1 ms; with 10, stacks
-  // creep.
+  // Solver sweeps over all contacts. With 50, cubes of 1 cm stay at rest at steps of 1 ms. With 10,
+  // stacks creep.
   static constexpr int default_iterations = 50;
 
-  // gyroscopic: gyroscopic torques act on the bodies; false if another stage rotates them between
-  // contacts. Throws InvalidInput for open meshes, unknown shapes, bodies without volume.
+  // gyroscopic: true if gyroscopic torques act on the bodies; false if the caller rotates free
+  // bodies itself. Throws InvalidInput for open meshes, bodies without volume, and meshes that do
+  // not match the shape.
   RigidWorld(const std::vector<RigidBody>& bodies, const std::vector<RigidObstacle>& obstacles,
              const Vec3& gravity, bool gyroscopic = true, int iterations = default_iterations);
   ~RigidWorld();
 
   // State of the bodies according to their description.
   RigidState initial_state() const;
-  // Mass and inertia about the centre of mass in body axes, which are those of the mesh.
+  // Mass properties of the bodies. The inertia is about the centre of mass, in mesh axes.
   const std::vector<MassProperties>& mass_properties() const;
 
-  // Builds a new world with exactly `state`, manifolds included, so that the future depends on
-  // `state` alone.
+  // Builds a new world from `state`, including its manifolds. Later results then depend on `state`
+  // alone.
   void restore(const RigidState& state);
-  // Advances by `step`. First impulses [N s] and angular impulses [N m s] about the centres (b x 3)
-  // act. `obstacles`: their positions at the end of the step; their velocities lead there. touched,
-  // if given: (b) 1 for bodies that did not move freely.
+  // Applies impulses [N s] and angular impulses [N m s] about the centres (b x 3), then advances by
+  // `step` [s]. obstacles: positions at the end of the step, which determine the velocities of the
+  // obstacles. touched: if given, receives (b) 1 for bodies that did not move freely.
   void advance(double step, const Points& impulses, const Points& angular_impulses,
                const ObstaclePlaces& obstacles, RigidState& state,
                std::vector<std::uint8_t>* touched = nullptr);
-  // (b) 1 for bodies with a contact point within Bullet's contact breaking threshold, some
+  // (b) 1 for bodies with a contact point within Bullet's contact breaking threshold, a few
   // hundredths of their size.
   std::vector<std::uint8_t> touching() const;
   // (b) 1 for bodies pressed on an obstacle in the last step, directly or through other bodies.
   std::vector<std::uint8_t> supported() const;
-  // Writes the manifolds to `state`, so that restore() continues bit for bit.
+  // Writes the manifolds to `state`. A run that continues with restore() is then bitwise identical.
   void save(RigidState& state) const;
 
  private:

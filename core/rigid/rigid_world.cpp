@@ -1,9 +1,9 @@
-// Rigid bodies by Bullet. Bullet's body frame has the principal axes of inertia; states and callers
-// use the axes of the mesh with the origin at the centre of mass.
+// Implements RigidWorld with Bullet. Bullet's body frame uses the principal axes of inertia. States
+// and callers use the axes of the mesh with the origin at the centre of mass.
 //
 // Bullet's contact cache, pair order and tree are hidden state. Therefore restore() always builds a
-// new world in the same order and restores the saved contact points: a run that restores at a step
-// continues bit for bit like a run that loads the same state from a file.
+// new world in the same order and restores the saved contact points. A run that calls restore()
+// continues bitwise like a run that loads the same state from a file.
 #include <array>
 #include <string>
 
@@ -26,13 +26,13 @@ struct RigidWorld::Data {
   int iterations = RigidWorld::default_iterations;
   std::vector<MassProperties> masses;
   std::vector<Mat3> principal;      // columns: Bullet's body axes in mesh axes
-  std::vector<Vec3> moments;        // of inertia about these axes [kg m^2]
+  std::vector<Vec3> moments;        // moments of inertia about these axes [kg m^2]
   std::vector<Shapes> shapes;       // of each body
   std::vector<double> inner_radii;  // half the smallest side of each body's bounding box [m]
-  std::vector<std::size_t> stiff;   // the obstacles that keep their shape
+  std::vector<std::size_t> stiff;   // indices of the obstacles of constant shape
   std::vector<std::unique_ptr<ObstacleMesh>> obstacle_meshes;  // of the stiff obstacles
-  std::vector<Facet> facets;                                   // of the obstacles that deform
-  ObstaclePlaces start_places, places;  // of obstacles, as described and current
+  std::vector<Facet> facets;                                   // of deforming obstacles
+  ObstaclePlaces start_places, places;  // initial and current positions of obstacles
   std::unique_ptr<BulletEngine> engine;
   RigidState known;  // the engine's state without manifolds
 
@@ -173,8 +173,8 @@ void RigidWorld::restore(const RigidState& state) {
         engine.add(data.masses[i].mass, data.moments[i], shape, body.friction, body.restitution);
     if (!data.gyroscopic)
       moving.setFlags(moving.getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
-    // Continuous collision detection for bodies that move by more than half their thickness in a
-    // step, so that they do not pass through a floor.
+    // Continuous collision detection for bodies that move by more than half their inner radius in a
+    // step. It prevents them from passing through a floor.
     moving.setCcdMotionThreshold(0.5 * data.inner_radii[i]);
     moving.setCcdSweptSphereRadius(0.5 * data.inner_radii[i]);
     data.set_body(i, state);
@@ -246,7 +246,7 @@ std::vector<std::uint8_t> RigidWorld::touching() const {
   std::vector<std::uint8_t> result(data_->bodies.size(), 0);
   for (int m = 0; m < data_->engine->dispatcher.getNumManifolds(); ++m) {
     const btPersistentManifold& contact = data_->manifold(m);
-    bool near = false;  // other contacts anticipate motion
+    bool near = false;  // contacts with larger gaps only anticipate motion
     for (int k = 0; k < contact.getNumContacts(); ++k)
       near |= contact.getContactPoint(k).getDistance() <= contact.getContactBreakingThreshold();
     if (!near) continue;

@@ -39,8 +39,8 @@ double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass, doubl
                      const std::string& where) {
   const Vector distances = (mesh.vertices().rowwise() - mass.centre.transpose()).rowwise().norm();
   const double radius = distances.maxCoeff();
-  // Half the volume of the sphere distinguishes an icosahedron (0.61) from a cube (0.37), whose
-  // corners lie on a sphere as well.
+  // A threshold of half the sphere's volume distinguishes an icosahedron (0.61) from a cube (0.37),
+  // whose corners also lie on a sphere.
   const double filled = mass.mass / density / (4.0 / 3.0 * M_PI * radius * radius * radius);
   if (distances.minCoeff() < 0.99 * radius || filled < 0.5) {
     fail<InvalidInput>(
@@ -85,7 +85,7 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
   double size = 0.0;
   for (const Vec3& vertex : vertices) size = std::max(size, (vertex - centre).norm());
 
-  // For each vertex the sums over its faces of area n n^T and area n.
+  // Sums of area n n^T and of area n over the faces of each vertex.
   std::vector<Mat3> products(vertices.size(), Mat3::Zero());
   std::vector<Vec3> sums(vertices.size(), Vec3::Zero());
   double inner_radius = size;
@@ -111,8 +111,8 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
         where);
   }
 
-  // A vertex moves by -delta with n . delta = margin for each of its faces: exactly if three planes
-  // meet there, else in the least-squares sense weighted by area.
+  // A vertex moves by -delta with n . delta = margin for each of its faces. The solution is exact
+  // if three planes meet at the vertex, else an area-weighted least-squares fit.
   ConvexCore core;
   core.margin = margin_share * inner_radius;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -125,7 +125,7 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
       const Vec3 axis = solver.eigenvectors().col(k);
       delta += core.margin * axis.dot(sums[i]) / eigenvalues[k] * axis;
     }
-    const double limit = 0.5 * (vertices[i] - centre).norm();  // needle tips stay off the centre
+    const double limit = 0.5 * (vertices[i] - centre).norm();  // keeps needle tips off the centre
     if (delta.norm() > limit) delta *= limit / delta.norm();
     core.points.push_back(vertices[i] - delta);
   }

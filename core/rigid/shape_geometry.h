@@ -12,14 +12,14 @@ namespace loomstone {
 // Throws InvalidInput unless the quaternion has unit length.
 void check_orientation(const Vec4& orientation, const std::string& where);
 
-// Principal axes in mesh axes (columns). Aligned meshes, and those with equal moments, keep their
-// own axes.
+// Principal axes of inertia in mesh axes (columns). If the inertia is already diagonal, these are
+// the mesh axes.
 Mat3 principal_axes(const Mat3& inertia);
 
 // Vertices in principal axes relative to the centre of mass [m].
 std::vector<Vec3> body_points(const TriangleMesh& mesh, const Vec3& centre, const Mat3& principal);
 
-// Radius about the centre of mass [m]; throws InvalidInput unless the mesh is a sphere within 1 %.
+// Radius about the centre of mass [m]. Throws InvalidInput unless the mesh is a sphere within 1 %.
 double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass, double density,
                      const std::string& where);
 
@@ -38,29 +38,30 @@ struct FacetFrame {
 };
 FacetFrame facet_frame(const Mat3& corners);
 
-// A convex polyhedron, shrunk so that the core enlarged by `margin` fills it except at its rounded
-// edges.
+// A shrunken convex polyhedron. Enlarged by `margin`, the core fills the polyhedron except at its
+// rounded edges.
 struct ConvexCore {
   std::vector<Vec3> points;
   double margin = 0.0;  // [m]
 };
-// faces: corners of each face of the hull in cyclic order; margin_share: margin over inner radius
-// [1]. Throws InvalidInput for flat hulls.
+// faces: corners of each face of the hull in cyclic order. margin_share: ratio of margin to inner
+// radius. Throws InvalidInput for flat hulls.
 ConvexCore convex_core(const std::vector<Vec3>& vertices,
                        const std::vector<std::vector<int>>& faces, double margin_share,
                        const std::string& where);
 
-// Contacts of hulls with few vertices, among themselves and with triangles of obstacles, come from
-// separating axes and clipped faces. Stacks of five cubes then come to rest; with contact points
-// accumulated over several steps they jitter at 2 cm/s and creep by 0.6 mm. The cost grows with
-// faces times faces, and hulls with more vertices than this are round enough without. Our choice.
+// Largest number of vertices of a hull whose contacts with other hulls and with triangles of
+// obstacles are found by the separating-axis test and face clipping. With this method, stacks of
+// five cubes come to rest. With contact points accumulated over several steps, they jitter at 2
+// cm/s and creep by 0.6 mm. The cost grows with the product of the face counts, and hulls with more
+// vertices are round enough for Bullet's method.
 constexpr int most_polyhedron_vertices = 32;
-// Margin over inner radius. Polyhedra need a margin only in contact with other shapes. Round hulls
-// need one that avoids Bullet's slower and rougher search for penetrations; stacks behave alike
-// from 0.01 to 0.15.
+// Ratio of margin to inner radius. Polyhedra need a margin only in contact with other shapes. Round
+// hulls need one that avoids Bullet's slower and less accurate penetration search. Stacks behave
+// alike for ratios from 0.01 to 0.15.
 constexpr double polyhedron_margin = 1e-4, round_margin = 0.05;
 
-// Throws InvalidInput for unknown shapes and for parts without a mesh.
+// Throws InvalidInput if the shape is Parts but `parts` is empty or contains a null mesh.
 void check_shape(const RigidBody& body, const std::string& where);
 
 }  // namespace loomstone

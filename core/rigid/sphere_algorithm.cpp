@@ -13,7 +13,8 @@ namespace loomstone {
 
 namespace {
 
-// Largest squared distance of the normals of a contact in consecutive steps: 18 degrees.
+// Largest squared difference between the normals of a contact in consecutive steps; equals 18
+// degrees.
 constexpr btScalar same_contact = 0.1;
 
 bool touched_before(const btPersistentManifold& manifold, const SphereContact& contact) {
@@ -24,8 +25,8 @@ bool touched_before(const btPersistentManifold& manifold, const SphereContact& c
   return false;
 }
 
-// Replaces the contact points of the last step. A new point starts from the impulse of the old one
-// with the closest normal.
+// Replaces the contact points of the last step. A new point starts from the impulse of the old
+// point with the closest normal.
 void put_points(btPersistentManifold& manifold, const std::vector<SphereContact>& contacts) {
   struct Before {
     btVector3 normal;
@@ -72,8 +73,8 @@ double radius(const btRigidBody& ball) {
   return static_cast<const btSphereShape*>(ball.getCollisionShape())->getRadius();
 }
 
-// near: largest gap of touching contacts; motion: of the ball relative to the other in this step,
-// zero for balls that bounce.
+// near: largest gap of touching contacts. motion: motion of the ball relative to the other body in
+// this step, zero for balls that bounce.
 void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion,
               std::vector<SphereContact>& contacts) {
   const Vec3 at = from_bullet(ball.getWorldTransform().getOrigin()),
@@ -81,19 +82,20 @@ void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, co
   const double reach = radius(ball) + radius(other) + std::max(near, motion.norm());
   if ((at - past).squaredNorm() > reach * reach) return;
   const SphereContact contact = sphere_contact(at, radius(ball), past, radius(other));
-  // A touching contact that straight motion does not violate may still stop a ball that is struck
-  // on its way; one that it violates must lie ahead.
+  // A contact that straight motion does not violate is kept, because the ball may be struck on its
+  // way. A contact that straight motion would violate counts only if it lies ahead on the path.
   if (contact.gap <= 0.0 || -motion.dot(contact.normal) <= contact.gap)
     contacts.push_back(contact);
   else if (const auto ahead = contact_ahead(at, radius(ball), past, radius(other), motion))
     contacts.push_back(*ahead);
 }
 
-// The triangles near a sphere, searched again only after it has moved.
+// Cache of the triangles near a sphere. The search is repeated only after the sphere has moved out
+// of the searched region.
 class NearTriangles : btTriangleCallback {
  public:
-  // Triangles within `reach` of a point in the mesh's axes, and possibly others. A search covers
-  // `room` more, so that the next calls need none.
+  // Returns all triangles within `reach` of a point in the axes of the mesh, and possibly more. A
+  // search covers an additional distance `room`, so that later calls need no search.
   const std::vector<std::array<Vec3, 3>>& within(double reach, const btVector3& point, double room,
                                                  const btBvhTriangleMeshShape& mesh) {
     if ((point - centre_).length() + reach > reach_) {
@@ -115,11 +117,11 @@ class NearTriangles : btTriangleCallback {
   }
 
   std::vector<std::array<Vec3, 3>> triangles_;
-  btVector3 centre_{0, 0, 0};  // of the last search
-  double reach_ = -1.0;        // of the last search; negative: none
+  btVector3 centre_{0, 0, 0};  // centre of the last search
+  double reach_ = -1.0;        // reach of the last search; negative: none
 };
 
-// The algorithm of one pair. Its first body is a sphere, the second a sphere or a mesh.
+// Algorithm of one pair. The first body is a sphere, the second a sphere or a mesh.
 class SphereAlgorithm : public btCollisionAlgorithm {
  public:
   SphereAlgorithm(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObject* ball,
@@ -184,7 +186,7 @@ class SphereAlgorithm : public btCollisionAlgorithm {
 
   btPersistentManifold* manifold_;
   NearTriangles triangles_;
-  // Scratch.
+  // Scratch memory.
   SphereOnTriangles found_;
   std::vector<SphereContact> contacts_;
 };

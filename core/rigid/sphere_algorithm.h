@@ -1,20 +1,20 @@
-// Bullet's collision algorithm for spheres, among themselves and with meshes of obstacles.
+// Collision algorithm for Bullet: spheres against spheres and against meshes of obstacles.
 #pragma once
 
 #include "core/rigid/bullet.h"
 
 namespace loomstone {
 
-// Replaces Bullet's own algorithms, which create contacts of two spheres only after they overlap,
-// several per pair, and obstruct spheres at edges inside a plane. Unless bodies bounce, there are
-// also contacts ahead: those on the path of the sphere in this step, which let it move up to
-// touching without overlapping first. A sphere that is struck within the step leaves that path and
-// may overlap for one step.
+// Replaces Bullet's algorithms, which create contacts between spheres only after they overlap,
+// create several contacts per pair, and block spheres at internal edges of a flat surface. Unless
+// the bodies bounce, this algorithm also creates contacts ahead, on the path of the sphere in the
+// step. They let the sphere move until it touches, without overlapping first. A sphere that is
+// struck during the step leaves this path and may overlap for one step.
 class SphereAlgorithms {
  public:
   // Bytes that a dispatcher's configuration must reserve per algorithm.
   static int size();
-  // Registers the algorithms; they must outlive the dispatcher.
+  // Registers the algorithm with the dispatcher. This object must outlive the dispatcher.
   void enter(btCollisionDispatcher& dispatcher);
 
  private:

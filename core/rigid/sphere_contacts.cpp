@@ -11,7 +11,7 @@ namespace loomstone {
 namespace {
 
 constexpr unsigned all_corners = 0b111;
-// Largest squared distance of the normals of equal contacts: a twentieth of a degree.
+// Largest squared difference between the normals of identical contacts; equals 0.06 degrees.
 constexpr double same_normal = 1e-6;
 
 unsigned corners_of(const TrianglePoint& closest) {
@@ -24,7 +24,8 @@ double distance_to(const std::array<Vec3, 3>& triangle, const Vec3& point) {
   return (point - closest_on_triangle(point, triangle[0], triangle[1], triangle[2]).point).norm();
 }
 
-// True if the boxes of a triangle and a sphere overlap; cheaper than a distance.
+// True if the bounding boxes of a triangle and a sphere overlap. This test is cheaper than a
+// distance.
 bool may_reach(const std::array<Vec3, 3>& triangle, const Vec3& centre, double reach) {
   for (int k = 0; k < 3; ++k) {
     const double a = triangle[0][k] - centre[k], b = triangle[1][k] - centre[k],
@@ -34,10 +35,11 @@ bool may_reach(const std::array<Vec3, 3>& triangle, const Vec3& centre, double r
   return true;
 }
 
-// Fraction of the motion after which the sphere is within `exact` of the triangle; above 1: never.
-// Advances by the gap, so no step leads into the triangle.
+// Fraction of the motion after which the gap between sphere and triangle is at most `exact`; above
+// 1 if that never happens. Advances by the gap in each iteration (conservative advancement), so the
+// sphere never enters the triangle.
 double first_touch(const std::array<Vec3, 3>& triangle, const MovingSphere& sphere, double exact) {
-  constexpr int most_steps = 64;  // spheres that need more glance off
+  constexpr int most_steps = 64;  // spheres that need more only graze the triangle
   const double length = sphere.motion.norm();
   double share = 0.0;
   for (int k = 0; k < most_steps && share <= 1.0; ++k) {
@@ -85,7 +87,7 @@ SphereContact sphere_contact(const Vec3& centre, double radius, const Vec3& othe
 std::optional<SphereContact> contact_ahead(const Vec3& centre, double radius,
                                            const Vec3& other_centre, double other_radius,
                                            const Vec3& motion) {
-  // |arm + share motion| = touching
+  // Solve |arm + share motion| = touching for share.
   const Vec3 arm = centre - other_centre;
   const double touching = radius + other_radius, a = motion.squaredNorm(), b = arm.dot(motion),
                c = arm.squaredNorm() - touching * touching, root = b * b - a * c;
@@ -109,8 +111,8 @@ void SphereOnTriangles::find_near(const std::vector<std::array<Vec3, 3>>& triang
   }
 }
 
-// True if the point is the closest one of every triangle that shares its feature, and `at` is the
-// first of these triangles.
+// True if the point of `at` is the closest point of every triangle that shares its feature, and
+// `at` is the first of these triangles.
 bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& triangles,
                                      const Near& at) const {
   if (at.closest == all_corners) return true;
@@ -128,8 +130,8 @@ bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& tri
   return true;
 }
 
-// First contacts along the motion. A contact counts if the distance has a local minimum there when
-// the sphere touches.
+// Finds the first contacts along the motion. A contact counts only if the distance has a local
+// minimum there when the sphere touches.
 void SphereOnTriangles::find_ahead(const std::vector<std::array<Vec3, 3>>& triangles,
                                    const MovingSphere& sphere, double exact) {
   const auto& [centre, radius, motion] = sphere;
@@ -170,13 +172,12 @@ void SphereOnTriangles::find(const std::vector<std::array<Vec3, 3>>& triangles,
     Vec3 normal = centre - at.point;
     if (at.distance > 1e-12 * radius) {
       normal /= at.distance;
-    } else {  // the centre lies in the surface, apart from rounding
+    } else {  // the centre lies on the surface, up to rounding
       const auto& [a, b, c] = triangles[at.triangle];
       normal = (b - a).cross(c - a).normalized();
     }
     const SphereContact contact = contact_at(centre, radius, at.point, normal);
-    // If the plane of the contact obstructs the motion, find_ahead() decides whether the surface
-    // does.
+    // If the plane of the contact blocks the motion, find_ahead() decides whether the surface does.
     if (!moves || contact.gap <= 0.1 * near || -motion.dot(normal) <= contact.gap)
       touching_.push_back(contact);
   }

@@ -1,5 +1,5 @@
-// Contacts of spheres with each other and with triangle surfaces, at their positions or first along
-// a straight motion. Independent of Bullet.
+// Contacts of spheres with each other and with triangle surfaces: contacts at given positions, and
+// first contacts along a straight motion. Independent of Bullet.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ struct SphereContact {
 // Contact with another sphere.
 SphereContact sphere_contact(const Vec3& centre, double radius, const Vec3& other_centre,
                              double other_radius);
-// First contact with another sphere during the relative `motion` [m], with its gap at the start.
+// First contact with another sphere during the relative `motion` [m]. Its gap is that at the start.
 std::optional<SphereContact> contact_ahead(const Vec3& centre, double radius,
                                            const Vec3& other_centre, double other_radius,
                                            const Vec3& motion);
@@ -31,14 +31,15 @@ struct MovingSphere {
   Vec3 motion;
 };
 
-// Contacts with triangles are the points where the distance of the centre to their surface has a
-// local minimum. A point on an edge or corner of a triangle counts only if it is the closest point
-// of all triangles with that edge or corner (whose coordinates are equal bit for bit), so edges
-// inside a plane do not obstruct a sphere that rolls over it.
+// Finds the contacts of a sphere with triangles, which are the points where the distance from the
+// centre to the surface has a local minimum. A point on an edge or corner counts only if it is the
+// closest point of every triangle that shares the edge or corner. Shared corners have bitwise equal
+// coordinates. Internal edges of a flat surface therefore do not block a sphere that rolls over it.
 class SphereOnTriangles {
  public:
   // Adds contacts with a gap of at most `near`, then the first contacts during the motion. If there
-  // are more than `most`, keeps those with the most different normals and one contact ahead.
+  // are more than `most` contacts, keeps those with the most different normals and one contact
+  // ahead.
   void find(const std::vector<std::array<Vec3, 3>>& triangles, const MovingSphere& sphere,
             double near, std::size_t most, std::vector<SphereContact>& contacts);
 
@@ -46,10 +47,10 @@ class SphereOnTriangles {
   struct Near {
     Index triangle;
     Vec3 point;
-    double distance;   // from the centre
+    double distance;   // from the centre of the sphere [m]
     unsigned closest;  // bit k: corner k belongs to the closest feature of the triangle
   };
-  // Fills near_ with the triangles within `reach` of a position of the centre.
+  // Fills near_ with the triangles within `reach` of the position `centre`.
   void find_near(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre,
                  double reach);
   bool least_around(const std::vector<std::array<Vec3, 3>>& triangles, const Near& at) const;
