@@ -28,7 +28,7 @@ struct ClothModel {
   std::vector<StrainLimit> strain_limits;
   std::vector<Index> strain_limit_of;  // (m) index into strain_limits; -1: unlimited
   std::vector<BendingPart> bending;
-  Vector mass;                           // (n) lumped [kg]
+  Vector mass;                           // (n) lumped mass [kg]
   std::vector<std::uint8_t> prescribed;  // (n) 1: prescribed vertex
   Incidence triangles_of_vertex;         // (n)
 };

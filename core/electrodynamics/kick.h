@@ -32,7 +32,7 @@ struct Actions {
   Inductances inductances;
 };
 
-// Input of a kick.
+// Start of a kick.
 struct KickStart {
   double time = 0.0, duration = 0.0;  // midpoint and length of the kick [s]
   const RigidState& bodies;

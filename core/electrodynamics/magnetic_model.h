@@ -43,7 +43,7 @@ struct MagneticScene {
 // A magnet on its carrier.
 struct CarriedMagnet {
   SourcePtr source;                           // null: induced magnet
-  double radius = 0.0, polarizability = 0.0;  // of an induced sphere [m], [A m^2/T]
+  double radius = 0.0, polarizability = 0.0;  // induced sphere only [m], [A m^2/T]
   SoftShapePtr soft;  // of induced bodies; null if all of them are spheres treated as point dipoles
   double saturation = 0.0;  // saturation polarization of `soft` [T]
   Points cells;             // positions of the cells of an explicit response [m]
@@ -54,7 +54,7 @@ struct CarriedMagnet {
 // A coil on its carrier.
 struct CarriedCoil {
   Coil coil;
-  SourcePtr source;  // with one ampere
+  SourcePtr source;  // carries one ampere
   RigidPose local;   // as in CarriedMagnet
   Index carrier = 0;
 

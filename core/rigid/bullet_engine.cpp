@@ -58,7 +58,7 @@ BulletEngine::BulletEngine(const Vec3& gravity, int iterations)
   info.m_warmstartingFactor = 1.0;  // with 0.85, five stacked cubes sway at 4 mm/s indefinitely
   spheres.enter(dispatcher);
   hulls.enter(dispatcher, configuration);
-  world.getDispatchInfo().m_enableSatConvex = true;       // for hulls with few vertices
+  world.getDispatchInfo().m_enableSatConvex = true;       // SAT for hulls with few vertices
   broadphase.m_cupdates = 100;                            // [%] remove separated pairs at once
   world.getDispatchInfo().m_allowedCcdPenetration = 0.0;  // Bullet's default is 4 cm
   info.m_splitImpulsePenetrationThreshold = 0.0;          // resolving penetration adds no velocity
@@ -72,7 +72,7 @@ BulletEngine::~BulletEngine() {
 btRigidBody& BulletEngine::add(double mass, const Vec3& inertia, btCollisionShape& shape,
                                double friction, double restitution) {
   btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, &shape, to_bullet(inertia));
-  info.m_friction = std::sqrt(friction);  // Bullet multiplies them: sqrt(mu_a mu_b)
+  info.m_friction = std::sqrt(friction);  // Bullet multiplies two bodies' values: sqrt(mu_a mu_b)
   info.m_restitution = restitution;
   bodies.push_back(std::make_unique<btRigidBody>(info));
   btRigidBody& body = *bodies.back();

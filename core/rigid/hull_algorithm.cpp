@@ -92,7 +92,7 @@ class HullAlgorithm : public btCollisionAlgorithm {
   }
 
  private:
-  // A contact point on the hull, in the axes of the hull.
+  // Position of a contact point on the hull, in the axes of the hull.
   static Vec3 on_hull(const btCollisionObjectWrapper& hull, const btPersistentManifold& manifold,
                       const btManifoldPoint& point) {
     const btCollisionObject& body = *hull.getCollisionObject();
@@ -203,7 +203,7 @@ class HullAlgorithm : public btCollisionAlgorithm {
   }
 
   bool hull_first_;
-  std::vector<btPersistentManifold*> manifolds_;  // one per plane
+  std::vector<btPersistentManifold*> manifolds_;  // one manifold per contact plane
   // Scratch memory.
   HullOnTriangles finder_;
   std::vector<Corners> triangles_;

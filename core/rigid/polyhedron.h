@@ -1,4 +1,4 @@
-// Convex polyhedra: corners, faces, edges.
+// Convex polyhedra with points, faces and edges.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@ namespace loomstone {
 struct Polyhedron {
   struct Face {
     Vec3 normal;    // outward, unit length
-    double offset;  // normal . x of its plane [m]
+    double offset;  // normal . x for points x of the face plane [m]
   };
   struct Edge {
     std::array<Index, 2> points;

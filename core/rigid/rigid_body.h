@@ -1,4 +1,5 @@
-// Rigid bodies: their description (RigidBody), state (RigidState), and the world that moves them.
+// Rigid bodies: description (RigidBody), state (RigidState), and the world that moves them
+// (RigidWorld).
 #pragma once
 
 #include <array>
@@ -28,13 +29,13 @@ struct RigidBody {
   BodyShape shape = BodyShape::Convex;
   std::vector<std::shared_ptr<const TriangleMesh>> parts;  // convex, same frame as mesh
   double density = 1000.0;
-  Vec3 position = Vec3::Zero();          // of the mesh's origin [m]
+  Vec3 position = Vec3::Zero();          // world position of the mesh's origin [m]
   Vec4 orientation = Vec4(1, 0, 0, 0);   // unit quaternion w, x, y, z, body to world
-  Vec3 velocity = Vec3::Zero();          // of the centre of mass [m/s]
+  Vec3 velocity = Vec3::Zero();          // velocity of the centre of mass [m/s]
   Vec3 angular_velocity = Vec3::Zero();  // in world axes [rad/s]
   double friction = 0.3;
   double restitution = 0.0;
-  double thickness = 0.0;  // contact distance to cloth [m], 0: that of the cloth
+  double thickness = 0.0;  // contact distance to cloth [m]; 0: thickness of the cloth
 
   static auto fields() {
     return std::make_tuple(
@@ -80,11 +81,11 @@ void check_rows(const RigidState& state, Index n);
 // Throws SolverFailure unless the state after a step is finite.
 void check_motion(const RigidState& state, double step);
 
-// Throws InvalidInput unless there is a row for each of n bodies.
+// Throws InvalidInput unless all arguments have one row for each of n bodies.
 void check_impulses(const Points& impulses, const Points& angular_impulses, const RigidState& state,
                     Index n);
 
-// State of the bodies according to their description.
+// Returns the initial state of the bodies.
 RigidState start_state(const std::vector<RigidBody>& bodies,
                        const std::vector<MassProperties>& masses);
 
@@ -108,9 +109,9 @@ Points world_vertices(const RigidState& state, Index body, const TriangleMesh& m
 struct RigidObstacle {
   std::shared_ptr<const TriangleMesh> mesh;
   double friction = 0.3;
-  Vec3 position = Vec3::Zero();         // of the mesh's origin at the start [m]
-  Vec4 orientation = Vec4(1, 0, 0, 0);  // at the start
-  // (n x 3) world positions at the start if the obstacle deforms [m]; else empty
+  Vec3 position = Vec3::Zero();         // position of the mesh's origin at the start [m]
+  Vec4 orientation = Vec4(1, 0, 0, 0);  // orientation at the start
+  // (n x 3) World positions at the start if the obstacle deforms [m]; empty otherwise.
   Points vertices = Points(0, 3);
 };
 
@@ -146,7 +147,7 @@ class RigidWorld {
              const Vec3& gravity, bool gyroscopic = true, int iterations = default_iterations);
   ~RigidWorld();
 
-  // State of the bodies according to their description.
+  // Returns the initial state of the bodies.
   RigidState initial_state() const;
   // Mass properties of the bodies. The inertia is about the centre of mass, in mesh axes.
   const std::vector<MassProperties>& mass_properties() const;

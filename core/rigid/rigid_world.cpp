@@ -34,7 +34,7 @@ struct RigidWorld::Data {
   std::vector<Facet> facets;                                   // of deforming obstacles
   ObstaclePlaces start_places, places;  // initial and current positions of obstacles
   std::unique_ptr<BulletEngine> engine;
-  RigidState known;  // the engine's state without manifolds
+  RigidState known;  // state of the engine without manifolds
 
   void add_body(const RigidBody& body, const std::string& where);
   void add_obstacle(const RigidObstacle& obstacle, const std::string& where);

@@ -1,4 +1,4 @@
-// Geometry of collision shapes: principal axes, the test for spheres, hulls shrunk by a margin.
+// Geometry of collision shapes: principal axes, sphere test, and hulls shrunk by a margin.
 #include "core/rigid/shape_geometry.h"
 
 #include <algorithm>
@@ -95,7 +95,7 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
       area +=
           0.5 * (vertices[face[k]] - centre).cross(vertices[face[(k + 1) % face.size()]] - centre);
     }
-    if (area.norm() < 1e-12 * size * size) continue;  // slivers between coplanar points
+    if (area.norm() < 1e-12 * size * size) continue;  // skips slivers between coplanar points
     Vec3 normal = area.normalized();
     double distance = normal.dot(vertices[face[0]] - centre);
     if (distance < 0.0) normal = -normal, distance = -distance;

@@ -183,7 +183,7 @@ void SphereOnTriangles::find(const std::vector<std::array<Vec3, 3>>& triangles,
   }
   std::stable_sort(touching_.begin(), touching_.end(),
                    [](const auto& a, const auto& b) { return a.gap < b.gap; });
-  Vec3 left = motion;  // the motion that touching contacts allow
+  Vec3 left = motion;  // part of the motion that touching contacts allow
   for (int pass = 0; pass < 2; ++pass)
     for (const SphereContact& contact : touching_)
       left +=

@@ -75,8 +75,8 @@ class HingeSet {
  private:
   std::vector<Hinge> hinges_;
   std::vector<double> rest_angles_;
-  std::vector<Index> vertices_;  // (batches x 4 x 8)
-  AlignedDoubles rest_lanes_;    // (batches x 8)
+  std::vector<Index> vertices_;  // (batches x 4 x 8) hinge vertices
+  AlignedDoubles rest_lanes_;    // (batches x 8) rest angles [rad]
   Incidence of_vertices_;
 };
 

@@ -109,7 +109,7 @@ class HingeBending final : public Bending {
     const std::vector<Index>& batches = range_.batches;
     hinges_.evaluate(team, batches, x, nullptr, true, values_);
     moment_.resize(values_.difference.size());
-    // V'' = c / 2 cos(theta / 2) >= 0
+    // Second derivative of the energy: V'' = c / 2 cos(theta / 2) >= 0.
     parallel_for(team, static_cast<Index>(batches.size()), [&](Index b) {
       const Index last = std::min(hinges_.n_hinges(), 8 * batches[b] + 8);
       for (Index e = 8 * batches[b]; e < last; ++e)
@@ -153,8 +153,8 @@ class HingeBending final : public Bending {
   std::vector<std::uint8_t> prescribed_;
   HingeSet hinges_;
   std::vector<double> stiffness_;       // c [N m]
-  std::vector<double> damping_;         // beta c / 2 [N m s]
-  std::vector<double> rest_half_sine_;  // sin(rest / 2) [1]
+  std::vector<double> damping_;         // damping coefficient beta c / 2 [N m s]
+  std::vector<double> rest_half_sine_;  // sin(rest / 2)
   bool damped_ = false;
 
   // Scratch memory, recomputed on use.

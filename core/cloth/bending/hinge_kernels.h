@@ -13,7 +13,7 @@ inline constexpr int gradient_stride = 16;  // per hinge: 4 vertices x (3 compon
 
 // Constant tables of all batches.
 struct Tables {
-  const Index* vertices;  // (batches x 4 x 8)
+  const Index* vertices;  // (batches x 4 x 8) vertices of hinges
   const double* rest;     // (batches x 8) rest angles [rad]
 };
 
@@ -53,7 +53,7 @@ inline constexpr int hinge_stride = n_slots * 8, curvature_stride = 3 * n_slots 
 
 // Constant tables of all batches of triangles.
 struct Tables {
-  const Index* hinges;      // (batches x 9 x 8)
+  const Index* hinges;      // (batches x 9 x 8) hinges of triangles
   const double* curvature;  // (batches x 9 x 3 x 8) C: curvature per angle [1/m]
   const double* rigidity;   // (batches x 7 x 8) W = area times condensed D, entries 00 01 02 11 12
                             // 22 [N m^3]; damping beta [s]

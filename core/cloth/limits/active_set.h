@@ -40,7 +40,7 @@ class ActiveSet {
   const LimitElements& elements_;
   const limit::Tables& tables_;
   const bool all_, singly_;
-  std::vector<std::uint8_t> waits_, moved_;  // (batches) lane bit masks; flags
+  std::vector<std::uint8_t> waits_, moved_;  // (batches) waits_: lane bit mask; moved_: 0 or 1
   std::vector<std::vector<Index>> of_colour_;
   std::vector<Index> moved_list_;
   std::int64_t evaluations_ = 0;

@@ -113,8 +113,8 @@ inline constexpr int element_numbers = 13, element_gradients = 4;  // gradients 
 // Polar decomposition F = R U.
 template <class Real>
 struct Polar {
-  Space<Real> f1, f2, normal;  // columns of F, f1 x f2
-  Real d, s;                   // sqrt(det C), tr U
+  Space<Real> f1, f2, normal;  // columns of F; normal = f1 x f2
+  Real d, s;                   // d = sqrt(det C), s = tr U
   Symmetric<Real> u;
 };
 

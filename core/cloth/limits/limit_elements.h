@@ -62,7 +62,7 @@ class LimitElements {
   // First batch of each colour (colours + 1).
   const std::vector<Index>& colour_start() const { return colour_start_; }
   Index element(Index slot) const { return element_of_[slot]; }  // -1: empty lane
-  // Slots of the elements at each vertex, ascending.
+  // Slots of the elements at each vertex, in ascending order.
   const std::vector<Index>& slot_start() const { return slot_start_; }
   const std::vector<Index>& slots() const { return slots_; }
   const Index* corners(Index slot) const {

@@ -230,7 +230,7 @@ std::int64_t StrainLimiter::sweep_jacobi(const Team& team, const limit::Tables& 
   const auto& start = elements_.slot_start();
   const auto& slots = elements_.slots();
   const auto is_corrected = [&](Index slot) { return corrected_[slot / 8] >> (slot % 8) & 1; };
-  const bool few = corrected < elements_.n_elements() / 8;  // else all vertices are visited
+  const bool few = corrected < elements_.n_elements() / 8;  // otherwise all vertices are visited
   std::vector<Index> vertices;
   if (few) vertices = corners_of(batches);
   const Index n =

@@ -14,7 +14,6 @@
 
 namespace loomstone {
 
-// Description.
 struct StrainLimit {
   double weft = std::numeric_limits<double>::infinity();
   double warp = std::numeric_limits<double>::infinity();
@@ -63,7 +62,6 @@ constexpr auto choices(LimitMethod) {
       ChoiceName{M::Edges, "edges", "along edges, one bound for all directions"}};
 }
 
-// Description.
 struct LimitOptions {
   LimitMethod method = LimitMethod::GaussSeidel;
   double tolerance = 0.002;

@@ -29,7 +29,7 @@ MembraneConstants membrane_constants(const ClothMaterial& material, const std::s
 // The membrane elements of all cloths, with their constant tables and scratch memory.
 class Membrane {
  public:
-  // corners, constants: one entry per triangle
+  // corners and constants have one entry per triangle.
   Membrane(Index n_vertices, const Triangles& triangles, const std::vector<Corners2>& corners,
            const std::vector<MembraneConstants>& constants);
 
