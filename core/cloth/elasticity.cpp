@@ -114,7 +114,7 @@ void Elasticity::add_bending(const Team& team, const Points& x, JacobianTerms te
   }
 }
 
-// The product excludes the mass, which is added afterwards.
+// Computes the product before the mass is added, so that it excludes the mass.
 void Elasticity::finish_rows(Index begin, Index end, Product product) {
   if (product.w) {
     matrix_.multiply(begin, end, wide_in_.data(), wide_out_.data());

@@ -15,7 +15,7 @@ double source_voltage(const Coil& coil, double time);
 // Currents of all coils (coils) at `time` [s]: given currents and, in circuit order, the currents
 // `circuits` [A]. If `circuits` is empty, circuits have no current.
 Vector currents_at(const MagneticModel& model, double time, const Vector& circuits = {});
-// The same with the circuit currents of a state.
+// Currents of all coils (coils) at `time` [s], with the circuit currents of a state [A].
 Vector coil_currents(const MagneticModel& model, const CircuitState& circuits, double time);
 // Current of the first circuit; 0 if there is no circuit [A].
 double first_circuit_current(const MagneticModel& model, const CircuitState& circuits);

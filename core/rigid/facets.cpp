@@ -23,7 +23,8 @@ void Facet::put(btRigidBody& body, const Points& x) const {
 void add_facets(const RigidObstacle& obstacle, Index first, const Points& vertices,
                 std::vector<Facet>& facets) {
   const Triangles& triangles = obstacle.mesh->triangles();
-  std::vector<std::vector<std::array<Index, 3>>> at(obstacle.vertices.rows());  // by vertex
+  // Triangles at each vertex.
+  std::vector<std::vector<std::array<Index, 3>>> at(obstacle.vertices.rows());
   for (const auto& t : triangles.rowwise())
     for (const Index corner : t) at[corner].push_back({t[0] + first, t[1] + first, t[2] + first});
   for (const auto& t : triangles.rowwise()) {

@@ -45,7 +45,7 @@ class HullOnTriangles {
     double gap;
     Index face = -1, edge = -1;  // of the hull; both -1: the plane of the triangle
     bool met = true;             // false if a neighbour of the triangle reaches farther
-    Vec3 point = Vec3::Zero();   // on the triangle; not used for its own plane
+    Vec3 point = Vec3::Zero();   // contact point on the triangle; unused for its own plane
   };
   // Unit normal of a triangle that points to the side of the hull.
   Vec3 facing_normal(const Query& query, const Corners& triangle) const;
@@ -56,8 +56,8 @@ class HullOnTriangles {
   // farther.
   Vec3 farthest_corner(const Vec3& direction, const Vec3& from) const;
   // Determines the axes of least overlap: `best` among all axes, and `met` among the axes that can
-  // have contacts, which always include the normal of the triangle. Returns false if the gap along
-  // any axis exceeds `near`, or if hull and triangle are apart along some axis although they
+  // have contacts. The normal of the triangle can always have contacts. Returns false if the gap
+  // along any axis exceeds `near`, or if hull and triangle are apart along some axis although they
   // overlap along `best`.
   bool least_overlap(const Corners& triangle, const Vec3& normal, double near, Axis& best,
                      Axis& met) const;

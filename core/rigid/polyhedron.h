@@ -24,8 +24,8 @@ struct Polyhedron {
 
   // loops: the corners of each face in cyclic order
   Polyhedron(const std::vector<Vec3>& points, const std::vector<std::vector<int>>& loops);
-  // The points that are true corners. Points inside a face or an edge, which rounding can leave in
-  // a hull, are excluded.
+  // Returns the points that are true corners. Points inside a face or an edge, which rounding can
+  // leave in a hull, are excluded.
   std::vector<Vec3> corners() const;
 };
 // A box with half edge lengths `half`, centred at the origin.

@@ -30,8 +30,8 @@ struct FacetMotion {
 };
 FacetMotion facet_motion(const Mat3& before, const Mat3& after, double step);
 
-// Centre of a triangle, its axes (columns: along the first edge, across, normal), and its corners
-// in these axes.
+// Centre of a triangle, its axes (columns: first edge, in-plane perpendicular, normal), and its
+// corners in these axes.
 struct FacetFrame {
   Vec3 centre;
   Mat3 axes, corners;

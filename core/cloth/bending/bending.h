@@ -57,8 +57,8 @@ class Bending {
   // `matrix`. The pattern of `matrix` must contain couplings().
   virtual void add_stiffness(const Team& team, const Points& x, StiffnessScales scales, Index begin,
                              Index end, BlockMatrix& matrix) const = 0;
-  // Adds `scale` times the part of the exact Hessian that Gauss-Newton omits, which is the moments
-  // times the second derivatives of the angles. This part is indefinite, and zero at rest.
+  // Adds `scale` times the part of the exact Hessian that Gauss-Newton omits: moments times second
+  // derivatives of the angles. This part is indefinite, and zero at rest.
   virtual void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin,
                                        Index end, BlockMatrix& matrix) const = 0;
   // Largest eigenvalue lambda of M^-1 K in the rest shape, by power iteration [1/s^2]. Explicit

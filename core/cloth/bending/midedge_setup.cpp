@@ -123,8 +123,8 @@ class Builder {
     return turn(rest_[from].direction[local_edge(from, edge)] -
                 rest_[to].direction[local_edge(to, edge)]);
   }
-  // Angle of hinge r per unit of constant curvature, which is given in the axes of `triangle`, one
-  // of its two triangles.
+  // Angle of hinge r per unit of constant curvature. The curvature is in the axes of `triangle`,
+  // which is one of the two triangles of r.
   Row3 hinge_angle(Index r, Index triangle) const {
     const Hinge& h = hinges_[r];
     const Index other = h.triangles[0] == triangle ? h.triangles[1] : h.triangles[0];

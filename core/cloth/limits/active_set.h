@@ -16,7 +16,7 @@ namespace loomstone {
 class ActiveSet {
  public:
   enum class Contents { AllElements, Violations };  // Violations: batches passed to add()
-  enum class Order { Batches, SingleElements };     // SingleElements: random order
+  enum class Order { Batches, SingleElements };     // SingleElements: for random order
 
   ActiveSet(const LimitElements& elements, const limit::Tables& tables, Contents contents,
             Order order);

@@ -24,7 +24,7 @@ struct BrokenLimit {
 // Cost of a limiting call and the violations that remain.
 struct LimitReport {
   int sweeps = 0;                // sweeps over all elements or over the active set
-  std::int64_t evaluations = 0;  // strain evaluations; work shared or repeated by ranks counts once
+  std::int64_t evaluations = 0;  // strain evaluations; work that ranks share or repeat counts once
   std::array<double, 3> excess{};   // largest excess in weft, warp and shear
   std::int64_t beyond = 0;          // number of elements with an excess above the tolerance
   Index worst = -1;                 // element with the largest excess, -1: no limit is violated

@@ -13,7 +13,7 @@
 
 namespace loomstone {
 
-// The cloth to be limited.
+// Cloth with its strain limits.
 struct LimitedCloth {
   Index n_vertices = 0;
   Triangles triangles;            // (m x 3)
@@ -73,10 +73,10 @@ class LimitElements {
   void hold(const std::vector<Index>& vertices);
 
   limit::Tables tables() const;
-  // The same tables with infinite bounds for cloths that are limited by edges. If `edges` is true,
-  // all cloths are limited by edges.
+  // Returns the tables with infinite bounds for cloths that are limited by edges. If `edges` is
+  // true, all cloths are limited by edges.
   limit::Tables sweep_tables(bool edges);
-  // The same tables with bounds of +-rate [1/s] on the strain rates in all modes.
+  // Returns the tables with bounds of +-rate [1/s] on the strain rates in all modes.
   limit::Tables rate_tables(double rate);
 
  private:
