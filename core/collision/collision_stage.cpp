@@ -11,8 +11,8 @@
 
 namespace loomstone {
 
-// Rounds of detection and impulses before motion is withheld. Three suffice for cloth with room to
-// move; plates that close to a twentieth of the thickness within a step needed up to ten.
+// Maximum number of clean-up rounds before motion is withheld. Three suffice if the cloth has room
+// to move. Plates that close to a twentieth of the thickness in one step needed up to ten.
 constexpr int clean_up_rounds = 10;
 
 struct CollisionStage::Data {

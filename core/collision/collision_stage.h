@@ -1,6 +1,7 @@
-// The collision stages of a step: contacts near the start, as terms of the implicit solve or
-// answered by impulses after an explicit one; and certification of the whole motion at the end
-// (continuous collision detection, clean-up by impulses, withheld motion).
+// Collision handling of one step. Contacts are found at the start of the step. They enter an
+// implicit solve as extra terms; after an explicit solve, impulses correct the motion.
+// Certification then removes impacts from the whole motion by continuous collision detection,
+// clean-up and withheld motion.
 #pragma once
 
 #include <memory>
@@ -19,39 +20,42 @@
 
 namespace loomstone {
 
-// Stage. It keeps trees and neighbour lists between calls; this affects only speed, never results.
+// Collision stage of a simulation. Caches trees and neighbour lists between calls. The caches
+// affect speed, not results.
 class CollisionStage {
  public:
   explicit CollisionStage(const CollisionModel& model);
   ~CollisionStage();
 
-  // Everything that intersects at x0. Given to the other methods, contacts and impacts that would
-  // keep it entangled are ignored. Tangle{}: nothing intersects.
+  // Finds all intersections at x0. The other methods ignore contacts and impacts that would keep
+  // these intersections entangled. An empty Tangle means that nothing intersects.
   Tangle find_tangle(const Points& x0);
 
-  // Contacts closer than their thickness at x0 (all vertices), sorted by (kind, a, b).
+  // Returns the contacts closer than their thickness at x0, sorted by (kind, a, b). x0 contains the
+  // vertices of all surfaces.
   std::vector<Contact> proximity(const Team& team, const Points& x0, const Tangle& tangle);
 
-  // Appends contact terms of the implicit solve to `terms`. Returns what updates them during the
-  // solve.
+  // Appends the contact terms of the implicit solve to `terms`. The returned object updates these
+  // terms during the solve.
   ContactTerms terms(const ContactInputs& inputs, const std::vector<Contact>& contacts,
                      const ContactState& state, ExtraTerms& terms) const;
 
-  // Appends terms that move intersecting features along their way out.
+  // Appends terms that push intersecting features apart.
   void untangle(const ContactInputs& inputs, const Tangle& tangle, ExtraTerms& terms) const;
 
-  // Sets the friction anchors after the motion x0 -> x1; `made` are the terms of `contacts`.
+  // Updates the friction anchors after the motion x0 -> x1. `made` must be the terms of `contacts`.
   void update_anchors(const std::vector<Contact>& contacts, const ContactTerms& made,
                       const Points& x0, const Points& x1, ContactState& state) const;
 
-  // Response by impulses: corrects the ends of cloth and bodies so that contacts of x0 stop
-  // approaching, regain their thickness gradually and rub, and intersections resolve.
+  // Response by impulses. Corrects the end positions of cloth and bodies. The contacts stop
+  // approaching, gradually regain their thickness and feel friction. Intersections are pushed
+  // apart.
   void repel(const MotionInputs& inputs, const std::vector<Contact>& contacts, double step,
              Points& x1, FreeBodies& bodies) const;
 
-  // Corrects x1 so that the motion x0 -> x1 has no impact and ends without intersections. Moves
-  // cloth vertices and `bodies` as a whole; prescribed vertices keep their motion, and so do bodies
-  // if `bodies` is empty.
+  // Corrects x1 so that the motion x0 -> x1 has no impact and x1 has no intersection. Moves cloth
+  // vertices individually and each body as a whole. Prescribed vertices keep their motion. If
+  // `bodies` is empty, rigid bodies keep theirs too.
   CertifyReport certify(const Team& team, const MotionInputs& inputs, Points& x1,
                         FreeBodies& bodies);
 

@@ -16,7 +16,7 @@ namespace {
 
 using Pairs = std::vector<std::array<Index, 2>>;
 
-// A model of one cloth that collides with itself.
+// Returns a model that consists of one cloth with self-collision.
 CollisionModel one_surface(const Triangles& triangles) {
   CollisionModel model;
   model.n_vertices = triangles.rows() > 0 ? triangles.maxCoeff() + 1 : 0;
@@ -32,7 +32,7 @@ CollisionModel one_surface(const Triangles& triangles) {
   return model;
 }
 
-// Joins the results of tasks into one array, in the order of the tasks.
+// Concatenates the results of all tasks in task order.
 template <class Element, class Member>
 std::vector<Element> joined(const Team& team, std::size_t n_tasks, Member&& member) {
   std::vector<std::size_t> offset(n_tasks + 1, 0);
@@ -45,7 +45,7 @@ std::vector<Element> joined(const Team& team, std::size_t n_tasks, Member&& memb
   return all;
 }
 
-// Sorts by both ids: a counting sort by the first, then each short run by the second.
+// Sorts pairs lexicographically: counting sort by the first id, then std::sort of each run.
 void sort_pairs(const Team& team, Pairs& pairs, Index n_first) {
   std::vector<std::size_t> start(n_first + 1, 0);
   for (const auto& pair : pairs) ++start[pair[0] + 1];
@@ -86,7 +86,7 @@ struct Hit {
   double time;
 };
 
-// Tests each batch as it arrives, so that candidates are never stored.
+// Tests each batch of candidates as it arrives, so that candidates are never stored.
 class ExactHits : public PairSink {
  public:
   ExactHits(const CollisionModel& model, const Points& x0, const Points& x1)

@@ -1,5 +1,5 @@
-// Self-collisions of one surface, for repeated queries while it moves: trees are built once, then
-// refitted to the positions.
+// Self-collision queries on one moving surface. The trees are built once and then refitted to the
+// positions of each query.
 #pragma once
 
 #include <array>
@@ -13,37 +13,41 @@
 namespace loomstone {
 
 struct FeatureIds {
-  std::vector<std::array<Index, 2>> vertex_face;  // vertex and triangle
+  std::vector<std::array<Index, 2>> vertex_face;  // vertex id, triangle id
   std::vector<std::array<Index, 2>> edge_edge;    // rows of edges(), smaller first
 };
 
 struct Collisions {
-  FeatureIds pairs;                                      // ascending
-  std::vector<double> vertex_face_time, edge_edge_time;  // lower bounds of first contact times [1]
+  FeatureIds pairs;  // in ascending order
+  std::vector<double> vertex_face_time,
+      edge_edge_time;  // lower bounds of the contact times, as fractions of the motion [1]
 
-  double time() const;  // lower bound of the earliest contact [1]; infinity without collisions
+  double time()
+      const;  // Returns the smallest contact time [1], or infinity if there is no collision.
 };
 
 class Detector {
  public:
-  // Throws InvalidInput for negative vertices.
+  // Throws InvalidInput if a vertex index is negative.
   explicit Detector(const Triangles& triangles);
   Detector(Detector&&) noexcept;
   ~Detector();
 
   const Edges& edges() const;  // sorted unique vertex pairs
 
-  // Pairs that share no vertex and whose 18-DOPs over the motion x0 -> x1, grown by `inflation`
-  // [m], overlap. Sorted: ascending; otherwise in the order of the tree, which is faster. Throws
-  // InvalidInput for too few rows and numbers that are not finite, as collisions() does.
+  // Returns the pairs that share no vertex and whose 18-DOPs overlap. The 18-DOPs enclose the
+  // motion x0 -> x1 and are inflated by `inflation` [m]. If `sorted`, the pairs are in ascending
+  // order; otherwise they are in tree order, which is faster. Throws InvalidInput if the positions
+  // have too few rows or are not finite.
   FeatureIds candidates(const Team& team, const Points& x0, const Points& x1, double inflation,
                         bool sorted);
 
-  // All pairs that share no vertex and touch while their points move from x0 to x1 on straight
-  // lines. Exact: no pair is missed, none is false; touching counts.
+  // Returns all pairs that share no vertex and touch while their vertices move from x0 to x1 on
+  // straight lines. The test is exact: it has no false negatives and no false positives. Throws
+  // InvalidInput under the same conditions as candidates().
   Collisions collisions(const Team& team, const Points& x0, const Points& x1);
 
-  void forget_trees();  // the next call rebuilds them; results do not depend on it
+  void forget_trees();  // The next query rebuilds the trees. Results do not change.
   std::size_t tree_bytes() const;
 
  private:
@@ -51,10 +55,10 @@ class Detector {
   std::unique_ptr<Data> data_;
 };
 
-// Sorted unique vertex pairs of the triangles.
+// Returns the sorted unique vertex pairs of the triangle edges.
 Edges unique_edges(const Triangles& triangles);
 
-// Both throw InvalidInput where the arguments are unusable.
+// Both functions throw InvalidInput if an argument is invalid.
 void check_motion(const Points& x0, const Points& x1, double inflation);
 void check_triangles(const Triangles& triangles, Index n_vertices);
 

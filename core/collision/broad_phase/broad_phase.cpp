@@ -9,14 +9,14 @@ namespace loomstone {
 
 namespace {
 
-// Pairs of nodes are expanded from the roots until there are this many tasks, for any number of
-// threads.
+// Minimum number of tasks. Node pairs are expanded until this number is reached. It does not depend
+// on the number of threads, so results do not depend on it either.
 constexpr std::size_t enough_tasks = 256;
 
-// Pairs in a batch for the sink.
+// Maximum number of pairs in a batch that is passed to the sink.
 constexpr std::size_t batch_size = 1024;
 
-// Collects what a filter leaves of each batch.
+// Collects the pairs of each batch that pass a filter.
 template <class Filter>
 class Kept : public PairSink {
  public:
@@ -32,7 +32,7 @@ class Kept : public PairSink {
     kept.insert(kept.end(), keys.begin(), keys.end());
   }
 
-  // Sorted.
+  // Stores the sorted pairs of each surface pair in `which`.
   void into(const std::vector<Index>& which, std::size_t n_pairs,
             std::vector<FeaturePairs>& found) const {
     found.resize(n_pairs);
@@ -145,7 +145,7 @@ bool BroadPhase::cluster_pairs(const Team& team, Index surface_pair, std::size_t
   for (const std::vector<PairKey>& own : of_task) n += own.size();
   found.clear();
   if (n > most) return false;
-  // A counting sort by the first cluster, then each run by the second.
+  // Counting sort by the first cluster, then std::sort of each run by the second.
   const Index n_clusters = trees_[pairs_[surface_pair].a].n_clusters();
   std::vector<Index> start(n_clusters + 1, 0);
   for (const std::vector<PairKey>& own : of_task)
@@ -197,7 +197,7 @@ void BroadPhase::forget_trees() {
 
 void BroadPhase::near_pairs(const Team& team, const Points& x, const std::vector<Index>& which,
                             const std::vector<double>& reach, std::vector<FeaturePairs>& found) {
-  // The boxes of each surface grow by half the largest reach among its pairs.
+  // Inflates the boxes of each surface by half the largest reach of its pairs.
   std::vector<double> inflation(trees_.size(), -1.0);
   for (const Index pair : which)
     for (const Index s : {pairs_[pair].a, pairs_[pair].b})

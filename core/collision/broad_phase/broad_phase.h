@@ -1,6 +1,6 @@
-// Candidate pairs (broad phase): vertex-face and edge-edge pairs whose 18-DOPs overlap, each once.
-// Excluded are pairs that share a vertex, pairs without cloth, and self-pairs of cloths without
-// self-collision.
+// Broad phase: finds all vertex-face and edge-edge pairs whose 18-DOPs overlap. Each pair is
+// reported once. Excludes pairs that share a vertex, pairs tied by an attachment, surface pairs
+// without cloth, and self-pairs of cloths without self-collision.
 #pragma once
 
 #include <functional>
@@ -14,54 +14,55 @@
 
 namespace loomstone {
 
-// Receives the pairs of a search in batches as they are found. Threads call take() concurrently,
-// each for its own tasks; the numbering of tasks does not depend on the threads.
+// Receives the pairs of a search in batches. Each task runs on one thread, but threads call take()
+// concurrently for different tasks. The numbering of tasks does not depend on the number of
+// threads.
 class PairSink {
  public:
   virtual ~PairSink() = default;
   virtual void prepare(Index n_tasks) = 0;
   virtual void take(Index task, Index surface_pair, ContactKind kind,
-                    std::vector<PairKey>& keys) = 0;  // may change the keys
+                    std::vector<PairKey>& keys) = 0;  // may change `keys`
 };
 
-// Motion over a step, and the inflation of the boxes around it.
+// Motion over a step and the inflation of its bounding volumes.
 struct Sweep {
   const Points& x0;
   const Points& x1;
   double inflation;          // [m]
-  bool may_rebuild = false;  // rebuild trees whose boxes have grown much; affects speed only
+  bool may_rebuild = false;  // rebuild trees whose boxes have grown too much; affects speed only
 };
 
-// Stage: a tree for each surface. Trees affect speed, never results.
+// Broad phase with one tree for each surface. The shape of the trees affects speed, not results.
 class BroadPhase {
  public:
   BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs);
 
-  // Pairs of features closer than `reach[i]` [m] at x, for the surface pairs i listed in `which`.
-  // Existing trees are refitted, never rebuilt.
+  // Finds the pairs of features closer than `reach[i]` [m] at x for each surface pair i in `which`.
+  // Existing trees are refitted but not rebuilt.
   void near_pairs(const Team& team, const Points& x, const std::vector<Index>& which,
                   const std::vector<double>& reach, std::vector<FeaturePairs>& found);
 
-  // Pairs of features whose 18-DOPs over the whole step, grown by `inflation` each, meet.
+  // Passes to `sink` all pairs of features whose inflated 18-DOPs over the step overlap.
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    PairSink& sink);
-  // Those of them that keep(kind, keys) retains; it erases the others. Threads call it
-  // concurrently.
+  // As above, but stores in `found` only the pairs that `keep` does not erase from `keys`. Threads
+  // call `keep` concurrently.
   using Keep = std::function<void(ContactKind, std::vector<PairKey>&)>;
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    const Keep& keep, std::vector<FeaturePairs>& found);
 
-  // Pairs of clusters of a surface pair's trees whose boxes overlap, as (a << 32 | b), ascending.
-  // Returns false, without the pairs, if there are more than `most`.
+  // Finds the pairs of clusters of a surface pair whose boxes overlap, packed as a << 32 | b, in
+  // ascending order. If there are more than `most`, clears `found` and returns false.
   bool cluster_pairs(const Team& team, Index surface_pair, std::size_t most,
                      std::vector<PairKey>& found) const;
   ClusterTree& tree(Index surface) { return trees_[surface]; }
-  // Whether an attachment ties a vertex of one side to the surface of the other.
+  // Returns whether an attachment ties a vertex of one side to the surface of the other.
   bool attached(ContactKind kind, PairKey key) const;
 
-  void forget_trees();  // they are rebuilt when next needed
+  void forget_trees();  // the next search rebuilds them
 
-  std::size_t bytes() const;  // memory of the trees and the boxes of vertices
+  std::size_t bytes() const;  // memory of the trees and vertex boxes
 
  private:
   void refit(const Team& team, Index surface, const Sweep& sweep);
@@ -71,7 +72,7 @@ class BroadPhase {
 
   const CollisionModel& model_;
   const std::vector<SurfacePair>& pairs_;
-  std::vector<ClusterTree> trees_;  // of each surface
+  std::vector<ClusterTree> trees_;  // one for each surface
   std::vector<PackedSlabs> vertex_slabs_;
 };
 

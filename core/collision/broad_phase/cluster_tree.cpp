@@ -10,11 +10,11 @@ namespace loomstone {
 
 namespace {
 
-// New clusters are formed when the area of their boxes has grown by this factor. Our choice;
+// New clusters are formed when the total area of their boxes has grown by this factor. The value
 // affects speed only.
 constexpr double decay_limit = 1.5;
 
-// Row i of the result is column i of the rows.
+// Transposes an 8 x 8 block in place.
 LOOMSTONE_INLINE void transpose(SlabLanes* row) {
   SlabLanes a[slab_lanes], b[slab_lanes];
   for (int i = 0; i < 8; i += 2) {
@@ -33,7 +33,7 @@ LOOMSTONE_INLINE void transpose(SlabLanes* row) {
   }
 }
 
-// Writes eight items into a group, component by component.
+// Stores eight boxes in a group in structure-of-arrays layout.
 LOOMSTONE_INLINE void write_group(const PackedSlabs* item, SlabGroup& group) {
   for (int p = 0; p < n_slab_packs; ++p) {
     SlabLanes row[slab_lanes];
@@ -54,15 +54,15 @@ LOOMSTONE_INLINE PackedSlabs all_of(const PackedSlabs* item) {
   return all;
 }
 
-// Groups [begin, end) of features; see ClusterTree::Features.
+// Range [begin, end) of feature groups; see ClusterTree::Features.
 struct FeatureGroups {
   const Index* corners;
   int n_corners;
   Index begin, end;
 };
 
-// Boxes of features (`slabs`) and of whole groups (`of_group`) from those of the vertices; either
-// may be null.
+// Computes the boxes of features (`slabs`) and of whole groups (`of_group`) from vertex boxes.
+// Either output may be null.
 LOOMSTONE_CLONES void refit_features(const PackedSlabs* vertices, FeatureGroups groups,
                                      SlabGroup* slabs, PackedSlabs* of_group) {
   const PackedSlabs none = empty_packed();
@@ -82,7 +82,8 @@ LOOMSTONE_CLONES void refit_features(const PackedSlabs* vertices, FeatureGroups 
   }
 }
 
-// Groups [begin, end) of nodes from the boxes of their children; `below` is padded to full groups.
+// Computes groups [begin, end) of node boxes from the boxes of their children. `below` must be
+// padded to full groups.
 LOOMSTONE_CLONES void refit_groups(const PackedSlabs* below, Index begin, Index end,
                                    SlabGroup* slabs, PackedSlabs* of_group) {
   for (Index g = begin; g < end; ++g) {
@@ -98,8 +99,8 @@ double area(const PackedSlabs& s, double inflation) {
   return side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
 }
 
-// Orders items so that each node is compact: bisects along the longest axis at the boundary of a
-// node of the tree.
+// Orders items so that each node is compact. Bisects recursively along the longest axis, at a
+// multiple of the node size.
 void order_by_halves(const Points& centres, Index* items, Index n) {
   if (n <= slab_lanes) return;
   Eigen::RowVector3d low = centres.row(items[0]), high = low;
@@ -109,7 +110,7 @@ void order_by_halves(const Points& centres, Index* items, Index n) {
   }
   int axis;
   (high - low).maxCoeff(&axis);
-  Index node = slab_lanes;  // items of the largest node that is smaller than all of them
+  Index node = slab_lanes;  // size of the largest node with fewer than n items
   while (node * slab_lanes < n) node *= slab_lanes;
   const Index half = std::max<Index>(1, (n / 2 + node / 2) / node) * node;
   std::nth_element(items, items + half, items + n, [&](Index i, Index j) {
@@ -181,12 +182,12 @@ void ClusterTree::rebuild(const Points& x) {
   order_by_halves(centres, order.data(), n);
   for (Index i = 0; i < n; ++i) cluster_of_face[order[i]] = i / slab_lanes;
 
-  // Among the clusters of its faces, a vertex or an edge goes to the one that owns fewest so far,
-  // so that few lanes stay empty.
+  // Each vertex or edge goes to the cluster of one of its faces. Choosing the cluster that owns the
+  // fewest so far keeps few lanes empty.
   const Index first = n > 0 ? triangles_.minCoeff() : 0,
               n_vertices = n > 0 ? triangles_.maxCoeff() - first + 1 : 0;
   std::vector<Index> start(n_vertices + 2, 0),
-      faces_of(3 * static_cast<std::size_t>(n));  // of vertex first + i from start[i] on
+      faces_of(3 * static_cast<std::size_t>(n));  // faces of vertex first + i begin at start[i]
   for (Index i = 0; i < triangles_.size(); ++i) ++start[triangles_.data()[i] - first + 2];
   for (Index i = 0; i < n_vertices; ++i) start[i + 2] += start[i + 1];
   for (Index i = 0; i < triangles_.size(); ++i)

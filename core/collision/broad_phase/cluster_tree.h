@@ -1,7 +1,7 @@
-// Bounding volume hierarchy of one surface with eight children per node. Leaves are clusters of
-// eight neighbouring faces with the edges and vertices they own; each feature has one owner, so
-// each pair is visited once. Bounding volumes are 18-DOPs, compared eight at once. The shape of the
-// tree affects no result.
+// Bounding-volume hierarchy of one surface with eight children per node. A leaf is a cluster of
+// eight neighbouring faces and the edges and vertices that it owns. Each feature has one owner, so
+// each pair is visited once. Bounding volumes are 18-DOPs, compared eight at a time. The shape of
+// the tree does not affect results.
 #pragma once
 
 #include <vector>
@@ -13,57 +13,62 @@ namespace loomstone {
 
 class ClusterTree {
  public:
-  // Features of one kind in groups of eight slots; cluster c has groups [group[c], group[c + 1]).
+  // Features of one kind, stored in groups of eight lanes. Cluster c has groups group[c] to group[c
+  // + 1] - 1.
   struct Features {
     std::vector<Index> group;
-    std::vector<Index> id;         // (8 * groups), -1 in empty lanes, which come last
+    std::vector<Index> id;         // (8 * groups); -1 in empty lanes, which come last in a cluster
     std::vector<SlabGroup> slabs;  // empty for vertices
     int n_corners = 0;
-    std::vector<Index> corners;  // (groups x corners x 8) vertices
+    std::vector<Index> corners;  // (groups x n_corners x 8) vertex ids
   };
 
-  // Triangles and edges of one surface, with vertex ids of the whole model. Ids of its triangles
-  // start at first_triangle, those of its edges are edge_ids.
+  // Takes the triangles and edges of one surface, with vertex ids of the whole model. Triangle t
+  // has the id first_triangle + t; edge e has the id edge_ids[e].
   ClusterTree(Triangles triangles, Index first_triangle, Edges edges, std::vector<Index> edge_ids);
 
-  // Recomputes all boxes from those of the vertices (of all surfaces), which include `inflation`
-  // [m] and must outlive the next refit. Forms the clusters at x the first time and, if allowed,
-  // when their boxes have grown much since.
+  // Recomputes all boxes from the vertex boxes of all surfaces. The vertex boxes include
+  // `inflation` [m] and must stay alive until the next refit. The first call forms the clusters at
+  // positions x. Later calls form new clusters only if `may_rebuild` is set and the boxes have
+  // grown too much.
   void refit(const Team& team, const Points& x, const std::vector<PackedSlabs>& vertices,
              double inflation, bool may_rebuild);
 
   void forget() { built_area_ = -1.0; }     // the next refit forms new clusters
   int version() const { return version_; }  // changes whenever new clusters are formed
 
-  // Recomputes only the boxes of nodes, from boxes around the motions of the vertices. Forms the
-  // clusters at x the first time and, if allowed, when their boxes at x have grown much since;
-  // `still` are the boxes of the vertices at x.
+  // Recomputes only the node boxes, from vertex boxes `moving` that enclose motions. Forms clusters
+  // at x under the same conditions as refit(); `still` are the vertex boxes at x.
   void refit_nodes(const Team& team, const Points& x, const std::vector<PackedSlabs>& still,
                    const std::vector<PackedSlabs>& moving, bool may_rebuild);
-  // Recomputes only the boxes of marked clusters and of their features. `vertices` as in refit().
+  // Recomputes only the boxes of marked clusters and of their features. `vertices` has the same
+  // meaning as in refit().
   void refit_features_of(const Team& team, const std::vector<std::uint8_t>& marked,
                          const std::vector<PackedSlabs>& vertices);
 
-  // Level 0 holds the clusters; node n of level l has the children 8 n .. 8 n + 7 of level l - 1.
-  // The top level has one node.
+  // Level 0 contains the clusters. The children of node n on level l are nodes 8 n to 8 n + 7 on
+  // level l - 1. The top level has one node.
   int root_level() const { return static_cast<int>(levels_.size()); }
   bool empty() const { return n_clusters_ == 0; }
   const SlabGroup& children(int level, Index node) const { return levels_[level - 1][node]; }
-  // The box of a node is lane node % 8 of this.
+  // Returns the group whose lane node % 8 is the box of the node.
   const SlabGroup& boxes(int level, Index node) const {
     return level == root_level() ? root_ : levels_[level][node / slab_lanes];
   }
   Slabs root() const;
   Index n_clusters() const { return n_clusters_; }
-  // The box around the features of a cluster is lane cluster % 8 of this.
+  // Returns the group whose lane cluster % 8 is the box around the features of the cluster.
   const SlabGroup& leaf_boxes(Index cluster) const { return leaf_boxes_[cluster / slab_lanes]; }
   const PackedSlabs* vertex_boxes() const {
     return vertex_boxes_;
-  }  // of all surfaces, as given to the last refit
+    // Vertex boxes of all surfaces, as passed to the last refit.
+  }
 
   const Features& faces() const { return faces_; }
   const Features& edges() const { return edge_features_; }
-  const Features& vertices() const { return vertices_; }  // their ids are their corners
+  const Features& vertices() const {
+    return vertices_;
+  }  // `corners` contains the ids, `id` is empty
   std::size_t bytes() const;
 
  private:
@@ -78,11 +83,12 @@ class ClusterTree {
   Edges edges_;
   std::vector<Index> edge_ids_;
   Index n_clusters_ = 0;
-  double built_area_ = -1.0;  // sum over the clusters when they were formed [m^2]
+  double built_area_ = -1.0;  // total box area of newly formed clusters [m^2]; -1: none formed
   Features faces_, edge_features_, vertices_;
-  std::vector<std::vector<SlabGroup>> levels_;  // nodes of each level; the last has one group
-  SlabGroup root_;                              // in lane 0
-  std::vector<SlabGroup> leaf_boxes_;           // of the clusters
+  std::vector<std::vector<SlabGroup>>
+      levels_;                         // node boxes of each level; the last level has one group
+  SlabGroup root_;                     // box of the root in lane 0
+  std::vector<SlabGroup> leaf_boxes_;  // boxes of the clusters
   int version_ = 0;
   const PackedSlabs* vertex_boxes_ = nullptr;
 };

@@ -12,10 +12,10 @@ namespace loomstone {
 
 namespace {
 
-// Owns an Embree scene of boxes; it is released before its device.
+// Owns an Embree scene of boxes. Must be destroyed before its device.
 struct BoxScene {
   RTCScene scene = nullptr;
-  std::vector<Index> item;  // of each primitive: boxes that are not empty
+  std::vector<Index> item;  // box of each primitive; empty boxes are left out
 
   BoxScene(RTCDevice device, const std::vector<Slabs>& all) : slabs(all) {
     for (std::size_t i = 0; i < all.size(); ++i)
@@ -47,7 +47,7 @@ struct BoxScene {
 };
 
 struct Reports {
-  std::mutex lock;  // Embree may call from threads of its own
+  std::mutex lock;  // Embree may call report() from its own threads
   std::vector<std::pair<unsigned, unsigned>> pairs;
 };
 

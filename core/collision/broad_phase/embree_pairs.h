@@ -1,4 +1,4 @@
-// Pairs of overlapping boxes by Embree.
+// Finds pairs of overlapping boxes with Embree.
 #pragma once
 
 #include <functional>
@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// Calls visit(i, j), in any order and on one thread, for each pair of a[i] and b[j] whose axis
-// slabs overlap, and for some other pairs. Empty slabs have no pairs.
+// Calls visit(i, j) for each pair of a[i] and b[j] whose axis slabs overlap. May also visit some
+// other pairs. Runs on one thread and in any order. Empty slabs have no pairs.
 void embree_pairs(const std::vector<Slabs>& a, const std::vector<Slabs>& b,
                   const std::function<void(Index, Index)>& visit);
 

@@ -1,5 +1,5 @@
-// Pairs of overlapping boxes by a plain binary tree, for independent checks of this module and for
-// infrequent searches.
+// Finds pairs of overlapping boxes with a plain binary tree. Used for infrequent searches and for
+// independent checks of this module.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@ inline std::vector<Box> triangle_boxes(const Points& points, const Triangles& tr
   return boxes;
 }
 
-// Binary tree, bisected at the median along the longest axis; bounds are exact and need no margin.
+// Binary tree, split at the median along the longest axis. Bounds are exact and need no margin.
 class MedianTree {
  public:
   explicit MedianTree(const std::vector<Box>& items) : items_(items), order_(items.size()) {

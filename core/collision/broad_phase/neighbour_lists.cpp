@@ -11,18 +11,19 @@ namespace loomstone {
 
 namespace {
 
-// The slack of a list covers this many steps of the present motion, within bounds; the boxes for
-// finding pairs of clusters cover this many steps ahead, plus a margin. Our choices, tuned on a
-// draped sheet; they affect speed only.
+// Parameters tuned on a draped sheet. They affect speed only. The slack of a list covers
+// `steps_to_last` steps of the current motion, but lies between `least_slack` and the larger of the
+// two maxima. In the search for cluster pairs, vertex boxes cover `steps_ahead` steps plus
+// `margin`.
 constexpr double steps_to_last = 12.0;
-constexpr double least_slack = 0.2, most_slack = 2.5;  // [thickness]
-constexpr double most_slack_of_edge = 0.6;             // [mean edge]
+constexpr double least_slack = 0.2, most_slack = 2.5;  // as fractions of the thickness
+constexpr double most_slack_of_edge = 0.6;             // as a fraction of the mean edge length
 constexpr double steps_ahead = 3.0;
-constexpr double margin = 1.0;  // [half the thickness]
-// Allowance for rounding errors of bounds summed over steps [m].
+constexpr double margin = 1.0;  // as a fraction of half the thickness
+// Allowance for rounding errors of bounds that are summed over steps [m].
 constexpr double rounding = 1e-12;
 
-// Lower bound of the distance between two boxes [m].
+// Returns a lower bound of the distance between two boxes [m].
 double gap_between(const SlabGroup& a, int lane_a, const SlabGroup& b, int lane_b) {
   double square = 0.0, diagonal = 0.0;
   for (int k = 0; k < n_slabs; ++k) {
@@ -84,7 +85,8 @@ void NeighbourLists::find_members(Index surface) {
                                                corners + 3 * slab_lanes * (c + 1));
     std::sort(begin, members.vertices.end());
     members.vertices.erase(std::unique(begin, members.vertices.end()), members.vertices.end());
-    const auto none = members.vertices.begin() + members.start.back();  // empty lanes come first
+    const auto none = members.vertices.begin() +
+                      members.start.back();  // after sorting, empty lanes (-1) come first
     if (none != members.vertices.end() && *none < 0) members.vertices.erase(none);
     members.start.push_back(static_cast<Index>(members.vertices.size()));
   }
@@ -126,7 +128,7 @@ double NeighbourLists::change_bound(const NeighbourList& list) const {
   return (a.radius + b.radius + (a.centre - b.centre).norm()) * (1.0 + 1e-12) + rounding;
 }
 
-// Whether all vertices at x are within the margin of their expected motion.
+// Returns whether all vertices at x are within the margin of their expected motion.
 bool NeighbourLists::as_expected(const Team& team, const Points& x) const {
   std::atomic<bool> all{true};
   for (std::size_t s = 0; s < model_.surfaces.size(); ++s) {
@@ -147,7 +149,7 @@ bool NeighbourLists::as_expected(const Team& team, const Points& x) const {
   return all;
 }
 
-// Computes boxes of the vertices at the x of update().
+// Computes the vertex boxes at the x of update().
 void NeighbourLists::pack_still(const Team& team) {
   if (still_at_x_) return;
   still_.resize(model_.n_vertices);
@@ -162,7 +164,7 @@ void NeighbourLists::pack_still(const Team& team) {
 }
 
 // Finds the pairs of clusters that come near each other while vertices move from the x of update()
-// towards x1, extrapolated over `steps_ahead` steps.
+// towards x1. The motion is extrapolated over `steps_ahead` steps.
 void NeighbourLists::search(const Team& team, const Points& x1) {
   ++n_searches_;
   pack_still(team);
@@ -325,8 +327,8 @@ void NeighbourLists::cover(const Team& team, const Points& x1) {
        }));
 }
 
-// The lists for which `ends` holds, ascending. Pairs of surfaces of which many clusters move too
-// far for lists to last become unlisted first.
+// Returns the lists for which `ends` is true, in ascending order. Before that, a surface pair
+// becomes unlisted if more than a quarter of its lists change by more than the largest slack.
 template <class Ends>
 std::vector<Index> NeighbourLists::ended(const Team& team, Ends&& ends) {
   constexpr Index grain = 1024;

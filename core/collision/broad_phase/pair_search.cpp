@@ -22,7 +22,7 @@ LOOMSTONE_INLINE unsigned bits_of(const Ints& lanes) {
   const Bytes bytes = __builtin_convertvector(lanes, Bytes);
   std::uint64_t all;
   std::memcpy(&all, &bytes, sizeof all);
-  // Keeps bit i of byte i, then adds all bytes in the highest.
+  // The mask keeps bit i of byte i. The multiplication sums all bytes into the highest byte.
   return static_cast<unsigned>(((all & 0x8040201008040201u) * 0x0101010101010101u) >> 56);
 }
 
@@ -34,7 +34,7 @@ LOOMSTONE_INLINE void meet_slab(Ints& meet, const SlabGroup& group, float own_lo
   meet &= (low <= own_high) & (high >= own_low);
 }
 
-// The slabs of one lane of a group, without a copy.
+// View of the slabs in one lane of a group.
 struct Lane {
   const SlabGroup* group;
   int lane;
@@ -43,8 +43,9 @@ struct Lane {
   float high(int k) const { return group->high[k][lane]; }
 };
 
-// Widening of the slabs of one of two boxes, so that boxes around points within a distance of each
-// other overlap. The outward rounding of slabs covers the rounding of the sum.
+// Amount by which one of two boxes is widened, so that boxes overlap if their features are within
+// `distance` [m]. Diagonal slabs are not normalised and need a factor sqrt(2). The outward rounding
+// of slabs covers the rounding of the sum.
 struct Reach {
   float axis = 0.0f, diagonal = 0.0f;
 
@@ -54,7 +55,8 @@ struct Reach {
   float of(int k) const { return k < n_axis_slabs ? axis : diagonal; }
 };
 
-// Lanes of `group` that overlap a box; diagonals are compared only if the axes leave any lane.
+// Returns a bit mask of the lanes of `group` that overlap a box. Compares diagonals only if the
+// axes leave any lane.
 LOOMSTONE_INLINE unsigned overlapping_lanes(const SlabGroup& group, const Lane& box,
                                             const Reach& reach) {
   Ints meet = ~Ints{};
@@ -66,7 +68,7 @@ LOOMSTONE_INLINE unsigned overlapping_lanes(const SlabGroup& group, const Lane& 
   return bits_of(meet);
 }
 
-// A run of groups of features of one kind.
+// Groups of features of one kind that belong to one cluster.
 struct Run {
   const SlabGroup* slabs;
   const Index* corners;
@@ -83,7 +85,7 @@ struct Run {
 struct VertexRun {
   const PackedSlabs* boxes;
   const Index* id;
-  Index begin, end;  // slots; empty slots hold -1
+  Index begin, end;  // range of slots; id is -1 in empty slots
 
   VertexRun(const ClusterTree& tree, Index cluster)
       : boxes(tree.vertex_boxes()),
@@ -105,7 +107,7 @@ struct Side {
         box{&tree.leaf_boxes(cluster), cluster % slab_lanes} {}
 };
 
-// One edge: its slot is lane `box.lane` of group `group`.
+// One edge, stored in lane `box.lane` of group `group`.
 struct Edge {
   Index group;
   Lane box;
@@ -119,15 +121,15 @@ struct Edge {
   Index slot() const { return slab_lanes * group + box.lane; }
 };
 
-// Consecutive groups of edges of which only the lanes of the masks count.
+// Consecutive groups of edges, with a bit mask of the lanes to test in each group.
 struct MaskedGroups {
   static constexpr Index most = 8;
   Index first, n;
   unsigned mask[most];
 };
 
-// Pairs of slots of one edge and of `run` that overlap and share no vertex. `upper`: only slots
-// after that of the edge.
+// Appends pairs of slots of edge `own` and edges of `run` that overlap and share no vertex. If
+// `upper`, tests only slots after the slot of `own`.
 template <class Pairs>
 LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const MaskedGroups& groups,
                                      const Reach& reach, bool upper, Pairs& out) {
@@ -150,8 +152,8 @@ LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const Mask
   }
 }
 
-// Pairs of slots of edges that overlap and share no vertex. Edges outside the other cluster's box
-// are masked out first. `upper`: only slots of b after that of a.
+// Appends pairs of slots of edges that overlap and share no vertex. First masks out edges that lie
+// outside the box of the other cluster. If `upper`, tests only slots of b after the slot of a.
 template <class Pairs>
 LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& reach, bool upper,
                                     Pairs& out) {
@@ -171,7 +173,7 @@ LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& r
   }
 }
 
-// Bounds that a packed box must not exceed, lane by lane, to overlap this box.
+// Returns bounds for packed boxes. A packed box overlaps `box` if no component exceeds its bound.
 LOOMSTONE_INLINE PackedSlabs limits_of(const Lane& box, const Reach& reach) {
   alignas(PackedSlabs) float limit[n_slab_packs * slab_lanes] = {};
   for (int k = 0; k < n_slabs; ++k) {
@@ -183,7 +185,7 @@ LOOMSTONE_INLINE PackedSlabs limits_of(const Lane& box, const Reach& reach) {
   return result;
 }
 
-// Pairs of a vertex and a slot of faces that overlap and share no vertex.
+// Appends pairs of a vertex and a face slot that overlap and share no vertex.
 template <class Pairs>
 LOOMSTONE_INLINE void meeting_vertices_faces(const VertexRun& a, const Run& b, const Lane& box_b,
                                              const Reach& reach, Pairs& out) {
@@ -211,7 +213,7 @@ LOOMSTONE_INLINE void meeting_vertices_faces(const VertexRun& a, const Run& b, c
   }
 }
 
-// For each lane of a, the lanes of b that overlap it.
+// Computes for each lane of a the bit mask of the lanes of b that overlap it.
 LOOMSTONE_CLONES void meeting_children(const SlabGroup& a, const SlabGroup& b, unsigned* meeting) {
   for (int lane = 0; lane < slab_lanes; ++lane)
     meeting[lane] =
@@ -233,7 +235,7 @@ LOOMSTONE_CLONES void meeting_features(const Side& a, const Side& b, const Reach
 
 void PairSearch::expand(const Nodes& nodes, std::vector<Nodes>& out) const {
   const int level_a = nodes.level_a - 1, level_b = nodes.level_b - 1;
-  // In descending order, so that the first pair leaves the stack first.
+  // Pushes pairs in descending order, so that the first pair is popped first.
   if (level_a == level_b) {
     unsigned meeting[slab_lanes];
     meeting_children(a_->children(nodes.level_a, nodes.a), b_->children(nodes.level_b, nodes.b),

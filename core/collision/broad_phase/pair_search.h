@@ -1,6 +1,6 @@
-// Simultaneous traversal of two cluster trees, or of one with itself: finds exactly the pairs of
-// features whose own 18-DOPs overlap and that share no vertex, each once. Depth first with an
-// explicit stack.
+// Simultaneous traversal of two cluster trees, or of one tree with itself. Finds exactly the pairs
+// of features whose 18-DOPs overlap and that share no vertex. Reports each pair once. Depth-first
+// traversal with an explicit stack.
 #pragma once
 
 #include <cstdint>
@@ -19,10 +19,11 @@ class PairSearch {
     Index a, b;
   };
 
-  // Vertex and slot of a face; slots of two edges.
+  // Pairs of a vertex id and a face slot, or of two edge slots.
   using SlotPairs = std::vector<std::pair<Index, Index>>;
   struct Slots {
-    SlotPairs vertex_face, face_vertex, edge_edge;  // vertices of a, faces of b; of b, a; edges
+    // Vertices of a with faces of b, faces of a with vertices of b, edges of a with edges of b.
+    SlotPairs vertex_face, face_vertex, edge_edge;
 
     void clear() {
       for (SlotPairs* const pairs : {&vertex_face, &face_vertex, &edge_edge}) pairs->clear();
@@ -33,7 +34,8 @@ class PairSearch {
 
   Nodes roots() const { return {a_->root_level(), b_->root_level(), 0, 0}; }
   static bool leaves(const Nodes& nodes) { return nodes.level_a == 0 && nodes.level_b == 0; }
-  // Overlapping pairs of children: of the node on the higher level, or of both.
+  // Appends the overlapping pairs of children. Expands the node on the higher level, or both nodes
+  // if their levels are equal.
   void expand(const Nodes& nodes, std::vector<Nodes>& out) const;
 
   // Calls visit(a, b) for the overlapping pairs of clusters below `start`.
@@ -50,15 +52,16 @@ class PairSearch {
     }
   }
 
-  // Calls visit(kind, a, b) for every pair below `start`; a and b are the ids of vertex and face,
-  // or of two edges.
+  // Calls visit(kind, a, b) for every overlapping pair of features below `start`. The ids a and b
+  // are a vertex and a face, or two edges.
   template <class Visit>
   void run(const Nodes& start, Visit&& visit) const {
     Slots slots;
     clusters(start, [&](Index a, Index b) { features(a, b, 0.0, slots, visit); });
   }
 
-  // The same for the features of clusters a and b, for boxes that come within `reach` [m].
+  // Calls visit(kind, a, b) for the features of clusters a and b whose boxes are within `reach`
+  // [m].
   template <class Visit>
   void features(Index a, Index b, double reach, Slots& slots, Visit&& visit) const {
     slots.clear();

@@ -1,6 +1,6 @@
-// 18-DOPs (2.56): extents along nine directions with components in {-1, 0, 1}: three axes, which
-// are compared first, and six diagonals, which are not normalised. Floats are rounded outwards.
-// Groups of eight are stored component by component for vector instructions.
+// 18-DOPs (2.56): extents along nine directions with components in {-1, 0, 1}. The three axes are
+// compared first, then the six diagonals. Directions are not normalised. Floats are rounded
+// outwards. Groups of eight have a structure-of-arrays layout for vector instructions.
 #pragma once
 
 #include <algorithm>
@@ -40,10 +40,12 @@ inline bool overlapping(const Slabs& a, const Slabs& b) {
   return true;
 }
 
-// Slabs of a point that moves from x0 to x1, inflated so that those of two points overlap whenever
-// the points come within 2 * inflation of each other.
+// Returns the slabs of a point that moves from x0 to x1. They are inflated so that the slabs of two
+// points overlap whenever the points come within 2 * inflation [m] of each other.
 inline Slabs slabs_of(const double* x0, const double* x1, double inflation) {
-  constexpr float outwards = 2.4e-7f, tiny = 1e-37f;  // more than half a float's last place
+  constexpr float
+      outwards = 2.4e-7f,
+      tiny = 1e-37f;  // relative and absolute margin, larger than the rounding error of a float
   const double across = inflation * 1.4142135623730952;
   Slabs slabs;
   const auto set = [&](int k, double a, double b, double grow) {
@@ -61,8 +63,8 @@ inline Slabs slabs_of(const double* x0, const double* x1, double inflation) {
   return slabs;
 }
 
-// The same for vector arithmetic: nine lows, nine negated highs, so that including another box is a
-// minimum; the rest is 0.
+// Slabs for vector arithmetic: nine lower bounds, nine negated upper bounds, then zeros. With this
+// sign convention, the union of two boxes is a component-wise minimum.
 typedef float SlabLanes __attribute__((vector_size(4 * slab_lanes)));
 inline constexpr int n_slab_packs = 3;
 
@@ -92,7 +94,7 @@ inline PackedSlabs packed(const Slabs& slabs) {
   return result;
 }
 
-// Eight boxes, component by component. Empty lanes overlap nothing.
+// Eight boxes in structure-of-arrays layout. Empty lanes overlap nothing.
 struct alignas(32) SlabGroup {
   float low[n_slabs][slab_lanes];
   float high[n_slabs][slab_lanes];

@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// Part of the displacement of a cloth vertex, or of a body (known by its first vertex), that
-// certification withheld.
+// Displacement of a cloth vertex or of a body that certification has withheld. A body is identified
+// by its first vertex.
 struct WithheldMotion {
   Index vertex;
   Vec3 displacement;  // [m]
@@ -17,15 +17,17 @@ struct WithheldMotion {
 };
 
 struct CertifyReport {
-  std::int64_t impacts = 0;     // colliding pairs at the start of certification
-  std::int64_t unresolved = 0;  // impacts that remain: prescribed motion leaves the cloth no room
-  std::vector<WithheldMotion> withheld;  // ascending, each vertex once
+  std::int64_t impacts = 0;  // colliding pairs at the start of certification
+  // Impacts that remain because prescribed motion leaves the cloth no room.
+  std::int64_t unresolved = 0;
+  std::vector<WithheldMotion> withheld;  // sorted by vertex, at most one entry per vertex
 
-  // Adds motion withheld at another time of the same step; displacements of one vertex are added.
+  // Merges motion withheld at another time of the same step. Displacements of the same vertex are
+  // summed.
   void merge(const std::vector<WithheldMotion>& others);
   std::int64_t n_withheld() const { return static_cast<std::int64_t>(withheld.size()); }
-  double withheld_length() const;  // sum of lengths [m]
-  double withheld_moment() const;  // sum of masses times lengths [kg m]
+  double withheld_length() const;  // sum of displacement lengths [m]
+  double withheld_moment() const;  // sum of mass times displacement length [kg m]
 };
 
 }  // namespace loomstone

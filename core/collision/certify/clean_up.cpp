@@ -8,13 +8,13 @@ namespace loomstone {
 
 namespace {
 
-// Target gap after clean-up, as a fraction of the thickness; tuned on a twisted sheet. For contacts
-// of cloth with bodies and obstacles each further round reduces the target by the second factor, so
-// that cloth finds its place in a narrow gap between them. Targets of cloth with cloth stay: with
-// smaller ones, a strip twisted six times a second tangled.
+// Target gap after clean-up, as a fraction of the thickness, tuned on a twisted sheet. For contacts
+// of cloth with bodies and obstacles, each further round multiplies the target by `next_target`, so
+// that cloth fits into narrow gaps. Targets of cloth with cloth stay constant: with smaller
+// targets, a strip twisted at six turns per second became tangled.
 constexpr double target_gap = 0.2, next_target = 0.25;
 constexpr int most_sweeps = 12;
-constexpr double tolerance = 1e-3;  // [target gap]
+constexpr double tolerance = 1e-3;  // relative to the target gap
 
 bool before(const ImpulseContact& a, const ImpulseContact& b) {
   return std::tie(a.kind, a.key) < std::tie(b.kind, b.key);
@@ -49,7 +49,8 @@ void CleanUp::solve(const std::vector<StepImpact>& impacts, const Points& x0, Po
     c.friction = pair.friction;
     added.push_back(c);
   }
-  // A pair that collides again is linearised again; impulses of earlier rounds remain applied.
+  // A pair that collides again replaces its earlier linearisation. Impulses of earlier rounds
+  // remain applied.
   std::vector<ImpulseContact> merged;
   std::size_t i = 0, j = 0;
   while (i < contacts_.size() || j < added.size()) {

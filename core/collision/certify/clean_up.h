@@ -1,5 +1,6 @@
-// Clean-up: corrects impacts of a step by impulses (method.md, certification). It rarely acts
-// in ordinary steps and is essential in fast ones; motion is withheld for the impacts that remain.
+// Clean-up: resolves the impacts of a step by impulses (method.md, Clean-up). It rarely acts in
+// ordinary steps but is essential in fast ones. Certification then withholds motion for the impacts
+// that remain.
 #pragma once
 
 #include <vector>
@@ -15,7 +16,7 @@ class CleanUp {
           const Vector& inverse_mass, FreeBodies& bodies)
       : model_(model), pairs_(pairs), impulses_(model, inverse_mass, bodies, true) {}
 
-  // Adds the impacts to those of earlier rounds of the same step and solves for all of them.
+  // Adds `impacts` to those of earlier rounds of the same step and solves for all of them.
   void solve(const std::vector<StepImpact>& impacts, const Points& x0, Points& x1);
 
  private:

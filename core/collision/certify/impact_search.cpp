@@ -25,14 +25,14 @@ ImpactSearch::ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase,
                            NeighbourLists& lists)
     : model_(model), broad_phase_(broad_phase), lists_(lists) {}
 
-// Tests pairs of one motion.
+// Tests feature pairs for impacts during one motion.
 struct ImpactSearch::PairTest {
   const CollisionModel& model;
   const MotionInputs& inputs;
   const Points& x1;
   const std::vector<std::uint8_t>* changed;
 
-  // Whether the pair has a movable vertex and, with `changed`, a changed one.
+  // Returns whether the pair has a movable vertex and, if `changed` is given, a changed vertex.
   bool concerned(const std::array<Index, 4>& v) const {
     if (changed && !((*changed)[v[0]] | (*changed)[v[1]] | (*changed)[v[2]] | (*changed)[v[3]]))
       return false;
@@ -82,8 +82,8 @@ std::vector<StepImpact> ImpactSearch::find_listed(const Team& team, const PairTe
 
 void ImpactSearch::find_in_list(const NeighbourList& list, const PairTest& test,
                                 std::vector<StepImpact>& impacts) const {
-  // Skips pairs that are too far apart at the start (closest points travel no farther than their
-  // corners).
+  // Skips pairs that are too far apart at the start. A closest point travels no farther than the
+  // corners of its feature.
   const double reach = 1.01 * largest_gap_floor + list.used;
   if (list.change + reach < list.nearest) return;
   for (std::size_t i = 0; i < list.near.size(); ++i) {

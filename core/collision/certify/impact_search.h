@@ -1,6 +1,6 @@
-// All impacts of a step: pairs of features that come closer than the gap floor during x0 -> x1, by
-// continuous collision detection on neighbour lists and, for surfaces without lists, on the broad
-// phase.
+// Finds all impacts of a step: pairs of features that come closer than the gap floor during x0 ->
+// x1. Continuous collision detection tests candidates from the neighbour lists. For surface pairs
+// without lists, candidates come from the broad phase.
 #pragma once
 
 #include <vector>
@@ -14,7 +14,7 @@ namespace loomstone {
 struct StepImpact {
   ContactKind kind;
   PairKey key;
-  Index pair;  // of surfaces
+  Index pair;  // index of the surface pair
   std::array<Index, 4> vertices;
   Impact impact;
 };
@@ -23,9 +23,9 @@ class ImpactSearch {
  public:
   ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NeighbourLists& lists);
 
-  // Sorted by (kind, a, b). Excludes pairs that touch at x0, pairs without a movable vertex, and
-  // pairs that the tangle ignores. With `changed` (n), tests only pairs with a changed vertex.
-  // Updates the lists to x0 if necessary.
+  // Returns the impacts sorted by (kind, a, b). Excludes pairs that touch at x0, pairs without a
+  // movable vertex, and pairs that the tangle ignores. If `changed` (n) is not null, tests only
+  // pairs with a changed vertex. Updates the lists to x0 if necessary.
   std::vector<StepImpact> find(const Team& team, const MotionInputs& inputs, const Points& x1,
                                const std::vector<std::uint8_t>* changed);
 

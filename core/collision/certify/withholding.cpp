@@ -8,13 +8,15 @@ namespace loomstone {
 
 namespace {
 
-constexpr double share_of_time = 0.8;  // fraction of the time of impact that a displacement keeps
+constexpr double share_of_time = 0.8;  // fraction of the motion before the impact that a unit keeps
 constexpr int partial_passes = 8;      // later passes withhold all motion of colliding units
-constexpr int most_passes = 40;  // resolvable impacts took up to 5; others can oscillate for ever
+// Resolvable impacts took up to 5 passes. Other impacts can oscillate forever.
+constexpr int most_passes = 40;
 
-// Vertices that still collide without motion of their own differ in their carriers. Vertices
-// without a carrier get one; those with different carriers follow the first one's. Returns false if
-// nothing changes.
+// Gives units that still collide without relative motion a common carrier. Such units collide
+// because their carriers move differently. Units without a carrier follow the first carried unit,
+// or the immovable side if no unit is carried. If all units are carried, they follow the carrier of
+// the first. Returns false if nothing changes.
 bool join_carriers(const StepImpact& impact, Displacements& displacements) {
   Index leader = -1;
   bool immovable_leads = false;
@@ -50,9 +52,10 @@ void withhold_units(const StepImpact& impact, Displacements& displacements) {
     if (displacements.movable(v)) displacements.withhold_all(displacements.unit(v));
 }
 
-// Last resort where prescribed motion leaves no room: obstacles may pass through cloth, but cloth
-// not through cloth. Withholds all motion of vertices in impacts of cloth with cloth until none is
-// left. Each pass leaves fewer moving vertices; only prescribed vertices can continue to collide.
+// Last resort if prescribed motion leaves no room. Obstacles may then pass through cloth, but cloth
+// must not pass through cloth. Withholds all motion of vertices in impacts between cloth and cloth
+// until none is left. Each pass leaves fewer moving vertices, so the loop ends. Only prescribed
+// vertices can continue to collide.
 void keep_cloth_from_cloth(const Team& team, ImpactSearch& search, const MotionInputs& inputs,
                            const Points& x1, Displacements& displacements) {
   const CollisionModel& model = search.model();
@@ -83,7 +86,7 @@ CertifyReport withhold_motion(const Team& team, ImpactSearch& search, const Moti
   std::vector<double> factor(inputs.x0.rows());
   for (int pass = 0; !impacts.empty(); ++pass) {
     const bool withhold_all = pass >= partial_passes;
-    std::vector<Index> touched;  // units
+    std::vector<Index> touched;  // colliding units
     std::fill(factor.begin(), factor.end(), 2.0);
     bool progress = false;
     for (const StepImpact& each : impacts) {
@@ -108,8 +111,8 @@ CertifyReport withhold_motion(const Team& team, ImpactSearch& search, const Moti
     const std::vector<std::uint8_t> changed = displacements.take_changed();
     progress |= std::find(changed.begin(), changed.end(), 1) != changed.end();
     if (progress) impacts = search.find(team, inputs, x1, &changed);
-    // This search omits impacts without a changed vertex: only a full search proves that none is
-    // left.
+    // The search above omits impacts without a changed vertex. Only a full search proves that none
+    // is left.
     if (!progress || impacts.empty() || pass >= most_passes)
       impacts = search.find(team, inputs, x1, nullptr);
     if (!progress || pass >= most_passes) {

@@ -1,5 +1,5 @@
-// Withholds motion, vertex by vertex, until no pair collides (method.md, certification). A
-// step that starts free of impacts ends free of impacts.
+// Withholds motion of individual vertices until no pair collides (method.md, Certification). A step
+// that starts free of impacts then ends free of impacts.
 #pragma once
 
 #include <vector>
@@ -10,9 +10,8 @@
 
 namespace loomstone {
 
-// Withholds motion of vertices with an inverse mass, and of free bodies as a whole. A vertex that a
-// moving obstacle hits is carried along: it follows the obstacle, loses only its relative motion,
-// and is tested again.
+// Withholds motion of movable vertices and of whole free bodies. A vertex that a moving obstacle
+// hits follows the obstacle, loses only its relative motion, and is tested again.
 CertifyReport withhold_motion(const Team& team, ImpactSearch& search, const MotionInputs& inputs,
                               std::vector<StepImpact> impacts, Points& x1, FreeBodies& bodies);
 

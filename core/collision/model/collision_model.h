@@ -1,5 +1,5 @@
-// All surfaces that may touch, concatenated in one vertex array: cloth first (in the order of the
-// cloth rows), then rigid bodies, then obstacles. Constant after construction.
+// All surfaces that may collide, concatenated in one vertex array. Cloth comes first, in the row
+// order of the linear system, followed by rigid bodies and obstacles. Constant after construction.
 #pragma once
 
 #include <string>
@@ -15,37 +15,38 @@ struct CollisionSurface {
   Kind kind = Kind::Cloth;
   Index first_vertex = 0, n_vertices = 0;
   Index first_triangle = 0, n_triangles = 0;
-  double thickness = 1e-3;     // contact distance to itself [m]; a pair of surfaces takes the mean
-  double friction = 0.3;       // coefficient [1]; a pair of surfaces takes the geometric mean
+  double thickness =
+      1e-3;               // contact distance to itself [m]; the mean applies to a pair of surfaces
+  double friction = 0.3;  // coefficient [1]; the geometric mean applies to a pair of surfaces
   bool self_collision = true;  // cloth only
   int body = -1;               // index of the rigid body (Kind::Body)
-  bool smooth =
-      false;  // contact normals are interpolated from vertex normals; edges carry no force
+  bool smooth = false;         // use interpolated vertex normals, no edge forces
 };
 
-// Rows of the linear system that move each collision vertex.
+// Row of the linear system that determines the motion of each collision vertex.
 struct VertexRows {
-  std::vector<Index> row;  // cloth row, or translation row of its body; -1: prescribed motion
+  std::vector<Index>
+      row;  // cloth row or translation row of the body; -1 if the motion is prescribed
   std::vector<std::uint8_t> is_body;
 };
 
 struct CollisionModel {
   Index n_vertices = 0;
-  Triangles triangles;  // (m x 3) vertex ids over all surfaces
-  Edges edges;          // (k x 2) sorted unique vertex pairs; an edge's id is its row
+  Triangles triangles;  // (m x 3) vertex ids
+  Edges edges;          // (k x 2) sorted unique vertex pairs; the edge id is the row
   std::vector<CollisionSurface> surfaces;
   std::vector<Index> surface_of_vertex;    // (n)
   std::vector<Index> surface_of_triangle;  // (m)
   std::vector<Index> surface_of_edge;      // (k)
   VertexRows rows;
-  // (n) surface to which an attachment ties the vertex, -1 for none; empty: no attachments. Faces
-  // and edges with such a vertex do not collide with that surface.
+  // (n) Surface to which each vertex is attached, or -1; empty if there are no attachments. Faces
+  // and edges with an attached vertex do not collide with that surface.
   std::vector<Index> attached_surface;
   double contact_stiffness = 1000.0;  // k of a contact [N/m]
 };
 
-// Whether triangles of surfaces a and b (possibly the same) must not intersect: at least one is
-// cloth, and a cloth against itself has self-collision on.
+// Returns whether triangles of surfaces a and b must not intersect. This requires at least one
+// cloth and, if a == b, self-collision.
 inline bool kept_apart(const CollisionModel& model, Index a, Index b) {
   const auto cloth = [&](Index s) {
     return model.surfaces[s].kind == CollisionSurface::Kind::Cloth;

@@ -1,5 +1,5 @@
-// Contacts: pairs of features closer than their thickness; and the friction anchors that contacts
-// carry from step to step.
+// Contacts and friction anchors. A contact is a pair of features closer than their thickness.
+// Friction anchors persist from step to step.
 #pragma once
 
 #include <array>
@@ -14,22 +14,22 @@ enum class ContactKind : std::uint8_t { VertexFace = 0, EdgeEdge = 1 };
 
 struct Contact {
   ContactKind kind;
-  Index a, b;                     // vertex and triangle id, or two edge ids (a < b)
-  std::array<Index, 4> vertices;  // vertex, face corners; or edge a, edge b
-  std::array<double, 4> weights;  // signed: + on side a, - on side b; each side sums to 1
+  Index a, b;                     // vertex id and triangle id, or two edge ids with a < b
+  std::array<Index, 4> vertices;  // vertex and face corners, or ends of edge a and of edge b
+  std::array<double, 4> weights;  // positive on side a, negative on side b; sums are 1 and -1
   Vec3 normal;                    // unit, from b to a
   double distance;                // at the start of the step [m]
-  double thickness;               // of the pair, xi [m]
-  double friction;                // coefficient of the pair, mu [1]
+  double thickness;               // thickness xi of the pair [m]
+  double friction;                // friction coefficient mu of the pair [1]
 };
 
-// State: friction anchors, sorted by (kind, a, b).
+// Friction state of all contacts. Anchors are sorted by (kind, a, b).
 struct ContactState {
   struct Anchor {
     ContactKind kind;
     Index a, b;
     Vec3 slip;            // tangential displacement of a relative to b since the anchor was set [m]
-    double normal_force;  // in the last step [N]
+    double normal_force;  // normal force of the last step [N]
   };
   std::vector<Anchor> anchors;
 };

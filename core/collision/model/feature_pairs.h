@@ -1,5 +1,5 @@
-// Pairs of surfaces that may touch, and pairs of their features: a vertex and a triangle, or two
-// edges.
+// Pairs of surfaces that may collide, and pairs of their features. A feature pair consists of a
+// vertex and a triangle, or of two edges.
 #pragma once
 
 #include <array>
@@ -11,16 +11,17 @@
 
 namespace loomstone {
 
-// Two surfaces; the first is cloth. a == b: a cloth with itself.
+// A pair of surfaces. The first one is cloth. a == b denotes self-collision of a cloth.
 struct SurfacePair {
   Index a, b;
-  double thickness;  // mean of both, xi [m]
-  double friction;   // geometric mean of both, mu [1]
+  double thickness;  // mean thickness xi [m]
+  double friction;   // geometric mean mu of the friction coefficients [1]
 };
 
 std::vector<SurfacePair> surface_pairs(const CollisionModel& model);
 
-// A pair of features as (a << 32 | b): vertex and triangle, or two edges with a < b.
+// Packs a feature pair as a << 32 | b. The ids are a vertex and a triangle, or two edges with a <
+// b.
 using PairKey = std::uint64_t;
 inline PairKey pair_key(Index a, Index b) {
   return static_cast<PairKey>(static_cast<std::uint32_t>(a)) << 32 | static_cast<std::uint32_t>(b);
@@ -28,11 +29,11 @@ inline PairKey pair_key(Index a, Index b) {
 inline Index first_of(PairKey key) { return static_cast<Index>(key >> 32); }
 inline Index second_of(PairKey key) { return static_cast<Index>(key & 0xffffffffu); }
 
-struct FeaturePairs {  // ascending
+struct FeaturePairs {  // both lists in ascending order
   std::vector<PairKey> vertex_face, edge_edge;
 };
 
-// Vertex and face corners; or the ends of edge a, then of edge b.
+// Returns the vertex and the face corners, or the ends of edge a and then of edge b.
 inline std::array<Index, 4> pair_vertices(const CollisionModel& model, ContactKind kind,
                                           PairKey key) {
   const Index a = first_of(key), b = second_of(key);

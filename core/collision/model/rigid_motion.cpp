@@ -29,7 +29,7 @@ RigidMotion rigid_motion(const Eigen::Ref<const Points>& start,
   if (n < 3) return motion;
   motion.from = start.row(0).transpose();
   motion.to = end.row(0).transpose();
-  // A pure translation keeps its bits: rotation stays the identity.
+  // A pure translation keeps exactly the identity as its rotation.
   const double size = (start.rowwise() - start.row(0)).rowwise().norm().maxCoeff();
   const double tolerance = 1e-10 * std::max(size, motion.from.norm());
   const auto residual = [&] {
@@ -44,7 +44,7 @@ RigidMotion rigid_motion(const Eigen::Ref<const Points>& start,
     motion.rigid = true;
     return motion;
   }
-  // Three points far from each other determine the rotation.
+  // Three vertices far from each other determine the rotation.
   Index second = 0, third = 0;
   (start.rowwise() - start.row(0)).rowwise().squaredNorm().maxCoeff(&second);
   const Vec3 axis = (start.row(second) - start.row(0)).transpose();

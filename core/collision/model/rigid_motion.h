@@ -1,4 +1,4 @@
-// The rigid motion of a body or an obstacle over a step, recovered from its vertices.
+// Rigid motion of a body or an obstacle over a step, computed from its vertices.
 #pragma once
 
 #include "core/collision/model/collision_model.h"
@@ -6,9 +6,9 @@
 namespace loomstone {
 
 struct RigidMotion {
-  bool rigid = false;  // false where the surface deforms
+  bool rigid = false;  // false if the surface deforms
   Mat3 rotation = Mat3::Identity();
-  Vec3 from = Vec3::Zero(), to = Vec3::Zero();  // a point of the surface at both ends [m]
+  Vec3 from = Vec3::Zero(), to = Vec3::Zero();  // first vertex at the start and at the end [m]
 
   Vec3 displacement(const Vec3& x) const { return rotation * (x - from) + to - x; }
 };

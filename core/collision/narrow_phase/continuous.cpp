@@ -8,11 +8,11 @@ namespace loomstone {
 
 namespace {
 
-// Differences a_i - b_j at both ends of the step; each is exact to one rounding.
+// Differences a_i - b_j at both ends of the step, each with a single rounding error.
 template <int N>
 struct Differences {
   std::array<Vec3, N> start, end;
-  double rounding = 0.0;  // more than all errors of n . D(t) for unit n [m]
+  double rounding = 0.0;  // bound on the rounding error of n . D(t) for unit n [m]
 
   void finish() {
     double largest = 0.0;
@@ -21,8 +21,8 @@ struct Differences {
     rounding = 32.0 * std::numeric_limits<double>::epsilon() * largest;
   }
 
-  // Last time until which the plane of direction n keeps the sides more than `floor` apart; `time`
-  // if it does not do so at `time`.
+  // Returns the last time up to which the plane with normal n keeps the sides more than `floor`
+  // apart. Returns `time` if the plane does not separate them at `time`.
   double advance(const Vec3& n, double time, double floor) const {
     double last = 1.0;
     for (int k = 0; k < N; ++k) {
@@ -77,7 +77,7 @@ struct EdgeEdge {
   }
 };
 
-// Points at `time` relative to the first one at the start.
+// Returns the points at `time`, relative to the start position of the first point.
 FourPoints at_time(const MovingPoints& q, double time) {
   FourPoints p;
   for (int i = 0; i < 4; ++i) p[i] = (1.0 - time) * (q[i] - q[0]) + time * (q[4 + i] - q[0]);
@@ -87,15 +87,15 @@ FourPoints at_time(const MovingPoints& q, double time) {
 template <class Kind, class FloorOf>
 Impact test(const MovingPoints& q, double largest_floor, FloorOf&& floor_of) {
   const typename Kind::D differences = Kind::differences(q);
-  // Most pairs stay far apart: the line of centres proves it without closest points.
+  // Most pairs stay far apart. The line of centres then proves separation without closest points.
   const Vec3 line = Kind::centre_line(q);
   const double length = line.norm();
   if (length > 0.0 &&
       differences.advance(line / length, 0.0, largest_floor + differences.rounding) >= 1.0)
     return {};
 
-  // Converges like Newton's method, quadratically for a head-on motion. A grazing motion may use
-  // all passes; it then counts as a hit.
+  // Converges like Newton's method: quadratically for head-on motion. A grazing motion that uses
+  // all passes counts as a hit.
   constexpr int max_passes = 100;
   Impact impact;
   double time = 0.0, floor = 0.0;
@@ -113,8 +113,8 @@ Impact test(const MovingPoints& q, double largest_floor, FloorOf&& floor_of) {
     if (closest.distance > 0.0)
       next = differences.advance(closest.difference / closest.distance, time, floor);
     if (next < 1.0) {
-      // For tiny gaps the difference of the closest points suffers cancellation; the perpendicular
-      // is then the better direction.
+      // For tiny gaps, the difference of the closest points suffers from cancellation. The
+      // perpendicular is then a better direction.
       Vec3 perpendicular = Kind::perpendicular(p);
       const double perpendicular_length = perpendicular.norm();
       if (perpendicular_length > 0.0) {

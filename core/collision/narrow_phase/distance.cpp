@@ -7,8 +7,8 @@ namespace loomstone {
 
 namespace {
 
-// Parameter in [0, 1] of the point of segment b, b + d that is closest to p; 0 for a segment of
-// zero length.
+// Returns the parameter in [0, 1] of the point on segment b, b + d that is closest to p. Returns 0
+// for a segment of zero length.
 double parameter_on_segment(const Vec3& p, const Vec3& b, const Vec3& d) {
   const double length2 = d.squaredNorm();
   if (!(length2 > 0.0)) return 0.0;
@@ -37,8 +37,8 @@ ClosestPair closest_vertex_face(const FourPoints& points) {
   const Vec3 ab = b - a, ac = c - a, bc = c - b, ap = p - a, bp = p - b;
   const Vec3 n = ab.cross(ac);
   const double n2 = n.squaredNorm();
-  // The interior of slivers (height below 1e-7 of the longest edge) is ill-conditioned; their edges
-  // give the same distance.
+  // The interior solution is ill-conditioned for slivers (height below 1e-7 of the longest edge).
+  // For them, the distance to the edges suffices.
   const double longest2 = std::max({ab.squaredNorm(), ac.squaredNorm(), bc.squaredNorm()});
   if (n2 > 1e-14 * longest2 * longest2) {
     const double weight_a = n.dot(bc.cross(bp)), weight_c = n.dot(ab.cross(ap)),
@@ -92,8 +92,8 @@ ClosestPair closest_edge_edge(const FourPoints& points) {
     const double s = (ab * rb - bb * ra) / determinant, t = (aa * rb - ab * ra) / determinant;
     if (s >= 0.0 && s <= 1.0 && t >= 0.0 && t <= 1.0) take(s, t, true);
   }
-  // The interior solution of nearly parallel edges is ill-conditioned; an end point is as close, up
-  // to rounding.
+  // The interior solution of nearly parallel edges is ill-conditioned, so end points are tested as
+  // well. They are equally close, up to rounding.
   if (best2 == INFINITY || determinant < 1e-6 * aa * bb) {
     take(0.0, parameter_on_segment(a, b, db), false);
     take(1.0, parameter_on_segment(points[1], b, db), false);

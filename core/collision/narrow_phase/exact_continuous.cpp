@@ -1,7 +1,7 @@
-// The two sides touch when the origin lies in the set of differences a - b: a triangle for a vertex
-// and a face, a parallelogram for two edges. Its corners move linearly. It contains the origin when
-// the corners are coplanar with it (a cubic vanishes) and the origin is inside (quadratics agree in
-// sign).
+// The two sides touch when the set of differences a - b contains the origin. This set is a triangle
+// for a vertex and a face, and a parallelogram for two edges. Its corners move linearly. The
+// corners are coplanar with the origin when a cubic vanishes. The set then contains the origin if
+// certain quadratics agree in sign.
 #include "core/collision/narrow_phase/exact_continuous.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace loomstone {
 
 namespace {
 
-using Curve = std::array<Polynomial, 3>;  // coordinates over time
+using Curve = std::array<Polynomial, 3>;  // coordinates as functions of time
 
 Curve operator-(const Curve& a, const Curve& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 Curve cross(const Curve& a, const Curve& b) {
@@ -40,7 +40,7 @@ struct Binary {
   }
 };
 
-// The points, scaled by a common power of two to integers.
+// Returns the points, scaled to integers by a common power of two.
 std::array<Curve, 4> integer_points(const MovingPoints& q) {
   int least = std::numeric_limits<int>::max();
   for (const Vec3& point : q)
@@ -56,13 +56,14 @@ std::array<Curve, 4> integer_points(const MovingPoints& q) {
   return points;
 }
 
-// Whether the set of differences contains the origin at a time when both are coplanar.
+// Tests whether the set of differences contains the origin at a time when both are coplanar.
 struct Inside {
-  // Sides are perpendicular to the plane. The origin is inside if coordinate k of all sides agrees
-  // in sign (0 agrees with both) and is not 0 for all; it is outside if the signs disagree.
+  // One vector per side, perpendicular to the plane. The origin is inside if coordinate k of all
+  // vectors has the same sign (0 agrees with both) and is not 0 for all of them. The origin is
+  // outside if the signs disagree.
   std::vector<Curve> sides;
-  // If all sides vanish, all corners lie on one line through the origin: the origin is inside
-  // unless a coordinate has the same strict sign for all corners.
+  // If all `sides` vanish, the corners lie on one line through the origin. The origin is then
+  // inside unless some coordinate has the same strict sign for all corners.
   std::vector<Curve> corners;
 
   bool operator()(const AlgebraicTime& time) const {
@@ -88,8 +89,9 @@ struct Inside {
     return true;
   }
 
-  // At any time, given that they are coplanar at all times: signs change only at roots, and the set
-  // of times is closed.
+  // Returns whether the set contains the origin at any time, given that they are coplanar at all
+  // times. Tests both ends and all roots, because signs change only at roots and the set of contact
+  // times is closed.
   bool ever() const {
     if ((*this)(AlgebraicTime::start()) || (*this)(AlgebraicTime::end())) return true;
     for (const auto* curves : {&sides, &corners})
@@ -116,7 +118,8 @@ bool exactly_meet_vertex_face(const MovingPoints& points) {
 bool exactly_meet_edge_edge(const MovingPoints& points) {
   const std::array<Curve, 4> p = integer_points(points);
   const Curve a = p[1] - p[0], b = p[3] - p[2], w = p[0] - p[2], wa = p[1] - p[2], wb = p[0] - p[3];
-  // w + s a - t b = 0 with s = (b x w) / (a x b), t = (a x w) / (a x b); likewise 1 - s, 1 - t.
+  // The edges meet where w + s a - t b = 0, with s = (b x w) / (a x b) and t = (a x w) / (a x b).
+  // The other two sides follow likewise from 1 - s and 1 - t.
   const Inside inside{{cross(b, w), cross(wa, b), cross(a, w), cross(wb, a)},
                       {w, wa, wb, p[1] - p[3]}};
   return meet(dot(w, cross(a, b)), inside);

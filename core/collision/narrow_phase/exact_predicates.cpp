@@ -11,8 +11,8 @@ namespace {
 
 int sign(double x) { return (x > 0.0) - (x < 0.0); }
 
-// A number as the exact sum of nonoverlapping doubles, ascending in magnitude; the last one gives
-// the sign.
+// A number as the exact sum of nonoverlapping doubles in ascending magnitude. The last part
+// determines the sign.
 template <int Capacity>
 struct Expansion {
   std::array<double, Capacity> part;
@@ -44,7 +44,7 @@ Expansion<2> difference(double a, double b) {
   return e;
 }
 
-// e + f by adding the parts of f one after another (grow-expansion).
+// Returns e + f. Adds the parts of f one by one (grow-expansion).
 template <int N, int M>
 Expansion<N + M> add(const Expansion<N>& e, const Expansion<M>& f) {
   Expansion<N + M> result;
@@ -118,7 +118,7 @@ int exact_orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d
   return add(add(x, y), z).sign_of();
 }
 
-// Whether segments p q and r s meet, all points being coplanar; projected along `dropped`.
+// Returns whether the coplanar segments p q and r s meet. Tests their projection along `dropped`.
 bool segments_meet_in_plane(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s,
                             int dropped) {
   const int a = orientation_in_plane(p, q, r, dropped), b = orientation_in_plane(p, q, s, dropped);
@@ -139,8 +139,8 @@ bool inside_in_plane(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c,
   return (x >= 0 && y >= 0 && z >= 0) || (x <= 0 && y <= 0 && z <= 0);
 }
 
-// Segment p q against a triangle; side_p and side_q are the orientations of p and q about its
-// plane, not both zero.
+// Returns whether segment p q meets the triangle. side_p and side_q are the orientations of p and q
+// relative to the plane of the triangle. They must not both be zero.
 bool segment_meets_triangle(const Vec3& p, const Vec3& q, int side_p, int side_q,
                             const std::array<Vec3, 3>& triangle) {
   if (side_p * side_q > 0) return false;
@@ -149,7 +149,8 @@ bool segment_meets_triangle(const Vec3& p, const Vec3& q, int side_p, int side_q
   return (x >= 0 && y >= 0 && z >= 0) || (x <= 0 && y <= 0 && z <= 0);
 }
 
-// A coordinate along which the triangle projects to a nonzero area; -1 for a degenerate triangle.
+// Returns a coordinate along which the triangle projects to a nonzero area, or -1 for a degenerate
+// triangle.
 int dropped_coordinate(const Vec3& a, const Vec3& b, const Vec3& c) {
   for (int k = 0; k < 3; ++k)
     if (orientation_in_plane(a, b, c, k) != 0) return k;
@@ -168,7 +169,7 @@ int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   const double permanent = std::abs(ux) * (std::abs(vw_x) + std::abs(wv_x)) +
                            std::abs(uy) * (std::abs(vw_y) + std::abs(wv_y)) +
                            std::abs(uz) * (std::abs(vw_z) + std::abs(wv_z));
-  // The factor 8 exceeds Shewchuk's bound (7 + 56 e) e.
+  // The factor 8 is larger than in Shewchuk's error bound (7 + 56 e) e.
   if (std::abs(determinant) > 8.0 * std::numeric_limits<double>::epsilon() * permanent)
     return sign(determinant);
   return exact_orientation(a, b, c, d);

@@ -13,15 +13,15 @@ namespace loomstone {
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
-constexpr int n_sides = 4;  // a triangle's first side stands twice
-constexpr int n_packs = 2;  // lane 4 k + i of the packs holds coordinate k of side i; four lanes
-                            // are unused
+constexpr int n_sides = 4;  // a triangle repeats its first side
+// Lane 4 k + i of the packs contains coordinate k of side i. Four lanes are unused.
+constexpr int n_packs = 2;
 
 struct Polygon {
   double start[n_sides][3], end[n_sides][3];  // corners; each coordinate is rounded once
 };
 
-// Quadratics c0 (1-t)^2 + c1 2t(1-t) + c2 t^2 and the cubic of the volume, in Bernstein form.
+// Bernstein coefficients of the sides, c0 (1-t)^2 + c1 2t(1-t) + c2 t^2, and of the cubic volume.
 struct Curves {
   Lanes side[3][n_packs];
   Lanes side_error[n_packs];
@@ -29,7 +29,8 @@ struct Curves {
   double volume_error;
 };
 
-// Returns false if numbers are too large or too small for the error bounds to hold.
+// Computes the coefficients and their error bounds. Returns false if numbers are too large or too
+// small for the error bounds to be valid.
 template <int n_corners>
 LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves& curves) {
   alignas(64) double side[3][n_packs * n_lanes] = {}, error[n_packs * n_lanes];
@@ -47,7 +48,8 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves& curves) {
       side[1][lane] = 0.5 * ((p.start[i][l] * p.end[j][m] - p.start[i][m] * p.end[j][l]) +
                              (p.end[i][l] * p.start[j][m] - p.end[i][m] * p.start[j][l]));
       side[2][lane] = p.end[i][l] * p.end[j][m] - p.end[i][m] * p.end[j][l];
-      // Corners, products and sums: 8 epsilon; weights, products and sums of pieces: 6 epsilon.
+      // Corners, products and sums contribute 8 epsilon. The evaluation over pieces contributes 6
+      // epsilon.
       error[lane] = 16.0 * epsilon * size[i] * size[j];
     }
   }
@@ -56,7 +58,7 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves& curves) {
     for (int i = 0; i < 3; ++i) curves.side[i][pack] = lanes_load(side[i] + n_lanes * pack);
     curves.side_error[pack] = lanes_load(error + n_lanes * pack);
   }
-  // c_2 . (c_0 x c_1); for edges the corners 0, 1, 2 span the parallelogram.
+  // The volume is c_2 . (c_0 x c_1). For edges, the corners 0, 1, 2 span the parallelogram.
   double s[3][2];  // coefficients of c_0 x c_1 times start and end of c_2
   for (int i = 0; i < 3; ++i) {
     s[i][0] = side[i][0] * p.start[2][0] + side[i][4] * p.start[2][1] + side[i][8] * p.start[2][2];
@@ -66,7 +68,7 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves& curves) {
   curves.volume[1] = (s[0][1] + 2.0 * s[1][0]) / 3.0;
   curves.volume[2] = (2.0 * s[1][1] + s[2][0]) / 3.0;
   curves.volume[3] = s[2][1];
-  // Coefficients: 48 epsilon; pieces: 24 epsilon.
+  // Coefficients contribute 48 epsilon, and the evaluation over pieces 24 epsilon.
   curves.volume_error = 80.0 * epsilon * size[0] * size[1] * size[2];
   const double least = *std::min_element(size, size + n_corners),
                most = *std::max_element(size, size + n_corners);
@@ -74,11 +76,11 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves& curves) {
          curves.volume_error < 1e280;
 }
 
-// Bernstein coefficients over [low, high].
+// Returns the Bernstein coefficients of the volume over [low, high].
 LOOMSTONE_INLINE std::array<double, 4> volume_over(const Curves& curves, double low, double high) {
   const double l = 1.0 - low, h = 1.0 - high;
   const double* const c = curves.volume;
-  // Quadratic blossoms of the two ends first: b(low, low, .), b(low, high, .), b(high, high, .).
+  // The coefficients are values of the blossom b: ll is b(low, low, .) and hh is b(high, high, .).
   const double ll[2] = {l * l * c[0] + 2.0 * (l * low) * c[1] + low * low * c[2],
                         l * l * c[1] + 2.0 * (l * low) * c[2] + low * low * c[3]};
   const double hh[2] = {h * h * c[0] + 2.0 * (h * high) * c[1] + high * high * c[2],
@@ -88,10 +90,10 @@ LOOMSTONE_INLINE std::array<double, 4> volume_over(const Curves& curves, double 
 }
 
 struct Sides {
-  unsigned positive, negative;  // bit 4 k + i: coordinate k of side i over the whole piece
+  unsigned positive, negative;  // bit 4 k + i: sign of coordinate k of side i over the whole piece
 };
 
-LOOMSTONE_INLINE unsigned lane_bits(const decltype(Lanes{} < Lanes{})& mask) {
+LOOMSTONE_INLINE unsigned lane_bits(const decltype(Lanes{} < Lanes{}) & mask) {
   unsigned bits = 0;
   for (int i = 0; i < n_lanes; ++i) bits |= (mask[i] != 0) << i;
   return bits;
@@ -120,8 +122,8 @@ LOOMSTONE_INLINE Sides sides_over(const Curves& curves, double low, double high)
 
 template <int n_corners>
 LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
-  // Pieces are multiples of the shortest piece, which stays open if undecided: cases that need
-  // shorter ones are mostly degenerate, and bisection would not end.
+  // Pieces are multiples of the shortest piece, 2^-40 of the interval. An undecided shortest piece
+  // stays open. Cases that need shorter pieces are mostly degenerate, and bisection would not end.
   constexpr std::uint64_t step = std::uint64_t{1} << 40;
   constexpr int most_pieces = 160;
   Curves curves;
@@ -146,7 +148,7 @@ LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
         inside = inside || positive == 15u || negative == 15u;
       }
       if (inside && ((v[0] > error && v[3] < -error) || (v[0] < -error && v[3] > error))) {
-        // They meet; bisect for a sharper lower bound of the time.
+        // The sides meet. Bisection sharpens the lower bound of the time.
         double end = high;
         for (int i = 0; i < 30 && end - low > 1e-9 * end; ++i) {
           const double middle = 0.5 * (low + end);
@@ -168,9 +170,9 @@ LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
     begin += width;
     if (begin == step)
       return first_open < 1.0 ? Decision{Proof::Open, first_open} : Decision{Proof::Apart, 1.0};
-    width = begin & (~begin + 1);  // the widest aligned piece that starts here
+    width = begin & (~begin + 1);  // the widest aligned piece that starts at `begin`
   }
-  return {Proof::Open, std::min(low, first_open)};  // the last piece, at low, is open or apart
+  return {Proof::Open, std::min(low, first_open)};  // all pieces before `low` are apart or open
 }
 
 LOOMSTONE_INLINE void set(Polygon& polygon, int corner, const MovingPoints& q, int i, int j) {

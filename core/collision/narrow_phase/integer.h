@@ -1,5 +1,5 @@
-// Integers of arbitrary size, for the few queries that floating point leaves undecided. Sign and
-// magnitude; only the operations that polynomials of low degree need.
+// Arbitrary-precision integers for the few queries that floating point leaves undecided. Stored as
+// sign and magnitude, with only the operations that low-degree polynomials need.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ class Integer {
 
   int sign() const { return limbs_.size() == 0 ? 0 : negative_ ? -1 : 1; }
 
-  // Times 2^bits.
+  // Returns this integer times 2^bits.
   Integer shifted(unsigned bits) const {
     Integer result;
     result.negative_ = negative_;
@@ -62,7 +62,8 @@ class Integer {
  private:
   __extension__ using Wide = unsigned __int128;
 
-  // Limbs from the lowest to the highest, which is not zero; in place if few, else on the heap.
+  // Limbs from the lowest to the highest. The highest limb is not zero. A few limbs are stored
+  // inline, more on the heap.
   class Limbs {
    public:
     Limbs() {}
@@ -118,7 +119,7 @@ class Integer {
     return false;
   }
 
-  // a plus b, where b has the given sign.
+  // Returns a + b with the sign of b replaced by the given one.
   static Integer sum(const Integer& a, const Integer& b, bool b_negative) {
     Integer result;
     const bool add = a.negative_ == b_negative, swapped = less(a.limbs_, b.limbs_);

@@ -6,8 +6,8 @@ namespace {
 
 using Coefficients = std::vector<Integer>;
 
-// Bernstein coefficients b_i of sum_i b_i C(n, i) t^i (1 - t)^(n - i), up to a common positive
-// factor.
+// Returns the Bernstein coefficients b_i of sum_i b_i C(n, i) t^i (1 - t)^(n - i), up to a common
+// positive factor.
 Coefficients bernstein(const Polynomial& p) {
   static constexpr int factor[4][4] = {
       {1}, {1, 1}, {2, 1, 2}, {3, 1, 1, 3}};  // common multiple / C(n, i)
@@ -17,7 +17,7 @@ Coefficients bernstein(const Polynomial& p) {
   return b;
 }
 
-// De Casteljau's subdivision at the midpoint; both halves are scaled by 2^n.
+// Subdivides at the midpoint by de Casteljau's algorithm. Both halves are scaled by 2^n.
 void halve(const Coefficients& b, Coefficients& lower, Coefficients& upper) {
   const std::size_t n = b.size() - 1;
   Coefficients level = b;
@@ -41,7 +41,7 @@ Coefficients follow(Coefficients b, const std::vector<bool>& path) {
   return b;
 }
 
-// Sign changes: the number of roots inside the interval, or more by an even number.
+// Returns the number of sign changes: the number of roots inside the interval plus an even number.
 int variations(const Coefficients& b) {
   int count = 0, last = 0;
   for (const Integer& x : b) {
@@ -53,7 +53,7 @@ int variations(const Coefficients& b) {
   return count;
 }
 
-// The polynomial in x = t / (1 - t), without its roots at 0 and at infinity.
+// Removes the roots at x = 0 and at infinity from the polynomial in x = t / (1 - t).
 Coefficients stripped(Coefficients c) {
   while (!c.empty() && c.back().sign() == 0) c.pop_back();
   std::size_t low = 0;
@@ -64,7 +64,7 @@ Coefficients stripped(Coefficients c) {
 
 // Divides a by b up to a constant factor. Returns the quotient; a becomes the remainder.
 Coefficients divide(Coefficients& a, const Coefficients& b) {
-  Coefficients quotient;  // from the highest down, each scaled like the others
+  Coefficients quotient;  // from the highest degree down, with a common factor
   while (a.size() >= b.size()) {
     const Integer lead = a.back();
     for (Integer& x : quotient) x = x * b.back();
@@ -136,8 +136,8 @@ int AlgebraicTime::sign_of(const Polynomial& q) const {
     halve(b, lower, upper);
     return upper.front().sign();
   }
-  // Most signs are clear after a few bisections. A root common to both polynomials would never be
-  // resolved, so it is tested for after that.
+  // A few bisections settle most signs. They never settle the sign at a root common to both
+  // polynomials, so this case is tested next.
   constexpr int bisections_before_test = 6;
   Coefficients p = follow(bernstein(polynomial_), path_), p_lower, p_upper;
   for (int bisections = 0; variations(b) != 0; ++bisections) {

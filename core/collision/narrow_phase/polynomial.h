@@ -1,7 +1,7 @@
-// Exact signs of polynomials at the real roots of another polynomial in [0, 1]. A polynomial of
-// degree n is stored by the coefficients c_i of sum_i c_i t^i (1 - t)^(n - i): for 0 < t < 1 its
-// signs and roots are those of sum_i c_i x^i at x = t / (1 - t) > 0. Roots are isolated by
-// bisection and Descartes' rule of signs in the Bernstein basis [LaneRiesenfeld1981].
+// Exact signs of a polynomial at the real roots of another polynomial in [0, 1]. A polynomial of
+// degree n is stored as the coefficients c_i of sum_i c_i t^i (1 - t)^(n - i). For 0 < t < 1, it
+// has the sign of sum_i c_i x^i at x = t / (1 - t) > 0. Roots are isolated by bisection and
+// Descartes' rule of signs in the Bernstein basis [LaneRiesenfeld1981].
 #pragma once
 
 #include <functional>
@@ -17,11 +17,11 @@ struct Polynomial {
   bool zero() const;
 };
 
-Polynomial operator+(const Polynomial& a, const Polynomial& b);  // of the same degree
+Polynomial operator+(const Polynomial& a, const Polynomial& b);  // a and b have the same degree
 Polynomial operator-(const Polynomial& a, const Polynomial& b);
 Polynomial operator*(const Polynomial& a, const Polynomial& b);
 
-// A time in [0, 1] at which the sign of a polynomial of degree at most 3 is computed exactly.
+// A time in [0, 1] at which the sign of any polynomial of degree at most 3 can be computed exactly.
 class AlgebraicTime {
  public:
   static AlgebraicTime start() { return {Kind::Start, {}, {}}; }
@@ -31,10 +31,10 @@ class AlgebraicTime {
  private:
   friend bool any_root(const Polynomial&, const std::function<bool(const AlgebraicTime&)>&);
 
-  // Middle: the midpoint of the interval to which the path leads. Root: the only root of
-  // `polynomial` inside that interval; it has no double roots.
+  // Middle is the midpoint of the interval to which the path leads. Root is the only root of
+  // `polynomial` inside that interval. The polynomial has no double roots.
   enum class Kind { Start, End, Middle, Root };
-  using Path = std::vector<bool>;  // bisections of [0, 1]; true: the upper half
+  using Path = std::vector<bool>;  // bisections of [0, 1]; true: upper half
 
   AlgebraicTime(Kind kind, Path path, Polynomial polynomial)
       : kind_(kind), path_(std::move(path)), polynomial_(std::move(polynomial)) {}
@@ -44,8 +44,8 @@ class AlgebraicTime {
   Polynomial polynomial_;
 };
 
-// Whether accept(t) holds for any root t of p in [0, 1], ends included. p has degree at most 3 and
-// is not identically zero.
+// Returns whether accept(t) is true for any root t of p in [0, 1], ends included. p must have
+// degree at most 3 and must not be identically zero.
 bool any_root(const Polynomial& p, const std::function<bool(const AlgebraicTime&)>& accept);
 
 }  // namespace loomstone

@@ -47,8 +47,8 @@ LOOMSTONE_INLINE Vec3Lanes difference(const QueryBatch& q, int i, int j) {
           lanes_load(q.x[i][2]) - lanes_load(q.x[j][2])};
 }
 
-// Differences a_i - b_j at both ends; the sides are separated if all of them lie on one side of the
-// origin along some direction.
+// Differences a_i - b_j at both ends of the step. The sides are separated if all differences lie on
+// one side of the origin along some direction.
 template <int N>
 struct Differences {
   Vec3Lanes start[N], end[N];
@@ -62,7 +62,7 @@ struct Differences {
   }
 
   LOOMSTONE_INLINE Mask separated_by(const Vec3Lanes& n) const {
-    // Bounds the rounding of a difference (1/2 epsilon) and of a sum of three products.
+    // Bounds the rounding error of a difference (1/2 epsilon) and of a sum of three products.
     const Lanes error = 4.0 * std::numeric_limits<double>::epsilon() *
                             (absolute(n.x) + absolute(n.y) + absolute(n.z)) * size +
                         1e-300;
@@ -81,7 +81,7 @@ struct Differences {
 LOOMSTONE_CLONES unsigned surely_apart_vertex_face(const QueryBatch& batch) {
   Differences<3> d;
   for (int j = 0; j < 3; ++j) d.set(batch, j, 0, 1 + j);
-  // First direction: the normal of the face at half time (up to a factor); second: the line of
+  // The first direction is the face normal at half time, up to a factor. The second is the line of
   // centres.
   const auto middle = [&](int k) { return d.start[k] + d.end[k]; };
   Mask apart = d.separated_by(cross(middle(1) - middle(0), middle(2) - middle(0)));

@@ -1,7 +1,7 @@
-// Batched filter before continuous collision detection: which queries are certainly separated
-// during the whole step? A plane of fixed direction that separates the sides at both ends of the
-// step separates them throughout, because the distances to it are linear in time. Eight queries are
-// processed at once.
+// Batched filter that precedes continuous collision detection. Finds the queries that are certainly
+// separated during the whole step. A plane of fixed direction that separates the sides at both ends
+// of the step separates them throughout, because distances to it are linear in time. Eight queries
+// are processed at once.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace loomstone {
 
 inline constexpr int query_lanes = 8;
 
-// Eight queries, coordinate by coordinate: points at the start, then at the end.
+// Eight queries in structure-of-arrays layout: points at the start, then points at the end.
 struct alignas(64) QueryBatch {
   double x[8][3][query_lanes];
 
@@ -21,12 +21,12 @@ struct alignas(64) QueryBatch {
   }
 };
 
-// Bit i is set: query i is certainly separated.
+// Both functions return a bit mask. Bit i is set if query i is certainly separated.
 unsigned surely_apart_vertex_face(const QueryBatch& batch);
 unsigned surely_apart_edge_edge(const QueryBatch& batch);
 
-// Calls rest(i), in order, for each i of [0, n) that the filter leaves undecided. point(i, k):
-// address of point k of query i, in the order of MovingPoints.
+// Calls rest(i) in ascending order for each i in [0, n) that the filter leaves undecided. point(i,
+// k) returns the address of point k of query i, in the order of MovingPoints.
 template <class Point, class Rest>
 void without_separated(bool vertex_face, Index n, Point&& point, Rest&& rest) {
   QueryBatch batch;
