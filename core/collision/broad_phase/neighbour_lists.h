@@ -95,8 +95,8 @@ class NeighbourLists {
   std::vector<double> inflation_;  // inflation of the vertex boxes of each surface [m]
   Points x_;                       // positions of the last update()
   Points from_, to_;               // expected motion in the last search for cluster pairs
-  std::vector<PackedSlabs> still_,
-      moving_;  // boxes of vertices at x, and around the expected motion with its margin
+  // Vertex boxes at x, and vertex boxes around the expected motion including its margin.
+  std::vector<PackedSlabs> still_, moving_;
   bool still_at_x_ = false;
   std::vector<int> version_;  // versions of the trees at the last search
   // Vertices of the clusters of a surface. Cluster c has entries start[c] to start[c + 1] - 1.

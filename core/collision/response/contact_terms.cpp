@@ -15,7 +15,8 @@ Mat3 tangent_projector(const Vec3& normal) {
   return Mat3::Identity() - normal * normal.transpose();
 }
 
-// Difference of a field between the two contact points: sum of w_i f_i over the four vertices.
+// Returns the difference of a field between the two contact points: the sum of w_i f_i over the
+// four vertices.
 Vec3 weighted(const Contact& contact, const Points& field) {
   Vec3 sum = Vec3::Zero();
   for (int i = 0; i < 4; ++i)
@@ -23,9 +24,9 @@ Vec3 weighted(const Contact& contact, const Points& field) {
   return sum;
 }
 
-// The force law at a signed gap. Below a tenth of the thickness (or below the distance at the
-// start) it is extended linearly, so that a finite force pushes back an iterate that has passed
-// through.
+// Evaluates the force law at a signed gap. Below a tenth of the thickness, or below a smaller start
+// distance, the law is extended linearly. A finite force then pushes back an iterate that has
+// passed through.
 ContactForce force_at_gap(const ContactLaw& law, double gap, double stiffness) {
   const double least = std::min(0.1 * law.thickness, law.distance);
   if (gap >= least) return contact_force(gap, law.thickness, stiffness);
@@ -115,8 +116,8 @@ double ContactTerms::friction_at(const Team& team, const Points& displacement, d
         const Vec3 due = (trial > limit ? limit / trial : 1.0) * k * (law.slip + slipped);
         sums[i] = {(had - due).norm(), limit};
 
-        // If friction was too large, predict the additional slip of its vertices under the
-        // difference.
+        // If friction was too large, the contact will slip further under the difference. Its
+        // additional slip is predicted here.
         double compliance = 0.0;
         for (int e = 0; e < term.n_entries; ++e)
           if (term.entries[e].row < n_cloth_)
@@ -147,7 +148,7 @@ std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& mo
     const Vec3 moved = weighted(contact, x1) - weighted(contact, x0);
     const Vec3 actual = moved - contact.normal * contact.normal.dot(moved);
     Vec3 slip = slip_after(slips_[c], actual, stiffness_, contact.friction * force);
-    // The slip rotates with a moving body.
+    // The slip rotates with a rigidly moving surface.
     for (const int corner : {0, 3}) {
       const Index s = model.surface_of_vertex[contact.vertices[corner]];
       if (model.surfaces[s].kind == CollisionSurface::Kind::Cloth) continue;

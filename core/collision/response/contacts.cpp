@@ -11,10 +11,11 @@ namespace loomstone {
 
 namespace {
 
-// Lower bound of distances in the force law, so that forces stay finite at a touching start [m].
+// Smallest distance in the force law [m]. It keeps forces finite if features touch at the start.
 constexpr double least_distance = 1e-9;
-// Edges carry their full share if the closest points are farther than this fraction of the edge
-// from its ends and the squared sine of their angle is above the other constant. Our choice.
+// An edge contact carries its full share under two conditions. The closest points are farther from
+// the ends than the fraction `end_fade` of the edge, and the squared sine of the angle between the
+// edges exceeds `parallel_fade`.
 constexpr double end_fade = 0.1, parallel_fade = 0.04;
 
 double smooth_step(double x) {
@@ -38,7 +39,7 @@ double edge_share(const Contact& contact, const Points& x0) {
   return share;
 }
 
-// Area-weighted vertex normals of smooth surfaces; rows of other vertices are unused.
+// Returns area-weighted unit vertex normals of smooth surfaces. Rows of other vertices are unused.
 Points smooth_normals(const CollisionModel& model, const Points& x) {
   Points normals;
   for (const CollisionSurface& surface : model.surfaces) {
@@ -54,8 +55,8 @@ Points smooth_normals(const CollisionModel& model, const Points& x) {
   return normals;
 }
 
-// Normal interpolated from the vertices of the face, on the side of the flat normal; the flat
-// normal where the interpolation degenerates.
+// Returns the normal interpolated from the vertices of the face, oriented like the flat normal.
+// Returns the flat normal if the interpolation degenerates.
 Vec3 rounded_normal(const Points& normals, const std::array<Index, 4>& v,
                     const ClosestPair& closest, const Vec3& flat) {
   Vec3 sum = Vec3::Zero();
@@ -64,9 +65,9 @@ Vec3 rounded_normal(const Points& normals, const std::array<Index, 4>& v,
   return length > 0.5 && along != 0.0 ? Vec3(sum / std::copysign(length, along)) : flat;
 }
 
-// Whether `other` replaces `contact`: its face is nearer and shares the edge or corner on which the
-// closest point of `contact` lies. The normal of `contact` would turn faster than a step can
-// follow.
+// Returns whether `other` replaces `contact`. This is the case if the face of `other` is nearer and
+// contains the edge or corner on which the closest point of `contact` lies. The normal of such a
+// contact would rotate faster than a step can follow.
 bool outdone(const CollisionModel& model, const Contact& contact, const Contact& other) {
   if (contact.distance < other.distance ||
       (contact.distance == other.distance && contact.b < other.b))
@@ -85,8 +86,8 @@ bool outdone(const CollisionModel& model, const Contact& contact, const Contact&
   return !inside;
 }
 
-// Keeps only the nearest contact of each vertex with a smooth surface: distance and interpolated
-// normal are continuous across faces. The first face wins ties.
+// Keeps only the nearest contact of each vertex with a smooth surface. Distance and interpolated
+// normal are then continuous across faces. The first face wins ties.
 void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& contacts) {
   const auto surface = [&](const Contact& c) { return model.surface_of_triangle[c.b]; };
   std::vector<Contact> kept;
@@ -103,7 +104,7 @@ void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& c
     if (i == kept.size()) {
       kept.push_back(contact);
     } else if (contact.distance < kept[i].distance) {
-      // The new contact comes later in the order.
+      // The new contact sorts after all others, so it is appended.
       kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(i));
       kept.push_back(contact);
     }
@@ -111,7 +112,7 @@ void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& c
   contacts = std::move(kept);
 }
 
-// All contacts of the ranges, sorted by (kind, a, b).
+// Returns the contacts of all ranges, sorted by (kind, a, b).
 std::vector<Contact> in_order(const std::vector<std::vector<Contact>>& of_range) {
   std::vector<const Contact*> order;
   for (const std::vector<Contact>& range : of_range)
@@ -142,15 +143,15 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    NeighbourLists& lists) {
   const Points normals = smooth_normals(model, x);
-  // Returns the distance of a pair, and adds a contact if it is below the thickness.
+  // Returns the distance of a pair. Adds a contact if the distance is below the thickness.
   const auto look = [&](Index i, ContactKind kind, PairKey key, std::vector<Contact>& out) {
     const std::array<Index, 4> v = pair_vertices(model, kind, key);
     FourPoints p;
     for (int k = 0; k < 4; ++k) p[k] = x.row(v[k]).transpose();
     const bool face = kind == ContactKind::VertexFace;
     const ClosestPair closest = face ? closest_vertex_face(p) : closest_edge_edge(p);
-    // Edges of a smooth surface are artefacts of its triangulation: certification tests them, but
-    // they carry no force.
+    // Edges of a smooth surface are artefacts of its triangulation. Certification tests them, but
+    // they exert no contact force.
     const bool smooth = model.surfaces[pairs[i].a].smooth || model.surfaces[pairs[i].b].smooth;
     if (!(closest.distance < pairs[i].thickness) || (!face && (!closest.interior || smooth)))
       return closest.distance;

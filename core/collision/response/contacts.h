@@ -1,4 +1,5 @@
-// Contacts of one configuration, the share of the force that each carries, and the force law.
+// Contacts of one configuration, the share of the force that each contact carries, and the force
+// law.
 #pragma once
 
 #include <vector>
@@ -8,22 +9,23 @@
 
 namespace loomstone {
 
-// Contacts closer than their thickness at x, sorted by (kind, a, b). Updates the distances in the
-// lists.
+// Returns the contacts closer than their thickness at x, sorted by (kind, a, b). Updates the
+// distances in `lists`.
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    NeighbourLists& lists);
 
-// Share [1] of each contact in [0, 1], which counts each touch once and keeps forces continuous in
-// x. A vertex above the common edge of two faces has a contact with each; they share the force
-// according to the similarity of their normals and forces. Shares of edges fade to 0 where the
-// closest point approaches an end or the edges become parallel: vertex contacts take over. Shares
-// are constant within a step: energies and derivatives are those of springs scaled by them.
+// Returns the share [1] of each contact, in [0, 1]. Shares prevent double counting and keep forces
+// continuous in x. A vertex above the common edge of two faces has a contact with each face. These
+// contacts divide the force according to the similarity of their normals and forces. Shares of edge
+// contacts fade to 0 where the closest point approaches an end or the edges become parallel,
+// because vertex contacts take over there. Shares are constant within a step, so they scale
+// energies and derivatives like those of springs.
 std::vector<double> contact_shares(const std::vector<Contact>& contacts,
                                    const CollisionModel& model, const Points& x0);
 
-// Two-stage law of a full contact: force k (xi - d) down to half the thickness, k (xi/2)^2 / d
-// below (method.md, contact terms).
+// Two-stage force law of a contact with share 1. With thickness xi, the force is k (xi - d) down to
+// half the thickness, and k (xi/2)^2 / d below (method.md, Contact terms).
 struct ContactForce {
   double force;      // [N]
   double stiffness;  // -d force / d distance [N/m]

@@ -9,7 +9,7 @@ namespace {
 
 using Anchor = ContactState::Anchor;
 
-// Whether two features (triangles, or edges) share a vertex.
+// Returns whether two triangles, or two edges, share a vertex.
 bool neighbours(const CollisionModel& model, ContactKind kind, Index first, Index second) {
   const int n = kind == ContactKind::VertexFace ? 3 : 2;
   for (int i = 0; i < n; ++i)
@@ -25,7 +25,7 @@ bool by_a(const Anchor& x, const Anchor& y) {
   return std::tie(x.kind, x.a, x.b) < std::tie(y.kind, y.a, y.b);
 }
 
-// Anchors of edge pairs as (second edge, position), ascending.
+// Returns the anchors of edge pairs as (second edge, index of the anchor), in ascending order.
 std::vector<std::pair<Index, Index>> by_second_edge(const std::vector<Anchor>& anchors) {
   std::vector<std::pair<Index, Index>> order;
   for (std::size_t i = 0; i < anchors.size(); ++i)
@@ -52,7 +52,7 @@ Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double
              double limit) {
   const double size2 = predicted.squaredNorm();
   if (!(size2 > 0.0) || !(slip.dot(predicted) > 0.0)) return predicted;
-  if (stiffness * (slip + predicted).norm() <= limit) return predicted;  // sticks
+  if (stiffness * (slip + predicted).norm() <= limit) return predicted;  // the contact sticks
   return (1.0 + std::clamp(gained.dot(predicted) / size2, 0.0, 1.0)) * predicted;
 }
 
@@ -80,7 +80,7 @@ std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const Col
   std::vector<Vec3> slips(contacts.size(), Vec3::Zero());
   if (anchors.empty()) return slips;
   std::vector<std::pair<Index, Index>> turned;  // built when first needed
-  auto exact = anchors.begin();                 // both are sorted: one pass finds equal pairs
+  auto exact = anchors.begin();  // both lists are sorted, so one pass finds equal pairs
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
     const Anchor key{contact.kind, contact.a, contact.b, Vec3::Zero(), 0.0};
@@ -89,7 +89,7 @@ std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const Col
     if (exact != anchors.end() && !by_a(key, *exact)) {
       found = &*exact;
     } else {
-      // The neighbour with the largest normal force; the first wins ties.
+      // Selects the neighbour with the largest normal force. The first one wins ties.
       const auto consider = [&](const Anchor& anchor, Index theirs, Index ours) {
         if (found && anchor.normal_force <= found->normal_force) return;
         if (neighbours(model, contact.kind, theirs, ours)) found = &anchor;

@@ -1,5 +1,4 @@
-// Coulomb friction by anchored tangential springs with return mapping (method.md, contact
-// terms).
+// Coulomb friction by anchored tangential springs with return mapping (method.md, Friction).
 #pragma once
 
 #include <vector>
@@ -9,9 +8,10 @@
 
 namespace loomstone {
 
-// Gradient [N] and positive semidefinite Hessian [N/m] of a spring of stiffness k [N/m] that slips
-// at `limit` = mu N [N]. slip: s, of side a relative to b, tangential [m]; predicted: u = h v_t,
-// tangential [m]; tangent: projector T on the tangent plane.
+// Linearised friction of a tangential spring: gradient [N] and positive semidefinite Hessian [N/m].
+// The spring has the stiffness k [N/m] and slips at `limit` = mu N [N]. `slip` is the tangential
+// displacement s of side a relative to b [m]. `predicted` is the tangential displacement u = h v_t
+// in this step [m]. `tangent` is the projector T on the tangent plane.
 struct FrictionResponse {
   Vec3 gradient;
   Mat3 hessian;
@@ -19,15 +19,17 @@ struct FrictionResponse {
 FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, const Mat3& tangent,
                                    double stiffness, double limit);
 
-// Extrapolates the slip u of a sliding contact that gained `gained` over the last step, at most to
-// twice the slip. Otherwise the secant stiffness lags one step behind an accelerating contact:
-// after a time t of sliding, friction is too large by the fraction h / t.
+// Extrapolates the tangential displacement `predicted` of a sliding contact, to at most twice its
+// value. `gained` is its increase over the last step. Without extrapolation, the secant stiffness
+// lags one step behind an accelerating contact. After a sliding time t, friction would then be too
+// large by the fraction h / t.
 Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double stiffness,
              double limit);
 
-// The same after a displacement u, without linearisation: force, its derivative at constant limit
-// (secant: stiffness limit / |s + u| in all directions while slipping), and energy [J] (of the
-// spring up to the limit, then work against the limit).
+// Friction after the displacement `moved`, without linearisation. The Hessian is the derivative of
+// the force at constant limit. With `secant`, a slipping contact has the stiffness limit / |s + u|
+// in all tangential directions instead. The energy [J] is that of the spring up to the limit, plus
+// the work against the limit.
 struct FrictionState {
   Vec3 gradient;
   Mat3 hessian;
@@ -36,12 +38,13 @@ struct FrictionState {
 FrictionState friction_at(const Vec3& slip, const Vec3& moved, const Mat3& tangent,
                           double stiffness, double limit, bool secant);
 
-// Slip after a step with the actual displacement u: s + u, clipped to limit / k.
+// Returns the slip after a step with the actual displacement u: s + u, clipped to the length limit
+// / k.
 Vec3 slip_after(const Vec3& slip, const Vec3& actual, double stiffness, double limit);
 
-// Slip of each contact at the start of the step, in its tangent plane: from the anchor of the same
-// pair, else from the anchor of a neighbouring pair, which has one side in common and a
-// neighbouring feature on the other.
+// Returns the slip of each contact at the start of the step, projected on its tangent plane. The
+// slip comes from the anchor of the same pair. If there is none, it comes from a neighbouring pair,
+// which has one feature in common and a neighbouring feature on the other side.
 std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const CollisionModel& model,
                                  const ContactState& state);
 

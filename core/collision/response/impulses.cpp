@@ -13,7 +13,8 @@ Mat3 cross_matrix(const Vec3& v) {
   return m;
 }
 
-// Inverse of the positive definite K, restricted to the plane perpendicular to n.
+// Returns the inverse of the positive definite matrix k, restricted to the plane perpendicular to
+// n.
 Mat3 tangential_inverse(const Mat3& k, const Vec3& n) {
   const Vec3 a = n.unitOrthogonal(), b = n.cross(a);
   const double aa = a.dot(k * a), ab = a.dot(k * b), bb = b.dot(k * b),
@@ -26,7 +27,7 @@ Mat3 tangential_inverse(const Mat3& k, const Vec3& n) {
 }  // namespace
 
 bool Impulses::prepare(ImpulseContact& c, const Points& x0, const Points& x1, double share) const {
-  double cloth = 0.0;  // sum of w^2 / m
+  double cloth = 0.0;  // sum of w^2 / m [1/kg]
   Vec3 point = Vec3::Zero();
   c.body = -1;
   c.body_weight = 0.0;
@@ -41,7 +42,7 @@ bool Impulses::prepare(ImpulseContact& c, const Points& x0, const Points& x1, do
     }
     c.factor[i] = c.weights[i] * inverse_mass_[v];
     cloth += c.weights[i] * c.factor[i];
-    // The impulse acts on the cloth's contact point; the magnitudes of its weights sum to one.
+    // The impulse acts at the contact point of the cloth. The magnitudes of its weights sum to 1.
     point += std::abs(c.weights[i]) * (x0.row(v) + share * (x1.row(v) - x0.row(v))).transpose();
   }
   if (c.body < 0 || held(bodies_[c.body])) {
@@ -84,8 +85,8 @@ void Impulses::solve(std::vector<ImpulseContact>& contacts, const Points& x0, Po
       Vec3 impulse = (pressed - c.pressed) * c.normal;
       c.pressed = pressed;
 
-      // Coulomb: the tangential impulse that stops the relative motion, at most mu times the normal
-      // impulse.
+      // Coulomb friction: the tangential impulse stops the relative motion, but is at most mu times
+      // the normal impulse.
       const Vec3 moved = end - start;
       Vec3 dragged = c.dragged - c.tangential_mass * moved;
       const double size = dragged.norm(), limit = c.friction * c.pressed;

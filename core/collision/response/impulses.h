@@ -1,8 +1,8 @@
-// Contact impulses: projected Gauss-Seidel on linearised gaps with Coulomb friction, between cloth
-// vertices and free bodies (prescribed vertices and obstacles are infinitely heavy). Impulses are
-// equal and opposite and act at one point in space, so they conserve linear and angular momentum of
-// everything free. They act on positions at the end of the step: a displacement d is a change of
-// velocity d / h.
+// Contact impulses by projected Gauss-Seidel on linearised gaps, with Coulomb friction. Impulses
+// act between cloth vertices and free bodies; prescribed vertices and obstacles have infinite mass.
+// They are equal and opposite and act at one point in space, so they conserve the linear and
+// angular momentum of free objects. They correct positions at the end of the step. A displacement d
+// is a velocity change d / h.
 #pragma once
 
 #include <algorithm>
@@ -14,21 +14,21 @@
 
 namespace loomstone {
 
-// Requires a gap n . sum w x1 >= target at the end of the step. Weights and normal as in Contact;
-// an edge that pierces a triangle has a fifth vertex.
+// Constraint on the gap at the end of the step: n . sum_i w_i x1_i >= target. Weights and normal
+// are defined as in Contact. The fifth vertex is used if an edge pierces a triangle.
 struct ImpulseContact {
   ContactKind kind = ContactKind::VertexFace;
   PairKey key = 0;
   std::array<Index, 5> vertices{};
   std::array<double, 5> weights{};
   Vec3 normal = Vec3::Zero();
-  double target = 0.0;          // [m]
-  double largest_change = 0.0;  // of the gap by one impulse [m]
+  double target = 0.0;          // target gap [m]
+  double largest_change = 0.0;  // largest gap change by one impulse [m]
   bool cloth_only = true;       // both sides are cloth
-  double scale = 0.0;           // displacement to which the tolerance is relative [m]
-  double friction = 0.0;        // mu [1]
+  double scale = 0.0;           // reference displacement of the tolerance [m]
+  double friction = 0.0;        // friction coefficient mu [1]
 
-  // Accumulated so far.
+  // Accumulated impulses.
   double pressed = 0.0;         // impulse times h along the normal [kg m]
   Vec3 dragged = Vec3::Zero();  // tangential impulse times h [kg m]
 
@@ -38,18 +38,19 @@ struct ImpulseContact {
   }
 
   // Set by prepare().
-  std::array<double, 5> factor{};       // w / m of the cloth vertices [1/kg]
-  Index body = -1;                      // one side is cloth, so a contact has at most one free body
-  double body_weight = 0.0;             // sum of its weights
-  Vec3 arm = Vec3::Zero();              // from its centre to the point of the impulse [m]
-  double normal_inverse_mass = 0.0;     // displacement of the gap by a unit impulse along n [1/kg]
-  Mat3 tangential_mass = Mat3::Zero();  // impulse that cancels a tangential displacement [kg]
+  std::array<double, 5> factor{};  // w / m of the cloth vertices [1/kg]
+  // Body of one side, or -1. The other side is cloth, so a contact has at most one free body.
+  Index body = -1;
+  double body_weight = 0.0;             // sum of the weights of body vertices
+  Vec3 arm = Vec3::Zero();              // from the body's centre to the point of the impulse [m]
+  double normal_inverse_mass = 0.0;     // gap change by a unit impulse along n [1/kg]
+  Mat3 tangential_mass = Mat3::Zero();  // impulse per tangential displacement that it cancels [kg]
 };
 
 class Impulses {
  public:
-  // `inverse_mass` (n): of cloth; 0 for prescribed vertices. hold_supported: supported bodies do
-  // not move.
+  // `inverse_mass` (n) [1/kg] applies to cloth and is 0 for prescribed vertices. If
+  // `hold_supported`, supported bodies do not move.
   Impulses(const CollisionModel& model, const Vector& inverse_mass, FreeBodies& bodies,
            bool hold_supported = false)
       : model_(model),
@@ -57,11 +58,13 @@ class Impulses {
         bodies_(bodies),
         hold_supported_(hold_supported) {}
 
-  // `share`: time of contact as a fraction of the step. Returns false if nothing can move.
+  // Computes the members that depend on the configuration. `share` is the time of contact as a
+  // fraction of the step. Returns false if nothing can move.
   bool prepare(ImpulseContact& contact, const Points& x0, const Points& x1, double share) const;
 
-  // Corrects the ends of cloth (x1) and of bodies (end, moved, turned, and their rows of x1).
-  // Sweeps until no impulse changes its gap by more than `tolerance` times its scale.
+  // Corrects the end positions of cloth and bodies in x1, and updates `end`, `moved` and `turned`
+  // of bodies. Stops when no impulse changes its gap by more than `tolerance` times its scale, or
+  // after `most_sweeps` sweeps.
   void solve(std::vector<ImpulseContact>& contacts, const Points& x0, Points& x1, int most_sweeps,
              double tolerance);
 

@@ -1,9 +1,9 @@
-// Proximity response by impulses, for integrators without contact terms in an implicit solve:
-// stopping impulses (2.58, 2.59) end the approach of vertices closer than their thickness,
-// repulsive ones restore the thickness gradually, with Coulomb friction. Departures from
-// [Thomaszewski2010] (method.md, response by impulses): friction acts on the relative
-// tangential velocity of the contact, not of each vertex; the impulses of all contacts are solved
-// together.
+// Response to contacts by impulses, for integrators without contact terms in an implicit solve.
+// Stopping impulses (2.58, 2.59) end the approach of features closer than their thickness.
+// Repulsive impulses restore the thickness gradually. Both act with Coulomb friction. There are two
+// differences from [Thomaszewski2010] (method.md, Response by impulses). Friction acts on the
+// relative tangential velocity of the contact instead of the velocity of each vertex. The impulses
+// of all contacts are solved together.
 #pragma once
 
 #include <vector>
@@ -14,8 +14,8 @@
 
 namespace loomstone {
 
-// Corrects the ends x1 of cloth and `bodies` for the contacts of x0. Divided by the step [s],
-// corrections are changes of velocity.
+// Corrects the end positions x1 of cloth and `bodies` for the contacts at x0. Corrections divided
+// by the step [s] are velocity changes.
 void repel(const CollisionModel& model, const MotionInputs& inputs,
            const std::vector<Contact>& contacts, double step, Points& x1, FreeBodies& bodies);
 

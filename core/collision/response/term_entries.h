@@ -1,4 +1,4 @@
-// Rows of the implicit solve that move a weighted sum of collision vertices.
+// Expresses a weighted sum of collision vertices by rows of the implicit solve.
 #pragma once
 
 #include <span>
@@ -9,8 +9,9 @@
 
 namespace loomstone {
 
-// Sets the entries of `term` for the relative velocity sum w_i v_i of up to 5 vertices; prescribed
-// vertices go into the drift. All vertices of a body share one translation and one rotation row.
+// Sets the entries of `term` for the relative velocity sum_i w_i v_i of up to 5 vertices.
+// Prescribed vertices enter the drift. All vertices of a body share one translation row and one
+// rotation row.
 void set_entries(const CollisionModel& model, std::span<const Index> vertices,
                  std::span<const double> weights, const ContactInputs& inputs, ExtraTerm& term);
 

@@ -8,9 +8,9 @@ namespace loomstone {
 
 namespace {
 
-// Relative speed along the way out [thickness/s], and its bound in one step [thickness]. Slow
-// compared with free motion, so that surfaces are not thrown apart; a sheet that came through by 50
-// thicknesses is back within half a second.
+// Relative speed along `way_out` [thickness/s], and largest motion in one step [thickness]. The
+// speed is low compared with free motion, so that surfaces are not thrown apart. A sheet that has
+// passed through by 50 thicknesses returns within half a second.
 constexpr double speed = 100.0, longest = 0.5;
 
 double way_in_step(const Piercing& piercing, double step) {
@@ -26,7 +26,7 @@ void untangling_terms(const CollisionModel& model, const Tangle& tangle,
     ExtraTerm term;
     set_entries(model, p.vertices, p.weights, inputs, term);
     if (term.n_entries == 0) continue;
-    // A spring along the way out, at rest at the target of this step.
+    // A spring along `way_out` whose rest position is the target of this step.
     term.hessian = model.contact_stiffness * p.way_out * p.way_out.transpose();
     term.gradient = -model.contact_stiffness * way_in_step(p, inputs.step) * p.way_out;
     terms.push_back(term);

@@ -1,5 +1,5 @@
-// Resolves intersections: moves each piercing along its way out, by terms of an implicit solve or
-// by impulses. Both act on edge and triangle at their common point and conserve momentum.
+// Resolves intersections. Terms of an implicit solve or impulses move each piercing edge out of its
+// triangle. Both act at the common point of edge and triangle and conserve momentum.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
-// Intersecting pairs of triangles of one configuration, by exact predicates. Independent of the
-// collision response, so that tests can judge it.
+// Finds intersecting triangles of one configuration by exact predicates. Independent of the
+// collision response, so that tests can verify the response.
 #pragma once
 
 #include <array>
@@ -9,11 +9,11 @@
 
 namespace loomstone {
 
-// Pairs that intersect and share no vertex, ascending.
+// Returns the pairs of triangles that intersect and share no vertex, in ascending order.
 std::vector<std::array<Index, 2>> intersecting_pairs(const Points& points,
                                                      const Triangles& triangles);
-// Those of them that certification prevents: at least one triangle is cloth, and a cloth without
-// self-collision does not count against itself.
+// As above, but only for pairs that certification keeps apart: at least one triangle is cloth, and
+// a cloth with itself counts only if it has self-collision.
 std::vector<std::array<Index, 2>> cloth_intersections(const CollisionModel& model,
                                                       const Points& points);
 

@@ -12,12 +12,12 @@ namespace loomstone {
 
 namespace {
 
-// Lower bound of the sine of the angle between an edge and the plane of a triangle.
+// Lower bound for the sine of the angle between an edge and the plane of a triangle.
 constexpr double least_sine = 0.2;
-// A contour that continues straight gives no direction to shorten it: the sum of the two unit
-// directions at a piercing is below this length.
+// Smallest length of the sum of the two unit contour directions at a piercing. Below it, the
+// contour is almost straight and has no direction in which it becomes shorter.
 constexpr double least_bend = 0.05;
-// Width of the zone around a contour in which pairs with the part that came through are ignored
+// Width of the zone around a contour in which pairs with the part that passed through are ignored
 // [edges].
 constexpr int rounds_around = 2;
 
@@ -43,9 +43,9 @@ bool attached(const CollisionModel& model, const Piercing& p) {
 
 Vec3 point(const Points& x, Index vertex) { return x.row(vertex).transpose(); }
 
-// Whether the edge passes through the triangle. Exact; ties are broken consistently: an edge
-// through the common side of two triangles pierces one of them, an end in the plane counts as above
-// it.
+// Returns whether the edge passes through the triangle. The test is exact, and ties are broken
+// consistently. An edge through the common side of two triangles pierces only one of them. An end
+// point in the plane counts as above it.
 bool pierces(const Points& x, const std::array<Index, 5>& v) {
   const Vec3 p = point(x, v[0]), q = point(x, v[1]);
   const std::array<Vec3, 3> corner = {point(x, v[2]), point(x, v[3]), point(x, v[4])};
@@ -61,7 +61,7 @@ bool pierces(const Points& x, const std::array<Index, 5>& v) {
   return on_left == 0 || on_left == 3;
 }
 
-// Weights of the common point of edge and triangle, see Piercing.
+// Returns the weights of the common point of edge and triangle; see Piercing.
 std::array<double, 5> weights_of(const Points& x, const std::array<Index, 5>& v) {
   const Vec3 p = point(x, v[0]), q = point(x, v[1]), a = point(x, v[2]), b = point(x, v[3]),
              c = point(x, v[4]);
@@ -81,7 +81,7 @@ std::array<double, 5> weights_of(const Points& x, const std::array<Index, 5>& v)
   return {1.0 - t, t, -areas[0] / sum, -areas[1] / sum, -areas[2] / sum};
 }
 
-// A third of the area of each vertex's triangles [m^2].
+// Returns for each vertex a third of the area of its triangles [m^2].
 std::vector<double> vertex_areas(const Points& x, const Triangles& triangles) {
   std::vector<double> area(x.rows(), 0.0);
   for (Index t = 0; t < triangles.rows(); ++t) {
@@ -183,8 +183,9 @@ void TangleFinder::join_contours(const Points& x, Tangle& tangle) const {
   });
   std::vector<Index> parent(piercings.size());
   std::iota(parent.begin(), parent.end(), Index{0});
-  std::vector<Vec3> bend(piercings.size(),
-                         Vec3::Zero());  // sum of unit directions of the segments that start here
+  std::vector<Vec3> bend(
+      piercings.size(),
+      Vec3::Zero());  // sum of unit directions of the contour segments at this piercing
   const auto place = [&](const Piercing& p) {
     return Vec3(p.weights[0] * point(x, p.vertices[0]) + p.weights[1] * point(x, p.vertices[1]));
   };
@@ -203,7 +204,7 @@ void TangleFinder::join_contours(const Points& x, Tangle& tangle) const {
     Piercing& p = piercings[i];
     p.contour = root(parent, static_cast<Index>(i));
     if (bend[i].norm() < least_bend) continue;
-    // The common point moves along the edge and in the plane of the triangle; edge and triangle
+    // The common point moves along the edge and in the plane of the triangle. Edge and triangle
     // share the relative motion equally [Volino2006].
     const Vec3 a = point(x, p.vertices[2]);
     const Vec3 n = (point(x, p.vertices[3]) - a).cross(point(x, p.vertices[4]) - a).normalized();
@@ -214,7 +215,7 @@ void TangleFinder::join_contours(const Points& x, Tangle& tangle) const {
   }
 }
 
-// Parts of surfaces that contours separate: the smaller of two parts has come through.
+// Finds the parts of surfaces that contours separate. The smaller of two parts has passed through.
 void TangleFinder::cut_off(const Points& x, Tangle& tangle) const {
   tangle.contour_of_vertex.assign(model_.n_vertices, -1);
   tangle.part.assign(model_.n_vertices, -1);
@@ -286,7 +287,8 @@ void TangleFinder::flood(Index start, const std::vector<double>& area, Cut& cut)
   }
 }
 
-// Surfaces that cross at a small angle move their contour far in one step.
+// Adds a zone around the contour. If surfaces cross at a small angle, their contour moves far in
+// one step.
 void TangleFinder::widen(const std::vector<int>& part, int contour, Tangle& tangle) const {
   std::vector<Index> ring;
   for (Index v = 0; v < model_.n_vertices; ++v)
@@ -322,7 +324,8 @@ bool Tangle::ignores(const CollisionModel& model, ContactKind kind, PairKey key,
       if (contour < 0 || contour != contour_of_vertex[b] || part[a] == part[b] ||
           !(came_through[a] || came_through[b]))
         continue;
-      // A part that came through a body or obstacle has not come through cloth.
+      // A part that has passed through a body or obstacle has not passed through cloth, so its
+      // pairs of cloth with cloth are not ignored.
       const Piercing& any = piercings[contour];
       return !is_cloth(model, a) || !is_cloth(model, b) ||
              (is_cloth(model, any.vertices[0]) && is_cloth(model, any.vertices[2]));

@@ -1,7 +1,7 @@
-// Intersections of surfaces and directions that resolve them: edges that pierce triangles, joined
-// to intersection contours. Found from positions alone, without history. A part that a contour
-// separates goes back the way it came [Baraff2003]; otherwise the contour is shortened
-// [Volino2006].
+// Intersections of surfaces and directions that resolve them. Edges that pierce triangles are
+// joined to intersection contours. Contours are found from positions alone, without history. A part
+// that a contour separates moves back through the other surface [Baraff2003]. Other contours are
+// shortened [Volino2006].
 #pragma once
 
 #include <array>
@@ -17,31 +17,34 @@ namespace loomstone {
 // An edge that passes through a triangle.
 struct Piercing {
   Index edge, triangle;
-  std::array<Index, 5> vertices;  // of the edge, then of the triangle
-  std::array<double, 5> weights;  // of the common point: + on the edge, - on the triangle; each
-                                  // side sums to 1 in magnitude
-  int contour = -1;               // index of the first piercing of its contour
-  Vec3 way_out = Vec3::Zero();  // unit direction for the edge relative to the triangle; zero: none
-  double thickness = 0.0;       // of the pair of surfaces [m]
+  std::array<Index, 5> vertices;  // ends of the edge, then corners of the triangle
+  // Weights of the common point, positive on the edge and negative on the triangle. On each side,
+  // their magnitudes sum to 1.
+  std::array<double, 5> weights;
+  int contour = -1;  // index of the first piercing of its contour
+  // Unit direction in which the edge moves relative to the triangle. Zero: no direction is known.
+  Vec3 way_out = Vec3::Zero();
+  double thickness = 0.0;  // mean thickness of both surfaces [m]
 };
 
-// Everything that intersects in one configuration; a default value means that nothing does.
+// All intersections of one configuration. A default value means that there are none.
 struct Tangle {
   std::vector<Piercing> piercings;  // sorted by (edge, triangle)
-  // Pairs of features of intersecting triangles, by kind, ascending.
+  // Feature pairs of intersecting triangles, by kind, in ascending order.
   std::array<std::vector<PairKey>, 2> ignored;
   std::vector<int> contour_of_vertex;      // (n) contour near the vertex, -1: none
-  std::vector<int> part;                   // (n) part of the surface that this contour separates
+  std::vector<int> part;                   // (n) part of the surface as separated by this contour
   std::vector<std::uint8_t> came_through;  // (n) 1: in the smaller part, which has passed through
 
   bool empty() const { return piercings.empty(); }
-  // Whether contacts and impacts ignore this pair, so that it can pass back: features of two
-  // intersecting triangles, or of a part that has come through and its surroundings at the contour.
+  // Returns whether contacts and impacts ignore this pair, so that it can pass back. They ignore
+  // pairs of features of intersecting triangles. They also ignore pairs of a part that has passed
+  // through and its surroundings at the contour.
   bool ignores(const CollisionModel& model, ContactKind kind, PairKey key,
                const std::array<Index, 4>& vertices) const;
 };
 
-// Stage: keeps the connectivity of the surfaces.
+// Finds intersections and contours. Caches the connectivity of the surfaces.
 class TangleFinder {
  public:
   explicit TangleFinder(const CollisionModel& model) : model_(model) {}
@@ -54,9 +57,9 @@ class TangleFinder {
   void join_contours(const Points& x, Tangle& tangle) const;
   // Surfaces cut along a contour.
   struct Cut {
-    std::vector<std::uint8_t> through;  // of edges: cut an odd number of times
-    std::vector<int> part;              // of vertices, -1: not reached
-    std::vector<double> size;           // of parts [m^2]
+    std::vector<std::uint8_t> through;  // (edges) 1: cut an odd number of times
+    std::vector<int> part;              // (n) part of each vertex, -1: not reached
+    std::vector<double> size;           // area of each part [m^2]
   };
   void cut_off(const Points& x, Tangle& tangle) const;
   void cut_along(const Points& x, std::span<Piercing* const> contour,
