@@ -19,11 +19,11 @@ struct FeatureIds {
 
 struct Collisions {
   FeatureIds pairs;  // in ascending order
-  std::vector<double> vertex_face_time,
-      edge_edge_time;  // lower bounds of the contact times, as fractions of the motion [1]
+  // Lower bounds of the contact times, as fractions of the motion [1].
+  std::vector<double> vertex_face_time, edge_edge_time;
 
-  double time()
-      const;  // Returns the smallest contact time [1], or infinity if there is no collision.
+  // Returns the smallest contact time [1], or infinity if there is no collision.
+  double time() const;
 };
 
 class Detector {

@@ -6,17 +6,17 @@ namespace loomstone {
 
 namespace {
 
-// Rows to which an aggregate grows. On draped cloth 8, 12 and 16 rows take iterations in the ratio
-// 1 : 1 : 1.1; with 8 the coarse level has 1.5 times as many nodes as with 12.
+// Target number of rows of an aggregate. On draped cloth, 8, 12 and 16 rows need iterations in the
+// ratio 1 : 1 : 1.1. With 8 rows, the coarse level has 1.5 times as many nodes as with 12.
 constexpr Index grown_size = 12;
 
-// Grows the aggregates of the rows [begin, end).
+// Grows the aggregates of rows [begin, end).
 class Block {
  public:
   Block(const BlockMatrix& matrix, Index begin, Index end, std::vector<Index>& of_row)
       : matrix_(matrix), begin_(begin), end_(end), of_row_(of_row), links_(end - begin) {}
 
-  // Returns the aggregate after the last.
+  // Numbers the new aggregates from `first` on. Returns the next free number.
   Index grow(Index first) {
     Index next = first;
     for (Index seed = begin_; seed < end_; ++seed) {
@@ -43,8 +43,8 @@ class Block {
     for_coupled(row, [&](Index other) { ++links_[other - begin_]; });
   }
 
-  // The unassigned row with the most couplings to this aggregate, -1 if no unassigned row is
-  // coupled to it; ties go to the lowest index.
+  // Returns the unassigned row with the most couplings to this aggregate, or -1 if no unassigned
+  // row is coupled to it. Ties go to the lowest index.
   Index most_linked() const {
     Index best = -1, most = 0;
     for (Index row = begin_; row < end_; ++row)
@@ -52,8 +52,8 @@ class Block {
     return best;
   }
 
-  // The aggregate of [first, last) with most couplings to the rows just taken; -1 where there is
-  // none.
+  // Returns the aggregate of [first, last) with the most couplings to the current members, or -1 if
+  // there is none.
   Index neighbour(Index first, Index last) const {
     std::vector<Index> count(last - first, 0);
     for (const Index row : members_)

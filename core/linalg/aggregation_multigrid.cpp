@@ -12,16 +12,16 @@ namespace loomstone {
 
 namespace {
 
-constexpr Index largest_factor = 32;  // nodes of the coarsest level
+constexpr Index largest_factor = 32;  // largest number of nodes on the coarsest level
 constexpr Index parents_per_chunk = rows_per_block / 8;
 constexpr Index chunks_a_task = 8;             // 1,024 nodes, about 5 us
-constexpr Index chunks_of_product_a_task = 2;  // 256 nodes, likewise
-// Jacobi sweeps with this damping converge where an element or a term joins at most four nodes
-// (eigenvalues of D^-1 A below four). Elements that join more have not needed stronger damping; a
-// cycle that turns out indefinite is given up.
+constexpr Index chunks_of_product_a_task = 2;  // 256 nodes, about 5 us
+// Damping of the Jacobi sweeps. They converge if an element or a term couples at most four nodes,
+// because the eigenvalues of D^-1 A are then below four. Elements that couple more nodes have not
+// needed stronger damping. If a cycle is indefinite, the correction is given up.
 constexpr double damping = 0.5;
 
-// z = B r, or z += B (r - t) where t is given.
+// Computes z = B r, or z += B (r - t) if t is not null.
 LOOMSTONE_CLONES
 void smooth(Index first, Index last, const float* inverse, const float* r, const float* t,
             float* z) {
@@ -68,7 +68,7 @@ void AggregationMultigrid::set_pattern(const BlockMatrix& matrix) {
   lay_out();
 }
 
-// All levels, for the couplings of plain_ and of terms.
+// Builds all levels for the couplings of plain_ and of terms.
 void AggregationMultigrid::lay_out() {
   const std::vector<Index>&start = plain_.row_start(), &columns = plain_.columns();
   Couplings couplings = couplings_;
@@ -100,7 +100,7 @@ void AggregationMultigrid::lay_out() {
   }
 }
 
-// Also appends the level to levels_, which `fine` is the last of.
+// Appends the next coarser level to levels_. `fine` must be the last level.
 void AggregationMultigrid::add_level(Level& fine, std::vector<Index> child_start) {
   std::vector<Index> parent(fine.matrix.n_rows());
   for (std::size_t node = 0; node + 1 < child_start.size(); ++node)
@@ -139,7 +139,8 @@ void AggregationMultigrid::prepare(const Team& team, const LinearSystem& system)
     add_block(plain_.block(k), levels_[0].matrix.block(place_[k]));
   add_terms(system);
   for (std::size_t l = 1; l < levels_.size(); ++l) sum_level(levels_[l - 1], levels_[l]);
-  // Only now: nodes without a free row get the identity, which must not enter coarser levels.
+  // Diagonals are inverted after all sums. Nodes without a free row get the identity, which must
+  // not enter coarser levels.
   usable_ = std::all_of(levels_.begin(), levels_.end(),
                         [&](Level& level) { return invert_diagonal(level); });
   if (!usable_) return;
@@ -157,7 +158,7 @@ void AggregationMultigrid::prepare(const Team& team, const LinearSystem& system)
   usable_ = coarsest_.info() == Eigen::Success;
 }
 
-// Rows of this rank.
+// Sums the blocks of this rank's free rows into plain_.
 void AggregationMultigrid::sum_rows(const Team& team, const LinearSystem& system) {
   const BlockMatrix& matrix = *system.matrix;
   const OwnedBlocks owned = owned_blocks(*system.layout);
@@ -181,7 +182,7 @@ void AggregationMultigrid::sum_rows(const Team& team, const LinearSystem& system
       4);
 }
 
-// First aggregate at or after the block that begins with this row.
+// Returns the first aggregate of the first block that begins at or after this row.
 Index AggregationMultigrid::first_node(Index row) const {
   const std::size_t block = static_cast<std::size_t>((row + rows_per_block - 1) / rows_per_block);
   return aggregates_.block_start[std::min(block, aggregates_.block_start.size() - 1)];
@@ -196,7 +197,7 @@ void AggregationMultigrid::gather_rows(const RowLayout& layout) {
   layout.communicator().gather_all(plain_.block(0), offsets);
 }
 
-// Weights of a term's aggregates, those of its entries summed.
+// Aggregates of a term, each with the summed weight of the term's entries.
 struct AggregationMultigrid::TermNodes {
   std::array<Index, 8> node;
   std::array<double, 8> weight;
@@ -216,9 +217,10 @@ AggregationMultigrid::TermNodes AggregationMultigrid::nodes_of(const ExtraTerm& 
   return nodes;
 }
 
-// Adds couplings of aggregates that only terms join, as of layers in contact. Couplings without a
-// term stay until they are the majority, because layers that have just parted often meet again;
-// they hold zeros, which change no bit. Every rank knows all terms.
+// Adds couplings of aggregates that only terms couple, for example between layers in contact.
+// Couplings without a term are kept until they are the majority, because layers that have just
+// separated often touch again. Such couplings contain zeros and do not change results. Every rank
+// knows all terms.
 void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   if (!system.terms) return;
   Couplings wanted;
@@ -242,8 +244,8 @@ void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   lay_out();
 }
 
-// Adds W_I W_J H to block (I, J) for each term, W the sum of its weights in an aggregate. Every
-// rank knows all terms.
+// Adds W_I W_J H to block (I, J) for each term. W_I is the sum of the term's weights in aggregate
+// I. Every rank knows all terms.
 void AggregationMultigrid::add_terms(const LinearSystem& system) {
   if (!system.terms) return;
   BlockMatrix& first = levels_[0].matrix;
@@ -262,7 +264,8 @@ void AggregationMultigrid::sum_level(const Level& fine, Level& coarse) const {
     add_block(fine.matrix.block(k), coarse.matrix.block(fine.target[k]));
 }
 
-// Nodes without a free row get the identity. False where a block is not positive definite.
+// Inverts the diagonal blocks. Nodes without a free row get the identity. Returns false if a block
+// is not positive definite.
 bool AggregationMultigrid::invert_diagonal(Level& level) const {
   for (Index node = 0; node < level.matrix.n_rows(); ++node) {
     auto block = level.matrix.block_map(level.matrix.diagonal()[node]);

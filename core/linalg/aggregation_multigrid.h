@@ -1,12 +1,12 @@
-// Aggregation multigrid for the block matrix of a LinearSystem. The coarse unknowns are a common
-// translation of each aggregate of rows, then of each block of rows, of each four blocks, and so
-// on. The correction is added to that of the inverse diagonal blocks (additive, as in Bramble,
-// Pasciak and Xu, Math. Comp. 55 (1990), with plain aggregation). Among the coarse levels runs a
-// V-cycle with one damped Jacobi sweep before and one after the coarser levels; the coarsest matrix
-// is factorised. (The inverse diagonal blocks of the aggregates in place of the V-cycle took 1.03
-// times as long at 14,450 triangles, 1.15 at 57,800.) All is in single precision, which is enough
-// for a preconditioner, except the factor. Every rank sums the coarse rows of its own rows; then
-// all ranks hold all coarse rows and do the same work.
+// Aggregation multigrid for the block matrix of a LinearSystem. A coarse unknown is a common
+// translation: of an aggregate of rows on the first level, of a block of rows on the second, of
+// four blocks on the third, and so on. The coarse correction is added to that of the inverse
+// diagonal blocks (additive, as in Bramble, Pasciak and Xu, Math. Comp. 55 (1990), with plain
+// aggregation). The coarse levels form a V-cycle with one damped Jacobi sweep before and one after
+// the coarser levels. The coarsest matrix is factorised. Inverse diagonal blocks of the aggregates
+// instead of the V-cycle took 1.03 times as long at 14,450 triangles and 1.15 times at 57,800.
+// Single precision suffices for a preconditioner, except for the factor. Every rank sums the coarse
+// rows of its own rows. All ranks then gather all coarse rows and do the same work.
 #pragma once
 
 #include <vector>
@@ -21,17 +21,18 @@ namespace loomstone {
 
 class AggregationMultigrid {
  public:
-  // Lays out the levels for this pattern.
+  // Builds the levels for this pattern.
   void set_pattern(const BlockMatrix& matrix);
-  // Coarse matrices: sums of the blocks of free rows, terms included. The levels are laid out again
-  // where terms couple aggregates that neither the matrix nor earlier terms couple. Collective.
+  // Computes the coarse matrices as sums of the blocks of free rows, terms included. Rebuilds the
+  // levels if terms couple aggregates that neither the matrix nor earlier terms couple. Collective.
   void prepare(const Team& team, const LinearSystem& system);
 
-  // False where a coarse matrix is not positive definite to rounding: there is no correction.
+  // Returns false if a coarse matrix is not positive definite up to rounding. There is then no
+  // correction.
   bool usable() const { return usable_; }
 
-  // Slots of residual and correction: one an aggregate, then one a block for rows that belong to
-  // none (fixed rows, bodies).
+  // Number of slots of residual and correction. Each aggregate has one slot. Each block has one
+  // additional slot for rows without an aggregate (fixed rows, bodies).
   Index n_slots() const { return n_nodes_ + n_blocks_; }
   Index slot(Index row) const { return slot_[row]; }
   Index unused_slot(Index block) const { return n_nodes_ + block; }
@@ -43,20 +44,22 @@ class AggregationMultigrid {
     return correction_.data();
   }  // (slots x 4) fourth number and last slots are zero
 
-  // The correction for the residual; returns their product. Collective.
+  // Computes the correction for the residual. Returns the product of both. Collective.
   double solve(const Team& team, const RowLayout& layout);
 
  private:
   struct Level {
     BlockMatrix matrix;
-    SlicedEllpack slices;             // of `matrix`; not at the coarsest
-    CouplingMatrix<float> couplings;  // the same matrix as kernels take it
-    std::vector<Index>
-        child_start;  // (nodes of the next level + 1) nodes of this one; empty at the coarsest
-    std::vector<Index> target;   // (blocks) block of the next level that takes it
-    std::vector<float> inverse;  // (nodes x 12) damped inverse diagonal blocks, columns of four
-    std::vector<float> residual, solution,
-        product;  // (nodes + 1, x 4) the last is that of empty lanes
+    SlicedEllpack slices;             // layout of `matrix`; unused on the coarsest level
+    CouplingMatrix<float> couplings;  // copy of `matrix` for the kernels
+    // (nodes of the next level + 1) First node of this level below each node of the next level.
+    // Empty on the coarsest level.
+    std::vector<Index> child_start;
+    std::vector<Index> target;  // (blocks) block of the next level to which each is added
+    std::vector<float>
+        inverse;  // (nodes x 12) damped inverse diagonal blocks, with columns of four
+    // (nodes + 1, x 4) The last row belongs to empty lanes.
+    std::vector<float> residual, solution, product;
   };
   void lay_out();
   void add_level(Level& fine, std::vector<Index> child_start);
@@ -74,12 +77,13 @@ class AggregationMultigrid {
   Aggregates aggregates_;
   Index n_nodes_ = 0, n_blocks_ = 0;
   using Couplings = std::vector<std::pair<Index, Index>>;
-  BlockMatrix plain_;         // of the aggregates without terms
-  Couplings couplings_;       // of aggregates by terms alone, first < second, ascending
+  BlockMatrix plain_;  // matrix of the aggregates without terms
+  // Pairs of aggregates that only terms couple, first < second, ascending.
+  Couplings couplings_;
   std::vector<Index> place_;  // (blocks of plain_) block of the first level
   std::vector<Level> levels_;
   std::vector<Index> target_;  // (blocks of the matrix) block of plain_
-  std::vector<Index> slot_;    // (rows)
+  std::vector<Index> slot_;    // (rows) slot of each row
   std::vector<float> residual_, correction_;
   Eigen::LLT<Eigen::MatrixXd> coarsest_;
   bool usable_ = false;

@@ -8,7 +8,7 @@
 namespace loomstone {
 
 BlockMatrix::BlockMatrix(Index n_rows, const std::vector<std::pair<Index, Index>>& couplings) {
-  // Lists each coupling in both directions and the diagonal, then sorts each row and merges
+  // Lists each coupling in both directions and the diagonal, then sorts each row and removes
   // duplicates.
   std::vector<Index> start(n_rows + 1, 0);
   for (Index row = 0; row < n_rows; ++row) ++start[row + 1];
@@ -53,8 +53,9 @@ struct Blocks {
   const double* values;
 };
 
-// One 4-wide load per block column: the fourth lane holds the next column's first entry and is
-// dropped at the end. Three partial sums, one a column, keep the additions independent.
+// Loads each block column with one 4-wide load. The fourth lane contains the first entry of the
+// next column and is set to zero at the end. Three partial sums, one per column, keep the additions
+// independent.
 LOOMSTONE_CLONES
 void multiply_rows(Index begin, Index end, Blocks matrix, const double* x, double* y) {
   const auto [row_start, columns, values] = matrix;

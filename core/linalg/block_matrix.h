@@ -1,5 +1,5 @@
-// Sparse matrix of 3x3 blocks in compressed rows with a fixed, symmetric pattern (columns
-// ascending, diagonal present).
+// Sparse matrix of 3x3 blocks in compressed row storage. The pattern is fixed, symmetric and
+// contains the diagonal. Columns are in ascending order.
 #pragma once
 
 #include <utility>
@@ -13,8 +13,8 @@ namespace loomstone {
 class BlockMatrix {
  public:
   BlockMatrix() = default;
-  // Pattern from pairs (i, j), i != j, in any order, repeated or not; made symmetric; diagonal
-  // added.
+  // Builds the pattern from pairs (i, j) with i != j, in any order and with possible duplicates.
+  // Adds the transposed pairs and the diagonal.
   BlockMatrix(Index n_rows, const std::vector<std::pair<Index, Index>>& couplings);
 
   Index n_rows() const { return static_cast<Index>(diagonal_.size()); }
@@ -24,10 +24,10 @@ class BlockMatrix {
   const std::vector<Index>& diagonal() const {
     return diagonal_;
   }  // (n_rows) position of the diagonal block
-  // Position of block (i, j); -1 where the pattern has none.
+  // Returns the index of block (row, column), or -1 if the pattern does not contain it.
   Index find(Index row, Index column) const;
 
-  // The 9 entries of a block, column-major.
+  // Returns the 9 entries of a block in column-major order.
   double* block(Index position) { return values_.data() + 9 * static_cast<std::size_t>(position); }
   const double* block(Index position) const {
     return values_.data() + 9 * static_cast<std::size_t>(position);
@@ -38,13 +38,13 @@ class BlockMatrix {
   }
   void set_zero();
 
-  // y = A x on rows [begin, end); vectors have 4 doubles a row, the fourth is zero.
+  // Computes y = A x on rows [begin, end). Vectors have 4 doubles per row; the fourth is zero.
   void multiply(Index begin, Index end, const double* x, double* y) const;
 
  private:
   std::vector<Index> row_start_{0}, columns_, diagonal_;
-  std::vector<double>
-      values_;  // 9 a block, 3 more at the end so that a column may be loaded 4 wide
+  // 9 entries per block. 3 more at the end permit 4-wide loads of the last column.
+  std::vector<double> values_;
 };
 
 }  // namespace loomstone

@@ -1,7 +1,7 @@
-// Direct solve by sparse Cholesky factorisation (CHOLMOD, the only file that includes it). Chen,
-// Davis, Hager and Rajamanickam, "Algorithm 887: CHOLMOD", ACM Trans. Math. Softw. 35 (2008). The
-// symbolic analysis is kept while the pattern of matrix and terms stays; it depends on that pattern
-// alone, so a rebuilt solver gives the same bits.
+// Direct solve by sparse Cholesky factorisation with CHOLMOD (Chen, Davis, Hager and Rajamanickam,
+// "Algorithm 887: CHOLMOD", ACM Trans. Math. Softw. 35 (2008)). Only this file includes CHOLMOD.
+// The symbolic analysis is reused while the pattern of matrix and terms is unchanged. It depends on
+// this pattern alone, so a rebuilt solver gives bitwise identical results.
 #include <cholmod.h>
 #include <dlfcn.h>
 
@@ -30,8 +30,8 @@ class DirectSolver final : public LinearSolver {
   DirectSolver() {
     cholmod_start(&common_);
     common_.print = 0;
-    common_.final_ll =
-        1;  // L L^T also where the factor is simplicial: a negative pivot is an error, not a result
+    // Computes L L^T even if the factor is simplicial, so that a negative pivot is an error.
+    common_.final_ll = 1;
   }
   ~DirectSolver() override {
     cholmod_free_factor(&factor_, &common_);
@@ -57,7 +57,7 @@ class DirectSolver final : public LinearSolver {
   }
 
  private:
-  // The pattern of matrix, bodies and terms together, analysed only where it differs from the last.
+  // Builds and analyses the joint pattern of matrix, bodies and terms if it has changed.
   void update_pattern(const LinearSystem& system) {
     Couplings extra = couplings_outside(system);
     const Index rows = system.layout->n_rows(), n_cloth = n_cloth_rows(system);
@@ -90,7 +90,7 @@ class DirectSolver final : public LinearSolver {
           "direct solve: the symbolic analysis needs more memory than there is; use \"pcg\"");
   }
 
-  // Pairs of rows that terms couple and the matrix does not, sorted.
+  // Returns the sorted pairs of rows that terms couple but the matrix does not.
   static Couplings couplings_outside(const LinearSystem& system) {
     Couplings found;
     if (system.terms == nullptr) return found;
@@ -108,8 +108,8 @@ class DirectSolver final : public LinearSolver {
     return found;
   }
 
-  // Compressed columns of the lower triangle, single entries: column (3 j + c) holds rows 3 i + d
-  // of blocks i >= j.
+  // Builds the compressed columns of the lower triangle from scalar entries. Column 3 j + c
+  // contains rows 3 i + d of blocks i >= j.
   void lay_out_columns() {
     column_start_.assign(1, 0);
     row_index_.clear();
@@ -156,7 +156,8 @@ class DirectSolver final : public LinearSolver {
       }
   }
 
-  // right_ = b - A x of fixed rows; zero on fixed rows.
+  // Computes right_ = b - A x_f. x_f is x on fixed rows and zero elsewhere. Fixed rows of right_
+  // are zero.
   void move_prescribed_to_right(const LinearSystem& system, const Points& b, const Points& x) {
     const Index rows = whole_.n_rows();
     padded_.setZero(4 * rows);
@@ -173,7 +174,7 @@ class DirectSolver final : public LinearSolver {
                                 : Vec3(b.row(row).transpose() - product_.segment<3>(4 * row));
   }
 
-  // Fixed rows and columns become those of the identity; the pattern stays.
+  // Replaces fixed rows and columns by those of the identity. The pattern does not change.
   void fill_columns(const LinearSystem& system) {
     double* entry = entries_.data();
     for (Index j = 0; j < whole_.n_rows(); ++j)
@@ -189,7 +190,7 @@ class DirectSolver final : public LinearSolver {
 
   void factorize() {
     use_one_blas_thread();
-    const NoNestedRegions serial;  // CHOLMOD opens a region of four threads otherwise
+    const NoNestedRegions serial;  // otherwise CHOLMOD starts four threads
     cholmod_sparse lower = lower_triangle();
     cholmod_factorize(&lower, factor_, &common_);
     if (common_.status == CHOLMOD_NOT_POSDEF) {
@@ -237,13 +238,13 @@ class DirectSolver final : public LinearSolver {
   }
 
   cholmod_common common_;
-  // Kept while the pattern stays; a function of the pattern alone.
+  // Reused while the pattern is unchanged. Depends on the pattern alone.
   cholmod_factor* factor_ = nullptr;
   Index n_cloth_ = 0;
   std::vector<Index> matrix_columns_, matrix_start_;
   Couplings extra_;
   BlockMatrix whole_;
-  std::vector<Index> place_;  // of every block of the matrix in whole_
+  std::vector<Index> place_;  // index in whole_ of each block of the matrix
   std::vector<int> column_start_, row_index_;
   // Scratch of one solve.
   std::vector<double> entries_;

@@ -8,7 +8,7 @@ namespace loomstone {
 
 namespace {
 
-constexpr std::size_t block_stride = 72;  // 9 numbers of eight blocks
+constexpr std::size_t block_stride = 72;  // 9 numbers for each of eight blocks
 constexpr double no_block[9] = {};
 
 template <class Scalar, class Lanes>
@@ -23,7 +23,8 @@ LOOMSTONE_INLINE void store_as(Scalar* out, const Lanes& a) {
   }
 }
 
-// Copies n slots of eight blocks each (source < 0: none) and adds them to sums (9 lanes).
+// Copies n slots of eight blocks each and adds the blocks to `sums` (9 lanes). A negative source
+// denotes no block.
 template <class Scalar, class Lanes>
 LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* matrix,
                                  Scalar* values, Lanes sums[9]) {
@@ -40,7 +41,8 @@ LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* ma
   }
 }
 
-// Whether R is a number times the identity, as a mass is, but for rounding to Scalar.
+// Returns whether each R is a multiple of the identity, up to rounding to Scalar. This is the case
+// for masses.
 template <class Scalar, class Lanes>
 LOOMSTONE_INLINE bool is_scalar(const Lanes r[9]) {
   const Lanes rounding = 0.5 * std::numeric_limits<Scalar>::epsilon() * lanes_max(r[0], -r[0]);
@@ -52,8 +54,9 @@ LOOMSTONE_INLINE bool is_scalar(const Lanes r[9]) {
   return !lanes_any(~scalar);
 }
 
-// Writes R to `out`, from the diagonal blocks in `sums` and the blocks of the slice; returns
-// whether R is its first number times the identity.
+// Copies the blocks of a slice to `values`. Adds them to the diagonal blocks in `sums` and writes
+// the result R to `out`. Returns true if each R is a multiple of the identity; `out` then contains
+// only the factors.
 template <class Lanes, class Scalar>
 LOOMSTONE_INLINE bool copy_slice(Index n, const Index* sources, const double* matrix,
                                  const double* sums, Scalar* values, Scalar* out) {
@@ -85,7 +88,7 @@ struct Arrays {
   const Scalar *values, *sums, *x;
 };
 
-// Slice g of A x; `here` is x of its rows.
+// Returns slice g of A x. `here` contains x in the rows of the slice.
 template <class Scalar>
 LOOMSTONE_INLINE Triple<Scalar> couple(const Pattern& pattern, const Arrays<Scalar>& a,
                                        std::size_t g, const Triple<Scalar>& here) {
@@ -199,7 +202,7 @@ void CouplingMatrix<Scalar>::multiply_to_rows(const SlicedEllpack& slices, Index
 {
   const Pattern pattern{slices.rows.data(), slices.slot_start.data(), slices.columns.data(),
                         scalar_sum_.data()};
-  // Asked again: clang 14 instantiates members whose requirement fails, too.
+  // The condition is repeated because clang 14 also instantiates members whose requirement fails.
   if constexpr (std::is_same_v<Scalar, float>)
     multiply_rows(pattern, {values_.data(), sums_.data(), x}, first, last, y);
 }

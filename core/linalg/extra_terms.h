@@ -1,9 +1,9 @@
-// Terms of few rows that join the fixed elastic pattern in an implicit solve: contacts, friction,
-// attachments. A term sees one 3-vector u = sum_i J_i v_i - drift (a relative velocity);
-// displacements h u change its energy. With g = dE/du' and H = d2E/du'2 at the start of the step
-// (u' the displacement), row i gets the force -J_i^T g and block (i, j) of the stiffness gets J_i^T
-// H J_j. Block rows 0..n-1 are cloth vertices; body b has row n + 2b (translation of its centre)
-// and n + 2b + 1 (rotation about it).
+// Terms that couple a few rows in an implicit solve, in addition to the fixed elastic pattern:
+// contacts, friction, attachments. A term depends on one relative velocity u = sum_i J_i v_i -
+// drift (3-vector). Its energy E depends on the relative displacement u'. With g = dE/du' and H =
+// d2E/du'2 at the start of the step, row i gets the force -J_i^T g, and block (i, j) of the
+// stiffness gets J_i^T H J_j. Block rows 0 to n - 1 are cloth vertices. Body b has row n + 2b for
+// the translation of its centre and row n + 2b + 1 for the rotation about it.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@ namespace loomstone {
 
 struct TermEntry {
   Index row = -1;
-  bool rotation =
-      false;  // false: J = weight I; true: J = -weight [arm]x, so that J omega = weight omega x arm
+  // false: J = weight I. true: J = -weight [arm]x, so that J omega = weight omega x arm.
+  bool rotation = false;
   double weight = 0.0;      // [1]
   Vec3 arm = Vec3::Zero();  // point of the body relative to its centre [m]
 
@@ -35,21 +35,22 @@ struct TermEntry {
 };
 
 struct ExtraTerm {
-  std::array<TermEntry, 8> entries;  // rows ascending
+  std::array<TermEntry, 8> entries;  // sorted by row
   int n_entries = 0;
   Vec3 gradient = Vec3::Zero();  // g [N]
-  Mat3 hessian = Mat3::Zero();   // H [N/m], symmetric PSD
-  Vec3 drift = Vec3::Zero();     // prescribed velocity (scripted motion), in u [m/s]
+  Mat3 hessian = Mat3::Zero();   // H [N/m], symmetric positive semidefinite
+  Vec3 drift = Vec3::Zero();     // prescribed velocity (scripted motion) [m/s]
 
-  // u' [m] `time` after the start, where the rows have moved by `displacement` (rows x 3).
+  // Returns u' [m] at `time` [s] after the start. Rows have then moved by `displacement` (rows x 3)
+  // [m].
   Vec3 relative_displacement(const Points& displacement, double time) const {
     Vec3 d = -time * drift;
     for (int e = 0; e < n_entries; ++e)
       d += entries[e].apply(displacement.row(entries[e].row).transpose());
     return d;
   }
-  // Gradient there of a term whose H does not change; returns the energy above that of the start
-  // [J].
+  // Updates the gradient for this displacement, with constant H. Returns the energy relative to
+  // that at the start [J].
   double move_linearly(const Points& displacement, double time) {
     const Vec3 d = relative_displacement(displacement, time), start = gradient;
     gradient += hessian * d;
@@ -57,12 +58,13 @@ struct ExtraTerm {
   }
 };
 
-// Which gradient and H are wanted where rows have moved. The limits of friction are those of the
-// last request of NewLimits, at first those of the start; between such requests the terms have a
-// potential, and H is its second derivative. Secant: H of the paraboloid that touches the potential
-// from above, with which steps are never too long.
+// What to evaluate after rows have moved. Derivative: gradient and H are derivatives of the
+// potential. Secant: H is the curvature of a paraboloid that touches the potential from above, so
+// that steps are never too long. NewLimits: as Derivative, but with new friction limits. The limits
+// are constant until the next NewLimits, so the terms have a potential.
 enum class TermRequest { Derivative, Secant, NewLimits };
 
-using ExtraTerms = std::vector<ExtraTerm>;  // sorted by (kind, a, b) of what they came from
+// Terms of contacts are sorted by the (kind, a, b) of their contact.
+using ExtraTerms = std::vector<ExtraTerm>;
 
 }  // namespace loomstone

@@ -1,5 +1,6 @@
-// Eight rows processed at once, in single or double precision: vectors of three components with a
-// row in each lane, and their transposition from and to rows of four numbers (the fourth zero).
+// Arithmetic on eight rows at once, in single or double precision. A Triple contains three
+// components of eight rows, with one row in each lane. It is converted from and to rows of four
+// numbers, the fourth of which is zero.
 #pragma once
 
 #include <cstddef>
@@ -36,7 +37,7 @@ LOOMSTONE_INLINE LanesOf<Scalar> load_lanes(const Scalar* p) {
   return r;
 }
 
-// A triple as it is stored: eight x, eight y, eight z.
+// Loads and stores a triple as eight x, eight y and eight z.
 template <class Scalar>
 LOOMSTONE_INLINE Triple<Scalar> load_triple(const Scalar* p) {
   return {load_lanes(p), load_lanes(p + 8), load_lanes(p + 16)};
@@ -48,7 +49,7 @@ LOOMSTONE_INLINE void store_triple(Scalar* p, const Triple<Scalar>& a) {
   __builtin_memcpy(p + 16, &a.z, sizeof a.z);
 }
 
-// Rows `rows` of v (four numbers a row).
+// Gathers eight rows of v, which has four numbers per row.
 template <class Scalar>
 LOOMSTONE_INLINE Triple<Scalar> gather_rows(const Index* rows, const Scalar* v) {
   using Lane = LanesOf<Scalar>;
@@ -66,7 +67,7 @@ LOOMSTONE_INLINE Triple<Scalar> gather_rows(const Index* rows, const Scalar* v) 
           __builtin_shufflevector(high02, high13, 0, 8, 1, 9, 4, 12, 5, 13)};
 }
 
-// row[l] and row[l + 4] side by side: pairs[l], l = 0 ... 3.
+// Converts a triple to rows. pairs[l] contains rows l and l + 4 side by side, for l = 0 to 3.
 template <class Scalar>
 LOOMSTONE_INLINE void to_row_pairs(const Triple<Scalar>& a, LanesOf<Scalar> pairs[4]) {
   using Lane = LanesOf<Scalar>;
@@ -86,8 +87,8 @@ LOOMSTONE_INLINE LanesOf<Scalar> dot(const Triple<Scalar>& a, const Triple<Scala
   return (a.x * b.x + a.y * b.y) + a.z * b.z;
 }
 
-// In double precision, in halves: gcc 12 keeps a sum of eight doubles in memory where registers
-// hold four.
+// Converts to double precision in two halves. With registers of four doubles, gcc 12 would keep a
+// sum of eight doubles in memory.
 template <class Lane>
 LOOMSTONE_INLINE Lanes256 in_doubles(const Lane& a) {
   return {__builtin_convertvector(__builtin_shufflevector(a, a, 0, 1, 2, 3), HalfLanes),

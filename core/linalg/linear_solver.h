@@ -1,5 +1,5 @@
-// Solves (A + scale sum_terms J^T H J + body blocks) x = b on rows that are free; fixed rows keep
-// the value of x that they are given (exact constraints by filtering, [Baraff1998]).
+// Solves (A + scale sum_terms J^T H J + body blocks) x = b on free rows. Fixed rows keep their
+// given value of x (exact constraints by filtering, [Baraff1998]).
 #pragma once
 
 #include <array>
@@ -17,22 +17,22 @@
 namespace loomstone {
 
 struct LinearSystem {
-  const BlockMatrix* matrix = nullptr;  // cloth rows 0 .. n-1, mass and stiffness together
-  // Diagonal blocks of the rows that follow (2 a body); may be null.
+  const BlockMatrix* matrix = nullptr;  // cloth rows 0 to n - 1, mass plus stiffness
+  // Diagonal blocks of the body rows that follow, 2 per body; may be null.
   const std::vector<Mat3>* body_blocks = nullptr;
   const ExtraTerms* terms = nullptr;                 // may be null
   double term_scale = 0.0;                           // factor of every H (h^2 for backward Euler)
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: the row's x is prescribed
-  // Over all rows, bodies included; the solver computes owned rows.
+  // Layout of all rows, bodies included. The solver computes the rows that this rank owns.
   const RowLayout* layout = nullptr;
-  const Halo* halo = nullptr;  // of `matrix`; rows the terms need are added by the solver
-  double tolerance = 0.0;      // of iterations, in place of the solver's; 0: the solver's
+  const Halo* halo = nullptr;  // halo of `matrix`; the solver adds rows for terms
+  double tolerance = 0.0;      // replaces the solver's tolerance [1]; 0: no replacement
 };
 
 struct LinearReport {
   int iterations = 0;
-  // sqrt(r . D^-1 r) relative to its value for x = 0 on free rows, D the diagonal blocks (direct:
-  // |r| / |b|)
+  // sqrt(r . D^-1 r) relative to its value for x = 0 on free rows, with D the diagonal blocks [1].
+  // The direct solver reports |r| / |b|.
   double residual = 0.0;
   bool converged = true;
 };
@@ -55,9 +55,9 @@ struct LinearOptions {
 
 struct PcgMemory;
 
-// The memory that a solve leaves to the next one: its preconditioner, and its iteration where a
-// loose tolerance ended it early. A value that belongs to the caller; empty at first, and after a
-// solve that threw. Storage is used again, which changes no result.
+// Data that one solve leaves for the next: its preconditioner, and its iteration if a loose
+// tolerance ended it early. The memory belongs to the caller. It is empty at first and after a
+// solve that threw. Storage is reused, which does not change results.
 class SolveMemory {
  public:
   SolveMemory();
@@ -71,26 +71,27 @@ class SolveMemory {
   std::unique_ptr<PcgMemory> pcg_;
 };
 
-// The part of a system that equals the one whose solve filled the memory: nothing; all but terms,
-// right side and tolerance (the preconditioner is used again, and the iteration where x is the
-// solution it left); all but the tolerance (the iteration goes on).
+// The part of a system that has not changed since the solve that filled the memory. Nothing: no
+// part. Matrix: all but terms, right-hand side and tolerance. The preconditioner is reused, and the
+// iteration too if x is the solution that it left. System: all but the tolerance. The iteration
+// continues.
 enum class Unchanged { Nothing, Matrix, System };
 
 class LinearSolver {
  public:
   virtual ~LinearSolver() = default;
-  // b (rows x 3); x (rows x 3): initial guess in, solution out; owned rows are written, then all
-  // rows are refreshed. Throws SolverFailure.
+  // Solves for x (rows x 3) with the right-hand side b (rows x 3). x contains the initial guess on
+  // entry and the solution of all ranks' rows on return. Throws SolverFailure.
   virtual LinearReport solve(const Team& team, const LinearSystem& system, const Points& b,
                              Points& x, SolveMemory& memory, Unchanged unchanged) = 0;
-  // A solve on its own.
+  // Solves without memory of earlier solves.
   LinearReport solve(const Team& team, const LinearSystem& system, const Points& b, Points& x) {
     SolveMemory memory;
     return solve(team, system, b, x, memory, Unchanged::Nothing);
   }
 };
 
-// Throws InvalidInput where tolerance or max_iterations cannot be met.
+// Throws InvalidInput if tolerance or max_iterations is out of range.
 std::unique_ptr<LinearSolver> make_linear_solver(const LinearOptions& options);
 
 }  // namespace loomstone

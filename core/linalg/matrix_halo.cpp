@@ -6,7 +6,8 @@ namespace loomstone {
 
 namespace {
 
-// Lists per rank, sorted and made unique when turned into a Halo.
+// Collects the rows to send to and receive from each rank. halo() sorts them and removes
+// duplicates.
 class HaloBuilder {
  public:
   explicit HaloBuilder(const RowLayout& layout)
@@ -14,7 +15,7 @@ class HaloBuilder {
         send_(layout.communicator().size()),
         receive_(layout.communicator().size()) {}
 
-  // Owned row `mine` is coupled to `other`.
+  // Records that the owned row `mine` is coupled to `other`.
   void couple(Index mine, Index other) {
     if (layout_.owns(other)) return;
     const int rank = layout_.owner(other);

@@ -1,5 +1,5 @@
-// Rows that ranks must exchange before a product: those of a fixed block pattern, and those of the
-// terms of one solve.
+// Rows that ranks must exchange before a product, for a fixed block pattern and for the terms of
+// one solve.
 #pragma once
 
 #include "core/linalg/block_matrix.h"
@@ -8,11 +8,11 @@
 
 namespace loomstone {
 
-// Rows that owned rows of `matrix` are coupled to. Both ranks derive it from the pattern, without
-// communication.
+// Returns the rows to which owned rows of `matrix` are coupled. Each rank derives them from the
+// pattern without communication.
 Halo matrix_halo(const BlockMatrix& matrix, const RowLayout& layout);
 
-// The same plus the rows that terms couple; every rank knows all terms.
+// Returns the halo extended by the rows that terms couple. Every rank knows all terms.
 Halo with_term_rows(const Halo& halo, const ExtraTerms& terms, const RowLayout& layout);
 
 }  // namespace loomstone

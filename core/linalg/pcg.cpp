@@ -1,12 +1,13 @@
-// Preconditioned conjugate gradients, Hestenes and Stiefel, J. Res. NBS 49 (1952), on threads and
-// ranks. Sums go by blocks of rows, so the bits depend neither on threads nor on ranks.
+// Preconditioned conjugate gradients (Hestenes and Stiefel, J. Res. NBS 49 (1952)) on threads and
+// ranks. Sums are formed by blocks of rows. Results are therefore bitwise independent of the number
+// of threads and ranks.
 //
-// The product is bound by memory, so the iteration works in single precision, on couplings
-// (coupling_matrix.h) and eight rows at once (sliced_ellpack.h). The solution is summed in double
-// precision, and its true residual, in double precision and the norm of the diagonal blocks,
-// decides when to stop. Where the true residual has drifted from the iterated one, the iteration is
-// replaced by one that begins with the true one [VanDerVorst2000]. Systems that single precision
-// cannot solve are solved in double precision.
+// The matrix product is memory-bound. The iteration therefore works in single precision, in
+// difference form (coupling_matrix.h) and on eight rows at once (sliced_ellpack.h). The solution is
+// accumulated in double precision. The stopping criterion is the true residual in double precision,
+// in the norm of the diagonal blocks. If the true residual has drifted from the iterated one, the
+// iteration continues from the true residual (residual replacement [VanDerVorst2000]). Systems that
+// single precision cannot solve are solved in double precision.
 #include <algorithm>
 #include <cmath>
 
@@ -22,12 +23,12 @@ namespace loomstone {
 
 namespace {
 
-// Fall of the iterated residual in single precision after which the true one is computed. Our
-// choice, not tuned: the default tolerance takes one round. The value changes the number of
-// products, not the accuracy.
+// Reduction of the iterated residual in single precision after which the true residual is computed.
+// The value is not tuned: the default tolerance takes one round. It affects the number of products,
+// not the accuracy.
 constexpr double trusted_fall = 3e-5;
 
-// Terms, and halo with their rows.
+// Sets the terms, and the halo including their rows.
 void set_terms(PcgSolve& solve) {
   const LinearSystem& system = solve.system;
   const RowLayout& layout = solve.loops.layout();
@@ -38,7 +39,7 @@ void set_terms(PcgSolve& solve) {
                             system.terms ? *system.terms : ExtraTerms{}, layout);
 }
 
-// Matrix in single precision, preconditioner, terms and arrays for a new matrix.
+// Sets the single-precision matrix, preconditioner, terms and arrays for a new matrix.
 void set_system(PcgSolve& solve, Preconditioner::Kind kind) {
   const LinearSystem& system = solve.system;
   PcgMemory& m = solve.memory;
@@ -57,9 +58,9 @@ void set_system(PcgSolve& solve, Preconditioner::Kind kind) {
   m.has_matrix = true;
 }
 
-// Other terms on the same matrix. The preconditioner stays, but Gauss-Seidel: only friction has
-// changed, and a new preconditioner costs more than the iterations it saves (stack 0.84, fold 0.78
-// of the time with 1.1 and 0.94 of the iterations).
+// Sets other terms on the same matrix. Keeps the preconditioner unless it is Gauss-Seidel. Only
+// friction has changed, and a new preconditioner would cost more than the iterations it saves.
+// Keeping it takes 0.84 (stack) and 0.78 (fold) of the time, with 1.1 and 0.94 of the iterations.
 void change_terms(PcgSolve& solve) {
   PcgMemory& m = solve.memory;
   set_terms(solve);
@@ -77,11 +78,11 @@ void set_double_precision(PcgSolve& solve) {
   m.preconditioner.widen(solve.loops);
 }
 
-// The rows of a guess, on any rank.
+// Properties of the initial guess, combined over all ranks.
 struct Guess {
-  bool fixed_values = false;  // a fixed row is not zero
-  bool free_values = false;   // a free row is not zero
-  bool is_known = false;      // it is the x of a kept iteration
+  bool fixed_values = false;  // some fixed row is not zero
+  bool free_values = false;   // some free row is not zero
+  bool is_known = false;      // the guess is the x of a kept iteration
 };
 
 Guess look_at(const PcgSolve& solve, const Points& guess) {
@@ -108,7 +109,8 @@ Guess look_at(const PcgSolve& solve, const Points& guess) {
   return {fixed_values, free_values, m.has_iteration && !any(Differs)};
 }
 
-// x from the guess: fixed rows, and free rows or zero there.
+// Sets x. Fixed rows are taken from the guess. Free rows are taken from it if `free_rows` is set,
+// and are zero otherwise.
 void set_x(PcgSolve& solve, const Points& guess, bool free_rows) {
   std::vector<double>& x = solve.memory.x;
   solve.loops.over_blocks([&](Index, Index begin, Index end) {
@@ -120,9 +122,9 @@ void set_x(PcgSolve& solve, const Points& guess, bool free_rows) {
   });
 }
 
-// Sets x and residual, and b_norm, by which residuals are measured: the norm of the residual where
-// x is zero on free rows. The guess is used where its residual is smaller than that. Returns the
-// norm of the residual.
+// Sets x, residual and b_norm. b_norm is the norm of the residual if x is zero on free rows;
+// residuals are measured relative to it. The guess is used if the norm of its residual is smaller
+// than b_norm. Returns the norm of the residual.
 double start(PcgSolve& solve, const Points& b, const Points& x) {
   PcgMemory& m = solve.memory;
   const Guess guess = look_at(solve, x);
@@ -138,7 +140,7 @@ double start(PcgSolve& solve, const Points& b, const Points& x) {
   return true_residual(solve, b, !guess.fixed_values);
 }
 
-// Owned free rows of x, then those of all ranks.
+// Writes the owned free rows of x, then gathers the rows of all ranks.
 void write_solution(const PcgSolve& solve, Points& x) {
   solve.loops.over_blocks([&](Index, Index begin, Index end) {
     for (Index row = begin; row < end; ++row)
@@ -163,7 +165,7 @@ class Pcg final : public LinearSolver {
     PcgSolve solve{system, RowLoops(team, *system.layout), m};
     const bool same_matrix = unchanged != Unchanged::Nothing && m.has_matrix;
     const bool resumes = unchanged == Unchanged::System && same_matrix && m.has_iteration;
-    m.has_matrix = false;  // until this solve has succeeded
+    m.has_matrix = false;  // true again when this solve has succeeded
     m.has_iteration = m.has_iteration && same_matrix;
     if (!same_matrix)
       set_system(solve, kind_);
@@ -179,7 +181,8 @@ class Pcg final : public LinearSolver {
   }
 
  private:
-  // Rounds of iterations, each followed by the true residual, until that is below the tolerance.
+  // Runs rounds of iterations until the true residual is below the tolerance. Each round ends with
+  // the computation of the true residual.
   LinearReport iterate_to_tolerance(PcgSolve& solve, const Points& b, double norm,
                                     Start how) const {
     PcgMemory& m = solve.memory;
@@ -191,7 +194,7 @@ class Pcg final : public LinearSolver {
     bool in_double = false;
     while (norm > goal && report.iterations < options_.max_iterations) {
       const double before = norm;
-      // A little below the goal, so that drift does not cost another round.
+      // Slightly below the goal, so that drift does not cost another round.
       const double reach = in_double ? goal : std::max(0.97 * goal, trusted_fall * norm);
       const StoppingRule stop{reach, options_.max_iterations};
       const double iterated = in_double ? iterate(solve, m.wide, how, stop, report.iterations)
@@ -202,7 +205,7 @@ class Pcg final : public LinearSolver {
         return report;
       }
       norm = true_residual(solve, b, false);
-      if (in_double && !(norm < 0.5 * before)) break;  // rounding of double precision
+      if (in_double && !(norm < 0.5 * before)) break;  // limited by rounding in double precision
       how = norm < 2.0 * iterated ? Start::Conjugate : Start::Restart;
       if (!in_double && !(norm < 0.1 * before) && norm > goal &&
           report.iterations < options_.max_iterations) {

@@ -29,7 +29,7 @@ void begin(PcgSolve& solve, Krylov<Scalar>& k, bool conjugate) {
   if (!conjugate) std::fill(k.p.begin(), k.p.end(), Scalar{0});
 }
 
-// x += length p for the last direction, then the next one, p = P^-1 r + beta p.
+// Adds the last step to x (x += length p), then computes the next direction p = P^-1 r + beta p.
 template <class Scalar>
 void update_direction(PcgSolve& solve, Krylov<Scalar>& k, double length) {
   PcgMemory& m = solve.memory;
@@ -41,7 +41,7 @@ void update_direction(PcgSolve& solve, Krylov<Scalar>& k, double length) {
   });
 }
 
-// q = A p on rows [begin, end), terms included; returns p . q.
+// Computes q = A p on rows [begin, end), terms included. Returns p . q.
 template <class Scalar>
 double multiply(const PcgSolve& solve, Index begin, Index end, Krylov<Scalar>& k) {
   const PcgMemory& m = solve.memory;
@@ -59,7 +59,7 @@ double multiply(const PcgSolve& solve, Index begin, Index end, Krylov<Scalar>& k
   return product;
 }
 
-// p . A p
+// Returns p . A p.
 template <class Scalar>
 double curvature_along(PcgSolve& solve, Krylov<Scalar>& k) {
   solve.refresh(k.p.data());
@@ -67,7 +67,7 @@ double curvature_along(PcgSolve& solve, Krylov<Scalar>& k) {
       [&](Index begin, Index end) { return multiply(solve, begin, end, k); });
 }
 
-// Updates the residual, r -= alpha A p, then z, the norm of the residual, and beta for the next
+// Updates the residual (r -= alpha A p), then z, the norm of the residual, and beta for the next
 // direction.
 template <class Scalar>
 void take_step(PcgSolve& solve, Krylov<Scalar>& k, Scalar alpha) {
@@ -80,7 +80,7 @@ void take_step(PcgSolve& solve, Krylov<Scalar>& k, Scalar alpha) {
   });
   const bool had_correction = p.has_correction();
   const double rz = p.complete(solve.loops, square, k.r, k.z);
-  // Another preconditioner: start along its direction.
+  // If the preconditioner has changed, the iteration restarts along the preconditioned residual.
   k.beta = had_correction == p.has_correction() ? rz / k.rz : 0.0;
   k.last_rz = k.rz;
   k.rz = rz;
@@ -94,7 +94,7 @@ double iterate(PcgSolve& solve, Krylov<Scalar>& k, Start start, const StoppingRu
                int& iterations) {
   PcgMemory& m = solve.memory;
   if (start != Start::Resume) begin(solve, k, start == Start::Conjugate);
-  double length = 0.0;  // of the last step along p; x takes it when p changes
+  double length = 0.0;  // length of the last step along p, which is added to x when p changes
   while (k.norm * m.b_norm > stop.norm && iterations < stop.max_iterations) {
     update_direction(solve, k, length);
     length = 0.0;

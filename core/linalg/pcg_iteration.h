@@ -1,25 +1,25 @@
-// The iteration of preconditioned conjugate gradients, in single or double precision. Three
-// parallel regions an iteration, one more with extra terms.
+// Iteration of preconditioned conjugate gradients, in single or double precision. An iteration has
+// three parallel regions, and one more with extra terms.
 #pragma once
 
 #include "core/linalg/pcg_memory.h"
 
 namespace loomstone {
 
-// How a run of iterations begins: from the residual in PcgMemory::residual, along the
-// preconditioned residual (Restart) or conjugate to the last direction (Conjugate); or where the
-// last run of the same system ended (Resume).
+// How a run of iterations begins. Restart and Conjugate use the residual in PcgMemory::residual.
+// Restart goes along the preconditioned residual, and Conjugate keeps conjugacy with the last
+// direction. Resume continues where the last run of the same system ended.
 enum class Start { Restart, Conjugate, Resume };
 
 struct StoppingRule {
   double norm;         // of the iterated residual
-  int max_iterations;  // of the whole solve
+  int max_iterations;  // limit for the whole solve
 };
 
-// Iterates with r and p scaled by 1 / b_norm, so that single precision can neither under- nor
-// overflow; adds to x and `iterations`; returns the norm of the iterated residual. Stops early in
-// single precision where the matrix looks indefinite to it; in double precision throws
-// SolverFailure there. Collective.
+// Iterates with r and p scaled by 1 / b_norm, so that single precision can neither underflow nor
+// overflow. Adds to x and `iterations`. Returns the norm of the iterated residual. If the matrix
+// appears indefinite, stops early in single precision and throws SolverFailure in double precision.
+// Collective.
 template <class Scalar>
 double iterate(PcgSolve& solve, Krylov<Scalar>& k, Start start, const StoppingRule& stop,
                int& iterations);

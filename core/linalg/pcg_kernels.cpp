@@ -104,7 +104,8 @@ LOOMSTONE_INLINE double step(Index first, Index last, Scalar alpha, const Scalar
 
 }  // namespace
 
-// Closed form, definite where the leading minors are positive; as invert_positive_definite.
+// Closed form, as in invert_positive_definite(). A block is positive definite if its leading minors
+// are positive.
 LOOMSTONE_CLONES
 unsigned invert(double* blocks) {
   const Inverse<double> a = load_inverse(blocks);

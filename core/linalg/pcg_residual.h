@@ -1,20 +1,21 @@
-// Residuals b - A x in double precision. Norms are sqrt(r . D^-1 r) with D the diagonal blocks, on
-// free rows.
+// Residuals b - A x in double precision. Norms are sqrt(r . D^-1 r) on free rows, with D the
+// diagonal blocks.
 #pragma once
 
 #include "core/linalg/pcg_memory.h"
 
 namespace loomstone {
 
-// Sets PcgMemory::residual to b - A x, zero on fixed rows; returns its norm. Collective.
+// Sets PcgMemory::residual to b - A x, with zeros on fixed rows. Returns its norm. Collective.
 double true_residual(PcgSolve& solve, const Points& b, bool x_is_zero);
 
-// The same where matrix_times_x is known and only b and the terms differ from the last solve; to
-// single precision, as the iteration that left it. Collective.
+// As true_residual(), but computed from matrix_times_x. Requires that only b and the terms differ
+// from the last solve. The result has single precision, like the iteration that left
+// matrix_times_x. Collective.
 double known_residual(PcgSolve& solve, const Points& b);
 
-// Keeps the iteration of a solve that stopped early, with the matrix times x, from its residual in
-// single precision. Collective.
+// Keeps the iteration of a solve that stopped early. Computes matrix_times_x from its
+// single-precision residual. Collective.
 void keep_iteration(PcgSolve& solve, const Points& b);
 
 }  // namespace loomstone

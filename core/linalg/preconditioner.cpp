@@ -8,11 +8,11 @@ namespace loomstone {
 
 namespace {
 
-// Where the inverse diagonal blocks of a slice begin.
+// Returns the offset of the inverse diagonal blocks of a slice.
 std::size_t inverse_at(Index slice) { return 48 * static_cast<std::size_t>(slice); }
 
-// Writes the inverse diagonal blocks of a slice to `out` (6 x 8). Returns the first of its rows
-// whose block is not positive definite, or the number of rows.
+// Writes the inverse diagonal blocks of a slice to `out` (6 x 8). Returns the first row of the
+// slice whose block is not positive definite, or the number of rows if there is none.
 Index invert_slice(const LinearSystem& system, const TermRows& terms, const SlicedEllpack& slices,
                    Index slice, float* out) {
   const Index* rows = slices.rows.data() + 8 * static_cast<std::size_t>(slice);
@@ -29,7 +29,7 @@ Index invert_slice(const LinearSystem& system, const TermRows& terms, const Slic
   Index first_bad = slices.n_rows();
   for (int l = 0; l < 8; ++l) {
     if (bad >> l & 1) first_bad = std::min(first_bad, rows[l]);
-    // More than what rounding to single precision may take away, so that the stored block stays
+    // The increment exceeds the rounding error of single precision, so that the stored block stays
     // positive definite.
     const double more = 0x1p-22 * (blocks[l] + blocks[24 + l] + blocks[40 + l]);
     for (const int e : {0, 3, 5}) blocks[8 * e + l] += more;

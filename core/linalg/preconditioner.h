@@ -1,6 +1,7 @@
-// Preconditioners P of conjugate gradients, made from a system and its terms: the inverse diagonal
-// blocks (block Jacobi), these plus a correction by aggregation multigrid, or symmetric
-// Gauss-Seidel. Vectors r and z by slices, as in pcg_kernels.h.
+// Preconditioners P of conjugate gradients, built from a system and its terms. There are three
+// kinds: inverse diagonal blocks (block Jacobi), inverse diagonal blocks plus a correction by
+// aggregation multigrid, and symmetric Gauss-Seidel. Vectors r and z are stored by slices, as in
+// pcg_kernels.h.
 #pragma once
 
 #include <vector>
@@ -19,9 +20,10 @@ class Preconditioner {
  public:
   enum class Kind { BlockJacobi, Multigrid, GaussSeidel };
 
-  // To be called when the slices are laid out for another pattern.
+  // Must be called after the slices have been built for another pattern.
   void forget_pattern() { has_levels_ = false; }
-  // Throws SolverFailure on all ranks where a diagonal block is not positive definite. Collective.
+  // Builds the preconditioner. Throws SolverFailure on all ranks if a diagonal block is not
+  // positive definite. Collective.
   void make(Kind kind, const RowLoops& loops, const LinearSystem& system, const TermRows& terms,
             const SlicedEllpack& slices);
   // Copies the inverse diagonal blocks to double precision.
@@ -32,22 +34,23 @@ class Preconditioner {
   template <class Scalar>
   const Scalar* inverse() const;
 
-  // Multigrid only, and given up by complete() where a cycle turns out indefinite.
+  // Returns whether there is a multigrid correction. complete() gives it up if a cycle is
+  // indefinite.
   bool has_correction() const { return uses_levels_; }
-  // The correction (four numbers a slot) to add to z; null where there is none.
+  // Returns the correction to add to z, with four numbers per slot, or null if there is none.
   const float* correction() const { return uses_levels_ ? levels_.correction() : nullptr; }
-  const Index* slots() const { return slots_.data(); }  // (slices x 8) of the correction
+  const Index* slots() const { return slots_.data(); }  // (slices x 8) slots of the correction
 
-  // Sums r of the slices [first, last), which make up one block of rows, for the coarse levels.
+  // Sums r of slices [first, last) for the coarse levels. The slices must form one block of rows.
   template <class Scalar>
   void restrict_residual(Index first, Index last, const std::vector<Scalar>& r) {
     if (!uses_levels_) return;
     levels_.clear_residual(8 * first / rows_per_block);
     pcg::add_up(first, last, slots_.data(), r.data(), levels_.residual());
   }
-  // Returns r . P^-1 r, where z is r times the inverse diagonal blocks and `square` is r . z.
-  // Gauss-Seidel replaces z; multigrid finds the correction of a residual that was restricted.
-  // Collective.
+  // Completes z = P^-1 r and returns r . z. On entry, z is r times the inverse diagonal blocks, and
+  // `square` is r . z. Gauss-Seidel replaces z. Multigrid computes the correction from the
+  // restricted residual and does not change z. Collective.
   template <class Scalar>
   double complete(const RowLoops& loops, double square, const std::vector<Scalar>& r,
                   std::vector<Scalar>& z);
@@ -63,7 +66,7 @@ class Preconditioner {
   SymmetricGaussSeidel gauss_seidel_;
   AggregationMultigrid levels_;
   std::vector<Index> slots_;
-  bool has_levels_ = false;  // for the pattern of the slices
+  bool has_levels_ = false;  // levels exist for the pattern of the slices
   bool uses_levels_ = false;
 };
 

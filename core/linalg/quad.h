@@ -1,4 +1,4 @@
-// A row of a vector with four numbers a row, the fourth zero, as one vector register.
+// A row of four numbers, the fourth of which is zero, as one vector register.
 #pragma once
 
 #include "core/base/simd.h"
@@ -28,7 +28,7 @@ LOOMSTONE_INLINE void quad_store(float* p, const FloatQuad& a) {
   __builtin_memcpy(p, &a, sizeof(FloatQuad));
 }
 
-// Sum of lanes in order.
+// Returns the sum of the lanes, added in order.
 LOOMSTONE_INLINE double quad_sum(const Quad& a) { return ((a[0] + a[1]) + a[2]) + a[3]; }
 
 }  // namespace loomstone

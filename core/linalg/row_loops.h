@@ -1,6 +1,6 @@
-// Loops over the blocks of rows that this rank owns, and sums over the rows of all ranks: every
-// block is summed by one thread, block sums are added in order, so the bits depend neither on
-// threads nor on ranks.
+// Loops over the blocks of rows that this rank owns, and sums over the rows of all ranks. One
+// thread sums each block, and block sums are added in order. Results are therefore bitwise
+// independent of the number of threads and ranks.
 #pragma once
 
 #include <algorithm>
@@ -20,10 +20,10 @@ class RowLoops {
 
   const Team& team() const { return team_; }
   const RowLayout& layout() const { return layout_; }
-  // Sum over all ranks.
+  // Number of blocks of all ranks.
   Index n_blocks() const { return (layout_.n_rows() + rows_per_block - 1) / rows_per_block; }
 
-  // Calls body(block, begin, end) on the owned blocks, every thread on a range of them.
+  // Calls body(block, begin, end) on the owned blocks. Each thread processes a range of blocks.
   template <class Body>
   void over_blocks(Body&& body) const {
     const OwnedBlocks owned = owned_blocks(layout_);
@@ -37,14 +37,14 @@ class RowLoops {
     });
   }
 
-  // Sum of body(begin, end) over all blocks of rows of all ranks. Collective.
+  // Returns the sum of body(begin, end) over all blocks of all ranks. Collective.
   template <class Body>
   double sum_over_blocks(Body&& body) {
     over_blocks([&](Index block, Index begin, Index end) { sums_[block] = body(begin, end); });
     return layout_.ordered_sum(sums_);
   }
 
-  // The same on slices: body(first slice, last slice).
+  // As sum_over_blocks(), but calls body(first, last) with slices.
   template <class Body>
   double sum_over_slices(Body&& body) {
     return sum_over_blocks([&](Index begin, Index end) {

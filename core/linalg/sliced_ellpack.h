@@ -1,8 +1,8 @@
-// Sliced-ELLPACK layout of a block matrix: slices of eight rows, which kernels process at once,
-// sorted by row length (Monakov, Lokhmotov and Avetisyan, HiPEAC 2010). Slot s of a slice holds the
-// s-th off-diagonal block of each of its rows. Rows are sorted only within blocks of rows_per_block
-// rows, which slices do not cross; rows of equal length share a slice, so little padding is needed.
-// Rows that follow the matrix (bodies) have a diagonal block alone.
+// Sliced-ELLPACK layout of a block matrix (Monakov, Lokhmotov and Avetisyan, HiPEAC 2010). Rows are
+// grouped in slices of eight, which kernels process at once. Slot s of a slice contains the s-th
+// off-diagonal block of each of its rows. Rows are sorted by length within blocks of rows_per_block
+// rows, so that slices need little padding. Slices do not cross these blocks. Rows that follow the
+// matrix (bodies) have only a diagonal block.
 #pragma once
 
 #include <vector>
@@ -13,21 +13,21 @@ namespace loomstone {
 
 class SlicedEllpack {
  public:
-  // Lays out slices for the rows of the matrix (may be null) and those that follow up to n_rows.
-  // Returns false where the layout is that of this pattern already.
+  // Builds the slices for the rows of the matrix (may be null) and for the rows that follow, up to
+  // n_rows. Returns false if the layout already has this pattern.
   bool set_pattern(const BlockMatrix* matrix, Index n_rows);
 
   Index n_rows() const { return n_rows_; }
   Index n_slices() const { return static_cast<Index>(slot_start.size()) - 1; }
-  // Slices of the rows [begin, end), which are whole blocks of rows_per_block rows (the last may be
-  // shorter).
+  // Return the range of slices of rows [begin, end). The rows must be whole blocks of
+  // rows_per_block rows; only the last block may be shorter.
   static Index first_slice(Index begin) { return begin / 8; }
   static Index last_slice(Index end) { return (end + 7) / 8; }
 
-  std::vector<Index> rows;           // (slices x 8) n_rows() where a lane is empty
-  std::vector<Index> place;          // (rows) 8 slice + lane
-  std::vector<Index> slot_start{0};  // (slices + 1)
-  std::vector<Index> columns;        // (slots x 8) the row itself in padding
+  std::vector<Index> rows;           // (slices x 8) row of each lane; n_rows() if empty
+  std::vector<Index> place;          // (rows) 8 slice + lane of each row
+  std::vector<Index> slot_start{0};  // (slices + 1) first slot of each slice
+  std::vector<Index> columns;        // (slots x 8) column of each block; the row itself in padding
   std::vector<Index> sources;        // (slots x 8) block of the matrix; -1 in padding
 
  private:

@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// Inverse of a symmetric positive definite matrix; false (and `inverse` untouched) where it is not,
-// by its leading minors.
+// Inverts a symmetric positive definite matrix. If a leading minor is not positive, returns false
+// and leaves `inverse` unchanged.
 inline bool invert_positive_definite(const Mat3& a, Mat3& inverse) {
   const double c00 = a(1, 1) * a(2, 2) - a(1, 2) * a(1, 2);
   const double c01 = a(0, 2) * a(1, 2) - a(0, 1) * a(2, 2);
@@ -24,15 +24,15 @@ inline bool invert_positive_definite(const Mat3& a, Mat3& inverse) {
   return true;
 }
 
-// Eigenvalues of a symmetric 2x2 matrix, larger first.
+// Returns the eigenvalues of a symmetric 2x2 matrix, the larger one first.
 inline Vec2 symmetric_eigenvalues(const Mat2& a) {
   const double mean = 0.5 * (a(0, 0) + a(1, 1));
   const double radius = std::hypot(0.5 * (a(0, 0) - a(1, 1)), a(0, 1));
   return {mean + radius, mean - radius};
 }
 
-// Symmetric 2x2 matrix with its negative eigenvalues replaced by zero. With eigenvalues l > 0 > m
-// the projector on the first is (A - m I) / (l - m).
+// Returns a symmetric 2x2 matrix with its negative eigenvalues replaced by zero. For eigenvalues l
+// > 0 > m, the projector on the eigenvector of l is (A - m I) / (l - m).
 inline Mat2 positive_part(const Mat2& a) {
   const Vec2 eigenvalues = symmetric_eigenvalues(a);
   if (eigenvalues[1] >= 0.0) return a;
@@ -41,9 +41,9 @@ inline Mat2 positive_part(const Mat2& a) {
          (a - eigenvalues[1] * Mat2::Identity());
 }
 
-// One eigenvalue of a symmetric 3x3 matrix, the one farther from the other two, and its
-// eigenvector. Smith, "Eigenvalues of a symmetric 3x3 matrix", Comm. ACM 4 (1961), for the
-// eigenvalue; the vector as the longest cross product of two rows of A - lambda I.
+// The eigenvalue of a symmetric 3x3 matrix that is farthest from the other two, with its
+// eigenvector. The eigenvalue follows Smith, "Eigenvalues of a symmetric 3x3 matrix", Comm. ACM 4
+// (1961). The eigenvector is the longest cross product of two rows of A - lambda I.
 struct EigenPair {
   double value = 0.0;
   Vec3 vector = Vec3::UnitX();
@@ -54,8 +54,8 @@ inline EigenPair separate_eigenpair(const Mat3& a) {
   const double size = std::sqrt(deviator.squaredNorm() / 6.0);
   if (!(size > 0.0)) return {mean, Vec3::UnitX()};
   const double half_determinant = std::clamp(0.5 * (deviator / size).determinant(), -1.0, 1.0);
-  // cos(3 angle) = half_determinant: >= 0 where the largest eigenvalue stands apart, else the
-  // smallest does.
+  // cos(3 angle) = half_determinant. If it is >= 0, the largest eigenvalue is the separate one,
+  // otherwise the smallest.
   const double angle = std::acos(std::abs(half_determinant)) / 3.0;
   const double value = mean + std::copysign(2.0 * size * std::cos(angle), half_determinant);
   const Mat3 shifted = a - value * Mat3::Identity();
@@ -68,8 +68,8 @@ inline EigenPair separate_eigenpair(const Mat3& a) {
   return {value, longest / length};
 }
 
-// Symmetric 3x3 matrix with its negative eigenvalues replaced by zero: the separate eigenpair is
-// taken out, the rest is a 2x2 problem across it.
+// Returns a symmetric 3x3 matrix with its negative eigenvalues replaced by zero. The separate
+// eigenpair is treated first. The rest is a 2x2 problem in the plane perpendicular to it.
 inline Mat3 positive_part(const Mat3& a) {
   const EigenPair apart = separate_eigenpair(a);
   const Vec3 u = apart.vector.unitOrthogonal(), w = apart.vector.cross(u);
@@ -82,7 +82,8 @@ inline Mat3 positive_part(const Mat3& a) {
          across * positive_part(symmetric) * across.transpose();
 }
 
-// Rotation nearest to a 2x2 matrix with positive determinant (polar decomposition F = R U).
+// Returns the rotation nearest to a 2x2 matrix with positive determinant (polar decomposition F = R
+// U).
 inline Mat2 polar_rotation(const Mat2& f) {
   const double c = f(0, 0) + f(1, 1), s = f(1, 0) - f(0, 1), length = std::hypot(c, s);
   Mat2 rotation;

@@ -1,4 +1,4 @@
-// The linear solvers behind LinearSolver.
+// Factory functions of the linear solvers.
 #pragma once
 
 #include "core/linalg/linear_solver.h"

@@ -10,9 +10,10 @@ namespace loomstone {
 
 namespace {
 
-// Rows block by block, for the caches, and within a block by level of dependency: one more than the
-// largest level of the earlier rows of the block that the row is coupled to. Rows of one level do
-// not depend on one another. The order within a block changes nothing but rounding.
+// Returns the rows ordered by block and, within a block, by dependency level. The order by block
+// improves cache use. The level of a row is one more than the largest level among earlier rows of
+// the block to which it is coupled. Rows of one level do not depend on each other. The order within
+// a block affects only rounding.
 std::vector<Index> order_by_level(const BlockMatrix* matrix, Index n_rows) {
   std::vector<Index> level(n_rows, 0), order(n_rows);
   std::iota(order.begin(), order.end(), Index{0});
@@ -52,7 +53,8 @@ LOOMSTONE_INLINE Row inverse_times(const float* m, const Row& v) {
   return (load_as<Row>(m) * v[0] + load_as<Row>(m + 4) * v[1]) + load_as<Row>(m + 8) * v[2];
 }
 
-// Cyclic diagonals of a block A: with d = (00 11 22), b = (01 12 20), c = (02 10 21)
+// Forward and backward sweep. Returns r . z. Blocks A are stored by cyclic diagonals d = (00 11
+// 22), b = (01 12 20) and c = (02 10 21):
 //   A v = d v + b yzx(v) + c zxy(v),   A^T v = d v + yzx(c v) + zxy(b v).
 template <class Scalar, class Row>
 LOOMSTONE_INLINE double sweep(const Tables& s, const Scalar* r, Scalar* z, Scalar* t, Scalar* u) {
@@ -130,7 +132,7 @@ void SymmetricGaussSeidel::prepare(const LinearSystem& system, const SlicedEllpa
     order_rows(system, slices);
     pattern_start_ = start, pattern_columns_ = columns;
   }
-  constexpr int entries[9] = {0, 4, 8, 3, 7, 2, 6, 1, 5};  // of a column-major block
+  constexpr int entries[9] = {0, 4, 8, 3, 7, 2, 6, 1, 5};  // indices in a column-major block
   lower_.resize(9 * source_.size() + 3);
   for (std::size_t k = 0; k < source_.size(); ++k) {
     const double* block = system.matrix->block(source_[k]);

@@ -1,7 +1,7 @@
-// Symmetric block Gauss-Seidel as a preconditioner: z = (S + L)^-T S (S + L)^-1 r with L the
-// strictly lower blocks of the matrix and S the diagonal blocks, extra terms included. Rounding in
-// it changes only the number of iterations, so L is stored in single precision, once for both
-// sweeps. Sequential.
+// Symmetric block Gauss-Seidel as a preconditioner: z = (S + L)^-T S (S + L)^-1 r. L contains the
+// strictly lower blocks of the matrix, and S the diagonal blocks including extra terms. Rounding of
+// L affects only the number of iterations, so L is stored in single precision. One copy serves both
+// sweeps. The sweeps are sequential.
 #pragma once
 
 #include <vector>
@@ -13,26 +13,27 @@ namespace loomstone {
 
 class SymmetricGaussSeidel {
  public:
-  // inverse (slices x 6 x 8): S^-1, zero on fixed rows; see pcg_kernels.h.
+  // `inverse` (slices x 6 x 8) contains S^-1, with zeros on fixed rows; see pcg_kernels.h.
   void prepare(const LinearSystem& system, const SlicedEllpack& slices,
                const std::vector<float>& inverse);
 
-  // z from r, both by slices (slices x 3 x 8); returns r . z.
+  // Computes z from r, both stored by slices (slices x 3 x 8). Returns r . z.
   template <class Scalar>
   double apply(const std::vector<Scalar>& r, std::vector<Scalar>& z);
 
  private:
   void order_rows(const LinearSystem& system, const SlicedEllpack& slices);
 
-  // Order of the rows in which a row seldom depends on the one just before it; kept while the
-  // pattern stays.
+  // Row order in which a row seldom depends on the row before it. Reused while the pattern is
+  // unchanged.
   std::vector<Index> order_, pattern_start_, pattern_columns_;
-  std::vector<Index> offset_;          // (rows) of each place of the order: its row in r and z
-  std::vector<Index> start_, column_;  // (rows + 1) by place; (blocks of L)
-  std::vector<Index> source_;          // (blocks of L) block of the matrix
+  std::vector<Index> offset_;  // (rows) offset of each row in r and z, in this order
+  std::vector<Index> start_,
+      column_;                 // (rows + 1) first block of each row, in this order; (blocks of L)
+  std::vector<Index> source_;  // (blocks of L) block of the matrix
   // Scratch of one solve.
-  std::vector<float> lower_;    // (blocks of L x 9) 00 11 22 01 12 20 02 10 21; 3 more at the end
-  std::vector<float> inverse_;  // (rows x 12) by place
+  std::vector<float> lower_;    // (9 x blocks of L + 3) entries 00 11 22 01 12 20 02 10 21
+  std::vector<float> inverse_;  // (rows x 12) in this order
   std::vector<float> t_, u_;    // (rows x 4)
   std::vector<double> wide_t_, wide_u_;
 };

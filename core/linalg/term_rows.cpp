@@ -32,7 +32,7 @@ void TermRows::build(const ExtraTerms* terms, double scale, const RowLayout& lay
       if (layout.owns(parts_[p].row))
         slots_[row_start_[parts_[p].row]++] = {static_cast<Index>(t), parts_[p].arm,
                                                parts_[p].weight};
-  // Filling moved every start to its end, which is the next row's start.
+  // Filling has moved each start to the start of the next row. This loop moves the starts back.
   for (Index row = layout.n_rows(); row > 0; --row) row_start_[row] = row_start_[row - 1];
   row_start_[0] = 0;
   forces_.resize(hessians_.size());
@@ -74,7 +74,7 @@ template void TermRows::evaluate(const Team&, const float*);
 Mat3 TermRows::diagonal(Index row) const {
   Mat3 sum = Mat3::Zero();
   for (Index k = row_start_[row]; k < row_start_[row + 1];) {
-    // A row may enter a term more than once.
+    // A row can occur in a term more than once.
     const Index t = slots_[k].term;
     Mat3 jacobian = Mat3::Zero();
     for (; k < row_start_[row + 1] && slots_[k].term == t; ++k)

@@ -1,6 +1,6 @@
-// Extra terms of one solve, applied without a matrix: each term computes its force once, then each
-// row gathers from its terms in ascending order, so that no two threads write the same slot. What
-// an iteration reads of a term is stored together.
+// Extra terms of one solve, applied without an assembled matrix. Each term computes its force once.
+// Each row then gathers the forces of its terms in ascending order, so that no two threads write to
+// the same location. The data of a term is stored contiguously.
 #pragma once
 
 #include <algorithm>
@@ -14,11 +14,11 @@ namespace loomstone {
 
 class TermRows {
  public:
-  // Copies the terms (may be null) that touch an owned row; `scale` multiplies every H.
+  // Copies the terms (may be null) that act on an owned row. `scale` multiplies every H.
   void build(const ExtraTerms* terms, double scale, const RowLayout& layout);
   bool empty() const { return hessians_.empty(); }
   bool touches(Index row) const { return !empty() && row_start_[row + 1] > row_start_[row]; }
-  // Calls body(row) on the owned rows of [begin, end) that terms touch, ascending.
+  // Calls body(row) on the owned rows of [begin, end) on which terms act, in ascending order.
   template <class Body>
   void for_touched(Index begin, Index end, Body&& body) const {
     for (auto row = std::lower_bound(touched_.begin(), touched_.end(), begin);
@@ -26,21 +26,21 @@ class TermRows {
       body(*row);
   }
 
-  // Force of every term that touches an owned row, at x (4 numbers a row).
+  // Computes the force of every copied term at x, which has 4 numbers per row.
   template <class Scalar>
   void evaluate(const Team& team, const Scalar* x);
-  // sum J^T force over the terms of an owned row.
+  // Returns the sum of J^T force over the terms of an owned row.
   Vec3 force(Index row) const;
-  // sum J^T (scale H) J over the terms of a row.
+  // Returns the sum of J^T (scale H) J over the terms of a row.
   Mat3 diagonal(Index row) const;
 
  private:
-  // An entry of a term; most have no arm.
+  // An entry of a term. Most entries have no arm.
   struct Part {
-    Index row, arm;  // arm: place in arms_, -1 for none
+    Index row, arm;  // arm: index in arms_, or -1
     double weight;
   };
-  // The part of a term that touches a row, with its arm and weight: rows read their slots in order.
+  // Entry of a term in a given row. Each row reads its slots in order.
   struct Slot {
     Index term, arm;
     double weight;
@@ -50,13 +50,13 @@ class TermRows {
   }
 
   double scale_ = 0.0;
-  std::vector<Mat3> hessians_;     // (terms that touch an owned row, ascending)
-  std::vector<Index> part_start_;  // (terms + 1)
+  std::vector<Mat3> hessians_;     // (copied terms), in ascending order
+  std::vector<Index> part_start_;  // (terms + 1) first part of each term
   std::vector<Part> parts_;
   std::vector<Vec3> arms_, forces_;
-  std::vector<Index> row_start_;  // (rows + 1) into slots_
-  std::vector<Slot> slots_;       // of owned rows, ascending term
-  std::vector<Index> touched_;    // owned rows with slots, ascending
+  std::vector<Index> row_start_;  // (rows + 1) first slot of each row
+  std::vector<Slot> slots_;       // slots of owned rows, sorted by row and term
+  std::vector<Index> touched_;    // owned rows with slots, in ascending order
 };
 
 }  // namespace loomstone

@@ -61,14 +61,13 @@ class ClusterTree {
   const SlabGroup& leaf_boxes(Index cluster) const { return leaf_boxes_[cluster / slab_lanes]; }
   const PackedSlabs* vertex_boxes() const {
     return vertex_boxes_;
-    // Vertex boxes of all surfaces, as passed to the last refit.
+    // Returns the vertex boxes of all surfaces that the last refit received.
   }
 
   const Features& faces() const { return faces_; }
   const Features& edges() const { return edge_features_; }
-  const Features& vertices() const {
-    return vertices_;
-  }  // `corners` contains the ids, `id` is empty
+  // Vertices are identified by `corners`. Their `id` is empty.
+  const Features& vertices() const { return vertices_; }
   std::size_t bytes() const;
 
  private:
@@ -85,10 +84,9 @@ class ClusterTree {
   Index n_clusters_ = 0;
   double built_area_ = -1.0;  // total box area of newly formed clusters [m^2]; -1: none formed
   Features faces_, edge_features_, vertices_;
-  std::vector<std::vector<SlabGroup>>
-      levels_;                         // node boxes of each level; the last level has one group
-  SlabGroup root_;                     // box of the root in lane 0
-  std::vector<SlabGroup> leaf_boxes_;  // boxes of the clusters
+  std::vector<std::vector<SlabGroup>> levels_;  // node boxes by level
+  SlabGroup root_;                              // box of the root in lane 0
+  std::vector<SlabGroup> leaf_boxes_;           // boxes of the clusters
   int version_ = 0;
   const PackedSlabs* vertex_boxes_ = nullptr;
 };

@@ -85,8 +85,7 @@ void NeighbourLists::find_members(Index surface) {
                                                corners + 3 * slab_lanes * (c + 1));
     std::sort(begin, members.vertices.end());
     members.vertices.erase(std::unique(begin, members.vertices.end()), members.vertices.end());
-    const auto none = members.vertices.begin() +
-                      members.start.back();  // after sorting, empty lanes (-1) come first
+    const auto none = members.vertices.begin() + members.start.back();  // empty lanes sort first
     if (none != members.vertices.end() && *none < 0) members.vertices.erase(none);
     members.start.push_back(static_cast<Index>(members.vertices.size()));
   }

@@ -70,8 +70,8 @@ class NeighbourLists {
     double radius = 0.0;         // [m]
   };
 
-  bool other_trees()
-      const;  // Returns whether trees were rebuilt since the last search for cluster pairs.
+  // Returns whether trees were rebuilt since the last search for cluster pairs.
+  bool other_trees() const;
   void find_members(Index surface);
   void find_motions(const Team& team, const Points& x0, const Points& x1);
   double change_bound(const NeighbourList& list) const;
@@ -90,8 +90,8 @@ class NeighbourLists {
   const std::vector<SurfacePair>& pairs_;
   BroadPhase& broad_phase_;
   const std::size_t most_per_cluster_;
-  std::vector<double> base_,
-      most_slack_;                 // base distance and largest slack of each surface pair [m]
+  // Base distance and largest slack of each surface pair [m].
+  std::vector<double> base_, most_slack_;
   std::vector<double> inflation_;  // inflation of the vertex boxes of each surface [m]
   Points x_;                       // positions of the last update()
   Points from_, to_;               // expected motion in the last search for cluster pairs

@@ -47,9 +47,8 @@ class Displacements {
   std::vector<WithheldMotion> withheld() const;
 
  private:
-  static constexpr Index none = -1,
-                         // `none`: not carried; `local`: carried by an individual displacement.
-      local = -2;
+  // Carriers other than surfaces: no carrier, and an individual displacement.
+  static constexpr Index none = -1, local = -2;
 
   void set_carrier(Index v, Index carrier, const Vec3& motion);
   void apply(Index unit);
@@ -59,8 +58,9 @@ class Displacements {
   Points& x1_;
   const Vector& inverse_mass_;
   FreeBodies& bodies_;
-  Points wanted_,
-      carry_;  // (n x 3) requested displacement; carry of each unit, for a body that of its centre
+  // (n x 3) Requested displacement of each vertex, and carry of each unit. The carry of a body is
+  // the carry of its centre.
+  Points wanted_, carry_;
   std::vector<double> share_;   // (n) kept share of the relative motion of each unit
   std::vector<Index> carrier_;  // (n) carrier of each unit: a surface, none or local
   std::vector<std::uint8_t> changed_;

@@ -15,18 +15,18 @@ struct CollisionSurface {
   Kind kind = Kind::Cloth;
   Index first_vertex = 0, n_vertices = 0;
   Index first_triangle = 0, n_triangles = 0;
-  double thickness =
-      1e-3;               // contact distance to itself [m]; the mean applies to a pair of surfaces
-  double friction = 0.3;  // coefficient [1]; the geometric mean applies to a pair of surfaces
+  double thickness = 1e-3;     // contact distance to itself [m]; pairs of surfaces use the mean
+  double friction = 0.3;       // coefficient [1]; pairs of surfaces use the geometric mean
   bool self_collision = true;  // cloth only
   int body = -1;               // index of the rigid body (Kind::Body)
-  bool smooth = false;         // use interpolated vertex normals, no edge forces
+  // Contact normals are interpolated from vertex normals, and edges exert no contact force.
+  bool smooth = false;
 };
 
 // Row of the linear system that determines the motion of each collision vertex.
 struct VertexRows {
-  std::vector<Index>
-      row;  // cloth row or translation row of the body; -1 if the motion is prescribed
+  // Cloth row or translation row of the body. -1: the motion is prescribed.
+  std::vector<Index> row;
   std::vector<std::uint8_t> is_body;
 };
 

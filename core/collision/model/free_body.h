@@ -10,11 +10,11 @@ namespace loomstone {
 
 struct FreeBody {
   Index surface = -1;  // index in CollisionModel::surfaces
-  const Points* local =
-      nullptr;                // (k x 3) vertices in body axes, relative to the centre of mass [m]
+  // (k x 3) Vertices in body axes, relative to the centre of mass [m].
+  const Points* local = nullptr;
   double inverse_mass = 0.0;  // [1/kg]
-  Mat3 inverse_inertia =
-      Mat3::Zero();        // about the centre of mass, world axes, at the start [1/(kg m^2)]
+  // About the centre of mass, in world axes, at the start [1/(kg m^2)].
+  Mat3 inverse_inertia = Mat3::Zero();
   bool supported = false;  // pressed on an obstacle; clean-up does not move the body
   RigidPose start, end;    // poses of the centre of mass; corrections change `end`
   // Total correction of the end pose. Division by the step gives the change of linear and angular

@@ -16,9 +16,8 @@ struct ClosestPair {
   bool interior;                  // the closest points lie inside the face, or inside both edges
 };
 
-using FourPoints =
-    // Vertex and face corners, or ends of edge a and then of edge b.
-    std::array<Vec3, 4>;
+// Vertex and face corners, or ends of edge a and then of edge b.
+using FourPoints = std::array<Vec3, 4>;
 
 ClosestPair closest_vertex_face(const FourPoints& points);
 ClosestPair closest_edge_edge(const FourPoints& points);

@@ -93,7 +93,7 @@ struct Sides {
   unsigned positive, negative;  // bit 4 k + i: sign of coordinate k of side i over the whole piece
 };
 
-LOOMSTONE_INLINE unsigned lane_bits(const decltype(Lanes{} < Lanes{}) & mask) {
+LOOMSTONE_INLINE unsigned lane_bits(const decltype(Lanes{} < Lanes{})& mask) {
   unsigned bits = 0;
   for (int i = 0; i < n_lanes; ++i) bits |= (mask[i] != 0) << i;
   return bits;

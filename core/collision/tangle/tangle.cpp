@@ -183,9 +183,8 @@ void TangleFinder::join_contours(const Points& x, Tangle& tangle) const {
   });
   std::vector<Index> parent(piercings.size());
   std::iota(parent.begin(), parent.end(), Index{0});
-  std::vector<Vec3> bend(
-      piercings.size(),
-      Vec3::Zero());  // sum of unit directions of the contour segments at this piercing
+  // Sum of unit directions of the contour segments at each piercing.
+  std::vector<Vec3> bend(piercings.size(), Vec3::Zero());
   const auto place = [&](const Piercing& p) {
     return Vec3(p.weights[0] * point(x, p.vertices[0]) + p.weights[1] * point(x, p.vertices[1]));
   };
