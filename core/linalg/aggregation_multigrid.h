@@ -37,12 +37,10 @@ class AggregationMultigrid {
   Index slot(Index row) const { return slot_[row]; }
   Index unused_slot(Index block) const { return n_nodes_ + block; }
   void clear_residual(Index block);
-  float* residual() {
-    return residual_.data();
-  }  // (slots x 4) sums of the residuals of rows, filled by the caller
-  const float* correction() const {
-    return correction_.data();
-  }  // (slots x 4) fourth number and last slots are zero
+  // (slots x 4) Sums of the residuals of rows, filled by the caller.
+  float* residual() { return residual_.data(); }
+  // (slots x 4) Correction. The fourth column and the slots without an aggregate are zero.
+  const float* correction() const { return correction_.data(); }
 
   // Computes the correction for the residual. Returns the product of both. Collective.
   double solve(const Team& team, const RowLayout& layout);
@@ -56,8 +54,8 @@ class AggregationMultigrid {
     // Empty on the coarsest level.
     std::vector<Index> child_start;
     std::vector<Index> target;  // (blocks) block of the next level to which each is added
-    std::vector<float>
-        inverse;  // (nodes x 12) damped inverse diagonal blocks, with columns of four
+    // (nodes x 12) Damped inverse diagonal blocks. Columns are padded to four numbers.
+    std::vector<float> inverse;
     // (nodes + 1, x 4) The last row belongs to empty lanes.
     std::vector<float> residual, solution, product;
   };

@@ -21,9 +21,8 @@ class BlockMatrix {
   Index n_blocks() const { return static_cast<Index>(columns_.size()); }
   const std::vector<Index>& row_start() const { return row_start_; }  // (n_rows + 1)
   const std::vector<Index>& columns() const { return columns_; }      // (n_blocks)
-  const std::vector<Index>& diagonal() const {
-    return diagonal_;
-  }  // (n_rows) position of the diagonal block
+  // (n_rows) Index of the diagonal block of each row.
+  const std::vector<Index>& diagonal() const { return diagonal_; }
   // Returns the index of block (row, column), or -1 if the pattern does not contain it.
   Index find(Index row, Index column) const;
 

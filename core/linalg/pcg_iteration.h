@@ -12,7 +12,7 @@ namespace loomstone {
 enum class Start { Restart, Conjugate, Resume };
 
 struct StoppingRule {
-  double norm;         // of the iterated residual
+  double norm;         // norm of the iterated residual at which to stop
   int max_iterations;  // limit for the whole solve
 };
 

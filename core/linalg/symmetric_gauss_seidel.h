@@ -28,8 +28,8 @@ class SymmetricGaussSeidel {
   // unchanged.
   std::vector<Index> order_, pattern_start_, pattern_columns_;
   std::vector<Index> offset_;  // (rows) offset of each row in r and z, in this order
-  std::vector<Index> start_,
-      column_;                 // (rows + 1) first block of each row, in this order; (blocks of L)
+  // (rows + 1) First block of each row, in this order; (blocks of L) column of each block.
+  std::vector<Index> start_, column_;
   std::vector<Index> source_;  // (blocks of L) block of the matrix
   // Scratch of one solve.
   std::vector<float> lower_;    // (9 x blocks of L + 3) entries 00 11 22 01 12 20 02 10 21

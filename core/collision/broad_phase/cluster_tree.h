@@ -59,10 +59,8 @@ class ClusterTree {
   Index n_clusters() const { return n_clusters_; }
   // Returns the group whose lane cluster % 8 is the box around the features of the cluster.
   const SlabGroup& leaf_boxes(Index cluster) const { return leaf_boxes_[cluster / slab_lanes]; }
-  const PackedSlabs* vertex_boxes() const {
-    return vertex_boxes_;
-    // Returns the vertex boxes of all surfaces that the last refit received.
-  }
+  // Returns the vertex boxes of all surfaces that the last refit received.
+  const PackedSlabs* vertex_boxes() const { return vertex_boxes_; }
 
   const Features& faces() const { return faces_; }
   const Features& edges() const { return edge_features_; }
