@@ -13,8 +13,9 @@ namespace loomstone {
 
 struct Candidates {
   std::vector<std::array<Index, 2>> vertex_face;  // (vertex, triangle), in ascending order
-  std::vector<std::array<Index, 2>> edge_edge;    // (edge, edge) as rows of `edges`
-  Edges edges;                                    // sorted unique vertex pairs
+  std::vector<std::array<Index, 2>>
+      edge_edge;  // rows of `edges`, smaller row first, in ascending order
+  Edges edges;    // sorted unique vertex pairs
 };
 
 // Returns the pairs that share no vertex and whose 18-DOPs overlap. The 18-DOPs enclose the motion

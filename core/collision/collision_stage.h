@@ -1,5 +1,5 @@
 // Collision handling of one step. Contacts are found at the start of the step. They enter an
-// implicit solve as extra terms; after an explicit solve, impulses correct the motion.
+// implicit solve as extra terms, or impulses correct the motion after an explicit step.
 // Certification then removes impacts from the whole motion by continuous collision detection,
 // clean-up and withheld motion.
 #pragma once
@@ -27,8 +27,8 @@ class CollisionStage {
   explicit CollisionStage(const CollisionModel& model);
   ~CollisionStage();
 
-  // Finds all intersections at x0. The other methods ignore contacts and impacts that would keep
-  // these intersections entangled. An empty Tangle means that nothing intersects.
+  // Finds all intersections at x0. The other methods ignore contacts and impacts that would prevent
+  // the intersecting surfaces from separating. An empty Tangle means that nothing intersects.
   Tangle find_tangle(const Points& x0);
 
   // Returns the contacts closer than their thickness at x0, sorted by (kind, a, b). x0 contains the
@@ -55,7 +55,7 @@ class CollisionStage {
 
   // Corrects x1 so that the motion x0 -> x1 has no impact and x1 has no intersection. Moves cloth
   // vertices individually and each body as a whole. Prescribed vertices keep their motion. If
-  // `bodies` is empty, rigid bodies keep theirs too.
+  // `bodies` is empty, rigid bodies keep theirs too. The report counts the impacts that remain.
   CertifyReport certify(const Team& team, const MotionInputs& inputs, Points& x1,
                         FreeBodies& bodies);
 

@@ -139,8 +139,7 @@ void AggregationMultigrid::prepare(const Team& team, const LinearSystem& system)
     add_block(plain_.block(k), levels_[0].matrix.block(place_[k]));
   add_terms(system);
   for (std::size_t l = 1; l < levels_.size(); ++l) sum_level(levels_[l - 1], levels_[l]);
-  // Diagonals are inverted after all sums. Nodes without a free row get the identity, which must
-  // not enter coarser levels.
+  // Follows all sums, because nodes without a free row get the identity only for the inversion.
   usable_ = std::all_of(levels_.begin(), levels_.end(),
                         [&](Level& level) { return invert_diagonal(level); });
   if (!usable_) return;
@@ -217,10 +216,9 @@ AggregationMultigrid::TermNodes AggregationMultigrid::nodes_of(const ExtraTerm& 
   return nodes;
 }
 
-// Adds couplings of aggregates that only terms couple, for example between layers in contact.
-// Couplings without a term are kept until they are the majority, because layers that have just
-// separated often touch again. Such couplings contain zeros and do not change results. Every rank
-// knows all terms.
+// Adds couplings of aggregates that only terms couple, for example between layers in contact. Keeps
+// couplings without a term until they are the majority, because separated layers often touch again.
+// Such couplings contain zeros and do not change results. Every rank knows all terms.
 void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   if (!system.terms) return;
   Couplings wanted;

@@ -3,10 +3,11 @@
 // four blocks on the third, and so on. The coarse correction is added to that of the inverse
 // diagonal blocks (additive, as in Bramble, Pasciak and Xu, Math. Comp. 55 (1990), with plain
 // aggregation). The coarse levels form a V-cycle with one damped Jacobi sweep before and one after
-// the coarser levels. The coarsest matrix is factorised. Inverse diagonal blocks of the aggregates
-// instead of the V-cycle took 1.03 times as long at 14,450 triangles and 1.15 times at 57,800.
-// Single precision suffices for a preconditioner, except for the factor. Every rank sums the coarse
-// rows of its own rows. All ranks then gather all coarse rows and do the same work.
+// the coarser levels. The coarsest matrix is factorised. When the inverse diagonal blocks of the
+// aggregates replaced the V-cycle, solves took 1.03 times as long at 14,450 triangles and 1.15
+// times at 57,800. Single precision suffices for a preconditioner, but the factor is in double
+// precision. Every rank sums the coarse rows of its own rows. All ranks then gather all coarse rows
+// and do the same work.
 #pragma once
 
 #include <vector>
@@ -50,10 +51,10 @@ class AggregationMultigrid {
     BlockMatrix matrix;
     SlicedEllpack slices;             // layout of `matrix`; unused on the coarsest level
     CouplingMatrix<float> couplings;  // copy of `matrix` for the kernels
-    // (nodes of the next level + 1) First node of this level below each node of the next level.
-    // Empty on the coarsest level.
+    // (nodes of the next level + 1) First node of this level for each node of the next level. Empty
+    // on the coarsest level.
     std::vector<Index> child_start;
-    std::vector<Index> target;  // (blocks) block of the next level to which each is added
+    std::vector<Index> target;  // (blocks) block of the next level that receives each block
     // (nodes x 12) Damped inverse diagonal blocks. Columns are padded to four numbers.
     std::vector<float> inverse;
     // (nodes + 1, x 4) The last row belongs to empty lanes.
@@ -78,9 +79,9 @@ class AggregationMultigrid {
   BlockMatrix plain_;  // matrix of the aggregates without terms
   // Pairs of aggregates that only terms couple, first < second, ascending.
   Couplings couplings_;
-  std::vector<Index> place_;  // (blocks of plain_) block of the first level
+  std::vector<Index> place_;  // (blocks of plain_) index of each block in the first level
   std::vector<Level> levels_;
-  std::vector<Index> target_;  // (blocks of the matrix) block of plain_
+  std::vector<Index> target_;  // (blocks of the matrix) block of plain_ that receives each block
   std::vector<Index> slot_;    // (rows) slot of each row
   std::vector<float> residual_, correction_;
   Eigen::LLT<Eigen::MatrixXd> coarsest_;

@@ -20,10 +20,10 @@ struct TermEntry {
   double weight = 0.0;      // [1]
   Vec3 arm = Vec3::Zero();  // point of the body relative to its centre [m]
 
-  Vec3 apply(const Vec3& row_velocity) const {  // J v
+  Vec3 apply(const Vec3& row_velocity) const {  // returns J v
     return rotation ? Vec3(weight * row_velocity.cross(arm)) : Vec3(weight * row_velocity);
   }
-  Vec3 apply_transposed(const Vec3& force) const {  // J^T f
+  Vec3 apply_transposed(const Vec3& force) const {  // returns J^T f
     return rotation ? Vec3(weight * arm.cross(force)) : Vec3(weight * force);
   }
   Mat3 jacobian() const {
@@ -60,8 +60,8 @@ struct ExtraTerm {
 
 // What to evaluate after rows have moved. Derivative: gradient and H are derivatives of the
 // potential. Secant: H is the curvature of a paraboloid that touches the potential from above, so
-// that steps are never too long. NewLimits: as Derivative, but with new friction limits. The limits
-// are constant until the next NewLimits, so the terms have a potential.
+// that steps are never too long. NewLimits: as Derivative, but with new friction limits. Between
+// two such requests the limits are constant, so the terms have a potential.
 enum class TermRequest { Derivative, Secant, NewLimits };
 
 // Terms of contacts are sorted by the (kind, a, b) of their contact.

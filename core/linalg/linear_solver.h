@@ -49,7 +49,7 @@ constexpr auto choices(LinearMethod) {
 
 struct LinearOptions {
   LinearMethod method = LinearMethod::Pcg;
-  double tolerance = 1e-4;  // on the preconditioned norm [1]
+  double tolerance = 1e-4;  // relative tolerance of the preconditioned norm [1]
   int max_iterations = 2000;
 };
 
@@ -80,8 +80,8 @@ enum class Unchanged { Nothing, Matrix, System };
 class LinearSolver {
  public:
   virtual ~LinearSolver() = default;
-  // Solves for x (rows x 3) with the right-hand side b (rows x 3). x contains the initial guess on
-  // entry and the solution of all ranks' rows on return. Throws SolverFailure.
+  // Solves for x (rows x 3) with the right-hand side b (rows x 3). On entry, x is the initial
+  // guess. On return, x is the solution on the rows of all ranks. Throws SolverFailure.
   virtual LinearReport solve(const Team& team, const LinearSystem& system, const Points& b,
                              Points& x, SolveMemory& memory, Unchanged unchanged) = 0;
   // Solves without memory of earlier solves.

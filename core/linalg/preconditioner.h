@@ -48,9 +48,9 @@ class Preconditioner {
     levels_.clear_residual(8 * first / rows_per_block);
     pcg::add_up(first, last, slots_.data(), r.data(), levels_.residual());
   }
-  // Completes z = P^-1 r and returns r . z. On entry, z is r times the inverse diagonal blocks, and
-  // `square` is r . z. Gauss-Seidel replaces z. Multigrid computes the correction from the
-  // restricted residual and does not change z. Collective.
+  // Completes the preconditioned residual and returns r . P^-1 r. On entry, z is r times the
+  // inverse diagonal blocks, and `square` is r . z. Gauss-Seidel replaces z. Multigrid computes the
+  // correction from the restricted residual and does not change z. Collective.
   template <class Scalar>
   double complete(const RowLoops& loops, double square, const std::vector<Scalar>& r,
                   std::vector<Scalar>& z);

@@ -1,7 +1,7 @@
 // Sliced-ELLPACK layout of a block matrix (Monakov, Lokhmotov and Avetisyan, HiPEAC 2010). Rows are
 // grouped in slices of eight, which kernels process at once. Slot s of a slice contains the s-th
 // off-diagonal block of each of its rows. Rows are sorted by length within blocks of rows_per_block
-// rows, so that slices need little padding. Slices do not cross these blocks. Rows that follow the
+// rows, so that slices need little padding. No slice crosses a block boundary. Rows that follow the
 // matrix (bodies) have only a diagonal block.
 #pragma once
 
@@ -19,8 +19,8 @@ class SlicedEllpack {
 
   Index n_rows() const { return n_rows_; }
   Index n_slices() const { return static_cast<Index>(slot_start.size()) - 1; }
-  // Return the range of slices of rows [begin, end). The rows must be whole blocks of
-  // rows_per_block rows; only the last block may be shorter.
+  // The rows [begin, end) have the slices [first_slice(begin), last_slice(end)). The rows must be
+  // whole blocks of rows_per_block rows; only the last block may be shorter.
   static Index first_slice(Index begin) { return begin / 8; }
   static Index last_slice(Index end) { return (end + 7) / 8; }
 

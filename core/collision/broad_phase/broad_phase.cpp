@@ -9,8 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// Minimum number of tasks. Node pairs are expanded until this number is reached. It does not depend
-// on the number of threads, so results do not depend on it either.
+// Minimum number of tasks. Node pairs are expanded from the roots until it is reached. The value is
+// the same for any number of threads.
 constexpr std::size_t enough_tasks = 256;
 
 // Maximum number of pairs in a batch that is passed to the sink.

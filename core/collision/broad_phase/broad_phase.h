@@ -43,7 +43,8 @@ class BroadPhase {
   void near_pairs(const Team& team, const Points& x, const std::vector<Index>& which,
                   const std::vector<double>& reach, std::vector<FeaturePairs>& found);
 
-  // Passes to `sink` all pairs of features whose inflated 18-DOPs over the step overlap.
+  // Passes to `sink` all pairs of features whose 18-DOPs overlap. The 18-DOPs enclose the motion of
+  // the whole step and are inflated by `sweep.inflation`.
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    PairSink& sink);
   // As above, but stores in `found` only the pairs that `keep` does not erase from `keys`. Threads
@@ -62,7 +63,7 @@ class BroadPhase {
 
   void forget_trees();  // the next search rebuilds them
 
-  std::size_t bytes() const;  // memory of the trees and vertex boxes
+  std::size_t bytes() const;  // memory of trees and vertex boxes [bytes]
 
  private:
   void refit(const Team& team, Index surface, const Sweep& sweep);

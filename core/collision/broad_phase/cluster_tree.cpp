@@ -10,8 +10,7 @@ namespace loomstone {
 
 namespace {
 
-// New clusters are formed when the total area of their boxes has grown by this factor. The value
-// affects speed only.
+// Growth factor of the total box area at which new clusters are formed; affects speed only.
 constexpr double decay_limit = 1.5;
 
 // Transposes an 8 x 8 block in place.

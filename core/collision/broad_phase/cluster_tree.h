@@ -51,13 +51,14 @@ class ClusterTree {
   int root_level() const { return static_cast<int>(levels_.size()); }
   bool empty() const { return n_clusters_ == 0; }
   const SlabGroup& children(int level, Index node) const { return levels_[level - 1][node]; }
-  // Returns the group whose lane node % 8 is the box of the node.
+  // Returns the group of boxes that contains the box of `node` in lane node % 8.
   const SlabGroup& boxes(int level, Index node) const {
     return level == root_level() ? root_ : levels_[level][node / slab_lanes];
   }
   Slabs root() const;
   Index n_clusters() const { return n_clusters_; }
-  // Returns the group whose lane cluster % 8 is the box around the features of the cluster.
+  // Returns the group of boxes that contains the box of `cluster` in lane cluster % 8. The box
+  // encloses all features of the cluster.
   const SlabGroup& leaf_boxes(Index cluster) const { return leaf_boxes_[cluster / slab_lanes]; }
   // Returns the vertex boxes of all surfaces that the last refit received.
   const PackedSlabs* vertex_boxes() const { return vertex_boxes_; }
@@ -80,7 +81,7 @@ class ClusterTree {
   Edges edges_;
   std::vector<Index> edge_ids_;
   Index n_clusters_ = 0;
-  double built_area_ = -1.0;  // total box area of newly formed clusters [m^2]; -1: none formed
+  double built_area_ = -1.0;  // total box area of the clusters when formed [m^2]; -1: not formed
   Features faces_, edge_features_, vertices_;
   std::vector<std::vector<SlabGroup>> levels_;  // node boxes by level
   SlabGroup root_;                              // box of the root in lane 0

@@ -15,7 +15,7 @@ namespace {
 // Owns an Embree scene of boxes. Must be destroyed before its device.
 struct BoxScene {
   RTCScene scene = nullptr;
-  std::vector<Index> item;  // box of each primitive; empty boxes are left out
+  std::vector<Index> item;  // index of each primitive's box; empty boxes are left out
 
   BoxScene(RTCDevice device, const std::vector<Slabs>& all) : slabs(all) {
     for (std::size_t i = 0; i < all.size(); ++i)

@@ -11,10 +11,9 @@ namespace loomstone {
 
 namespace {
 
-// Parameters tuned on a draped sheet. They affect speed only. The slack of a list covers
-// `steps_to_last` steps of the current motion, but lies between `least_slack` and the larger of the
-// two maxima. In the search for cluster pairs, vertex boxes cover `steps_ahead` steps plus
-// `margin`.
+// Parameters tuned on a draped sheet; they affect speed only. The slack of a list covers
+// `steps_to_last` steps of the current motion, between `least_slack` and the larger maximum. In the
+// search for cluster pairs, vertex boxes cover `steps_ahead` steps plus `margin`.
 constexpr double steps_to_last = 12.0;
 constexpr double least_slack = 0.2, most_slack = 2.5;  // as fractions of the thickness
 constexpr double most_slack_of_edge = 0.6;             // as a fraction of the mean edge length
@@ -326,14 +325,14 @@ void NeighbourLists::cover(const Team& team, const Points& x1) {
        }));
 }
 
-// Returns the lists for which `ends` is true, in ascending order. Before that, a surface pair
-// becomes unlisted if more than a quarter of its lists change by more than the largest slack.
+// Returns the indices of the lists for which `ends` is true. Before that, makes a surface pair
+// unlisted if more than a quarter of its lists change by more than the largest slack.
 template <class Ends>
 std::vector<Index> NeighbourLists::ended(const Team& team, Ends&& ends) {
   constexpr Index grain = 1024;
   struct Seen {
     std::vector<Index> ended;
-    std::vector<std::size_t> n_lists, n_fast;  // of surface pairs
+    std::vector<std::size_t> n_lists, n_fast;  // counts for each surface pair
   };
   const Index n = static_cast<Index>(lists_.size());
   std::vector<Seen> of_range((n + grain - 1) / grain);

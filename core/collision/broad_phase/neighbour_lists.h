@@ -16,7 +16,8 @@ namespace loomstone {
 
 struct NearPair {
   PairKey key;
-  double distance;  // bound [m]: distance - list.used <= distance at the x of update()
+  // The distance at the x of update() is at least this value minus `used` of the list [m].
+  double distance;
 };
 
 // Near pairs of features of two clusters.
@@ -24,10 +25,10 @@ struct NeighbourList {
   Index pair;               // index of the surface pair
   Index a, b;               // clusters in the trees of the two surfaces
   Index n_vertex_face = 0;  // number of vertex-face pairs, which come first in `near`
-  // The new list contained all pairs closer than the base distance plus this [m].
+  // A new list contains all pairs closer than the base distance plus this slack [m].
   double slack = -1.0;
-  double used = 0.0;    // largest change of distances up to the x of update() [m]
-  double change = 0.0;  // further change up to the x1 of cover() [m]
+  double used = 0.0;    // bound on the change of distances up to the x of update() [m]
+  double change = 0.0;  // bound on the further change up to the x1 of cover() [m]
   double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` [m]
   std::vector<NearPair> near = {};
 

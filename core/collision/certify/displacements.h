@@ -47,7 +47,7 @@ class Displacements {
   std::vector<WithheldMotion> withheld() const;
 
  private:
-  // Carriers other than surfaces: no carrier, and an individual displacement.
+  // Special carriers: no carrier at all, and an individual displacement.
   static constexpr Index none = -1, local = -2;
 
   void set_carrier(Index v, Index carrier, const Vec3& motion);
@@ -61,7 +61,7 @@ class Displacements {
   // (n x 3) Requested displacement of each vertex, and carry of each unit. The carry of a body is
   // the carry of its centre.
   Points wanted_, carry_;
-  std::vector<double> share_;   // (n) kept share of the relative motion of each unit
+  std::vector<double> share_;   // (n) share of its relative motion that each unit keeps
   std::vector<Index> carrier_;  // (n) carrier of each unit: a surface, none or local
   std::vector<std::uint8_t> changed_;
   std::vector<RigidMotion> motions_;  // motion of each surface

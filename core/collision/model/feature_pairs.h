@@ -20,7 +20,7 @@ struct SurfacePair {
 
 std::vector<SurfacePair> surface_pairs(const CollisionModel& model);
 
-// Packs a feature pair as a << 32 | b. The ids are a vertex and a triangle, or two edges with a <
+// A feature pair packed as a << 32 | b. The ids are a vertex and a triangle, or two edges with a <
 // b.
 using PairKey = std::uint64_t;
 inline PairKey pair_key(Index a, Index b) {

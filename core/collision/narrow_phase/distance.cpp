@@ -92,8 +92,8 @@ ClosestPair closest_edge_edge(const FourPoints& points) {
     const double s = (ab * rb - bb * ra) / determinant, t = (aa * rb - ab * ra) / determinant;
     if (s >= 0.0 && s <= 1.0 && t >= 0.0 && t <= 1.0) take(s, t, true);
   }
-  // The interior solution of nearly parallel edges is ill-conditioned, so end points are tested as
-  // well. They are equally close, up to rounding.
+  // End points are tested if there is no interior solution, or if the edges are nearly parallel.
+  // The interior solution is then ill-conditioned.
   if (best2 == INFINITY || determinant < 1e-6 * aa * bb) {
     take(0.0, parameter_on_segment(a, b, db), false);
     take(1.0, parameter_on_segment(points[1], b, db), false);

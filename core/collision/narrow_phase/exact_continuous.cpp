@@ -56,7 +56,8 @@ std::array<Curve, 4> integer_points(const MovingPoints& q) {
   return points;
 }
 
-// Tests whether the set of differences contains the origin at a time when both are coplanar.
+// Tests whether the set of differences contains the origin at a time when the origin lies in the
+// plane of the set.
 struct Inside {
   // One vector per side, perpendicular to the plane. The origin is inside if coordinate k of all
   // vectors has the same sign (0 agrees with both) and is not 0 for all of them. The origin is
@@ -89,9 +90,9 @@ struct Inside {
     return true;
   }
 
-  // Returns whether the set contains the origin at any time, given that they are coplanar at all
-  // times. Tests both ends and all roots, because signs change only at roots and the set of contact
-  // times is closed.
+  // Returns whether the set contains the origin at any time, given that the origin lies in its
+  // plane at all times. Tests both ends and all roots, because signs change only at roots and the
+  // set of contact times is closed.
   bool ever() const {
     if ((*this)(AlgebraicTime::start()) || (*this)(AlgebraicTime::end())) return true;
     for (const auto* curves : {&sides, &corners})

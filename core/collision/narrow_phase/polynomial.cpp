@@ -137,7 +137,7 @@ int AlgebraicTime::sign_of(const Polynomial& q) const {
     return upper.front().sign();
   }
   // A few bisections settle most signs. They never settle the sign at a root common to both
-  // polynomials, so this case is tested next.
+  // polynomials, so this case is tested after them.
   constexpr int bisections_before_test = 6;
   Coefficients p = follow(bernstein(polynomial_), path_), p_lower, p_upper;
   for (int bisections = 0; variations(b) != 0; ++bisections) {

@@ -19,8 +19,8 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
 // continuous in x. A vertex above the common edge of two faces has a contact with each face. These
 // contacts divide the force according to the similarity of their normals and forces. Shares of edge
 // contacts fade to 0 where the closest point approaches an end or the edges become parallel,
-// because vertex contacts take over there. Shares are constant within a step, so they scale
-// energies and derivatives like those of springs.
+// because vertex contacts take over there. Shares are constant within a step. Energies and
+// derivatives are those of springs, scaled by the shares.
 std::vector<double> contact_shares(const std::vector<Contact>& contacts,
                                    const CollisionModel& model, const Points& x0);
 

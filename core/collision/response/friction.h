@@ -42,9 +42,9 @@ FrictionState friction_at(const Vec3& slip, const Vec3& moved, const Mat3& tange
 // / k.
 Vec3 slip_after(const Vec3& slip, const Vec3& actual, double stiffness, double limit);
 
-// Returns the slip of each contact at the start of the step, projected on its tangent plane. The
-// slip comes from the anchor of the same pair. If there is none, it comes from a neighbouring pair,
-// which has one feature in common and a neighbouring feature on the other side.
+// Returns the slip of each contact at the start of the step, projected onto its tangent plane. The
+// slip comes from the anchor of the same pair. If there is none, it comes from the anchor of a
+// neighbouring pair, which has one feature in common and a neighbouring feature on the other side.
 std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const CollisionModel& model,
                                  const ContactState& state);
 

@@ -9,7 +9,7 @@ namespace loomstone {
 // Inputs for terms of the implicit solve, with n collision vertices and b bodies.
 struct ContactInputs {
   const Points& x0;  // (n x 3) [m]
-  const Points& v0;  // (n x 3) velocities; for prescribed vertices, they enter the drift [m/s]
+  const Points& v0;  // (n x 3) velocities [m/s]; those of prescribed vertices enter the drift
   const Points& last_change;   // (n x 3) velocity change in the last step, 0 if unknown [m/s]
   const Points& body_centres;  // (b x 3) centres of mass [m]
   double step;                 // h [s]
@@ -19,7 +19,7 @@ struct ContactInputs {
 // Inputs for corrections of the motion x0 -> x1.
 struct MotionInputs {
   const Points& x0;            // (n x 3) [m]
-  const Vector& inverse_mass;  // (n) of cloth vertices, 0 for prescribed vertices [1/kg]
+  const Vector& inverse_mass;  // (n) inverse masses of cloth vertices, 0 if prescribed [1/kg]
   const Tangle& tangle;        // intersections at x0
 };
 

@@ -10,7 +10,7 @@ void set_entries(const CollisionModel& model, std::span<const Index> vertices,
   struct BodySide {
     Index row = -1;
     double weight = 0.0;
-    Vec3 moment = Vec3::Zero();  // sum of w_i (x_i - centre)
+    Vec3 moment = Vec3::Zero();  // sum of w_i (x_i - centre) [m]
   };
   std::array<BodySide, 3> bodies;
   int n_bodies = 0;

@@ -17,8 +17,7 @@ constexpr double least_sine = 0.2;
 // Smallest length of the sum of the two unit contour directions at a piercing. Below it, the
 // contour is almost straight and has no direction in which it becomes shorter.
 constexpr double least_bend = 0.05;
-// Width of the zone around a contour in which pairs with the part that passed through are ignored
-// [edges].
+// Width of the zone around a contour in which pairs with the returning part are ignored [edges].
 constexpr int rounds_around = 2;
 
 Index root(std::vector<Index>& parent, Index i) {
@@ -286,7 +285,7 @@ void TangleFinder::flood(Index start, const std::vector<double>& area, Cut& cut)
   }
 }
 
-// Adds a zone around the contour. If surfaces cross at a small angle, their contour moves far in
+// Widens the zone around a contour. If surfaces cross at a small angle, their contour moves far in
 // one step.
 void TangleFinder::widen(const std::vector<int>& part, int contour, Tangle& tangle) const {
   std::vector<Index> ring;
@@ -323,8 +322,7 @@ bool Tangle::ignores(const CollisionModel& model, ContactKind kind, PairKey key,
       if (contour < 0 || contour != contour_of_vertex[b] || part[a] == part[b] ||
           !(came_through[a] || came_through[b]))
         continue;
-      // A part that has passed through a body or obstacle has not passed through cloth, so its
-      // pairs of cloth with cloth are not ignored.
+      // Pairs of cloth with cloth are ignored only if the contour lies between cloth and cloth.
       const Piercing& any = piercings[contour];
       return !is_cloth(model, a) || !is_cloth(model, b) ||
              (is_cloth(model, any.vertices[0]) && is_cloth(model, any.vertices[2]));

@@ -33,12 +33,12 @@ struct Tangle {
   // Feature pairs of intersecting triangles, by kind, in ascending order.
   std::array<std::vector<PairKey>, 2> ignored;
   std::vector<int> contour_of_vertex;      // (n) contour near the vertex, -1: none
-  std::vector<int> part;                   // (n) part of the surface as separated by this contour
+  std::vector<int> part;                   // (n) part of the surface, as separated by this contour
   std::vector<std::uint8_t> came_through;  // (n) 1: in the smaller part, which has passed through
 
   bool empty() const { return piercings.empty(); }
-  // Returns whether contacts and impacts ignore this pair, so that it can pass back. They ignore
-  // pairs of features of intersecting triangles. They also ignore pairs of a part that has passed
+  // Returns whether contacts and impacts ignore this pair, so that it can pass back. This applies
+  // to features of two intersecting triangles. It also applies between a part that has passed
   // through and its surroundings at the contour.
   bool ignores(const CollisionModel& model, ContactKind kind, PairKey key,
                const std::array<Index, 4>& vertices) const;
