@@ -12,7 +12,7 @@
 namespace loomstone {
 
 // Maximum number of clean-up rounds before motion is withheld. Three suffice if the cloth has room
-// to move. Plates that close to a twentieth of the thickness in one step needed up to ten.
+// to move. Plates whose gap closed to a twentieth of the thickness in one step needed up to ten.
 constexpr int clean_up_rounds = 10;
 
 struct CollisionStage::Data {

@@ -47,9 +47,9 @@ class CollisionStage {
   void update_anchors(const std::vector<Contact>& contacts, const ContactTerms& made,
                       const Points& x0, const Points& x1, ContactState& state) const;
 
-  // Response by impulses. Corrects the end positions of cloth and bodies. The contacts stop
-  // approaching, gradually regain their thickness and feel friction. Intersections are pushed
-  // apart.
+  // Response by impulses. Corrects the end positions of cloth and bodies. Features in contact stop
+  // approaching, gradually regain their thickness and are subject to friction. Intersecting
+  // features are pushed apart.
   void repel(const MotionInputs& inputs, const std::vector<Contact>& contacts, double step,
              Points& x1, FreeBodies& bodies) const;
 

@@ -156,8 +156,7 @@ class DirectSolver final : public LinearSolver {
       }
   }
 
-  // Computes right_ = b - A x_f. x_f is x on fixed rows and zero elsewhere. Fixed rows of right_
-  // are zero.
+  // Computes right_ = b - A x_f, with x_f zero on free rows. Fixed rows of right_ are zero.
   void move_prescribed_to_right(const LinearSystem& system, const Points& b, const Points& x) {
     const Index rows = whole_.n_rows();
     padded_.setZero(4 * rows);

@@ -1,9 +1,9 @@
 // Terms that couple a few rows in an implicit solve, in addition to the fixed elastic pattern:
-// contacts, friction, attachments. A term depends on one relative velocity u = sum_i J_i v_i -
-// drift (3-vector). Its energy E depends on the relative displacement u'. With g = dE/du' and H =
-// d2E/du'2 at the start of the step, row i gets the force -J_i^T g, and block (i, j) of the
-// stiffness gets J_i^T H J_j. Block rows 0 to n - 1 are cloth vertices. Body b has row n + 2b for
-// the translation of its centre and row n + 2b + 1 for the rotation about it.
+// contacts, friction, attachments. A term depends on one relative velocity
+// u = sum_i J_i v_i - drift (3-vector). Its energy E depends on the relative displacement u'. With
+// g = dE/du' and H = d2E/du'2 at the start of the step, row i gets the force -J_i^T g, and block
+// (i, j) of the stiffness gets J_i^T H J_j. Block rows 0 to n - 1 are cloth vertices. Body b has
+// row n + 2b for the translation of its centre and row n + 2b + 1 for the rotation about it.
 #pragma once
 
 #include <array>
@@ -41,8 +41,7 @@ struct ExtraTerm {
   Mat3 hessian = Mat3::Zero();   // H [N/m], symmetric positive semidefinite
   Vec3 drift = Vec3::Zero();     // prescribed velocity (scripted motion) [m/s]
 
-  // Returns u' [m] at `time` [s] after the start. Rows have then moved by `displacement` (rows x 3)
-  // [m].
+  // Returns u' [m] `time` [s] after the start, for a `displacement` (rows x 3) of the rows [m].
   Vec3 relative_displacement(const Points& displacement, double time) const {
     Vec3 d = -time * drift;
     for (int e = 0; e < n_entries; ++e)

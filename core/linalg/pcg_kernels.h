@@ -1,7 +1,8 @@
 // Vector kernels of conjugate gradients in single and double precision, for eight rows at once.
 // Directions and solutions have four numbers per row; the fourth is zero. Residuals r, z = P^-1 r
-// and products q have the shape (slices x 3 x 8). Inverse diagonal blocks have the shape (slices x
-// 6 x 8), with the entries 00 01 02 11 12 22. Dot products are accumulated in double precision.
+// and products q have the shape (slices x 3 x 8). Inverse diagonal blocks have the shape
+// (slices x 6 x 8), with the entries 00 01 02 11 12 22. Dot products are accumulated in double
+// precision.
 #pragma once
 
 #include "core/base/types.h"

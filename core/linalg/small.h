@@ -82,8 +82,8 @@ inline Mat3 positive_part(const Mat3& a) {
          across * positive_part(symmetric) * across.transpose();
 }
 
-// Returns the rotation nearest to a 2x2 matrix with positive determinant (polar decomposition F = R
-// U).
+// Returns the rotation R of the polar decomposition F = R U of a 2x2 matrix with positive
+// determinant.
 inline Mat2 polar_rotation(const Mat2& f) {
   const double c = f(0, 0) + f(1, 1), s = f(1, 0) - f(0, 1), length = std::hypot(c, s);
   Mat2 rotation;

@@ -15,8 +15,7 @@
 namespace loomstone {
 
 // Receives the pairs of a search in batches. Each task runs on one thread, but threads call take()
-// concurrently for different tasks. The numbering of tasks does not depend on the number of
-// threads.
+// concurrently for different tasks. Task numbers do not depend on the number of threads.
 class PairSink {
  public:
   virtual ~PairSink() = default;

@@ -13,8 +13,8 @@ namespace loomstone {
 
 class ClusterTree {
  public:
-  // Features of one kind, stored in groups of eight lanes. Cluster c has groups group[c] to group[c
-  // + 1] - 1.
+  // Features of one kind, stored in groups of eight lanes. The groups of cluster c are group[c] to
+  // group[c + 1] - 1.
   struct Features {
     std::vector<Index> group;
     std::vector<Index> id;         // (8 * groups); -1 in empty lanes, which come last in a cluster
@@ -57,7 +57,7 @@ class ClusterTree {
   }
   Slabs root() const;
   Index n_clusters() const { return n_clusters_; }
-  // Returns the group of boxes that contains the box of `cluster` in lane cluster % 8. The box
+  // Returns the group of boxes that contains the box of `cluster` in lane cluster % 8. This box
   // encloses all features of the cluster.
   const SlabGroup& leaf_boxes(Index cluster) const { return leaf_boxes_[cluster / slab_lanes]; }
   // Returns the vertex boxes of all surfaces that the last refit received.

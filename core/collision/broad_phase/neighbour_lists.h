@@ -56,8 +56,7 @@ class NeighbourLists {
 
   std::vector<NeighbourList>& lists() { return lists_; }
   bool listed(Index pair) const { return !unlisted_[pair]; }
-  // Returns the near pairs of unlisted surface pairs: those closer than the thickness at the x of
-  // update().
+  // Returns the pairs closer than the thickness at the x of update(), for unlisted surface pairs.
   std::vector<FeaturePairs> unlisted_near_pairs(const Team& team) const;
   std::vector<Index> unlisted() const;
 
@@ -96,7 +95,7 @@ class NeighbourLists {
   std::vector<double> inflation_;  // inflation of the vertex boxes of each surface [m]
   Points x_;                       // positions of the last update()
   Points from_, to_;               // expected motion in the last search for cluster pairs
-  // Vertex boxes at x, and vertex boxes around the expected motion including its margin.
+  // Vertex boxes at x_, and vertex boxes around the expected motion including its margin.
   std::vector<PackedSlabs> still_, moving_;
   bool still_at_x_ = false;
   std::vector<int> version_;  // versions of the trees at the last search

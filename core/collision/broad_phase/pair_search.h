@@ -60,8 +60,7 @@ class PairSearch {
     clusters(start, [&](Index a, Index b) { features(a, b, 0.0, slots, visit); });
   }
 
-  // Calls visit(kind, a, b) for the features of clusters a and b whose boxes are within `reach`
-  // [m].
+  // Calls visit(kind, a, b) for features of clusters a and b with boxes within `reach` [m].
   template <class Visit>
   void features(Index a, Index b, double reach, Slots& slots, Visit&& visit) const {
     slots.clear();

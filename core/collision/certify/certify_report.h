@@ -22,8 +22,7 @@ struct CertifyReport {
   std::int64_t unresolved = 0;
   std::vector<WithheldMotion> withheld;  // sorted by vertex, at most one entry per vertex
 
-  // Merges motion withheld at another time of the same step. Displacements of the same vertex are
-  // summed.
+  // Merges motion withheld at another time of the step. Sums displacements of the same vertex.
   void merge(const std::vector<WithheldMotion>& others);
   std::int64_t n_withheld() const { return static_cast<std::int64_t>(withheld.size()); }
   double withheld_length() const;  // sum of displacement lengths [m]

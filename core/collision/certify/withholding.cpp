@@ -111,8 +111,7 @@ CertifyReport withhold_motion(const Team& team, ImpactSearch& search, const Moti
     const std::vector<std::uint8_t> changed = displacements.take_changed();
     progress |= std::find(changed.begin(), changed.end(), 1) != changed.end();
     if (progress) impacts = search.find(team, inputs, x1, &changed);
-    // The search above omits impacts without a changed vertex. Only a full search proves that none
-    // is left.
+    // The search above omits impacts without a changed vertex. Only a full search is a proof.
     if (!progress || impacts.empty() || pass >= most_passes)
       impacts = search.find(team, inputs, x1, nullptr);
     if (!progress || pass >= most_passes) {

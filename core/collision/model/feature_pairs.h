@@ -20,8 +20,7 @@ struct SurfacePair {
 
 std::vector<SurfacePair> surface_pairs(const CollisionModel& model);
 
-// A feature pair packed as a << 32 | b. The ids are a vertex and a triangle, or two edges with a <
-// b.
+// A feature pair packed as a << 32 | b. The ids are a vertex and a triangle, or two edges (a < b).
 using PairKey = std::uint64_t;
 inline PairKey pair_key(Index a, Index b) {
   return static_cast<PairKey>(static_cast<std::uint32_t>(a)) << 32 | static_cast<std::uint32_t>(b);

@@ -15,10 +15,9 @@ struct FreeBody {
   double inverse_mass = 0.0;  // [1/kg]
   // About the centre of mass, in world axes, at the start [1/(kg m^2)].
   Mat3 inverse_inertia = Mat3::Zero();
-  bool supported = false;  // pressed on an obstacle; clean-up does not move the body
+  bool supported = false;  // pressed against an obstacle; clean-up does not move the body
   RigidPose start, end;    // poses of the centre of mass; corrections change `end`
-  // Total correction of the end pose. Division by the step gives the change of linear and angular
-  // velocity.
+  // Total correction of the end pose. Divided by the step, it is a change of (angular) velocity.
   Vec3 moved = Vec3::Zero();   // [m]
   Vec3 turned = Vec3::Zero();  // [rad]
 };

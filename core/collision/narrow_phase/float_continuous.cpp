@@ -48,8 +48,7 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves& curves) {
       side[1][lane] = 0.5 * ((p.start[i][l] * p.end[j][m] - p.start[i][m] * p.end[j][l]) +
                              (p.end[i][l] * p.start[j][m] - p.end[i][m] * p.start[j][l]));
       side[2][lane] = p.end[i][l] * p.end[j][m] - p.end[i][m] * p.end[j][l];
-      // Corners, products and sums contribute 8 epsilon. The evaluation over pieces contributes 6
-      // epsilon.
+      // Corners, products and sums contribute 8 epsilon, the evaluation over pieces 6 epsilon.
       error[lane] = 16.0 * epsilon * size[i] * size[j];
     }
   }

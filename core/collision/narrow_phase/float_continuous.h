@@ -2,7 +2,7 @@
 // of their differences a - b contains the origin. The polygon is a triangle for a vertex and a
 // face, and a parallelogram for two edges. Its corners c_k move linearly in time. The volume
 // spanned by three corners is a cubic in time, and the sides c_k x c_(k+1) are quadratics. The
-// interval [0, 1] is bisected into pieces until one piece proves "meet" or all pieces prove
+// interval [0, 1] is bisected into pieces until one piece is proved "meet" or all are proved
 // "apart":
 //   apart: the volume keeps its sign, or one coordinate of two sides has opposite signs throughout;
 //   meet:  the volume changes sign while one coordinate of all sides has the same sign throughout.

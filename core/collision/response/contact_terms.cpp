@@ -116,8 +116,8 @@ double ContactTerms::friction_at(const Team& team, const Points& displacement, d
         const Vec3 due = (trial > limit ? limit / trial : 1.0) * k * (law.slip + slipped);
         sums[i] = {(had - due).norm(), limit};
 
-        // If friction was too large, the contact will slip further under the difference. Its
-        // additional slip is predicted here.
+        // If friction was too large, the contact slips further once the excess is removed. This
+        // predicts the additional slip.
         double compliance = 0.0;
         for (int e = 0; e < term.n_entries; ++e)
           if (term.entries[e].row < n_cloth_)

@@ -20,13 +20,11 @@ struct ContactLaw {
   double limit;                // largest friction force, mu N [N]
 };
 
-// Contact terms of one step, in the order of the contacts. They must come first among the terms of
-// a solve.
+// Contact terms of one step, in the order of the contacts. They must be the first terms of a solve.
 class ContactTerms {
  public:
   ContactTerms() = default;
-  // Appends a term to `terms` for each contact that has a positive share and acts on at least one
-  // row.
+  // Appends a term for each contact that has a positive share and acts on at least one row.
   ContactTerms(const CollisionModel& model, const ContactInputs& inputs,
                const std::vector<Contact>& contacts, const ContactState& state, ExtraTerms& terms);
 

@@ -1,5 +1,4 @@
-// Contacts of one configuration, the share of the force that each contact carries, and the force
-// law.
+// Contacts of one configuration, the share of the force that each carries, and the force law.
 #pragma once
 
 #include <vector>

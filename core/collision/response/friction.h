@@ -38,8 +38,7 @@ struct FrictionState {
 FrictionState friction_at(const Vec3& slip, const Vec3& moved, const Mat3& tangent,
                           double stiffness, double limit, bool secant);
 
-// Returns the slip after a step with the actual displacement u: s + u, clipped to the length limit
-// / k.
+// Returns the slip after a step with actual displacement u: s + u, clipped to length limit / k.
 Vec3 slip_after(const Vec3& slip, const Vec3& actual, double stiffness, double limit);
 
 // Returns the slip of each contact at the start of the step, projected onto its tangent plane. The

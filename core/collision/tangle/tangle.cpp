@@ -17,7 +17,7 @@ constexpr double least_sine = 0.2;
 // Smallest length of the sum of the two unit contour directions at a piercing. Below it, the
 // contour is almost straight and has no direction in which it becomes shorter.
 constexpr double least_bend = 0.05;
-// Width of the zone around a contour in which pairs with the returning part are ignored [edges].
+// Width of the contour zone in which pairs with the part that passed through are ignored [edges].
 constexpr int rounds_around = 2;
 
 Index root(std::vector<Index>& parent, Index i) {
@@ -285,7 +285,7 @@ void TangleFinder::flood(Index start, const std::vector<double>& area, Cut& cut)
   }
 }
 
-// Widens the zone around a contour. If surfaces cross at a small angle, their contour moves far in
+// Widens the zone around a contour. Contours of surfaces that cross at a small angle move far in
 // one step.
 void TangleFinder::widen(const std::vector<int>& part, int contour, Tangle& tangle) const {
   std::vector<Index> ring;
