@@ -14,11 +14,12 @@ namespace {
 
 constexpr Index largest_factor = 32;  // largest number of nodes on the coarsest level
 constexpr Index parents_per_chunk = rows_per_block / 8;
-constexpr Index chunks_a_task = 8;             // 1,024 nodes, about 5 us
-constexpr Index chunks_of_product_a_task = 2;  // 256 nodes, about 5 us
-// Damping of the Jacobi sweeps. They converge if an element or a term couples at most four nodes,
-// because the eigenvalues of D^-1 A are then below four. Elements that couple more nodes have not
-// needed stronger damping. If a cycle is indefinite, the correction is given up.
+constexpr Index chunks_a_task = 8;  // minimum work of a task: 1,024 nodes, about 5 us
+constexpr Index chunks_of_product_a_task =
+    2;  // minimum work of a product task: 256 nodes, about 5 us
+// Damping of the Jacobi sweeps. The sweeps converge if each element or term couples at most four
+// nodes, because the eigenvalues of D^-1 A are then below four. Elements that couple more nodes
+// have not needed stronger damping. If a cycle is indefinite, the correction is given up.
 constexpr double damping = 0.5;
 
 // Computes z = B r, or z += B (r - t) if t is not null.

@@ -1,6 +1,6 @@
 // Aggregation multigrid for the block matrix of a LinearSystem. A coarse unknown is a common
 // translation: of an aggregate of rows on the first level, of a block of rows on the second, of
-// four blocks on the third, and so on. The coarse correction is added to that of the inverse
+// four blocks on the third, and so on. The coarse correction is added to the correction by inverse
 // diagonal blocks (additive, as in Bramble, Pasciak and Xu, Math. Comp. 55 (1990), with plain
 // aggregation). The coarse levels form a V-cycle with one damped Jacobi sweep before and one after
 // the coarser levels. The coarsest matrix is factorised. When the inverse diagonal blocks of the

@@ -173,7 +173,8 @@ class DirectSolver final : public LinearSolver {
                                 : Vec3(b.row(row).transpose() - product_.segment<3>(4 * row));
   }
 
-  // Replaces fixed rows and columns by those of the identity. The pattern does not change.
+  // Replaces fixed rows and columns by rows and columns of the identity. The pattern does not
+  // change.
   void fill_columns(const LinearSystem& system) {
     double* entry = entries_.data();
     for (Index j = 0; j < whole_.n_rows(); ++j)

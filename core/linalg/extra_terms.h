@@ -57,7 +57,7 @@ struct ExtraTerm {
   }
 };
 
-// What to evaluate after rows have moved. Derivative: gradient and H are derivatives of the
+// Kind of evaluation after rows have moved. Derivative: gradient and H are derivatives of the
 // potential. Secant: H is the curvature of a paraboloid that touches the potential from above, so
 // that steps are never too long. NewLimits: as Derivative, but with new friction limits. Between
 // two such requests the limits are constant, so the terms have a potential.

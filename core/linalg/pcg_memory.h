@@ -51,7 +51,7 @@ struct PcgMemory {
   std::vector<double> x, product, residual;
   double b_norm = 0.0;  // norm of the residual if x is zero on free rows
   // True if the last solve stopped at a tolerance looser than the solver's. x, b_norm, terms and
-  // the vectors of `single` are then those of its last iteration.
+  // the vectors of `single` then belong to its last iteration.
   bool has_iteration = false;
   std::vector<double> matrix_times_x;  // A x by slices, without terms; valid if has_iteration
 };

@@ -16,7 +16,7 @@ class CleanUp {
           const Vector& inverse_mass, FreeBodies& bodies)
       : model_(model), pairs_(pairs), impulses_(model, inverse_mass, bodies, true) {}
 
-  // Adds `impacts` to those of earlier rounds of the same step and solves for all of them.
+  // Adds `impacts` to the impacts of earlier rounds of the same step and solves for all of them.
   void solve(const std::vector<StepImpact>& impacts, const Points& x0, Points& x1);
 
  private:

@@ -42,7 +42,7 @@ struct CollisionModel {
   // (n) Surface to which each vertex is attached, or -1; empty if there are no attachments. Faces
   // and edges with an attached vertex do not collide with that surface.
   std::vector<Index> attached_surface;
-  double contact_stiffness = 1000.0;  // k of a contact [N/m]
+  double contact_stiffness = 1000.0;  // stiffness k in the force law of contacts [N/m]
 };
 
 // Returns whether triangles of surfaces a and b must not intersect. This requires at least one

@@ -93,7 +93,7 @@ ClosestPair closest_edge_edge(const FourPoints& points) {
     if (s >= 0.0 && s <= 1.0 && t >= 0.0 && t <= 1.0) take(s, t, true);
   }
   // End points are tested if there is no interior solution, or if the edges are nearly parallel.
-  // The interior solution is then ill-conditioned.
+  // For nearly parallel edges, the interior solution is ill-conditioned.
   if (best2 == INFINITY || determinant < 1e-6 * aa * bb) {
     take(0.0, parameter_on_segment(a, b, db), false);
     take(1.0, parameter_on_segment(points[1], b, db), false);

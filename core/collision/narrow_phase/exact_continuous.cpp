@@ -120,7 +120,7 @@ bool exactly_meet_edge_edge(const MovingPoints& points) {
   const std::array<Curve, 4> p = integer_points(points);
   const Curve a = p[1] - p[0], b = p[3] - p[2], w = p[0] - p[2], wa = p[1] - p[2], wb = p[0] - p[3];
   // The edges meet where w + s a - t b = 0, with s = (b x w) / (a x b) and t = (a x w) / (a x b).
-  // The other two sides follow likewise from 1 - s and 1 - t.
+  // In the same way, 1 - s and 1 - t give the other two sides.
   const Inside inside{{cross(b, w), cross(wa, b), cross(a, w), cross(wb, a)},
                       {w, wa, wb, p[1] - p[3]}};
   return meet(dot(w, cross(a, b)), inside);

@@ -28,8 +28,8 @@ Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double
 
 // Friction after the displacement `moved`, without linearisation. The Hessian is the derivative of
 // the force at constant limit. With `secant`, a slipping contact has the stiffness limit / |s + u|
-// in all tangential directions instead. The energy [J] is that of the spring up to the limit, plus
-// the work against the limit.
+// in all tangential directions instead. The energy [J] is the elastic energy of the spring up to
+// the limit, plus the work against the limit.
 struct FrictionState {
   Vec3 gradient;
   Mat3 hessian;

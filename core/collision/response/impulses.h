@@ -41,10 +41,11 @@ struct ImpulseContact {
   std::array<double, 5> factor{};  // w / m of the cloth vertices [1/kg]
   // Body of one side, or -1. The other side is cloth, so a contact has at most one free body.
   Index body = -1;
-  double body_weight = 0.0;             // sum of the weights of body vertices
-  Vec3 arm = Vec3::Zero();              // from the body's centre to the point of the impulse [m]
-  double normal_inverse_mass = 0.0;     // gap change by a unit impulse along n [1/kg]
-  Mat3 tangential_mass = Mat3::Zero();  // impulse per tangential displacement that it cancels [kg]
+  double body_weight = 0.0;          // sum of the weights of body vertices
+  Vec3 arm = Vec3::Zero();           // from the body's centre to the point of the impulse [m]
+  double normal_inverse_mass = 0.0;  // gap change by a unit impulse along n [1/kg]
+  // Tangential impulse that cancels a unit of tangential displacement [kg].
+  Mat3 tangential_mass = Mat3::Zero();
 };
 
 class Impulses {
