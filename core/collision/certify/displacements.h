@@ -38,7 +38,7 @@ class Displacements {
   // Withholds all motion of a unit, including the motion of its carrier.
   void withhold_all(Index unit);
 
-  // Returns (n) flags and resets them. 1: x1 has changed since the last call.
+  // Returns one flag per vertex (n) and resets the flags. 1: x1 has changed since the last call.
   std::vector<std::uint8_t> take_changed();
 
   // Adds the correction of each body's end pose to `moved` and `turned`.

@@ -1,7 +1,7 @@
 // Intersections of surfaces and directions that resolve them. Edges that pierce triangles are
-// joined to intersection contours. Contours are found from positions alone, without history. A part
-// that a contour separates moves back through the other surface [Baraff2003]. Other contours are
-// shortened [Volino2006].
+// joined to intersection contours. Contours are found from positions alone, without history. If a
+// contour separates a part of a surface, this part moves back through the other surface
+// [Baraff2003]. Otherwise the contour is shortened [Volino2006].
 #pragma once
 
 #include <array>
@@ -37,9 +37,9 @@ struct Tangle {
   std::vector<std::uint8_t> came_through;  // (n) 1: in the smaller part, which has passed through
 
   bool empty() const { return piercings.empty(); }
-  // Returns whether contacts and impacts ignore this pair, so that it can pass back. This applies
-  // to features of two intersecting triangles. It also applies between a part that has passed
-  // through and its surroundings at the contour.
+  // Returns whether contacts and impacts ignore this pair, so that intersecting surfaces can
+  // separate. This applies to features of two intersecting triangles. It also applies between a
+  // part that has passed through and its surroundings at the contour.
   bool ignores(const CollisionModel& model, ContactKind kind, PairKey key,
                const std::array<Index, 4>& vertices) const;
 };
