@@ -1,11 +1,11 @@
-"""What the active set saves: sphere_slide limited by coloured Gauss-Seidel alone, with and without
-it (thesis: 2.92 -> 1.53 s a frame).
+"""Time that the active set saves: sphere_slide with strain limits enforced by coloured Gauss-Seidel
+alone, with and without it (thesis: 2.92 -> 1.53 s per frame).
 
     python tests/benchmarks/active_set.py --limits 0.04 0.03 0.028 0.025
 
-The limits of the scene are met with one sweep; these, along weft and warp, take its place. From a
-state at 0.15 s, 21 steps; of each step the least time for limiting in several runs, by the clock.
-Both columns end in the same bits.
+One sweep satisfies the scene's own limits, so --limits replaces them along weft and warp. Each run
+takes 21 steps from a state at 0.15 s. The time of a step is the least wall time of limiting over
+several runs. Both columns end in bitwise identical states.
 """
 
 from __future__ import annotations

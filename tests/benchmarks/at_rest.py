@@ -1,13 +1,12 @@
-"""Where a drape comes to rest, over steps and starts perturbed by 1e-6 m.
+"""Rest state of a drape for several steps, from starts perturbed by 1e-6 m.
 
-    python tests/benchmarks/at_rest.py [--triangles 3600 --steps 1e-3 4e-3 --runs 10 --jobs 2 --out
-    at_rest.csv]
+    python tests/benchmarks/at_rest.py [--triangles 3600 --steps 1e-3 4e-3 --runs 10 --jobs 2
+    --out at_rest.csv]
 
-The scene `drape` with air drag and damped bending runs until no vertex moves farther than 0.1 mm in
-0.2 s. A run is one row of the table, written when it ends; what is in the table already is not run
-again. Folds form by chance, so what is compared between steps are means over the runs, with their
-standard errors: heights from the centre of the sphere, of the centre of mass, of the lowest vertex,
-of the vertex in the middle of the cloth.
+The scene `drape` runs with air drag and damped bending until no vertex moves farther than 0.1 mm in
+0.2 s. Each run appends one row to the table; runs already in the table are skipped. Folds form by
+chance, so the summary gives means over the runs with their standard errors. It lists the heights
+above the sphere's centre of the centre of mass, the lowest vertex and the cloth's middle vertex.
 """
 
 import argparse
@@ -23,12 +22,12 @@ from loomstone.runs.scene_file import SceneFile
 from smoke import SCENES, parsed
 
 CENTRE = np.array([0.03, 0.02, 0.0])  # of the sphere [m]
-PAUSE, CALM = 0.2, 1e-4  # [s], [m]
+PAUSE, CALM = 0.2, 1e-4  # interval [s] and largest motion within it at rest [m]
 COLUMNS = ("triangles", "step", "seed", "rest", "moved", "centre", "lowest", "middle")
 
 
 def run(job: tuple[int, float, int, float]) -> dict[str, object]:
-    """A job: triangles, step [s], seed, and when it ends at the latest [s]."""
+    """Runs one job: (triangles, step [s], seed, latest end [s])."""
     triangles, step, seed, longest = job
     file = SceneFile.open(SCENES / "drape.py", {"triangles": triangles})
     scene = file.scene()
@@ -47,7 +46,7 @@ def run(job: tuple[int, float, int, float]) -> dict[str, object]:
         moved = float(np.linalg.norm(now - before, axis=1).max())
         before = now
     x = before - CENTRE
-    areas = np.zeros(len(x))  # of the rest: masses of vertices but for the density
+    areas = np.zeros(len(x))  # mass of each vertex up to a constant factor
     corners = np.asarray(cloth.mesh.vertices)[np.asarray(cloth.mesh.triangles)]
     area = np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1

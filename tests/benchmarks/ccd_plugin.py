@@ -1,10 +1,9 @@
-"""loomstone as the plug-in of the shared collision benchmarks (SHARED/data/ccd/broad.py and
-pipeline.py):
+"""Plug-in for the shared collision benchmarks (SHARED/data/ccd/broad.py and pipeline.py).
 
 python SHARED/data/ccd/broad.py --plugin ccd_plugin --path tests/benchmarks
 python SHARED/data/ccd/pipeline.py --plugin ccd_plugin --path tests/benchmarks --no-ti
-python SHARED/data/ccd/broad.py --plugin ccd_plugin --path tests/benchmarks --scenes fold8_h1.5mm
---check REQUIRED.npz
+python SHARED/data/ccd/broad.py --plugin ccd_plugin --path tests/benchmarks
+        --scenes fold8_h1.5mm --check REQUIRED.npz
 """
 
 import argparse
@@ -18,7 +17,7 @@ from smoke import parsed
 def setup(V0, F, E, threads):
     detector = Detector(F, threads=threads)
     assert np.array_equal(detector.edges, E), "edge ids must mean the same"
-    detector.candidates(V0, V0)  # forms the tree
+    detector.candidates(V0, V0)  # builds the tree
     return detector
 
 
@@ -37,7 +36,7 @@ def earliest_toi(detector, V0, V1, min_distance):
 
 
 def smoke() -> None:
-    """All functions on two sheets of which one falls through the other."""
+    """Calls every function on two sheets, one of which falls through the other."""
     sheet = ls.grid(size=(1, 1), cells=(4, 4))
     n, x = len(sheet.vertices), np.asarray(sheet.vertices)
     start, faces = np.vstack([x, x + (0.1, 0.05, 0.1)]), np.asarray(sheet.triangles)

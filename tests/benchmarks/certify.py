@@ -1,11 +1,11 @@
-"""Every scene at several steps, started from positions perturbed by 1e-6 m: intersecting pairs over
-all frames.
+"""Counts intersecting pairs over all frames of every scene, for several steps and starts perturbed
+by 1e-6 m.
 
     python tests/benchmarks/certify.py [--scenes drape twist --steps 1e-3 4e-3 --runs 10 --jobs 2
     --out certify.csv]
 
-A run is one row of the table, written when it ends; what is in the table already is not run again.
-Exit status 1 where a frame of any run had an intersecting pair of triangles with cloth in it.
+Each run appends one row to the table; runs already in the table are skipped. The exit status is 1
+if any frame contains an intersecting pair of triangles that involves cloth.
 """
 
 import argparse
@@ -21,9 +21,9 @@ from loomstone.runs.scene_file import SceneFile
 from loomstone.runs.verification import count_intersections
 from smoke import SCENES, parsed
 
-PERTURBATION = 1e-6  # of every coordinate [m]
+PERTURBATION = 1e-6  # largest offset of a coordinate [m]
 
-# At most about 3,600 triangles and 1 s, so that ten runs of all fit into an hour or two.
+# Parameters and duration [s] of each scene: ten runs of all of them take one to two hours.
 SIZES = {
     "bending": ({"triangles": 512}, 0.6),
     "card": ({"triangles": 800, "boxes": 4}, 0.6),
@@ -58,9 +58,9 @@ COLUMNS = (
 
 
 def perturbed(scene: ls.Scene, seed: int) -> ls.Scene:
-    """Cloth vertices moved at random; seed 0 leaves them where they are.
+    """Displaces the cloth vertices at random; seed 0 leaves them unchanged.
 
-    Pins stay, so that scripts begin where they are.
+    Pinned vertices keep their positions, where their scripted motion starts.
     """
     if seed == 0:
         return scene
@@ -78,7 +78,7 @@ def perturbed(scene: ls.Scene, seed: int) -> ls.Scene:
 
 
 def run(job: tuple[str, float, int, float | None]) -> dict[str, object]:
-    """A job: scene, step [s], seed, and its duration [s] where it is not that of SIZES."""
+    """Runs one job: (scene, step [s], seed, duration [s] or None for the duration in SIZES)."""
     name, step, seed, given = job
     parameters, duration = SIZES[name]
     duration = given or duration
@@ -145,7 +145,7 @@ def main() -> None:
         for step in options.steps
     ]
     jobs = [job for job in jobs if job[:3] not in done]
-    # A process for every run: what one leaves behind does not meet the next.
+    # Each run has its own process, so that no state carries over between runs.
     with multiprocessing.get_context("spawn").Pool(options.jobs, maxtasksperchild=1) as pool:
         for row in pool.imap_unordered(run, jobs):
             with options.out.open("a", newline="") as file:

@@ -1,13 +1,15 @@
-"""Figure 6.7: force between two cubes of 1 cm and 1 T as their cells get finer, and by the accurate
+"""Figure 6.7: force between two cubes of 1 cm and 1 T, by ever finer cells and by the accurate
 engine.
 
     python tests/benchmarks/cube_convergence.py [--most 100] [--tree 100] [--out cubes.png]
 
-Both cubes are lattices of N x N x N dipoles in line, so pairs of equal offset make equal forces:
-the sum runs over (2N - 1)^3 offsets. Up to N = --tree the same sum is taken by the tree over the
-dipoles themselves, which must agree to its tolerance. The error is relative to the closed form for
-parallel cuboids; the accurate engine's is that of cubes turned by 1e-9 rad, which are integrated,
-with its processor time beside it.
+Both cubes are aligned lattices of N x N x N dipoles. Pairs with equal offset exert equal forces, so
+the sum runs over (2N - 1)^3 offsets. Up to N = --tree the treecode evaluates the same sum over the
+dipoles themselves, and must agree to its tolerance.
+
+Errors are relative to the closed form for parallel cuboids. For the accurate engine, the cubes are
+turned by 1e-9 rad against each other, which makes it integrate numerically. Its processor time is
+printed too.
 """
 
 import argparse
@@ -22,12 +24,13 @@ GAPS = (0.0, 0.0005, 0.001, 0.005, 0.01, 0.02)  # [m]
 
 
 def force_by_offsets(n: int, distance: float) -> float:
-    """Force [N] along the line of two lattices of n^3 dipoles magnetised along it, centres
-    `distance` [m] apart.
+    """Force [N] between two lattices of n^3 dipoles whose centres are `distance` [m] apart.
+
+    The line of centres is the direction of magnetisation.
     """
     h, moment = EDGE / n, EDGE**3 / M.MU0 / n**3
     k = np.arange(n)
-    weight = np.where(k == 0, 1.0, 2.0) * (n - k)  # offsets of both signs across the line
+    weight = np.where(k == 0, 1.0, 2.0) * (n - k)  # number of pairs at offset +-k across the line
     square = (h * k) ** 2
     across = square[:, None] + square[None, :]
     weights = weight[:, None] * weight[None, :]
@@ -56,7 +59,7 @@ def exact_force(gap: float) -> float:
 
 
 def accurate_error(gap: float, tolerance: float) -> tuple[float, float]:
-    """Relative error of the force, and milliseconds."""
+    """Returns the relative error of the force and the processor time [ms]."""
     cube = M.cuboid(size=(EDGE, EDGE, EDGE), polarization=(0, 0, 1))
     other = cube.moved((0, 0, EDGE + gap)).rotated((0, 0, 1e-9))
     best = np.inf

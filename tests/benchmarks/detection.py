@@ -1,13 +1,16 @@
-"""Collision detection beside ipctk (from PyPI) in one run on one machine: ratios of least times,
-taken in turns.
+"""Collision detection compared with ipctk (from PyPI) in one run on one machine: ratios of minimum
+times, measured alternately.
 
-    python tests/benchmarks/detection.py [SHARED/data/ccd] [--parts candidates detection narrow
-    threads growth]
+    python tests/benchmarks/detection.py [SHARED/data/ccd]
+            [--parts candidates detection narrow threads growth]
 
-SHARED/data/ccd holds scenes.py, meshes and queries; by default SHARED lies beside the project. One
-thread: processor time, which other programs hardly change; several: wall time. Set
-OMP_WAIT_POLICY=passive, so that waiting threads do not spin. Candidates: ours share no vertex and
-overlap by 18-DOPs, ipctk's by boxes, so it lists more.
+SHARED/data/ccd contains scenes.py, meshes and queries. By default SHARED is next to the project
+directory. With one thread, times are processor times, which other programs hardly affect. With
+several threads, they are wall times; set OMP_WAIT_POLICY=passive so that waiting threads do not
+spin.
+
+Our candidates share no vertex and their 18-DOPs overlap. ipctk tests boxes and therefore lists more
+candidates.
 """
 
 import argparse
@@ -31,7 +34,7 @@ def milliseconds(threads: int) -> float:
 
 
 def least(threads: int, seconds: float, *functions: Callable[[], object]) -> list[float]:
-    """Least time of each [ms]; called in turns, so that all meet the same machine."""
+    """Minimum time of each function [ms]. Calls alternate, so that all see the same load."""
     times: list[list[float]] = [[] for _ in functions]
     end = time.perf_counter() + seconds
     while time.perf_counter() < end or len(times[0]) < 4:
@@ -132,8 +135,10 @@ def narrow(data: Path, seconds: float) -> None:
 
 
 def two_threads(scenes: ModuleType, seconds: float) -> None:
-    """Wall time needs two idle processors; processor time of the thread that works longer tells how
-    far the work divides.
+    """Compares one thread with two.
+
+    Wall times require two idle processors. The processor time of the busier thread shows how well
+    the work is divided.
     """
     print(
         "two threads, whole detection   wall: one ms  two ms  ratio   "
@@ -168,7 +173,7 @@ def growth(scenes: ModuleType, sizes: list[int], seconds: float) -> None:
         "us a triangle  bytes a triangle"
     )
     for cells in sizes:
-        # The same picture at every size: gaps, bumps and speeds shrink with the cells.
+        # The scenes of all sizes are similar: gaps, bumps and speeds are proportional to the cells.
         x0, x1, triangles = scenes.folded(cells, 0.12 / cells, 8, 120 / cells, 12 / cells, 1)
         detector = Detector(triangles, threads=1)
         start = milliseconds(1)

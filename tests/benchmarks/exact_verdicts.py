@@ -1,7 +1,7 @@
-"""Random degenerate continuous queries against whole-number arithmetic in Python: verdicts and
-times (minutes to hours).
+"""Compares the verdicts and times of random degenerate continuous queries with integer arithmetic
+in Python (minutes to hours).
 
-python tests/benchmarks/exact_verdicts.py --queries 1000000 [--seed 0]
+    python tests/benchmarks/exact_verdicts.py --queries 1000000 [--seed 0]
 """
 
 import argparse
@@ -23,7 +23,7 @@ SHARES = {
     "start": 2,
     "end": 2,
     "parallel": 2,
-}  # of what is decided quickly; 1 of the others
+}  # relative number of queries per family; 1 for families that take long to decide
 
 
 def main() -> None:

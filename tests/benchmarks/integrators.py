@@ -1,11 +1,11 @@
-"""Energy over time of every integrator on the swinging sheet (scene `swing`), as a table and one
+"""Energy over time of every integrator on the swinging sheet (scene `swing`), as a table and a
 plot.
 
-    python tests/benchmarks/integrators.py [--columns 22 --rows 28 --duration 4 --out
-    docs/images/integrator_energy.png]
+    python tests/benchmarks/integrators.py [--columns 22 --rows 28 --duration 4
+    --out docs/images/integrator_energy.png]
 
-A run that fails (explicit Euler gains energy) is drawn up to where it failed. Ten minutes at full
-size.
+Explicit Euler gains energy and fails; a failed run is drawn up to its failure. The full size takes
+ten minutes.
 """
 
 import argparse
@@ -60,7 +60,7 @@ def run(
 
 
 def integrators(columns: int) -> dict[str, ls.Integrator]:
-    small = 2.5e-4 * 22 / columns  # explicit schemes: below the time a wave takes along an edge
+    small = 2.5e-4 * 22 / columns  # explicit: less than the travel time of a wave along an edge
     return {
         f"explicit Euler, {1e3 * small:.3g} ms": ls.ExplicitEuler(step=small),
         f"symplectic Euler, {1e3 * small:.3g} ms": ls.SymplecticEuler(step=small),
@@ -74,7 +74,7 @@ def integrators(columns: int) -> dict[str, ls.Integrator]:
 
 
 def draw(runs: dict[str, tuple[np.ndarray, np.ndarray, float, str]], path: str) -> None:
-    """`runs`: by name times [s], total energies [J], seconds taken, why it failed."""
+    """Plots `runs`: name -> (times [s], total energies [J], seconds taken, reason of failure)."""
     package("matplotlib").use("Agg")
     import matplotlib.pyplot as plt
 
@@ -85,7 +85,7 @@ def draw(runs: dict[str, tuple[np.ndarray, np.ndarray, float, str]], path: str) 
     for name, (times, energies, _, failure) in runs.items():
         shown = (energies > low - margin) & (
             energies < high + margin
-        )  # a run that fails leaves the picture
+        )  # energies of a failed run leave the range of the plot
         (line,) = axes.plot(
             times[shown],
             1e3 * energies[shown],

@@ -3,8 +3,9 @@ balls that turn in fixed bearings.
 
     python tests/benchmarks/librations.py [--periods 10000]
 
-swing: largest departure of the energy from its start, over the largest kinetic energy; drift: of
-the mean over a tenth of the run at its end from that at its beginning. About 20 s.
+Both results are relative to the largest kinetic energy. swing: largest deviation of the energy from
+its initial value. drift: difference between the mean energies over the last and the first tenth of
+the run. The benchmark takes about 20 s.
 """
 
 import argparse
@@ -16,7 +17,7 @@ from smoke import parsed
 
 
 def compass() -> tuple[ls.Scene, float]:
-    """The scene, and the period of small swings [s]."""
+    """Returns the scene and the period of small oscillations [s]."""
     box, field = (0.02, 0.005, 0.005), 5e-3
     mesh = ls.meshes.box(size=box)
     needle = ls.RigidBody(
@@ -57,16 +58,14 @@ def pair(radius: float = 0.01, gap: float = 0.01) -> tuple[ls.Scene, float]:
     bearings = [ls.Bearing(body=body.name, axis=(0, 0, 1)) for body in bodies]
     moment = 1.2 * 4 / 3 * np.pi * radius**3 / ls.magnetics.MU0
     inertia = np.asarray(ls.meshes.mass_properties(mesh, 7500).inertia)[2, 2]
-    frequency = np.sqrt(
-        3e-7 * moment**2 / distance**3 / inertia
-    )  # of the mode that turns both alike
+    frequency = np.sqrt(3e-7 * moment**2 / distance**3 / inertia)  # of the in-phase mode
     return ls.Scene(
         bodies=bodies, magnets=magnets, bearings=bearings, gravity=(0, 0, 0)
     ), 2 * np.pi / frequency
 
 
 def energies(scene: ls.Scene, period: float, periods: int) -> tuple[float, float]:
-    """Swing and drift over periods in eight steps each [1]."""
+    """Returns swing and drift [1] over a number of periods of eight steps each."""
     sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=period / 8), threads=1)
     kinetic, total = [], []
     for _ in range(8 * periods):

@@ -1,17 +1,18 @@
-"""Strain limits over mesh sizes (table 3.1 of the thesis): sweeps, times and what each method
-leaves.
+"""Strain limits over mesh sizes (table 3.1 of the thesis): sweeps, times and remaining excess of
+each method.
 
     python tests/benchmarks/limits.py --triangles 900 3600 14400 --duration 1.0
     python tests/benchmarks/limits.py --triangles 900 3600 14400 36000 100000 --start 0.32
-    --duration 0.04 > table.txt python tests/benchmarks/limits.py --read table.txt --plot
-    docs/images/limit_scaling.png
+            --duration 0.04 > table.txt
+    python tests/benchmarks/limits.py --read table.txt --plot docs/images/limit_scaling.png
 
---start lets the default method bring the cloth to that time, from where every method goes on: it
-meets its limits first when it has fallen for 0.28 s. Rows: edges (ESL), coloured and random
-Gauss-Seidel, Jacobi (one thread, and two), each after an implicit step that knows nothing of
-limits, as in the thesis; then coloured Gauss-Seidel behind limits inside the solve, the default.
-Times are processor time of a step; that of limiting is its share by the clock. Ratios within a row
-block are what counts.
+With --start, the default method simulates up to that time, and every method continues from the same
+state. The cloth first reaches its limits after a fall of 0.28 s.
+
+Rows: edges (ESL), coloured and random Gauss-Seidel, and Jacobi (one and two threads), each after an
+implicit step without limits, as in the thesis. The last row is the default, coloured Gauss-Seidel
+after a solve with limits. Times are processor times of a step. The time of limiting is the share of
+a step measured by wall clock. Only ratios within a block of rows are meaningful.
 """
 
 from __future__ import annotations
@@ -99,7 +100,7 @@ def measure(sim: ls.Simulation, limited: bool, duration: float) -> dict[str, flo
 
 
 def plot(file: Path, tables: list[Path]) -> None:
-    """Of printed tables: what methods leave, and what a step takes."""
+    """Plots the remaining excess and the time of a step from printed tables."""
     package("matplotlib").use("Agg")
     import matplotlib.pyplot as plt
 

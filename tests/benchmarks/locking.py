@@ -1,12 +1,14 @@
-"""Do conforming triangles lock where weft, warp and shear are all limited to 1 %? Drapes over mesh
-sizes.
+"""Tests whether conforming triangles lock when weft, warp and shear are all limited to 1 %: drapes
+over mesh sizes.
 
     python tests/benchmarks/locking.py --triangles 900 1800 3600 7200 --seeds 1 2 3
 
-A limp knit over the pedestal of the drape test; coefficient and folds, means over specimens.
-Limits: none (the knit strains by 2 %); tight, 1 % against stretch and shear, compression free as by
-default; both ways, 1 % against compression too; and 0.1 % in place of 1, for what locking looks
-like.
+A limp knit hangs over the pedestal of the drape test. The table lists drape coefficient and number
+of folds as means over specimens. Limits:
+- none: the knit strains by 2 %
+- tight: 1 % of stretch and shear; compression is free, as by default
+- both ways: also 1 % of compression
+- 0.1 %: a tenth of these limits, which shows what locking looks like
 """
 
 from __future__ import annotations

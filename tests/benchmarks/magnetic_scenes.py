@@ -1,14 +1,19 @@
-"""Table 6.1: times of the magnetic scenes, by dipole cells and by the accurate engine, in one run
-on one thread.
+"""Table 6.1: times of the magnetic scenes with dipole cells and with the accurate engine, in one
+run on one thread.
 
-    python tests/benchmarks/magnetic_scenes.py [--steps 400] [--scenes toy_magnets lift levitation]
+    python tests/benchmarks/magnetic_scenes.py [--steps 400]
+            [--scenes toy_magnets lift levitation]
 
-cells: dipoles that stand for all magnets, a sphere being one. magnetics: one evaluation of all
-forces and torques, induced moments among them; substeps: evaluations a step. rigid: what is left of
-a step, contacts above all. frames/s: of 40 ms of motion. gain: time of all pairs of leaves over
-that of the fronts (6.19) where several hard magnets lie at the start; spheres take all leaves, in
-one sum. Processor time in milliseconds, the least of repeats at ten places of the run; a step is
-the mean.
+- cells: dipoles that represent all magnets; a sphere counts as one
+- magnetics: one evaluation of all forces and torques, including induced moments
+- substeps: evaluations per step
+- rigid: remaining time of a step, mostly contacts
+- frames/s: frames of 40 ms
+- gain: time of all pairs of leaves divided by the time of the fronts (6.19), for the initial poses
+  of hard magnets if there are several; a soft sphere counts as one leaf and is not timed
+
+Times are processor times in milliseconds. An evaluation is the minimum of repeats, averaged over
+ten instants of the run; a step is the mean.
 """
 
 import argparse
@@ -21,9 +26,9 @@ import numpy as np
 from loomstone import magnetics as M
 from smoke import SCENES, parsed
 
-# Leaves a cubic metre, so that the scenes have about the cells of the thesis.
+# Leaves per cubic metre, chosen to give about as many cells as in the thesis.
 DENSITY = {"toy_magnets": 7e7, "lift": 2.6e8, "figures": 2e7, "levitation": 3e7, "dragon": 1e7}
-# Thesis, 2.4 GHz: cells, magnetics, rigid bodies, gain.
+# Thesis (2.4 GHz): cells, magnetics [ms], rigid bodies [ms], gain.
 THESIS = {
     "toy_magnets": (48, 0.29, 0.09, 1.30),
     "lift": (256, 3.9, 0.25, 3.76),
@@ -31,7 +36,7 @@ THESIS = {
     "levitation": (142, 0.33, 0.02, 5.97),
     "dragon": (1824, 53.1, 2.76, 6.72),
 }
-# What else makes a scene that of the thesis.
+# Further scene parameters that reproduce the scenes of the thesis.
 AS_CELLS: dict[str, dict[str, str]] = {"figures": {"response": "explicit"}}
 
 
@@ -44,8 +49,9 @@ def load(name: str) -> ModuleType:
 
 
 def with_cells(scene: ls.Scene, density: float) -> ls.Scene:
-    """The scene with cells in place of hard magnets, and as dense ones where bodies respond
-    explicitly; spheres are dipoles in any case.
+    """Replaces hard magnets with cells, and explicitly responding bodies with dense cells.
+
+    Soft spheres become dipoles.
     """
 
     def in_cells(magnet: ls.Magnet) -> ls.Magnet:
@@ -64,7 +70,7 @@ def with_cells(scene: ls.Scene, density: float) -> ls.Scene:
 
 
 def least(function: object, repeats: int = 5, inner: int = 20) -> float:
-    """Milliseconds of processor time."""
+    """Minimum processor time of a call [ms]."""
     best = np.inf
     for _ in range(repeats):
         start = time.process_time()
@@ -75,8 +81,9 @@ def least(function: object, repeats: int = 5, inner: int = 20) -> float:
 
 
 def gain(scene: ls.Scene, density: float) -> tuple[int, float]:
-    """Leaves of all magnets, and time of all their pairs over that of the fronts where magnets lie
-    at the start.
+    """Returns the number of leaves of all magnets and the gain at the initial poses.
+
+    The gain is the time of all pairs of leaves divided by the time of the fronts.
     """
     places = {body.name: np.array(body.position) for body in scene.bodies}
     carriers = {body.name: body.mesh for body in (*scene.bodies, *scene.obstacles)}
@@ -100,7 +107,7 @@ def gain(scene: ls.Scene, density: float) -> tuple[int, float]:
 
 
 def measure(scene: ls.Scene, integrator: ls.Integrator, steps: int) -> tuple[float, float, float]:
-    """Milliseconds of an evaluation, evaluations a step, milliseconds of a step."""
+    """Returns milliseconds per evaluation, evaluations per step and milliseconds per step."""
     sim = ls.Simulation(scene, integrator=integrator, threads=1)
     evaluations, spent, substeps = [], 0.0, 0
     for step in range(steps):

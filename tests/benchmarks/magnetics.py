@@ -1,12 +1,12 @@
-"""Speed of fields and forces beside magpylib's, on the same arrays and pairs of turned cuboids, in
-one run.
+"""Speed of fields and forces compared with magpylib, on the same points and pairs of turned
+cuboids, in one run.
 
-    python -m pip install magpylib        # in an environment of its own, with this package on its
-    path python tests/benchmarks/magnetics.py [--points 100000] [--repeats 20] [--threads 1]
+    python -m pip install magpylib    # in a separate environment with this package on its path
+    python tests/benchmarks/magnetics.py [--points 100000] [--repeats 20] [--threads 1]
 
-Prints nanoseconds of processor time a point (the minimum of the repeats), their ratio, and the
-median relative difference of the two fields; then milliseconds and error of forces, magpylib with
-1,000 and 10,000 cells a target.
+Prints processor time per point [ns] (the minimum of the repeats), the ratio of the times, and the
+median relative difference of the two fields. Then prints time [ms] and error of forces; magpylib
+uses 1,000 and 10,000 cells per target.
 """
 
 import argparse
@@ -34,7 +34,7 @@ def fastest(function: Callable[[], np.ndarray], repeats: int) -> tuple[float, np
 
 
 def bodies() -> dict[str, tuple[M.MagneticBody, object]]:
-    """By name: the same source here and in magpylib."""
+    """Maps a name to the same source in this package and in magpylib."""
     j = (0.3, -0.5, 0.8)
     mesh = ls.meshes.sphere(radius=0.01, subdivisions=2)
     square = [[0, 0, 0], [0.01, 0, 0], [0.01, 0.01, 0], [0, 0.01, 0], [0, 0, 0]]

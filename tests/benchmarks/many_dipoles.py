@@ -1,12 +1,13 @@
-"""Speed of sums over many dipoles: direct pairs, tree sums, and fmm3dpy beside them, in one run.
+"""Speed of sums over many dipoles: direct pairs, treecode and fmm3dpy, in one run.
 
-    python -m pip install fmm3dpy        # in an environment of its own, with this package on its
-    path OMP_NUM_THREADS=1 python tests/benchmarks/many_dipoles.py [--most 1000000] [--tolerance
-    1e-4] [--threads 1]
+    python -m pip install fmm3dpy    # in a separate environment with this package on its path
+    OMP_NUM_THREADS=1 python tests/benchmarks/many_dipoles.py [--most 1000000]
+            [--tolerance 1e-4] [--threads 1]
 
-Field and force on every dipole of a lattice shaken by half its spacing, directions at random.
-Prints processor time, the least of the repeats, and errors of force on 200 dipoles: root mean
-square over that of the force. Without fmm3dpy its column is left out.
+Computes field and force on every dipole of a lattice with random directions, jittered by half its
+spacing. Prints the processor time (the minimum of the repeats) and the root-mean-square error of
+the force on 200 dipoles, relative to the root mean square of the force. Omits the fmm3dpy column if
+fmm3dpy is not installed.
 """
 
 import argparse

@@ -1,10 +1,11 @@
-"""The motors of the table vii_motors, to their end: a brushed one with two segments, and magnets
-that follow a turning field.
+"""Complete runs of the motors of the table vii_motors: a brushed motor with two segments, and
+magnets that follow a rotating field.
 
     python tests/benchmarks/motors.py [PATH/vii_motors.json]
 
-angle, speed: largest departures from the table over the largest values in it; balance: energy that
-is missing at the end over what sources gave and friction took. About 20 s.
+angle, speed: largest deviations from the table, relative to its largest values. balance: energy
+missing at the end, relative to the energy supplied by sources and lost to friction. The benchmark
+takes about 20 s.
 """
 
 import argparse
@@ -18,13 +19,13 @@ import numpy as np
 from smoke import SHARED, parsed, present
 
 TABLE = SHARED / "data" / "magnets" / "vii_motors.json"
-TO_X = (np.sqrt(0.5), 0, np.sqrt(0.5), 0)  # turns z there
+TO_X = (np.sqrt(0.5), 0, np.sqrt(0.5), 0)  # quaternion that rotates z to x
 TO_Y = (np.sqrt(0.5), -np.sqrt(0.5), 0, 0)
 EDGE = 0.02
 
 
 def scene_of(case: dict[str, Any], until: float) -> tuple[ls.Scene, float]:
-    """The scene, and the angle the rotor starts at [rad]."""
+    """Returns the scene and the initial angle of the rotor [rad]."""
     if case["type"] == "brushed_dc_two_segment":
         start = case["theta0"]
         winding = ls.magnetics.loop(radius=np.sqrt(case["area"] / np.pi), turns=case["turns"])
@@ -39,7 +40,7 @@ def scene_of(case: dict[str, Any], until: float) -> tuple[ls.Scene, float]:
     else:
         start = 0.0
         times = np.linspace(0, until + 0.1, round(4000 * (until + 0.1)) + 1)
-        # A frequency that grows to its last value, and stays.
+        # The frequency increases linearly to its final value and then stays constant.
         ramp, frequency = case["ramp_s"], case["frequency_Hz"]
         phase = (
             2
@@ -79,9 +80,7 @@ def scene_of(case: dict[str, Any], until: float) -> tuple[ls.Scene, float]:
 
 
 def balance(sim: ls.Simulation) -> float:
-    """All energies, with what has left through resistances and bearings and without what sources
-    gave [J].
-    """
+    """Total energy [J] including losses in resistances and bearings, minus the energy supplied."""
     r = sim.report
     mechanical = r.energy.body_kinetic + r.energy.body_gravity + r.energy.magnetic
     return (
@@ -94,8 +93,11 @@ def balance(sim: ls.Simulation) -> float:
 
 
 def follow(case: dict[str, Any], until: float, step: float) -> dict[str, Any]:
-    """Runs a motor; largest departures of angle [rad] and speed [rad/s] from the table, energy
-    missing and turned over [J], place.
+    """Runs a motor and returns its largest deviations of angle [rad] and speed [rad/s] from the
+    table.
+
+    Also returns the energies missing and turned over [J], and the rotor's largest final coordinate
+    [m].
     """
     scene, angle = scene_of(case, until)
     sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=step), threads=1)

@@ -1,13 +1,13 @@
-"""A scene beside other programs, in one run on one machine: seconds a 25 Hz frame, largest stretch,
-intersecting triangles.
+"""A scene compared with other programs, in one run on one machine: seconds per 25 Hz frame, largest
+stretch and intersecting triangles.
 
     python tests/benchmarks/peers.py --shared ../shared [--scene drape|twist] [--step 4e-3]
-    [--peer-python PYTHON] [--mujoco]
+            [--peer-python PYTHON] [--mujoco]
 
-The other programs' scripts lie in SHARED/peers; PYTHON is an interpreter that has them (bpy,
-mujoco). What is not there is left out with a line that says so. Stretch and pairs of all are taken
-here, from their frames: the largest principal stretch, and pairs by exact arithmetic. Times depend
-on the machine: quote the ratios.
+The other programs' scripts are in SHARED/peers. PYTHON is an interpreter with the other programs
+installed (bpy, mujoco). A missing program is left out and reported in one line. Stretch and
+intersecting pairs of all programs are computed here from their frames: the largest principal
+stretch, and pairs by exact arithmetic. Times depend on the machine, so quote only ratios.
 """
 
 import argparse
@@ -24,12 +24,12 @@ import loomstone as ls
 import numpy as np
 from smoke import SCENES, SHARED, parsed
 
-NAMES = {"drape": "W1", "twist": "W3"}  # theirs
-QUALITY = {"drape": 10, "twist": 30}  # of Blender: steps a frame; the twist falls apart with fewer
+NAMES = {"drape": "W1", "twist": "W3"}  # scene names in SHARED/peers
+QUALITY = {"drape": 10, "twist": 30}  # Blender's steps per frame; the twist falls apart with fewer
 
 
 class Seen(NamedTuple):
-    seconds: float  # a frame
+    seconds: float  # per frame
     stretch: float
     pairs: int  # in the worst frame
 
@@ -62,7 +62,8 @@ def ours(name: str, options: argparse.Namespace) -> Seen:
 
 
 def looked_at(path: Path) -> Seen:
-    """What another program wrote: uv (n, 2), faces (m, 3), X (frames, n, 3), and its own clock."""
+    """Evaluates another program's file: uv (n x 2), faces (m x 3), X (frames x n x 3) and its own
+    time per frame."""
     run = np.load(path)
     uv, faces = run["uv"], run["faces"]
     rest = np.linalg.inv(
@@ -80,7 +81,7 @@ def looked_at(path: Path) -> Seen:
 
 
 def peer(python: str, script: Path, arguments: list[str], out: Path) -> Seen | str:
-    """What was seen, or why there is nothing."""
+    """Runs another program. Returns its result, or the reason if it produced none."""
     environment = {**os.environ, "PEERS_OUT": str(out), "PYTHONPATH": str(script.parent)}
     environment.pop("OMP_WAIT_POLICY", None)
     done = subprocess.run(

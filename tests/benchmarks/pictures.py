@@ -1,9 +1,8 @@
-"""Pictures a second of a run that is there, with and without writing PNG files.
+"""Rendering speed [pictures/s] of a stored run, with and without writing PNG files.
 
     python tests/benchmarks/pictures.py out/drape [--jobs 2 --width 1280 --height 720 --pictures 24]
 
-Every process draws one picture before the clock starts, and that long the processes wait for one
-another.
+The clock starts when every process has drawn one picture.
 """
 
 import argparse
@@ -34,7 +33,7 @@ def draw(run, look, indices, out, start, spent):
 
 
 def measure(run, look, n, jobs, out):
-    """Pictures a second; processor time of one [s]."""
+    """Returns pictures per second and processor time per picture [s]."""
     context = multiprocessing.get_context("spawn")
     start, spent, n_frames = context.Barrier(jobs + 1), context.Queue(), len(ls.Run(run))
     shares = [[i % n_frames for i in range(job, n, jobs)] for job in range(jobs)]
@@ -53,7 +52,7 @@ def measure(run, look, n, jobs, out):
 
 
 def a_run(out):
-    """Two frames of a small cloth."""
+    """Creates a run with two frames of a small cloth."""
     command = ["-m", "loomstone", "run", SCENES / "hanging.py", "-p", "triangles=50", "--out", out]
     subprocess.run([sys.executable, *command, "--duration", "0.04"], check=True)
     return out

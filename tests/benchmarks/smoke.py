@@ -1,7 +1,7 @@
-"""What programs here share: --smoke, and how they end where something they need is missing.
+"""Functions shared by the benchmarks: the --smoke option and the exit when something is missing.
 
-With --smoke a program takes its tiny sizes as defaults and ends within seconds; the tests run it
-so. Status 77 says that data or a package is missing, in one sentence on the standard error.
+With --smoke a program defaults to tiny sizes and ends within seconds; the tests run it this way.
+Exit status 77 means that data or a package is missing; the standard error names it in one sentence.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from typing import Any, NoReturn
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENES = ROOT / "scenes"
-SHARED = ROOT.parent / "shared"  # data sets and programs of others, beside the project
+SHARED = ROOT.parent / "shared"  # external data sets and programs, next to the project directory
 
 
 def parsed(parser: argparse.ArgumentParser, **tiny: Any) -> argparse.Namespace:
-    """The options given; --smoke takes those of `tiny` where none are."""
+    """Parses the options. With --smoke, `tiny` replaces the defaults."""
     parser.add_argument("--smoke", action="store_true", help="tiny sizes, a few seconds")
     if "--smoke" in sys.argv:
         parser.set_defaults(**tiny)
@@ -32,7 +32,7 @@ def missing(what: str) -> NoReturn:
 
 
 def package(name: str) -> ModuleType:
-    """The package, or the end with status 77."""
+    """Imports the package, or exits with status 77."""
     try:
         return importlib.import_module(name)
     except ImportError as error:
@@ -40,7 +40,7 @@ def package(name: str) -> ModuleType:
 
 
 def present(path: Path) -> Path:
-    """The path, or the end with status 77."""
+    """Returns the path if it exists, or exits with status 77."""
     if not path.exists():
         missing(f"{path} is not there")
     return path

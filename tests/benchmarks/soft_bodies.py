@@ -1,13 +1,14 @@
-"""A soft iron cube beside a cuboid magnet, with an error of the force of 0.5 %: time here and of
-magpylib-material-response.
+"""Time to compute the force between a soft iron cube and a cuboid magnet to an error of 0.5 %, here
+and with magpylib-material-response.
 
-    python -m pip install magpylib-material-response    # in an environment of its own, with this
-    package on its path python tests/benchmarks/soft_bodies.py [--repeats 10]
+    python -m pip install magpylib-material-response    # in a separate environment
+    python tests/benchmarks/soft_bodies.py [--repeats 10]
 
-The error is taken against 20 cells an edge here, which err by less than 1e-4. Both begin with
-nothing: the cube is set up, its magnetisation found, and the force on it computed; here the time
-for another place of the same cube is given as well. Cells of magpylib-material-response grow in
-number until the error is reached. Prints milliseconds of processor time and their ratio.
+The reference has 20 cells per edge in this package; its error is less than 1e-4. Both programs
+start from scratch: they set up the cube, solve for its magnetisation and compute the force. For
+this package, the time at a further position of the same cube is listed as well. The number of cells
+in magpylib-material-response increases until the error is reached. Prints processor times [ms] and
+their ratio.
 """
 
 import argparse

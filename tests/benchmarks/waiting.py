@@ -1,14 +1,13 @@
-"""What waiting threads cost: wall and processor time of a drape for several spin counts, on an idle
-machine and beside busy processes.
+"""Cost of waiting threads: wall and processor time of a drape for several spin counts, on an idle
+machine and with busy processes.
 
     python tests/benchmarks/waiting.py [--triangles 3600 --duration 0.4 --busy 0 2 4 --repeats 3
-    --counts 0 500 1000 2000 4000 8000 16000 300000 --threads 2 --ranks]
+            --counts 0 500 1000 2000 4000 8000 16000 300000 --threads 2 --ranks]
 
-A count of 300000 is the default of libgomp, 0 is OMP_WAIT_POLICY=passive (threads sleep at once).
-Every run is a process of its own, pinned with the busy ones to as many processors as it has
-threads. Settings take turns, so that a change of the machine's load meets all of them; a cell is
-the median over the turns. --ranks runs two MPI ranks of one thread each beside the busy processes
-instead.
+A count of 300000 is the default of libgomp; 0 is OMP_WAIT_POLICY=passive (threads sleep at once).
+Every run is a separate process. The run and the busy processes share as many processors as the run
+has threads. Settings alternate, so that a change of the machine's load affects all of them. A cell
+is the median over the repeats. --ranks replaces the threads with two MPI ranks of one thread each.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from smoke import SCENES, missing, parsed
 
 
 def drape(triangles: int, duration: float, threads: int, ranks: bool) -> None:
-    """Steps the drape and prints its wall and processor time [s], without those of the start."""
+    """Steps the drape and prints its wall and processor time [s], excluding the start."""
     import loomstone as ls
     from loomstone.runs.scene_file import SceneFile
 
@@ -57,7 +56,7 @@ def busy_processes(count: int) -> Iterator[None]:
 
 
 def measured(given: argparse.Namespace, count: int) -> tuple[float, float]:
-    """Wall time and processor time of all ranks [s]."""
+    """Returns the wall time of the slowest rank and the processor time of all ranks [s]."""
     environment = {k: v for k, v in os.environ.items() if k not in {"OMP_WAIT_POLICY"}}
     environment["GOMP_SPINCOUNT"] = str(count)
     if count == 0:

@@ -1,7 +1,7 @@
-// Time of a sweep of strain limiting over all elements: where all are within their limits
-// (evaluation only), and where all are beyond and corrected. Minima of 40, beside a fixed block
-// product (7,396 rows, one thread) of the same run: the ratio is the claim, milliseconds depend on
-// the machine.
+// Time of one sweep of strain limiting over all elements, with all elements within their limits
+// (evaluation only) and with all above their limits (evaluation and correction). Times are minima
+// of 40, compared with a block product (7,396 rows, one thread) in the same run. Only the ratio
+// carries over to other machines.
 //   benchmark_limits [cells ...]      (default 42, 85, 224: 3,528, 14,450 and 100,352 triangles;
 //   --smoke: 10)
 #include <algorithm>
@@ -42,8 +42,8 @@ double product() {
   return best;
 }
 
-// Seconds a sweep: those of 1 + 8 sweeps less those of 1, so that what a call does once is not
-// counted.
+// Seconds per sweep: time of 9 sweeps minus time of 1 sweep, divided by 8. The difference removes
+// the work done once per call.
 double sweep(const LimitedCloth& cloth, const Points& x, const char* method, int threads) {
   double best[2] = {1e9, 1e9};
   for (int several = 0; several < 2; ++several) {
@@ -58,7 +58,7 @@ double sweep(const LimitedCloth& cloth, const Points& x, const char* method, int
   return (best[1] - best[0]) / 8;
 }
 
-// A whole call that finds nothing to do: one sweep and the measure of what is left.
+// Time of a call that has nothing to correct: one sweep and the evaluation of the excess [s].
 double idle(const LimitedCloth& cloth, const Points& x, const char* method) {
   StrainLimiter limiter(cloth, sweeping(method));
   double best = 1e9;

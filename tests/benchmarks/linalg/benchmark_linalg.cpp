@@ -1,8 +1,8 @@
-// Times of the block product and of the linear solvers on a square of cloth: 7,396 vertices (the
-// size of the reference figures) and larger. Usage: benchmark_linalg [threads] [side ...], or
-// --smoke (tiny). Every time is the least of many repetitions; the ratio to the block product of
-// the same run is what carries over to other machines. Reference (one thread, AVX-512): product
-// 0.05 ms, 51 iterations 3.7 ms, that is 74 products.
+// Times of the block product and of the linear solvers on a square cloth of 7,396 vertices (the
+// size of the reference figures) or larger. Usage: benchmark_linalg [threads] [side ...], or
+// --smoke (tiny). Each time is the minimum of many repetitions. The ratio to the block product of
+// the same run carries over to other machines. Reference (one thread, AVX-512): product 0.05 ms, 51
+// iterations 3.7 ms, that is 74 products.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -32,7 +32,7 @@ double least_milliseconds(int repetitions, const std::function<void()>& body) {
   return least;
 }
 
-// Grid edges and one diagonal, in the order a simulation would use.
+// Couplings along grid edges and one diagonal per cell, in the row order of a simulation.
 std::vector<std::pair<Index, Index>> ordered_couplings(Index side) {
   std::vector<std::pair<Index, Index>> couplings;
   for (Index r = 0; r < side; ++r)
@@ -61,8 +61,8 @@ std::vector<std::pair<Index, Index>> ordered_couplings(Index side) {
   return couplings;
 }
 
-// Unit masses and springs of stiffness `stiffness` along (1, 0, 0), (0, 1, 0), (1, 1, 0), with a
-// tenth across.
+// Unit masses and springs along (1, 0, 0), (0, 1, 0) and (1, 1, 0). A spring's transverse stiffness
+// is a tenth of `stiffness`.
 BlockMatrix cloth_like(Index side, double stiffness) {
   const auto couplings = ordered_couplings(side);
   BlockMatrix matrix(side * side, couplings);
@@ -80,7 +80,7 @@ BlockMatrix cloth_like(Index side, double stiffness) {
   return matrix;
 }
 
-// One term in ten rows, four rows each, as contacts are.
+// One term of four rows for every ten rows, like contacts.
 ExtraTerms contacts(Index n_rows) {
   ExtraTerms terms;
   for (Index row = 0; row + 40 < n_rows; row += 10) {

@@ -1,8 +1,8 @@
 // Time of a step without collisions (loads, forces, assembly, solve, motion) of a cloth draped over
 // a sphere: solvers and bending elements, growth with the mesh, accuracy of the tolerance. Every
-// repetition starts from the same state (but for 1 nm at one vertex). Times are minima, beside that
-// of a fixed block product (7,396 rows, one thread) taken between the repetitions: the ratio is the
-// claim, milliseconds depend on the machine.
+// repetition starts from the same state, except for 1 nm at one vertex. Times are minima. A fixed
+// block product (7,396 rows, one thread) is timed between the repetitions. Only the ratio to its
+// time carries over to other machines.
 //   benchmark_step [solvers] [growth [cells ...]] [accuracy] [threads]      (default: all; growth
 //   of 50 ... 400 cells; --smoke: one row of 10 cells)
 #include <algorithm>
@@ -22,8 +22,7 @@ using namespace loomstone;
 
 namespace {
 
-// Seconds: of this thread on its processor where it works alone (others who take turns with it do
-// not count), else on the wall.
+// Clock [s]: with one thread its processor time, which excludes other processes; else wall time.
 double now(int threads = 1) {
   timespec t;
   clock_gettime(threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &t);
@@ -69,8 +68,8 @@ class Product {
     x_.assign(4 * mesh.n_vertices() + 4, 1.0);
     y_ = x_;
   }
-  // Mean of 64 products, about as long as a step: both need the machine for themselves equally
-  // long.
+  // Mean time of 64 products [s]. They take about as long as a step, so that interruptions affect
+  // both alike.
   double time() {
     const double start = now();
     for (int i = 0; i < 64; ++i) a_.multiply(0, a_.n_rows(), x_.data(), y_.data());
@@ -92,7 +91,7 @@ Measured measure(const Case& c) {
   Simulation sim = simulation(c);
   const Points x = sim.positions(), v = sim.velocities();
   Points beside =
-      x;  // nothing that a step keeps of the positions it began with serves the next one
+      x;  // differs, so that no quantity cached for a step's start positions serves the next step
   beside(0, 0) += 1e-9;
   const int repetitions = c.cells > 130 ? 20 : 40;
   Measured best;
@@ -102,7 +101,7 @@ Measured measure(const Case& c) {
     const double start = now(c.threads);
     sim.step();
     if (i >= 2)
-      best.step = std::min(best.step, now(c.threads) - start);  // the first steps lay out memory
+      best.step = std::min(best.step, now(c.threads) - start);  // the first steps allocate memory
     best.product = std::min(best.product, product.time());
   }
   best.iterations = sim.report().solver.linear_iterations;
@@ -142,7 +141,7 @@ void growth(const std::vector<Index>& cells) {
     for (const double h : {1e-3, 4e-3})
       for (const char* solver : {"pcg", "block-jacobi", "direct"}) {
         if (std::string(solver) == "direct" && n > 130)
-          continue;  // what it would take is plain by then
+          continue;  // its growth is clear from the smaller meshes
         print({n, h, solver, h > 2e-3 ? "implicit" : "explicit"});
       }
 }
@@ -156,7 +155,7 @@ void threads() {
   }
 }
 
-// Positions after 50 steps against a direct solve.
+// Error of the positions after 50 steps, compared with a direct solver.
 void accuracy() {
   std::printf(
       "# cells  h [ms]  bending   element   tolerance  iterations  largest error after 50 steps "

@@ -22,7 +22,7 @@ Scene scene_with(const TriangleMesh& mesh, const Points& velocities, bool collis
   scene.cloths.push_back(cloth);
   scene.collisions = collisions;
   if (!collisions) return scene;
-  scene.allow_initial_intersections = true;  // interpolation may graze
+  scene.allow_initial_intersections = true;  // interpolated positions may intersect slightly
   const TriangleMesh ball = icosphere(radius, 4);
   Points x = ball.vertices();
   x.rowwise() += Vec3(0.03, 0.02, 0.0).transpose();
@@ -36,14 +36,13 @@ void run(Simulation& sim, int steps) {
   for (int i = 0; i < steps; ++i) sim.step();
 }
 
-// Weights of four neighbours for a place between the middle two (Catmull and Rom).
+// Catmull-Rom weights of four neighbours at parameter t between the middle two.
 std::array<double, 4> cubic(double t) {
   return {0.5 * t * (-1 + t * (2 - t)), 0.5 * (2 + t * t * (-5 + 3 * t)),
           0.5 * t * (1 + t * (4 - 3 * t)), 0.5 * t * t * (t - 1)};
 }
 
-// Value at vertex (i, j) of a grid with `fine` cells; beyond the border the coarse grid goes on
-// straight.
+// Values on a grid of `fine` cells. Beyond the border, the coarse values are extrapolated linearly.
 Points interpolate(const Points& values, Index coarse, Index fine) {
   const auto at = [&](Index i, Index j) -> Vec3 {
     return values.row(j * (coarse + 1) + i).transpose();
@@ -74,7 +73,7 @@ Points interpolate(const Points& values, Index coarse, Index fine) {
   return result;
 }
 
-// The coarse cloth, dropped and left for 1.2 s.
+// Returns the coarse cloth after a fall of 1.2 s.
 Points settled() {
   TriangleMesh flat = grid_cells(side, side, coarse_cells, coarse_cells);
   Points x = flat.vertices();

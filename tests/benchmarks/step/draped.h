@@ -1,4 +1,4 @@
-// The cloth on which the implicit step is measured: the square of the drape scene (0.5 m,
+// Cloth for the measurements of the implicit step: the square of the drape scene (0.5 m,
 // 300/300/150 N/m, 0.3 kg/m^2, 1e-5 N m) at rest on its sphere of radius 0.15 m.
 #pragma once
 
@@ -6,16 +6,16 @@
 
 namespace loomstone {
 
-// Shape at rest of the square with cells x cells cells: simulated with collisions on a coarse mesh,
-// carried over to the fine one by bicubic interpolation in uv, and simulated there for a few more
-// steps, so that strains and folds are its own.
+// Rest shape of the square with cells x cells cells. A simulation with collisions on a coarse mesh
+// gives the shape, bicubic interpolation in uv transfers it to the fine mesh, and a few more steps
+// there let the fine mesh form its own strains and folds.
 struct Draped {
   TriangleMesh mesh;  // vertices: the draped shape; uv: the flat pattern
   Points velocities;  // [m/s]
 };
 Draped drape(Index cells);
 
-// The draped cloth alone, free of collisions.
+// Scene with the draped cloth alone, without collisions.
 Scene draped_scene(const Draped& draped);
 
 }  // namespace loomstone

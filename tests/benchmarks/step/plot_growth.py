@@ -1,8 +1,8 @@
-"""Plots what `benchmark_step growth` printed: time of a step and iterations of the solver against
-the number of triangles.
+"""Plots the output of `benchmark_step growth`: time per step and solver iterations over the number
+of triangles.
 
-build/tests/benchmarks/step/benchmark_step growth > growth.txt
-python tests/benchmarks/step/plot_growth.py growth.txt docs/images/step_growth.png
+    build/tests/benchmarks/step/benchmark_step growth > growth.txt
+    python tests/benchmarks/step/plot_growth.py growth.txt docs/images/step_growth.png
 """
 
 import argparse
@@ -17,7 +17,7 @@ LINES = {"pcg": "o-", "block-jacobi": "^:", "direct": "s--"}
 
 
 def read(path: Path) -> dict[tuple[str, float], list[tuple[int, int, float]]]:
-    """Triangles, iterations and products a step, by solver and step size [ms]."""
+    """Maps (solver, step [ms]) to rows of (triangles, iterations, block products per step)."""
     series: dict[tuple[str, float], list[tuple[int, int, float]]] = {}
     for line in path.read_text().splitlines():
         word = line.split()
