@@ -1,5 +1,5 @@
-// A small made-up run whose every number follows from frame and row, so that any part of a file can
-// be checked alone.
+// A small synthetic run. Every number is a function of frame and row, so that each part of a file
+// can be checked alone.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace loomstone::testing {
 
-// A fresh directory, removed with its content when the test ends.
+// A new directory, removed with its content when the test ends.
 class TemporaryDirectory {
  public:
   TemporaryDirectory();
@@ -22,16 +22,16 @@ class TemporaryDirectory {
   std::string path_;
 };
 
-// Two cloths of side x side vertices each, end to end; with bodies also a tetrahedron and a floor.
+// Two cloths of side x side vertices each, end to end. With bodies, also a tetrahedron and a floor.
 FrameTopology example_topology(int side, bool with_bodies);
 Frame example_frame(const FrameTopology& topology, int index);
 StepReport example_report(std::int64_t step);
 inline constexpr int steps_per_frame = 4;
 
-// Frame `index` with the reports of the steps before it.
+// Writes frame `index` and the reports of the steps before it.
 void write_example(FrameWriter& writer, const FrameTopology& topology, int index);
 
-// Bit for bit.
+// Bitwise comparison.
 bool same(const FrameTopology& a, const FrameTopology& b);
 bool same(const Frame& a, const Frame& b);
 bool same(const StepReport& a, const StepReport& b);

@@ -1,5 +1,5 @@
-// Files that are missing, foreign, newer, truncated, damaged or cannot be written: one clear error
-// each.
+// Files that are missing, foreign, newer, truncated, damaged or not writable each cause one clear
+// error.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -59,7 +59,7 @@ void flip_bit(const std::string& path, std::uintmax_t at) {
   file.put(byte);
 }
 
-// A checkpoint file with this content, as write_checkpoint() ends one: mark, length, checksum.
+// Writes a checkpoint file whose end is that of write_checkpoint(): mark, length and checksum.
 void write_with_checksum(const std::string& path, std::vector<unsigned char> bytes) {
   WordHash hash;
   for (std::size_t at = 0; at < bytes.size(); at += 8) {
@@ -75,7 +75,7 @@ void write_with_checksum(const std::string& path, std::vector<unsigned char> byt
   file.write(reinterpret_cast<const char*>(numbers.data()), sizeof numbers);
 }
 
-// No file of this process may grow past `bytes` while this lives: what a full disk looks like.
+// While an instance lives, no file of this process can grow beyond `bytes`, as on a full disk.
 class FullDisk {
  public:
   explicit FullDisk(rlim_t bytes) {
@@ -262,7 +262,7 @@ TEST_CASE("a writer that ends on a full disk leaves the frames it has written") 
           CacheError);
     }
     INFO("files of " << limit << " bytes at most, " << n_written << " frames");
-    CHECK((n_written > 0 || limit == 900000));  // of which the first frame needs more
+    CHECK((n_written > 0 || limit == 900000));  // the first frame needs more than 900000 bytes
     const FrameReader reader(directory.path());
     REQUIRE(reader.n_frames() == n_written);
     for (int index = 0; index < n_written; ++index)
@@ -298,7 +298,7 @@ TEST_CASE("a full disk stops a run with an error, and the frames before it stay"
     for (int index = 0; index < n_written; ++index)
       CHECK(same(reader.frame(index), example_frame(topology, index)));
   }
-  // With room again, the frame that failed is written and the run goes on.
+  // Once there is space again, the failed frame is written and the run continues.
   for (int index = n_written; index < n_written + 20; ++index)
     writer.write(example_frame(topology, index));
   const FrameReader reader(directory.path());

@@ -13,7 +13,7 @@ TEST_CASE("a run is read back bit for bit, with and without bodies") {
   const TemporaryDirectory directory;
   const FrameTopology topology = example_topology(5, with_bodies);
   const std::string metadata = "{\"scene\": \"two cloths\"}";
-  const int n_frames = 40;  // more than two of the blocks that are set aside at once
+  const int n_frames = 40;  // more than two blocks, the unit in which the file grows
   {
     FrameWriter writer(directory.path(), topology, metadata);
     for (int index = 0; index < n_frames; ++index) write_example(writer, topology, index);
@@ -33,8 +33,8 @@ TEST_CASE("a run is read back bit for bit, with and without bodies") {
     CHECK(same(reports[i], example_report(static_cast<std::int64_t>(i) + 1)));
 }
 
-// tests/python/runs/test_cache_vtk.py reads what this leaves with VTK's own reader and compares
-// with the same formulas.
+// tests/python/runs/test_cache_vtk.py reads this run with VTK's own reader and compares it with the
+// same formulas.
 TEST_CASE("an example run for other programs can be kept") {
   const char* directory = std::getenv("LOOMSTONE_EXAMPLE_RUN");
   if (!directory) return;

@@ -1,5 +1,4 @@
-// A run may be killed at any moment: what its files then hold is whole and right, and the run can
-// be continued.
+// A run killed at any moment leaves complete and correct files and can be continued.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -21,8 +20,8 @@ using namespace loomstone::testing;
 
 namespace {
 
-// Runs `work` in a process of its own that is killed (SIGKILL) after some microseconds, or not at
-// all (0). True if it was killed.
+// Runs `work` in a child process and kills it (SIGKILL) after some microseconds, or never (0).
+// Returns true if the child was killed.
 template <class Work>
 bool kill_after(unsigned microseconds, const Work& work) {
   const pid_t child = fork();
@@ -44,7 +43,7 @@ bool kill_after(unsigned microseconds, const Work& work) {
   return WIFSIGNALED(status);
 }
 
-// Counts of frames and reports; each one checked.
+// Checks every frame and report, and returns their numbers.
 std::pair<int, int> check_run(const std::string& directory, const FrameTopology& topology) {
   const FrameReader reader(directory);
   CHECK(same(reader.topology(), topology));
@@ -71,8 +70,7 @@ TEST_CASE("a run killed at any moment can be read, and every frame is right") {
     FrameWriter writer(directory, topology, "");
     for (int index = 0; index < n_frames; ++index) write_example(writer, topology, index);
   };
-  // Kills fall into the time of a few frames, however long a slow or watched program takes for
-  // these.
+  // Kills fall into the time of a few frames, even if the program is slow or runs in a debugger.
   const auto start = std::chrono::steady_clock::now();
   {
     const TemporaryDirectory directory;
@@ -91,13 +89,13 @@ TEST_CASE("a run killed at any moment can be read, and every frame is right") {
     try {
       most = std::max(most, check_run(directory.path(), topology).first);
     } catch (const CacheError& error) {
-      // Between the old run's end and the new one's beginning there is no run file.
+      // There is no run file between the removal of the old one and the creation of the new one.
       const bool absent = std::string(error.what()).find("No such file") != std::string::npos;
       if (!absent) FAIL_CHECK(error.what());
     }
   }
   CHECK(n_killed == number_of_kills(20));
-  CHECK(most > 0);  // the kills met a run under way
+  CHECK(most > 0);  // some kills came while frames were being written
 }
 
 TEST_CASE(
@@ -109,7 +107,7 @@ TEST_CASE(
   {
     FrameWriter(directory.path(), topology, "kept");
   }
-  // A checkpoint after every fifth frame, as a run would write it.
+  // A checkpoint follows every fifth frame, as in a run.
   const std::string checkpoint_path = directory / "state.checkpoint";
   const auto checkpoint = [](int next) {
     Checkpoint result;
@@ -126,7 +124,7 @@ TEST_CASE(
       const double until = next == 0 ? -1.0 : example_frame(topology, next - 1).time;
       FrameWriter writer = FrameWriter::reopen(directory.path(), until);
       if (writer.n_frames() != next)
-        _exit(2);  // a checkpoint never knows a frame that the file does not have
+        _exit(2);  // a checkpoint never refers to a frame that is missing from the file
       for (int index = next; index < n_frames; ++index) {
         write_example(writer, topology, index);
         if (index % 5 == 4) write_checkpoint(checkpoint_path, checkpoint(index + 1));
