@@ -1,4 +1,4 @@
-// A sheet of membrane far from rest, for tests.
+// A strongly deformed membrane sheet for tests.
 #pragma once
 
 #include <random>
@@ -37,7 +37,7 @@ inline Points random_points(Index n, double size, unsigned seed) {
   return p;
 }
 
-// A strongly deformed sheet: stretched, sheared, folded out of its plane.
+// Deforms a sheet strongly: stretched, sheared and folded out of its plane.
 inline Points deformed(const TriangleMesh& mesh, unsigned seed) {
   Points x = mesh.vertices();
   for (Index i = 0; i < x.rows(); ++i) {

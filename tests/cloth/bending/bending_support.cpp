@@ -60,8 +60,8 @@ Points noise(Index n, double size, unsigned seed) {
 
 namespace {
 
-// Diamond lattice: points (i, j) h / 2 with i + j even; a diamond around each other point, halved
-// at the boundary.
+// Diamond lattice: lattice points (i, j) h / 2 with i + j even are vertices. Each other point is
+// the centre of a diamond, which is halved at the boundary.
 Strip diamond_strip(bool along, double length, double width, Index across) {
   const Index ny = 2 * across,
               nx = static_cast<Index>(std::lround(ny * length / width)) / 2 * 2 + 2, clamp = 2;
@@ -89,7 +89,7 @@ Strip diamond_strip(bool along, double length, double width, Index across) {
       if (n < 0 || s < 0 || (whole && along && i != clamp)) {  // edge w - e
         if (n >= 0) triangles.push_back({w, e, n});
         if (s >= 0) triangles.push_back({w, s, e});
-      } else {  // edge s - n; always at the clamp, so that edges run along it
+      } else {  // edge s - n; always next to the clamp, so that edges run along it
         if (e >= 0) triangles.push_back({s, e, n});
         if (w >= 0) triangles.push_back({s, n, w});
       }
@@ -148,7 +148,7 @@ Strip random_strip(double length, double width, Index across, unsigned seed, int
   const double h = width / across;
   const PointMesh mesh = random_mesh(0.0, length, width, h, seed, smoothing);
   if (least_angle) *least_angle = mesh.least_angle;
-  // One column of cells behind the clamp line, so that edges run along it.
+  // One column of cells behind the clamp line makes edges run along it.
   const Index n = static_cast<Index>(mesh.points.rows()),
               m = static_cast<Index>(mesh.triangles.rows());
   Strip strip{Points(n + across + 1, 3),
@@ -184,7 +184,7 @@ Vector deflections(const Points& vertices, const Triangles& triangles,
   Index n_free = 0;
   for (Index i = 0; i < n; ++i)
     if (!prescribed[i]) unknown[i] = n_free++;
-  // A flat sheet bends along z only.
+  // Bending forces of a flat sheet act along z only.
   std::vector<Eigen::Triplet<double>> entries;
   for (Index i = 0; i < n; ++i)
     for (Index p = k.row_start()[i]; p < k.row_start()[i + 1]; ++p)

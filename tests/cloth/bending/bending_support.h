@@ -9,9 +9,9 @@
 namespace loomstone::test {
 
 Mat3 isotropic(double b, double nu);  // D for (kxx, kyy, 2 kxy) [N m]
-Mat3 some_rigidity();                 // full, orthotropic with couplings [N m]
+Mat3 some_rigidity();                 // full orthotropic matrix with coupling terms [N m]
 
-// Setup of a flat mesh in z = 0; material axes rotated by `angle` [rad] against x.
+// Setup of a flat mesh in z = 0. The material axes are rotated by `angle` [rad] from x.
 BendingSetup flat_setup(const Points& vertices, const Triangles& triangles, const Mat3& rigidity,
                         double angle = 0.0);
 BendingSetup flat_setup(const TriangleMesh& mesh, const Mat3& rigidity, double angle = 0.0);
@@ -21,8 +21,8 @@ std::unique_ptr<Bending> make_bending(const std::string& element,
 
 Points noise(Index n, double size, unsigned seed);
 
-// Strip from x = 0 (clamp line) to x = length, with two prescribed rows at x <= 0; y from 0 to
-// width.
+// Strip from x = 0 (clamp line) to x = length and from y = 0 to y = width. Two rows of vertices at
+// x <= 0 are prescribed.
 struct Strip {
   Points vertices;
   Triangles triangles;
@@ -30,17 +30,17 @@ struct Strip {
   std::vector<Index> tip;  // vertices at x = length
   double length;
 };
-// pattern: alternating | diagonal | mirrored | jittered | along (45 degrees, diagonals along) |
-// across.
+// pattern: alternating | diagonal | mirrored | jittered | along | across. The last two are diamonds
+// at 45 degrees, with diagonals along and across the strip.
 Strip make_strip(const std::string& pattern, double length, double width, Index across);
-// Delaunay triangulation of random points; smoothing: rounds of relaxation, 0 keeps slivers.
-// least_angle [rad] may be null.
+// Delaunay triangulation of random points after `smoothing` rounds of relaxation (0 keeps slivers).
+// Writes the smallest angle [rad] to least_angle unless it is null.
 Strip random_strip(double length, double width, Index across, unsigned seed, int smoothing,
                    double* least_angle = nullptr);
 
 Vector lumped_areas(const Points& vertices, const Triangles& triangles);  // [m^2]
 
-// Small deflections of a flat sheet under unit load per area [m].
+// Small deflections [m] of a flat sheet under a load of 1 N/m^2.
 Vector deflections(const Points& vertices, const Triangles& triangles,
                    const std::vector<std::uint8_t>& prescribed, const Bending& bending);
 // Mean deflection at the tip of a strip [m].

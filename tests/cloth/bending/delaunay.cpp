@@ -38,7 +38,7 @@ Triangles delaunay(const Points& points) {
   std::vector<Corners> triangles{{n, n + 1, n + 2}};
   for (Index i = 0; i < n; ++i) {
     std::map<std::pair<Index, Index>, int>
-        border;  // directed edges of the cavity; twice in both directions: inside
+        border;  // directed edges of the cavity's triangles; inner edges occur in both directions
     std::vector<Corners> kept;
     for (const Corners& t : triangles) {
       if (!in_circle(p[t[0]], p[t[1]], p[t[2]], p[i])) {
@@ -74,7 +74,7 @@ PointMesh random_mesh(double x0, double x1, double width, double h, unsigned see
       if (i == 0 || j == 0 || i == nx || j == ny)
         points.emplace_back(x0 + i * (x1 - x0) / nx, j * width / ny, 0.0);
   const std::size_t n_border = points.size();
-  // One point in each cell around an inner node, anywhere in it.
+  // Each cell around an inner node contains one random point.
   for (Index i = 1; i < nx; ++i)
     for (Index j = 1; j < ny; ++j) {
       const double x = (i - 0.5 + random()) * (x1 - x0) / nx, y = (j - 0.5 + random()) * width / ny;

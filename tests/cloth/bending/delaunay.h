@@ -5,13 +5,13 @@
 
 namespace loomstone::test {
 
-// Triangulates points (n x 3, z = 0) of a rectangle, its four corners included, by the algorithm of
-// Bowyer, Comput. J. 24 (1981).
+// Triangulates points (n x 3, z = 0) of a rectangle by the algorithm of Bowyer, Comput. J. 24
+// (1981). The points include the four corners of the rectangle.
 Triangles delaunay(const Points& points);
 
-// Rectangle [x0, x1] x [0, width] with boundary points at distance h and one random inner point per
-// cell of h x h. smoothing: rounds of moving inner points to the mean of their neighbours (0: raw,
-// with slivers).
+// Mesh of the rectangle [x0, x1] x [0, width] with boundary points at distance h and one random
+// inner point per cell of h x h. Each round of smoothing moves inner points to the mean of their
+// neighbours. Without smoothing the mesh contains slivers.
 struct PointMesh {
   Points points;
   Triangles triangles;

@@ -1,5 +1,5 @@
-// Claims about bending against beam theory. Clamps are two prescribed rows with edges along the
-// clamp line; the Poisson ratio is 0 unless stated.
+// Claims about bending compared with beam theory. A clamp is two prescribed rows of vertices with
+// edges along the clamp line. The Poisson ratio is 0 unless stated otherwise.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -12,12 +12,12 @@ using namespace loomstone::test;
 
 namespace {
 
-// A cantilever of length 1 m.
+// Cantilever of length 1 m.
 struct Cantilever {
   std::string element, pattern;
   Index across;
   Mat3 rigidity;
-  double angle = 0.0;  // of weft to the length [rad]
+  double angle = 0.0;  // angle between weft and the length [rad]
   double width = 0.2;
 };
 
@@ -36,7 +36,7 @@ TEST_CASE("a mid-edge cantilever sags as beam theory says, whatever the mesh and
       GENERATE("alternating", "diagonal", "mirrored", "jittered", "along", "across");
   const Index across = GENERATE(4, 6, 10);
   CAPTURE(pattern, across);
-  // Measured 1.003 at 4 elements across and nearer beyond; the claim is 1 %.
+  // Measured 1.003 at 4 elements across and closer to 1 at more elements; the claim is 1 %.
   CHECK(deflection_ratio({"midedge", pattern, across, isotropic(1.0, 0.0)}, 1.0) ==
         Approx(1.0).epsilon(0.005));
 }
@@ -48,7 +48,7 @@ TEST_CASE("a mid-edge cantilever sags as beam theory says on raw meshes with sli
     double angle = 0.0;
     const Strip strip = random_strip(1.0, 0.2, across, seed, 0, &angle);
     if (angle < 1.0 * M_PI / 180)
-      continue;  // the element is not made for triangles almost without area
+      continue;  // the element does not support triangles of nearly zero area
     BendingSetup setup = flat_setup(strip.vertices, strip.triangles, isotropic(1.0, 0.0));
     setup.prescribed = strip.prescribed;
     const auto bending = make_midedge_bending(setup);
@@ -81,7 +81,7 @@ TEST_CASE(
       if (!edge[i] && i != centre) x.block<1, 2>(i, 0) += shift.block<1, 2>(i, 0);
     }
     BendingSetup setup = flat_setup(x, mesh.triangles(), isotropic(1.0, 0.3));
-    setup.prescribed = edge;  // one prescribed row is a simple support
+    setup.prescribed = edge;  // a single prescribed row is a simple support
     const Vector z = deflections(x, mesh.triangles(), edge, *make_midedge_bending(setup));
     errors.push_back(std::abs(z[centre] / exact - 1.0));
   }
@@ -96,7 +96,7 @@ TEST_CASE("an orthotropic strip sags by its compliance along the strip") {
   CAPTURE(pattern);
   Mat3 d = Mat3::Zero();
   d.diagonal() << 1.0, 9.0, 0.8;
-  // Free edges carry no moment: 1 / B is the entry of the inverse of D.
+  // Free edges carry no moment, so 1 / B is the first entry of the inverse of D.
   CHECK(deflection_ratio({"midedge", pattern, 8, d}, 1.0) == Approx(1.0).epsilon(0.02));
   CHECK(deflection_ratio({"midedge", pattern, 8, d, -M_PI / 2}, 9.0) == Approx(1.0).epsilon(0.02));
   d(0, 1) = d(1, 0) = 0.3;
@@ -115,9 +115,9 @@ TEST_CASE("a strip cut on the bias sags by the rigidity that weft, warp and twis
   d.diagonal() << 1.0, 3.0, 0.8;
   d(0, 1) = d(1, 0) = coupling;
   const Mat3 s = d.inverse();
-  // No moment across and no twisting moment: 1 / B = (S11 + S22 + 2 S12 + S33) / 4 at 45 degrees.
-  // The clamp prevents twisting, which stiffens the strip. The effect decreases with the width,
-  // here a tenth of the length.
+  // Moments across the strip and twisting moments vanish: 1 / B = (S11 + S22 + 2 S12 + S33) / 4 at
+  // 45 degrees. The clamp prevents twisting, which stiffens the strip. The effect decreases with
+  // the width, here a tenth of the length.
   const double compliance = 0.25 * (s(0, 0) + s(1, 1) + 2.0 * s(0, 1) + s(2, 2));
   CHECK(deflection_ratio({"midedge", pattern, 6, d, M_PI / 4, 0.1}, 1.0 / compliance) ==
         Approx(1.0).epsilon(0.02));
@@ -136,8 +136,8 @@ TEST_CASE("the hinge's rigidity along the axes of a grid is within 25 percent of
 TEST_CASE(
     "the hinge's rigidity in strips of smoothed irregular mesh is within 12 percent of B at 16 "
     "elements across, 18 at 6") {
-  // Boundary edges have no hinge, so narrow strips are softer. Worst of four seeds: 0.833 at 6
-  // elements across, 0.871 at 10, 0.883 at 16.
+  // Boundary edges have no hinge, so narrow strips are softer. The worst of four seeds is 0.833 at
+  // 6 elements across, 0.871 at 10 and 0.883 at 16.
   const auto [across, bound] = GENERATE(table<Index, double>({{6, 0.18}, {10, 0.14}, {16, 0.12}}));
   for (unsigned seed = 1; seed <= 4; ++seed) {
     const Strip strip = random_strip(1.0, 0.2, across, seed, 30);
@@ -150,7 +150,7 @@ TEST_CASE(
 }
 
 TEST_CASE("the hinge's rigidity at 45 degrees to a grid is another: reported, not bounded") {
-  // Measured 2.04 B with diagonals along the strip and 0.75 B across; along the axes it is 0.8 B.
+  // Measured: 2.04 B with diagonals along the strip, 0.75 B with diagonals across it.
   for (const std::string pattern : {"along", "across"}) {
     const double ratio = 1.0 / deflection_ratio({"hinge", pattern, 8, isotropic(1.0, 0.0)}, 1.0);
     CHECK(std::isfinite(ratio));

@@ -1,4 +1,4 @@
-// Claims about large deflections: the mid-edge element against the elastica.
+// Claims about large deflections of the mid-edge element, compared with the elastica.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -13,8 +13,8 @@ using namespace loomstone::test;
 
 namespace {
 
-// Tip height of the inextensible cantilever under dead load w per length: B theta'' = -w (L - s)
-// cos(theta), by shooting.
+// Tip height of an inextensible cantilever under dead load w per unit length: B theta'' = -w (L -
+// s) cos(theta), solved by shooting.
 double elastica_tip(double w, double& tip_x) {
   double low = 0.0, high = 20.0;
   double x = 0.0, z = 0.0;
@@ -43,8 +43,8 @@ double elastica_tip(double w, double& tip_x) {
   return z;
 }
 
-// Minimises membrane + bending - load by Newton's method with a line search on the energy, with
-// Gauss-Newton if the Hessian is indefinite.
+// Minimises membrane + bending - load by Newton's method with a line search on the energy. Uses the
+// positive Jacobian if the exact one is indefinite.
 class StaticSolve {
  public:
   StaticSolve(const Strip& strip, const Bending& bending, Membrane& membrane)
@@ -64,7 +64,7 @@ class StaticSolve {
     return membrane_.energy(team_, x) + bending_.energy(team_, x) + load * area_.dot(x.col(2));
   }
 
-  // Returns the norm of the residual over that of the load.
+  // Returns the norm of the residual relative to the norm of the load.
   double iterate(Points& x, double load) {
     Points g = Points::Zero(n_, 3);
     membrane_.add_forces(team_, x, nullptr, 0, n_, g);
@@ -137,7 +137,7 @@ TEST_CASE(
   BendingSetup setup = flat_setup(strip.vertices, strip.triangles, isotropic(1.0, 0.0));
   setup.prescribed = strip.prescribed;
   const auto bending = make_midedge_bending(setup);
-  // Stretch under its own weight: 40 / 2e4 / 2 at the clamp.
+  // The strain under its own weight is 40 / 2e4 at the clamp and half of that on average.
   const MembraneConstants constants{2e4, 2e4, 0.0, 1e4, 0.0, 0.0};
   Membrane membrane(static_cast<Index>(strip.vertices.rows()), strip.triangles, setup.corners,
                     std::vector<MembraneConstants>(strip.triangles.rows(), constants));

@@ -1,4 +1,4 @@
-// Claims that hold for both bending elements: derivatives, symmetries, damping, rest shapes.
+// Claims about both bending elements: derivatives, symmetries, damping, rest shapes.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -45,7 +45,7 @@ Eigen::MatrixXd dense(const Bending& bending, const Points& x, double scale_k, d
 
 Vector flat(const Points& p) { return Eigen::Map<const Vector>(p.data(), p.size()); }
 
-// 1 x 0.8, jittered, full rigidity, random rest angles, damped.
+// A damped jittered sheet of 1 x 0.8 with full rigidity and random rest angles.
 BendingSetup general_setup() {
   BendingSetup setup = flat_setup(jittered_grid(1.0, 0.8, 5, 4, 0.2), some_rigidity(), 0.4);
   setup.damping.assign(setup.triangles.rows(), 0.01);
@@ -123,7 +123,7 @@ TEST_CASE("with its geometric part the bending stiffness is the exact Hessian in
   for (std::size_t i = 0; i + 1 < errors.size(); ++i)
     CHECK(std::log2(errors[i] / errors[i + 1]) == Approx(2.0).margin(0.2));
   CHECK(errors.back() < 1e-3);
-  // The same bits in two ranges of rows on three threads.
+  // Two ranges of rows on three threads give the same bits.
   BlockMatrix parts(n, bending->couplings());
   for (const auto& [begin, end] :
        {std::pair<Index, Index>(0, 11), std::pair<Index, Index>(11, n)}) {
@@ -150,7 +150,7 @@ TEST_CASE(
         Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (k + k.transpose())).eigenvalues();
     CHECK(eigenvalues(0) >= -1e-13 * eigenvalues(eigenvalues.size() - 1));
   }
-  // Scales are factors, and results are added to the matrix.
+  // The scales are factors, and results are added to the matrix.
   const Eigen::MatrixXd both = dense(*bending, x, 2.0, 3.0);
   const Eigen::MatrixXd apart =
       2.0 * dense(*bending, x, 1.0, 0.0) + 3.0 * dense(*bending, x, 0.0, 1.0);
@@ -172,13 +172,13 @@ TEST_CASE(
     const Points v = noise(n, 1.0, 100 + seed), damping = forces(*bending, x, v) - elastic;
     CHECK(dot(damping, v) < 0.0);
     CHECK((flat(damping) + d * flat(v)).norm() <=
-          1e-11 * flat(damping).norm());  // difference of two forces
+          1e-11 * flat(damping).norm());  // error of the difference of two forces
   }
   Points rigid(n, 3);
   const Vec3 omega(0.3, -1.0, 0.7), shift(1.0, 2.0, -3.0);
   for (Index i = 0; i < n; ++i) rigid.row(i) = (shift + omega.cross(Vec3(x.row(i)))).transpose();
   const double scale =
-      (d * flat(noise(n, 3.0, 6))).norm();  // of a velocity of the same size that is not rigid
+      (d * flat(noise(n, 3.0, 6))).norm();  // damping force of a non-rigid velocity of this size
   CHECK((forces(*bending, x, rigid) - elastic).norm() <= 1e-12 * scale);
 }
 
@@ -226,8 +226,8 @@ TEST_CASE(
   const double scale = forces(*curved, mesh.vertices()).cwiseAbs().maxCoeff();
   CHECK(forces(*curved, rolled).cwiseAbs().maxCoeff() <=
         1e-14 * scale);  // sin(rest / 2) is rounded twice
-  // The rest angles are those of the roll, so the two energies differ by the hinge's third-order
-  // terms at most.
+  // The rest angles are the angles of the rolled mesh, so the two energies differ at most by the
+  // hinge's third-order terms.
   CHECK(curved->energy(team, mesh.vertices()) ==
         Approx(flat_bending->energy(team, rolled)).epsilon(0.01));
 }
@@ -240,7 +240,7 @@ TEST_CASE("given rest angles are where a crease rests") {
   Triangles triangles(2, 3);
   triangles << 0, 2, 3, 1, 3, 2;
   BendingSetup setup = flat_setup(x, triangles, isotropic(1.0, 0.0));
-  const double fold = 2.0;  // beyond a right angle
+  const double fold = 2.0;  // more than a right angle
   setup.rest_angles = {fold};
   const auto bending = make_bending(element, setup);
   double least = 1e300;
@@ -268,7 +268,7 @@ TEST_CASE(
     const double measured = std::abs(make_hinge_bending(setup)->rest_angles()[0]);
     worst = std::max(worst, std::abs(measured - std::abs(angle)) / std::max(1e-3, std::abs(angle)));
   }
-  CHECK(worst < 1e-14);  // the normals themselves carry a few roundings near pi
+  CHECK(worst < 1e-14);  // near pi the normals carry a few rounding errors
 }
 
 TEST_CASE(
@@ -285,10 +285,10 @@ TEST_CASE(
     BendingSetup turned = setup;
     for (Index t = 0; t < mesh.n_triangles(); ++t) {
       const double c = std::cos(turns(t, 0)), s = std::sin(turns(t, 0));
-      Mat2 rotation;  // from the old axes to the new
+      Mat2 rotation;  // from the old axes to the new ones
       rotation << c, s, -s, c;
       turned.corners[t] = setup.corners[t] * rotation.transpose();
-      Mat3 back;  // (kxx, kyy, 2 kxy) in the new axes -> in the old
+      Mat3 back;  // (kxx, kyy, 2 kxy): from the new axes to the old ones
       back << c * c, s * s, -c * s, s * s, c * c, c * s, 2.0 * c * s, -2.0 * c * s, c * c - s * s;
       const Mat3 d = back.transpose() * setup.rigidity[t] * back;
       turned.rigidity[t] = 0.5 * (d + d.transpose());
@@ -314,6 +314,6 @@ TEST_CASE("the largest eigenvalue is that of the dense problem on free rows, fou
   const double exact = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(k).eigenvalues().maxCoeff();
   const double found = bending->largest_eigenvalue(mass);
   CHECK(found <= exact * (1.0 + 1e-12));
-  CHECK(found >= 0.97 * exact);  // 40 iterations; explicit steps keep 20 % apart anyway
+  CHECK(found >= 0.97 * exact);  // 40 iterations; explicit steps keep a margin of 20 %
   CHECK(free->largest_eigenvalue(mass) > 0.0);
 }

@@ -1,5 +1,5 @@
 // Claims about bending in extreme cases: threads and row ranges, folds, triangles without area,
-// wrong input.
+// invalid input.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -47,7 +47,7 @@ TEST_CASE(
     CAPTURE(threads);
     Points force = Points::Zero(n, 3);
     BlockMatrix matrix = empty;
-    // A new element object, and three ranges of rows.
+    // Assembles with a new element object in three ranges of rows.
     const auto again = make_bending(element, setup);
     const Index cuts[4] = {0, 700, 1408, n};
     for (int r = 0; r < 3; ++r) {
@@ -89,8 +89,8 @@ TEST_CASE("a fold may close completely without a number that is not finite") {
 
 TEST_CASE("a fold that passes through itself comes back from the other side") {
   // Angles are not unwrapped: beyond pi the two triangles have passed through each other, which
-  // collisions prevent. Cloth without collisions then opens the shorter way. The energy depends on
-  // the current shape alone.
+  // collisions prevent. Cloth without collisions then unfolds in the shorter direction. The energy
+  // depends only on the current shape.
   const std::string element = GENERATE("hinge", "midedge");
   CAPTURE(element);
   Points x(4, 3);
@@ -104,7 +104,7 @@ TEST_CASE("a fold that passes through itself comes back from the other side") {
     return at;
   };
   const auto opening =
-      [&](double angle) {  // torque on the free triangle about the fold, towards larger angles
+      [&](double angle) {  // torque on the free triangle, positive towards larger angles
         Points force = Points::Zero(4, 3);
         bending->add_forces(Team{}, folded(angle), Points::Zero(4, 3), 0, 4, force);
         return force.row(0).dot(Eigen::RowVector3d(0.0, -std::sin(angle), std::cos(angle)));
@@ -173,13 +173,13 @@ TEST_CASE(
   const HingeSet set = make_hinge_set(setup, edges);
   const midedge::Elements made = midedge::make_elements(setup, edges, set.hinges());
   CHECK(made.n_averaged == 0);
-  // Interior: neither the triangle nor a neighbour has a boundary edge.
+  // A triangle is interior if neither it nor a neighbour has a boundary edge.
   const Index m = static_cast<Index>(strip.triangles.rows());
   std::vector<bool> edge_of_mesh(m, false);
   for (Index t = 0; t < m; ++t)
     for (const Index e : edges.of_triangle[t])
       edge_of_mesh[t] = edge_of_mesh[t] || edges.triangles[e][1] < 0;
-  const double small = 1e-6;  // angles are linear in the height to its square
+  const double small = 1e-6;  // at this size, angles are linear in the height
   double sign = 0.0;
   int n_interior = 0;
   for (const Vec3& kappa :
@@ -201,7 +201,7 @@ TEST_CASE(
       const midedge::Element& element = made.elements[t];
       for (int s = 0; s < element.n_hinges; ++s)
         found += element.curvature[s] * angles[element.hinge[s]] / small;
-      if (sign == 0.0) sign = found.dot(kappa) > 0.0 ? 1.0 : -1.0;  // theta's sign is a convention
+      if (sign == 0.0) sign = found.dot(kappa) > 0.0 ? 1.0 : -1.0;  // the sign is a convention
       CHECK((sign * found - kappa).norm() < 1e-8 * kappa.norm());
     }
   }
@@ -212,12 +212,12 @@ TEST_CASE(
     "slivers fall back to the mean slope, are counted, and keep the highest frequency within its "
     "bound") {
   const TriangleMesh mesh = grid_cells(1.0, 1.0, 3, 3, "diagonal");
-  const Mat3 rigidity = isotropic(1.0, 0.0);  // largest eigenvalue 1
+  const Mat3 rigidity = isotropic(1.0, 0.0);  // its largest eigenvalue is 1
   Index n_averaged = 0, n_valid = 0;
   for (unsigned seed = 1; seed <= 300; ++seed) {
     Points x = mesh.vertices();
     x.leftCols<2>() +=
-        noise(mesh.n_vertices(), 0.7 / 3.0, seed).leftCols<2>();  // some triangles turn over
+        noise(mesh.n_vertices(), 0.7 / 3.0, seed).leftCols<2>();  // inverts some triangles
     double least_height = 1.0;
     for (Index t = 0; t < mesh.n_triangles(); ++t) {
       const Vec3 a = x.row(mesh.triangles()(t, 0)), b = x.row(mesh.triangles()(t, 1)),
@@ -229,13 +229,13 @@ TEST_CASE(
     ++n_valid;
     const auto bending = make_midedge_bending(flat_setup(x, mesh.triangles(), rigidity));
     n_averaged += bending->averaged_edges();
-    // At unit density; 16 was never exceeded on any mesh measured, not proven.
+    // Bound at unit density. The factor 16 is not proven, but no measured mesh exceeds it.
     CHECK(bending->largest_eigenvalue(lumped_areas(x, mesh.triangles())) <=
           16.0 / std::pow(least_height, 4));
   }
   CHECK(n_valid > 20);
   CHECK(n_averaged > 0);
-  // No regular mesh has averaged edges.
+  // A regular mesh has no averaged edges.
   CHECK(make_midedge_bending(flat_setup(mesh, rigidity))->averaged_edges() == 0);
 }
 

@@ -1,4 +1,4 @@
-// Triangles and sheets to be limited, and sums over them.
+// Triangles and sheets for the tests of strain limits, and sums over them.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace loomstone::test {
 
-// One triangle with rest corners, masses and a limit.
+// Returns one triangle with rest corners, masses and a limit.
 inline LimitedCloth one_triangle(const Corners2& corners, const Vec3& mass,
                                  const StrainLimit& limit) {
   LimitedCloth cloth;
@@ -66,8 +66,8 @@ inline Vec3 angular_momentum(const Vector& mass, const Points& x, const Points& 
   return sum;
 }
 
-// Equilateral, right, sliver, and one whose third node lies above the middle of its base (A1 of
-// (3.12) is singular there).
+// Equilateral, right-angled and sliver triangles, and one whose third node lies above the middle of
+// its base (A1 of (3.12) is singular for it).
 inline std::vector<Corners2> shapes() {
   Corners2 equilateral, right, sliver, middle;
   equilateral << 0, 0, 0.01, 0, 0.005, 0.008660254037844387;

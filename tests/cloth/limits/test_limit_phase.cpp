@@ -1,4 +1,4 @@
-// Claims about the stiff second phase of the membrane at strain limits.
+// Claims about the stiff phases of the membrane near strain limits.
 #include <catch2/catch.hpp>
 
 #include <Eigen/Eigenvalues>
@@ -14,7 +14,7 @@ LimitPhase phase_of(Sheet& s, const StrainLimit& limit) {
   return LimitPhase(s.membrane, {limit}, std::vector<Index>(s.mesh.n_triangles(), 0));
 }
 
-// Limits that about half of the modes of the deformed sheet exceed, of both signs.
+// Limits, both upper and lower, that about half of the modes of the deformed sheet exceed.
 StrainLimit exceeded() {
   StrainLimit limit;
   limit.weft = 0.15, limit.warp = 0.15, limit.shear = 0.05;
@@ -22,7 +22,7 @@ StrainLimit exceeded() {
   return limit;
 }
 
-// A sheet stretched uniformly along weft.
+// Sheet stretched uniformly along weft.
 Points stretched(const TriangleMesh& mesh, double strain) {
   Points x = mesh.vertices();
   x.col(0) *= 1.0 + strain;
@@ -41,7 +41,7 @@ double tension(Sheet& s, const Points& x) {
 
 TEST_CASE("within its limits a sheet has no second phase") {
   Sheet s = make_sheet(orthotropic());
-  StrainLimit limit;  // outside the strains of the sheet, which lie in [-0.6, 1.5]
+  StrainLimit limit;  // wider than the strains of the sheet, which lie in [-0.6, 1.5]
   limit.weft = limit.warp = 2.0, limit.shear = 1.0;
   limit.weft_min = limit.warp_min = -0.9;
   LimitPhase phase = phase_of(s, limit);
@@ -66,7 +66,7 @@ TEST_CASE("the second phase has forces of its energy and the Jacobian of its for
   const double slope = -dot(force_of(s.membrane, x), d);
   double force_before = 0.0, jacobian_before = 0.0;
   for (const double step :
-       {1e-4, 1e-5, 1e-6}) {  // central differences: errors of order 2, then rounding
+       {1e-4, 1e-5, 1e-6}) {  // central differences: second order until rounding dominates
     const Points up = x + step * d, down = x - step * d;
     const double force_error = std::abs(
         (s.membrane.energy({}, up) - s.membrane.energy({}, down)) / (2 * step) / slope - 1.0);
@@ -95,9 +95,9 @@ TEST_CASE("with a second phase the positive Jacobian stays positive semidefinite
   CHECK(eigenvalues.minCoeff() > -1e-12 * eigenvalues.maxCoeff());
 }
 
-// Weft limited to 10 %: the second phase begins at 9 % and adds 300 times the modulus times the
-// excess over 9 %, the third begins at 9.5 % and adds 3000 times the modulus times the excess
-// over 9.5 %.
+// Weft is limited to 10 %. The second phase begins at 9 % and adds 300 times the modulus times the
+// strain above 9 %. The third phase begins at 9.5 % and adds 3000 times the modulus times the
+// strain above 9.5 %.
 TEST_CASE(
     "before its limit a strip meets two phases one after another, and before those nothing more "
     "than without limit") {
@@ -114,9 +114,9 @@ TEST_CASE(
     const double elastic = tension(s, x);
     phase.enter({}, x, 0, s.mesh.n_vertices());
     s.membrane.set_phase(phase.table(), phase.entered());
-    const double more = (tension(s, x) - elastic) / 0.2;  // the sheet is 0.2 m wide [N/m]
-    // The first Piola stress is the stretch times S, and S the modulus times the stretch times the
-    // excess.
+    const double more = (tension(s, x) - elastic) / 0.2;  // [N/m], for a width of 0.2 m
+    // The first Piola-Kirchhoff stress is the stretch times S. S is the modulus times the stretch
+    // times the excess.
     const double beyond = std::max(0.0, strain - 0.09) + 9.0 * std::max(0.0, strain - 0.095);
     const double expected = 300 * 300.0 * (1 + strain) * (1 + strain) * beyond;
     CHECK(more == Approx(expected).epsilon(1e-9).margin(1e-9));

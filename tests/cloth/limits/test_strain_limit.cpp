@@ -15,7 +15,7 @@ using namespace loomstone::test;
 
 namespace {
 
-// The triangle strained by U = I + strain in its plane, then rotated in space and moved.
+// The triangle strained by U = I + strain in its plane, then rotated and translated in space.
 Points strained(const Corners2& corners, const Vec3& strain, const Mat3& turn) {
   Mat2 u;
   u << 1 + strain[0], strain[2], strain[2], 1 + strain[1];
@@ -33,8 +33,8 @@ Mat3 some_turn(int i) {
       .toRotationMatrix();
 }
 
-// Thesis (3.10), 6 x 6: strain rows, linear momentum, angular momentum about the centre of the
-// candidate positions.
+// Solves (3.10) of the thesis, 6 x 6: three strains, linear momentum, and angular momentum about
+// the centre of the candidate positions.
 Points thesis_correction(const LimitedCloth& cloth, const Points& x, const Vec3& change) {
   const Corners2& c = cloth.corners[0];
   const Vec2 e1 = (c.row(1) - c.row(0)).transpose(), e2 = (c.row(2) - c.row(0)).transpose();
@@ -69,7 +69,7 @@ Points thesis_correction(const LimitedCloth& cloth, const Points& x, const Vec3&
   return moved;
 }
 
-// One sweep with a tolerance far below the violation.
+// Performs one sweep with a tolerance far below the excess.
 Points corrected(const LimitedCloth& cloth, const Points& x, const char* method = "gauss-seidel") {
   StrainLimiter limiter(cloth, sweeping(method, 1e-15, 1));
   Points moved = x;
@@ -88,7 +88,7 @@ TEST_CASE("strain is U - I in the axes of the cloth, whatever the turn in space"
     for (int i = 0; i < 5; ++i) {
       const Vec3 strain(0.13, -0.21, 0.07);
       const LimitedCloth cloth = one_triangle(shape, Vec3::Ones(), tight());
-      // 1e-16 over the height of the sliver, 2e-4 m, at coordinates of 1 m.
+      // The error is 1e-16 at coordinates of 1 m, divided by the sliver's height of 2e-4 m.
       CHECK((strain_of(cloth, strained(shape, strain, some_turn(i))).row(0).transpose() - strain)
                 .norm() < 1e-11);
     }
@@ -101,7 +101,7 @@ TEST_CASE(
   std::uniform_real_distribution<double> mass(0.5, 2.0), strain(-0.3, 0.5);
   for (const Corners2& shape : shapes())
     for (int i = 0; i < 6; ++i)
-      for (int first = 0; first < 3; ++first) {  // renumbered
+      for (int first = 0; first < 3; ++first) {  // cyclic renumbering of the corners
         Corners2 corners;
         for (int k = 0; k < 3; ++k) corners.row(k) = shape.row((k + first) % 3);
         const LimitedCloth cloth =
@@ -131,7 +131,7 @@ TEST_CASE(
     "with the rotation held a triangle meets its target; extracted anew, the remainder falls "
     "quadratically") {
   double last = 1e9;
-  for (double scale = 0.4; scale > 0.04; scale *= 0.5) {  // strain and limits together
+  for (double scale = 0.4; scale > 0.04; scale *= 0.5) {  // scales both strain and limits
     double worst = 0.0;
     for (const Corners2& shape : shapes()) {
       const Vec3 mass(1.0, 2.0, 0.7);
@@ -140,7 +140,7 @@ TEST_CASE(
       const LimitedCloth cloth = one_triangle(shape, mass, limit);
       const Points x = strained(shape, Vec3(1.0, 0.1, -0.6) * scale, some_turn(3));
       const Points moved = corrected(cloth, x);
-      // Before the rotation the triangle lies in the plane of x and y, where R = I.
+      // Without its rotation the triangle lies in the plane of x and y, where R = I.
       Mat2 dm, ds;
       dm << (shape.row(1) - shape.row(0)).transpose(), (shape.row(2) - shape.row(0)).transpose();
       Points flat = moved * some_turn(3);
@@ -158,10 +158,10 @@ TEST_CASE(
               .maxCoeff();
       worst = std::max(worst, remainder);
     }
-    CHECK(worst < last / 3.2);  // 4 in the limit
+    CHECK(worst < last / 3.2);  // the factor is 4 in the limit
     last = worst;
   }
-  CHECK(last > 1e-7);  // there is a remainder
+  CHECK(last > 1e-7);  // the remaining error is not zero
 }
 
 TEST_CASE(
@@ -177,7 +177,7 @@ TEST_CASE(
       CHECK(one.row(corner) == x.row(corner));
       CHECK((strain_of(cloth, one).row(0).transpose() - Vec3(0.05, 0.02, 0.02))
                 .cwiseAbs()
-                .maxCoeff() < 2e-4);  // quadratic, of 1e-3
+                .maxCoeff() < 2e-4);  // quadratic in an excess of 1e-3
       const Points arms = x.rowwise() - x.row(corner);
       CHECK(angular_momentum(cloth.mass, arms, one - x).norm() < 1e-17);
       for (int free = 0; free < 3; ++free) {
@@ -186,8 +186,8 @@ TEST_CASE(
         cloth.prescribed[free] = 0;
         const Points two = corrected(cloth, x);
         for (int k = 0; k < 3; ++k) CHECK((k == free || two.row(k) == x.row(k)));
-        // No small displacement of the free corner in the plane brings the strain tensor closer to
-        // the target.
+        // Small displacements of the free corner in the plane do not bring the strain tensor closer
+        // to the target.
         const auto miss = [&](const Points& p) {
           const Vec3 e = strain_of(cloth, p).row(0).transpose() - Vec3(0.05, 0.02, 0.02);
           return e[0] * e[0] + e[1] * e[1] + 2 * e[2] * e[2];
@@ -247,5 +247,5 @@ TEST_CASE(
   CHECK((before - Vec3(pull / 2, pull / 2, before[2] > 0 ? pull / 2 : -pull / 2)).norm() < 1e-13);
   CHECK(std::abs(before[2]) == Approx(pull / 2));
   CHECK((after - Vec3(pull / 2, pull / 2, before[2] > 0 ? most : -most)).norm() <
-        1e-13);  // U and the change commute: exact
+        1e-13);  // exact, because U and the correction commute
 }

@@ -18,7 +18,7 @@ StrainLimit limits_of(double weft, double warp, double shear) {
 
 TriangleMesh irregular() { return jittered_grid(1.0, 1.0, 20, 20, 0.2, 3); }
 
-// A sheet stretched, sheared and waved, non-uniformly.
+// Sheet with non-uniform stretch, shear and waves.
 Points deformed(const TriangleMesh& mesh, double size) {
   Points x = mesh.vertices();
   for (Index i = 0; i < x.rows(); ++i) {
@@ -59,8 +59,8 @@ TEST_CASE(
     CHECK(strain.col(1).maxCoeff() <= 0.031 + 1e-12);
     CHECK(strain.col(2).cwiseAbs().maxCoeff() <= 0.041 + 1e-12);
     CHECK(momentum(cloth.mass, r.x - x).norm() < 1e-13);
-    // Angular momentum refers to the positions at each correction; within a sweep these differ from
-    // the initial positions by the corrections.
+    // Each correction conserves angular momentum about the positions at that moment. Within a
+    // sweep, earlier corrections have moved these positions from the initial ones.
     CHECK(angular_momentum(cloth.mass, r.x, r.x).norm() < 1e-13);
     sweeps[i++] = r.report.sweeps;
   }
@@ -72,7 +72,7 @@ TEST_CASE("the active set has the bits of sweeps over everything with fewer eval
   const TriangleMesh mesh = irregular();
   const LimitedCloth cloth = sheet(mesh, limits_of(0.05, 0.05, 0.1), {0});
   Points x = mesh.vertices();
-  for (Index i = 0; i < x.rows(); ++i)  // violated in one corner only
+  for (Index i = 0; i < x.rows(); ++i)  // exceeds the limits in one corner only
     if (x(i, 0) > 0.3 && x(i, 1) > 0.3) x(i, 0) += 0.3 * (x(i, 0) - 0.3);
   for (const char* method : {"gauss-seidel", "gauss-seidel-random", "jacobi", "edges"}) {
     const Result full = limited(cloth, x, sweeping(method, 1e-3, 2000, false)),
@@ -131,7 +131,7 @@ TEST_CASE(
   CHECK(limited(cloth, x, sweeping("gauss-seidel")).x == x);
   const Result edges = limited(cloth, x, sweeping("edges"));
   CHECK(strain_of(cloth, edges.x).col(2).cwiseAbs().mean() <
-        0.15);  // the shear of 0.2 is within the limit of 0.3
+        0.15);  // the sheet's shear of 0.2 is within the limit of 0.3
 }
 
 TEST_CASE("limits that pins make impossible are reported with the element that is worst") {
@@ -145,7 +145,7 @@ TEST_CASE("limits that pins make impossible are reported with the element that i
   for (const char* method : {"gauss-seidel", "gauss-seidel-random", "jacobi"}) {
     const Result r = limited(cloth, x, sweeping(method, 1e-3, 50));
     CHECK(r.report.sweeps == 50);
-    CHECK(r.report.beyond > 100);  // the mean stretch stays 0.3
+    CHECK(r.report.beyond > 100);  // the pins keep the mean strain at 0.3
     REQUIRE(r.report.worst >= 0);
     const Points strain = strain_of(cloth, r.x);
     CHECK(strain.row(r.report.worst).head<2>().maxCoeff() - 0.1 ==
@@ -170,7 +170,7 @@ TEST_CASE("rates of strain come within their bound, momenta stay") {
   const TriangleMesh mesh = irregular();
   const LimitedCloth cloth = sheet(mesh, limits_of(0.05, 0.03, 0.04));
   const Points x = deformed(mesh, 0.1);
-  Points v = 100.0 * deformed(mesh, 1.0);  // up to some 100/s; the bound is 0.1 / 1 ms
+  Points v = 100.0 * deformed(mesh, 1.0);  // rates up to about 100/s; the bound is 0.1 / 1 ms
   const Points before = v;
   StrainLimiter limiter(cloth, sweeping("gauss-seidel"));
   const LimitReport report = limiter.enforce_rate({}, 1, x, 1e-3, v);
@@ -178,7 +178,7 @@ TEST_CASE("rates of strain come within their bound, momenta stay") {
   CHECK(v != before);
   CHECK(momentum(cloth.mass, v - before).norm() < 1e-11);
   CHECK(angular_momentum(cloth.mass, x, v - before).norm() < 1e-11);
-  // A rigid motion causes no strain.
+  // A rigid motion causes no strain rate.
   Points turning(x.rows(), 3);
   for (Index i = 0; i < x.rows(); ++i)
     turning.row(i) =

@@ -1,4 +1,4 @@
-// Claims about the orthotropic membrane, (2.7)-(2.36).
+// Claims about the orthotropic membrane, (2.7) to (2.36).
 #include <catch2/catch.hpp>
 
 #include <Eigen/Eigenvalues>
@@ -17,8 +17,8 @@ TEST_CASE("the membrane force is minus the gradient of its energy, with error of
     const double difference =
         (s.membrane.energy({}, x + step * d) - s.membrane.energy({}, x - step * d)) / (2 * step);
     const double error = std::abs(difference - exact) / std::abs(exact);
-    // Central differences: a tenth of the step gives a hundredth of the error, until rounding,
-    // 1e-16 / 1e-5, dominates.
+    // Central differences: a tenth of the step gives a hundredth of the error until rounding (1e-16
+    // / 1e-5) dominates.
     if (previous > 1e-9) CHECK(error < previous / 90.0 + 1e-10);
     previous = error;
   }
@@ -52,9 +52,9 @@ TEST_CASE("the viscous Jacobian is the derivative of the viscous force") {
   const Points x = deformed(s.mesh, 5), v = random_points(n, 1.0, 6);
   BlockMatrix d = pattern(s.mesh);
   s.membrane.set_jacobian({}, x, {JacobianKind::Exact, {0.0, 1.0}}, 0, n, d);
-  const Points viscous = force_of(s.membrane, x) - force_of(s.membrane, x, &v);  // + f_v
+  const Points viscous = force_of(s.membrane, x) - force_of(s.membrane, x, &v);  // -f_v
   const Eigen::VectorXd product = dense(d) * Eigen::Map<const Eigen::VectorXd>(v.data(), 3 * n);
-  // The force is linear in v: equal to rounding.
+  // The force is linear in v, so both sides agree to rounding.
   CHECK((Eigen::Map<const Eigen::VectorXd>(viscous.data(), 3 * n) - product).norm() <
         1e-12 * product.norm() + 1e-13);
 }
@@ -104,7 +104,7 @@ TEST_CASE("rigid motion causes no membrane force") {
   const Mat3 turn = Eigen::AngleAxisd(1.1, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   const Points moved =
       (s.mesh.vertices() * turn.transpose()).rowwise() + Eigen::RowVector3d(5, 6, 7);
-  // Coordinates of size 10 are rounded by 1e-15; times stiffness 400.
+  // Tolerance: rounding of coordinates of about 10 (1e-15) times a stiffness of 400.
   CHECK(force_of(s.membrane, moved).cwiseAbs().maxCoeff() < 1e-11);
 }
 
@@ -151,7 +151,7 @@ TEST_CASE("a strip cut along weft, warp or bias and pulled has the strain of its
   for (const double degrees : {0.0, 45.0, 90.0}) {
     const double angle = degrees * M_PI / 180.0;
     const Vec2 d(std::cos(angle), std::sin(angle));
-    // Uniaxial second Piola-Kirchhoff stress p along d; strain from the inverse of (2.23).
+    // Applies a uniaxial second Piola-Kirchhoff stress p along d; the strain follows from (2.23).
     const double p = 20.0, s11 = p * d.x() * d.x(), s22 = p * d.y() * d.y(),
                  s12 = p * d.x() * d.y();
     const double determinant = c.a11 * c.a22 - c.a12 * c.a12;
@@ -160,7 +160,7 @@ TEST_CASE("a strip cut along weft, warp or bias and pulled has the strain of its
     e(1, 1) = (c.a11 * s22 - c.a12 * s11) / determinant;
     e(0, 1) = e(1, 0) = s12 / (2.0 * c.g);
     const Mat2 u = Eigen::SelfAdjointEigenSolver<Mat2>(Mat2::Identity() + 2.0 * e).operatorSqrt();
-    // A rectangle whose long side lies along d.
+    // Rectangle with its long side along d.
     const TriangleMesh base = jittered_grid(0.3, 0.1, 9, 3, 0.24, 3);
     Mat2 turn;
     turn << d.x(), -d.y(), d.y(), d.x();
@@ -172,16 +172,16 @@ TEST_CASE("a strip cut along weft, warp or bias and pulled has the strain of its
                       std::vector<MembraneConstants>(mesh.n_triangles(), c));
     x.leftCols<2>() = uv * u.transpose();
     const Points force = force_of(membrane, x);
-    Vec2 pull = Vec2::Zero();  // on the end at -0.15
+    Vec2 pull = Vec2::Zero();  // force on the end at -0.15
     for (Index i = 0; i < x.rows(); ++i) {
       if (base.uv()(i, 0) < -0.1499)
         pull += force.row(i).head<2>().transpose();
       else if (base.uv()(i, 0) < 0.1499)
-        CHECK(force.row(i).norm() < 1e-12);  // also on the long sides: no traction
+        CHECK(force.row(i).norm() < 1e-12);  // no traction, including the long sides
     }
     const Vec2 traction = 0.1 * (u * (p * d));  // width times F S d
     CHECK((pull - traction).norm() < 1e-12);
-    // Young's modulus along weft and warp is that of the material.
+    // The moduli along weft and warp are the material's.
     if (degrees == 0.0) CHECK(e(0, 0) == Approx(p / material.weft_stiffness).epsilon(1e-12));
     if (degrees == 90.0) CHECK(e(1, 1) == Approx(p / material.warp_stiffness).epsilon(1e-12));
   }
@@ -189,8 +189,8 @@ TEST_CASE("a strip cut along weft, warp or bias and pulled has the strain of its
 
 namespace {
 
-// Jacobian of the co-rotational model, (2.36): the linear stiffness A B_i^T C B_k of every
-// triangle, rotated by R (3 x 2) of F = R U.
+// Jacobian of the co-rotational model (2.36): the linear stiffness A B_i^T C B_k of every triangle,
+// rotated by the factor R (3 x 2) of F = R U.
 Eigen::MatrixXd corotational_jacobian(const TriangleMesh& mesh, const MembraneConstants& c,
                                       const Points& x) {
   Eigen::MatrixXd k = Eigen::MatrixXd::Zero(3 * x.rows(), 3 * x.rows());
@@ -201,7 +201,7 @@ Eigen::MatrixXd corotational_jacobian(const TriangleMesh& mesh, const MembraneCo
     const Corners2& u = corners[t];
     Mat2 edges;
     edges << (u.row(1) - u.row(0)).transpose(), (u.row(2) - u.row(0)).transpose();
-    Eigen::Matrix<double, 3, 2> gradients;  // row i: of shape function i
+    Eigen::Matrix<double, 3, 2> gradients;  // row i: gradient of shape function i
     gradients.bottomRows<2>() = edges.inverse();
     gradients.row(0) = -gradients.row(1) - gradients.row(2);
     Mat3 corner;  // columns: positions
@@ -235,8 +235,8 @@ TEST_CASE(
   s.membrane.set_jacobian({}, s.mesh.vertices(), {JacobianKind::Exact, {1.0, 0.0}}, 0, n, rest);
   const Eigen::MatrixXd at_rest = dense(rest);
   CHECK((corotational_jacobian(s.mesh, c, s.mesh.vertices()) - at_rest).norm() <
-        1e-12 * at_rest.norm());  // without stress: one
-  // Stretched by a tenth and rotated, so that the co-rotational model has a rotation to follow.
+        1e-12 * at_rest.norm());  // both models agree without stress
+  // Stretches by a tenth and rotates, so that the co-rotational model has a rotation to follow.
   const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   Points x = s.mesh.vertices();
   x.col(0) *= 1.1;
