@@ -1,4 +1,4 @@
-// Small scenes for the collision tests: meshes concatenated to collision surfaces.
+// Small scenes for the collision tests, built from meshes as collision surfaces.
 #pragma once
 
 #include <cmath>
@@ -21,7 +21,7 @@ struct Part {
 struct TestScene {
   CollisionModel model;
   Points x;             // start positions
-  Vector inverse_mass;  // 1000 for cloth (a gram each), 0 for the rest [1/kg]
+  Vector inverse_mass;  // [1/kg]: 1000 for cloth (1 g per vertex), 0 for other surfaces
 };
 
 inline TestScene make_scene(const std::vector<Part>& parts) {
@@ -73,7 +73,7 @@ inline TestScene make_scene(const std::vector<Part>& parts) {
   return scene;
 }
 
-// Points, each displaced at random by up to `amount` [m].
+// Displaces each coordinate at random by up to `amount` [m].
 inline Points shaken(const Points& x, double amount, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-amount, amount);

@@ -1,4 +1,4 @@
-"""Turns query archives (npz with Q, kind, gt, toi_lo, toi_hi) into the plain file that
+"""Converts query archives (npz with Q, kind, gt, toi_lo, toi_hi) to the plain file that
 test_continuous.cpp reads.
 
 python3 tests/collision/convert_queries.py out.bin queries/*.npz
@@ -26,7 +26,7 @@ CODES = {
 
 
 def read_array(archive, name):
-    """Flat values of one array of the archive."""
+    """Returns one array of the archive as flat values."""
     raw = archive.read(name + ".npy")
     size, start = struct.unpack("<H", raw[8:10])[0], 10
     if raw[6] > 1:

@@ -14,7 +14,7 @@ using Key = std::tuple<int, Index, Index>;
 
 namespace {
 
-// All pairs of features that may collide by the rules of the model, tested one by one.
+// Visits all pairs of features that may collide according to the model.
 template <class Visit>
 void all_pairs(const CollisionModel& model, Visit&& visit) {
   const auto allowed = [&](Index s, Index t) {
@@ -69,7 +69,8 @@ TEST_CASE("contacts are those of all pairs, step after step, for any number of t
   Points x = shaken(scene.x, 3e-3, 6);
   std::size_t n_contacts = 0;
   for (int step = 0; step < 12; ++step) {
-    // Small steps keep the lists, a jump rebuilds them; the obstacle moves down throughout.
+    // Small steps keep the neighbour lists, and a jump rebuilds them. The obstacle moves down in
+    // every step.
     x = shaken(x, step == 6 ? 8e-3 : 2e-4, 7 + step);
     const CollisionSurface& sphere = model.surfaces[3];
     x.middleRows(sphere.first_vertex, sphere.n_vertices).col(2).array() -= 4e-3;
@@ -85,7 +86,7 @@ TEST_CASE("contacts are those of all pairs, step after step, for any number of t
     int i = 0;
     for (const int threads : {1, 2, 3, 7}) {
       if (step % 3 == 2 && threads == 3)
-        stages[i] = std::make_unique<CollisionStage>(model);  // a new stage changes nothing
+        stages[i] = std::make_unique<CollisionStage>(model);  // a new stage gives the same contacts
       const std::vector<Contact> contacts = stages[i++]->proximity(Team{threads}, x, {});
       std::vector<Key> found;
       for (const Contact& c : contacts) found.push_back({int(c.kind), c.a, c.b});
@@ -110,7 +111,7 @@ TEST_CASE(
     const Eigen::AngleAxisd turn(0.01 * step, Vec3(1.0, 0.4, 0.2).normalized());
     Points x = scene.x * turn.toRotationMatrix().transpose();
     const Index n = scene.model.surfaces[0].n_vertices;
-    x.topRows(n).col(2).array() += 1e-4 * step;  // towards the other
+    x.topRows(n).col(2).array() += 1e-4 * step;  // towards the other sheet
     x.col(0).array() += 3e-3 * step;
     return x;
   };
@@ -142,7 +143,7 @@ TEST_CASE("impacts are those of all pairs, with lists and without") {
   const CollisionModel& model = scene.model;
   const std::vector<SurfacePair> pairs = surface_pairs(model);
   BroadPhase broad_phase(model, pairs);
-  const std::size_t most_per_cluster = GENERATE(64, 0);  // 0: no lists
+  const std::size_t most_per_cluster = GENERATE(64, 0);  // 0 disables the lists
   NeighbourLists lists(model, pairs, broad_phase, most_per_cluster);
   ImpactSearch search(model, broad_phase, lists);
   const Points x0 = shaken(scene.x, 3e-3, 8);
@@ -169,7 +170,7 @@ TEST_CASE("impacts are those of all pairs, with lists and without") {
         } else {
           lists.update(Team{1},
                        x0 + Points::Constant(x0.rows(), 3,
-                                             1e-3));  // lists of another configuration are not used
+                                             1e-3));  // lists of other positions are not used
         }
         std::vector<Key> found;
         for (const StepImpact& each :

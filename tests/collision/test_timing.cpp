@@ -1,4 +1,4 @@
-// Not part of the usual tests: test_collision "[timing]" prints milliseconds.
+// Excluded from the usual tests: test_collision "[timing]" prints milliseconds.
 #include <catch2/catch.hpp>
 
 #include <chrono>
@@ -13,7 +13,7 @@ using Kind = CollisionSurface::Kind;
 
 namespace {
 
-// Processor time with one thread (independent of other programs), wall time with more.
+// Processor time with one thread, unaffected by other programs; otherwise wall time [ms].
 double milliseconds(int threads) {
   if (threads == 1) {
     timespec t;
@@ -25,7 +25,8 @@ double milliseconds(int threads) {
       .count();
 }
 
-// 14,450 triangles laid over a sphere of 5,120: gap 0.55 of the thickness, hanging down outside.
+// Cloth of 14,450 triangles draped over a sphere of 5,120 triangles and hanging down outside. The
+// gap is 0.55 of the thickness.
 TestScene drape() {
   TestScene scene = make_scene({{grid_cells(0.5, 0.5, 85, 85), Kind::Cloth, 0.6e-3},
                                 {icosphere(0.15, 4), Kind::Script, 0.6e-3}});

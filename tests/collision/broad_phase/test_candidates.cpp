@@ -1,5 +1,5 @@
-// Broad phase: the three engines find the same pairs, which include all that come close; the shape
-// of the tree and the number of threads affect no result.
+// Claims about the broad phase: the three engines find the same pairs, which include all close
+// pairs. The shape of the tree and the number of threads do not affect the result.
 #include <catch2/catch.hpp>
 
 #include <set>
@@ -13,7 +13,7 @@ using namespace loomstone;
 
 namespace {
 
-// A sheet crumpled into a small space, so that everything is near everything.
+// A sheet crumpled into a small volume, so that all its parts are close to each other.
 Points crumpled(const TriangleMesh& mesh, unsigned seed, double size) {
   std::mt19937 random(seed);
   Points x = mesh.vertices();
@@ -94,11 +94,11 @@ TEST_CASE("a tree formed elsewhere finds the same pairs") {
       {{grid_cells(0.3, 0.3, 20, 20)}, {grid_cells(0.2, 0.2, 9, 9).moved(Vec3(0.05, 0, 0.002))}});
   const std::vector<SurfacePair> pairs = surface_pairs(scene.model);
   const std::vector<Index> all = {0, 1, 2};
-  const auto keep = [](ContactKind, std::vector<PairKey>&) {};  // all
+  const auto keep = [](ContactKind, std::vector<PairKey>&) {};  // keeps all pairs
   BroadPhase lasting(scene.model, pairs);
   std::vector<FeaturePairs> old_tree, new_tree;
   lasting.swept_pairs(Team{1}, {shaken(scene.x, 0.1, 30), scene.x, 0.0}, all, keep,
-                      old_tree);  // clusters formed at other positions
+                      old_tree);  // clusters built for other positions
   for (const unsigned seed : {31u, 32u}) {
     const Points x0 = shaken(scene.x, 0.02, seed), x1 = shaken(x0, 0.01, seed + 5);
     lasting.swept_pairs(Team{3}, {x0, x1, 1e-4}, all, keep, old_tree);

@@ -33,7 +33,7 @@ TEST_CASE(
     Points first;
     for (const int threads : {1, 2, 3, 7}) {
       CollisionStage stage(scene.model);
-      if (threads == 3) stage.proximity(Team{threads}, scene.x, {});  // with and without lists
+      if (threads == 3) stage.proximity(Team{threads}, scene.x, {});  // lists only with 3 threads
       Points x1 = thrown;
       const CertifyReport report =
           stage.certify(Team{threads}, {scene.x, scene.inverse_mass, {}}, x1, none);
@@ -96,7 +96,7 @@ TEST_CASE(
     CHECK(intersecting_pairs(x1, scene.model.triangles).empty());
     for (Index i = 0; i < sphere.n_vertices; ++i)
       CHECK(x1.row(sphere.first_vertex + i) == given.row(sphere.first_vertex + i));
-    // The middle of the sheet remains below the sphere.
+    // The middle of the sheet stays below the sphere.
     CHECK(x1.topRows(scene.model.surfaces[0].n_vertices).col(2).minCoeff() < -0.2 - 0.039);
   }
 }
@@ -118,7 +118,7 @@ TEST_CASE("cloth pinched between obstacles that run through each other is report
 TEST_CASE("pinned vertices are obeyed and what they drag stays free") {
   TestScene scene = facing_sheets();
   Points given = scene.x;
-  for (Index v = 0; v < 17; ++v) {  // one edge of the lower sheet is driven through the upper one
+  for (Index v = 0; v < 17; ++v) {  // drives one edge of the lower sheet through the upper one
     scene.inverse_mass[v] = 0.0;
     given(v, 2) += 0.06;
   }
@@ -143,7 +143,7 @@ TEST_CASE("cloth that starts tangled neither fails nor stays frozen") {
   const Index n = scene.model.surfaces[0].n_vertices;
   for (int step = 0; step < 60; ++step) {
     Points x1 = x;
-    x1.topRows(n).col(0).array() += 3e-3;  // slides out sideways
+    x1.topRows(n).col(0).array() += 3e-3;  // moves out sideways
     stage.certify(Team{1}, {x, scene.inverse_mass, {}}, x1, none);
     x = x1;
   }

@@ -10,7 +10,8 @@ using Kind = CollisionSurface::Kind;
 
 namespace {
 
-// A free body with the mass and inertia of a solid sphere; its motion ends at the given pose.
+// Free body with the mass and inertia of a solid sphere; `end` is its pose at the end of the
+// motion.
 struct Ball {
   Points local;
   FreeBodies bodies;
@@ -58,7 +59,7 @@ TEST_CASE(
     Impulses impulses(scene.model, scene.inverse_mass, ball.bodies);
     ImpulseContact contact;
     contact.vertices = {4, scene.model.triangles(0, 0), scene.model.triangles(0, 1),
-                        scene.model.triangles(0, 2)};  // 4: of the body
+                        scene.model.triangles(0, 2)};  // vertex 4 belongs to the body
     contact.weights = {1.0, -0.2, -0.5, -0.3};
     contact.normal = Vec3(0.2, -0.1, 1.0).normalized();
     Vec3 gap = Vec3::Zero();
@@ -81,13 +82,13 @@ TEST_CASE(
                    inertia * body.turned;
     double size = angular.norm();
     for (Index v = 0; v < 4; ++v) {
-      const Vec3 change = (x1.row(v) - given.row(v)).transpose() / 1e3;  // a gram each
+      const Vec3 change = (x1.row(v) - given.row(v)).transpose() / 1e3;  // 1 g per vertex
       linear += change;
       angular += Vec3((scene.x.row(v) + share * (given.row(v) - scene.x.row(v))).transpose())
                      .cross(change);
     }
     CHECK(linear.norm() <
-          1e-14 * (mass * body.moved.norm()) + 1e-17);  // positions of 0.1 m are rounded to 1e-17
+          1e-14 * (mass * body.moved.norm()) + 1e-17);  // coordinates of 0.1 m are rounded to 1e-17
     CHECK(angular.norm() <= 1e-12 * size);
   }
   CHECK(n_pressed > 45);
@@ -133,8 +134,8 @@ TEST_CASE(
 }
 
 TEST_CASE("a body that impulses cannot save keeps its shape and ends on its way") {
-  // Two prescribed sheets close on a ball from both sides while it turns and moves: only the ball
-  // is free.
+  // Two prescribed sheets enclose a ball, which moves and rotates towards them. Only the ball is
+  // free.
   const Vec3 centre(0.003, 0.002, 0.0);
   TestScene scene =
       make_scene({{grid_cells(0.2, 0.2, 8, 8).moved(Vec3(0, 0, 0.042)), Kind::Cloth, 2e-3},
@@ -143,7 +144,7 @@ TEST_CASE("a body that impulses cannot save keeps its shape and ends on its way"
   scene.inverse_mass.setZero();
   for (unsigned seed = 0; seed < 8; ++seed) {
     std::mt19937 random(seed);
-    // Far through one of the sheets, but not past their borders.
+    // The end pose is far beyond one of the sheets, but within its borders.
     const RigidPose end =
         pose(centre + Vec3(0.1, 0.1, 1.0).cwiseProduct(random_vector(random, 0.3)),
              random_vector(random, 2.0));
@@ -156,7 +157,7 @@ TEST_CASE("a body that impulses cannot save keeps its shape and ends on its way"
     CHECK(report.unresolved == 0);
     CHECK(intersecting_pairs(x1, scene.model.triangles).empty());
     CHECK(std::abs(ball.bodies[0].end.position.z()) <
-          2.4e-3);  // the facets of the ball leave it a little more than 2 mm
+          2.4e-3);  // facets let the ball move slightly farther than its clearance of 2 mm
     const Index held = scene.model.surfaces[2].first_vertex;
     CHECK(x1.topRows(held) == scene.x.topRows(held));
   }

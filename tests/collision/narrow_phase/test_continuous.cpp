@@ -31,7 +31,7 @@ TEST_CASE("a vertex that falls through a face is hit at half time") {
                           Vec3(0.2, 0.2, -1), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
   const Impact impact = continuous_vertex_face(q);
   CHECK(impact.hit);
-  CHECK(impact.time == Approx(0.5).epsilon(1e-9));  // the floor is rounding alone
+  CHECK(impact.time == Approx(0.5).epsilon(1e-9));  // the minimum gap is only a rounding error
   CHECK((impact.normal - Vec3(0, 0, 1)).norm() < 1e-9);
 }
 
@@ -66,7 +66,7 @@ TEST_CASE(
     }
     if (impact.hit) {
       ++hits;
-      // Between samples the distance changes by at most the relative motion of half an interval.
+      // Between samples, the distance changes by at most the relative motion of half an interval.
       false_hits += smallest > floor * 1.01 + 6.0 * 1.5 / 800.0;
     } else {
       CHECK(smallest > floor);
@@ -83,14 +83,14 @@ TEST_CASE("motions made to meet are always hit") {
     const bool face = trial % 2;
     const double size = std::pow(10.0, -6.0 * uniform(random)), meeting_time = uniform(random);
     MovingPoints q = random_motion(random, size, trial % 3 ? size : 100.0 * size);
-    // Shifts side a so that chosen points of both sides coincide at the meeting time.
+    // Shifts side a so that the chosen points of both sides coincide at the meeting time.
     const double s = uniform(random), t = uniform(random) * (face ? 1.0 - s : 1.0);
     const auto at = [&](int i) {
       return Vec3((1.0 - meeting_time) * q[i] + meeting_time * q[4 + i]);
     };
     const Vec3 gap = face ? Vec3(at(0) - (1.0 - s - t) * at(1) - s * at(2) - t * at(3))
                           : Vec3((1.0 - s) * at(0) + s * at(1) - (1.0 - t) * at(2) - t * at(3));
-    // A hair past the meeting (1e-12 of the size), since the shift itself is rounded.
+    // The shift itself is rounded, so the test uses a minimum gap slightly above zero.
     for (int i = 0; i < (face ? 1 : 2); ++i) {
       q[i] -= gap;
       q[4 + i] -= gap;

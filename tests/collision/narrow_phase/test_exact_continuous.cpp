@@ -1,5 +1,5 @@
-// Exact continuous collision detection: cases solved by hand, laws that every exact result obeys,
-// and published queries.
+// Claims about exact continuous collision detection: cases solved by hand, laws of every exact
+// result, and published queries.
 #include <catch2/catch.hpp>
 
 #include <cstdlib>
@@ -25,13 +25,13 @@ ExactImpact exact(const MovingPoints& q, bool face) {
   return face ? exact_continuous_vertex_face(q) : exact_continuous_edge_edge(q);
 }
 
-// A vertex from height `from` to `to` over the corner triangle (0,0), (1,0), (0,1) at rest.
+// A vertex moves from height `from` to `to` above the resting triangle (0,0), (1,0), (0,1).
 MovingPoints falling(double x, double y, double from, double to) {
   return {Vec3(x, y, from), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0),
           Vec3(x, y, to),   Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
 }
 
-// Small whole numbers: most queries of this kind are degenerate in some way.
+// Random motions with small integer coordinates; most of them are degenerate in some way.
 MovingPoints on_lattice(std::mt19937& random, int largest) {
   std::uniform_int_distribution<int> number(-largest, largest);
   MovingPoints q;
@@ -61,8 +61,8 @@ TEST_CASE("a contact at either end of the step counts, one rounding away from it
 }
 
 TEST_CASE("motions within one plane, along one line and without motion are decided") {
-  // In the plane of the face: through it, past it, at rest inside, at rest on an edge, at rest
-  // outside.
+  // The vertex moves in the plane of the face: through it, past it, at rest inside, at rest on an
+  // edge, at rest outside.
   const auto in_plane = [](Vec3 from, Vec3 to) {
     MovingPoints q = falling(0, 0, 0, 0);
     q[0] = from, q[4] = to;
@@ -74,7 +74,7 @@ TEST_CASE("motions within one plane, along one line and without motion are decid
   CHECK(in_plane(Vec3(0.25, 0.25, 0), Vec3(0.25, 0.25, 0)));
   CHECK(in_plane(Vec3(0.5, 0.5, 0), Vec3(0.5, 0.5, 0)));
   CHECK_FALSE(in_plane(Vec3(0.75, 0.75, 0), Vec3(0.75, 0.75, 0)));
-  // Edges along one line: apart, meeting on the way, and side by side.
+  // Edges on one line stay apart, meet during the motion, or pass side by side.
   const auto on_line = [](double shift, double offset) {
     return meet({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(2, offset, 0), Vec3(3, offset, 0),
                  Vec3(shift, 0, 0), Vec3(1 + shift, 0, 0), Vec3(2, offset, 0), Vec3(3, offset, 0)},
@@ -84,7 +84,7 @@ TEST_CASE("motions within one plane, along one line and without motion are decid
   CHECK(on_line(1.0, 0.0));
   CHECK(on_line(5.0, 0.0));
   CHECK_FALSE(on_line(5.0, std::nextafter(0.0, 1.0)));
-  // Edges that have shrunk to points, and a face that has shrunk to a line.
+  // Edges degenerate to points, and a face degenerates to a line.
   const auto points = [](double x) {
     const Vec3 above(0, 0, 1), below(0, 0, -1), other(x, 0, 0);
     return meet({above, above, other, other, below, below, other, other}, false);
@@ -134,8 +134,8 @@ TEST_CASE(
     CHECK(meet(permuted(q, face ? std::array<int, 4>{0, 2, 1, 3} : std::array<int, 4>{0, 1, 3, 2}),
                face) == verdict);
     CHECK(exact(q, face).hit == verdict);
-    // Points that touch at any instant collide during the motion: eighths are exact in floating
-    // point.
+    // Points that touch at any instant collide during the motion. Multiples of 1/8 are exact in
+    // floating point.
     for (int k = 0; k <= 8 && !verdict; ++k) {
       MovingPoints rest;
       for (int i = 0; i < 4; ++i) rest[i] = rest[4 + i] = ((8 - k) * q[i] + k * q[4 + i]) / 8.0;
@@ -189,7 +189,7 @@ TEST_CASE("proofs by floating point and planes of separation agree with integers
     (decision.proof == Proof::Meet    ? n_meet
      : decision.proof == Proof::Apart ? n_apart
                                       : n_open) += 1;
-    // They are apart until the reported time.
+    // The features are apart until the reported time.
     MovingPoints before = q;
     for (int i = 4; i < 8; ++i) before[i] = q[i - 4] + 0.999 * decision.time * (q[i] - q[i - 4]);
     if (decision.time > 0.0 && decision.proof != Proof::Apart && decision.time < 1.0)
@@ -206,18 +206,18 @@ TEST_CASE("proofs by floating point and planes of separation agree with integers
   CHECK(n_separated > 500);
 }
 
-// Query files made by tests/collision/convert_queries.py from published benchmark queries with
+// Query files are made by tests/collision/convert_queries.py from published benchmark queries with
 // exact verdicts.
 namespace {
 
-// All queries of a file: the exact test is never wrong; the conservative test misses no hit, is
-// never late, and reports at most `bound` false hits.
+// Checks all queries of a file. The exact test is never wrong. The conservative test misses no hit,
+// is never late, and reports false hits for at most the fraction `bound` of the queries.
 void check_queries(const std::string& path, double bound) {
   INFO(path);
   std::ifstream file(path, std::ios::binary);
   REQUIRE(file);
-  double row[28];  // 24 coordinates, kind (0 vertex-face, 1 edge-edge), verdict, bounds of the
-                   // first contact
+  double row[28];  // 24 coordinates, kind (0 vertex-face, 1 edge-edge), verdict, and
+                   // lower and upper bound of the first contact time
   long n = 0, missed = 0, false_hits = 0, late = 0, wrong = 0, left = 0, n_left = 0,
        separated_hits = 0;
   while (file.read(reinterpret_cast<char*>(row), sizeof row)) {
@@ -258,10 +258,10 @@ TEST_CASE(
         "tests/collision/convert_queries.py");
     return;
   }
-  // Motions of real and synthetic scenes: a false hit withholds the motion of a vertex.
+  // Motions of real and synthetic scenes, where a false hit would withhold motion needlessly.
   check_queries(std::string(directory) + "/candidates.bin", 0.01);
   check_queries(std::string(directory) + "/scene_queries.bin", 0.01);
-  // Constructed degenerate queries: most misses are closer than a rounding error, and the
+  // Constructed degenerate queries: most free motions pass closer than a rounding error, so the
   // conservative test reports them as hits.
   check_queries(std::string(directory) + "/sample_queries.bin", 0.1);
   check_queries(std::string(directory) + "/degenerate.bin", 0.1);

@@ -9,8 +9,8 @@ using Kind = CollisionSurface::Kind;
 
 namespace {
 
-// A small sheet as a rigid block on a floor with tilted gravity, near its resting gap; its vertices
-// share one velocity, solved semi-implicitly.
+// Moves a small sheet as a rigid block on a floor under tilted gravity. The block starts near its
+// rest gap, and its vertices share one velocity, computed by semi-implicit Euler.
 struct Slide {
   double distance, speed;
 };
@@ -35,7 +35,7 @@ Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 
     const ContactTerms made =
         stage.terms({x, v, last_change, Points(0, 3), h, n}, contacts, state, terms);
     const Vec3 before = velocity;
-    for (int solve = 0; solve < 3; ++solve) {  // as linearised integrators do
+    for (int solve = 0; solve < 3; ++solve) {  // linearised integrators repeat the solve
       Mat3 matrix = mass * Mat3::Identity();
       Vec3 right = mass * before + h * mass * gravity;
       for (const ExtraTerm& term : terms) {
@@ -70,7 +70,7 @@ TEST_CASE(
   CHECK(sticking.hessian == 100.0 * tangent);
   const Vec3 s(1e-4, 2e-4, 0), u(9e-4, -1e-4, 0);
   const FrictionResponse slipping = friction_response(s, u, tangent, 100.0, 0.03);
-  // At the predicted end of the step the force lies on the friction cone, along s + u.
+  // At the predicted end of the step, the force lies on the friction cone along s + u.
   CHECK((slipping.gradient + slipping.hessian * u).norm() == Approx(0.03));
   CHECK((slipping.gradient + slipping.hessian * u).normalized().dot((s + u).normalized()) ==
         Approx(1.0));
@@ -82,27 +82,28 @@ TEST_CASE(
 TEST_CASE("a block on a slope holds below the friction angle and slides above") {
   const Slide held = slide(0.295, 2.0), sliding = slide(0.305, 2.0);
   CHECK(held.speed < 1e-6);
-  CHECK(held.distance < 2e-4);  // the spring gives: m g sin / k
+  CHECK(held.distance < 2e-4);  // elastic displacement of the friction spring: m g sin / k
   CHECK(sliding.speed > 0.05);
   CHECK(sliding.distance > 0.05);
 }
 
 TEST_CASE("sliding far follows Coulomb's law at every slope above the friction angle") {
-  // With one solve a step, friction follows the extrapolated slip. With the slip of the last step
-  // it would be too large by h / t after a time t: 26 % of the distance at slope 0.305, 3 % at 0.5.
-  // Further solves with the slip and normal force of the step allow long steps. At 0.305 the net
-  // pull is 1.6 % of the friction, so that 4 % of it are 0.07 % of the friction. Steps of 4 ms fall
-  // farther by themselves, by h / t = 1 %.
+  // A single solve per step follows the extrapolated slip. With the slip of the last step, friction
+  // would be too large by the fraction h / t after a time t, which changes the distance by 26 % at
+  // slope 0.305 and by 3 % at 0.5. Further solves with the slip and normal force of the step itself
+  // allow long steps. At slope 0.305 the net force is 1.6 % of the friction, so an error of 4 % in
+  // the distance is 0.07 % of the friction. Steps of 4 ms overestimate the distance by h / t = 1 %
+  // even without friction.
   for (const double h : {1e-3, 4e-3})
     for (const double slope : {0.305, 0.35, 0.5}) {
       const double angle = std::atan(slope),
                    pull = 9.81 * (std::sin(angle) - 0.3 * std::cos(angle));
-      const double distance = std::min(0.3, 0.5 * pull * 4.0);  // on the floor, within 2 s
+      const double distance = std::min(0.3, 0.5 * pull * 4.0);  // stays on the floor and within 2 s
       INFO("step " << h << " slope " << slope);
       CHECK(slide(slope, std::sqrt(2.0 * distance / pull), 0.0, h).distance ==
             Approx(distance).epsilon(slope < 0.31 ? 0.04 : 0.02));
     }
-  // The accuracy of one solve.
+  // A single solve is accurate to 3 %.
   CHECK(slide(0.5, 0.5, 0.0, 1e-3, false).distance ==
         Approx(0.5 * 9.81 * 0.2 / std::sqrt(1.25) * 0.25).epsilon(0.03));
 }
@@ -112,13 +113,13 @@ TEST_CASE(
   const Vec3 s(1e-4, 0, 0), u(2e-4, 0, 0);
   CHECK(sped_up(s, u, Vec3(5e-5, 3e-5, 0), 1000.0, 0.1) == Vec3(2.5e-4, 0, 0));
   CHECK(sped_up(s, u, Vec3(9e-4, 0, 0), 1000.0, 0.1) == Vec3(4e-4, 0, 0));
-  CHECK(sped_up(s, u, Vec3(-9e-5, 0, 0), 1000.0, 0.1) == u);   // slows down
+  CHECK(sped_up(s, u, Vec3(-9e-5, 0, 0), 1000.0, 0.1) == u);   // decelerates
   CHECK(sped_up(s, u, Vec3(5e-5, 0, 0), 1000.0, 0.4) == u);    // sticks
-  CHECK(sped_up(-s, u, Vec3(5e-5, 0, 0), 1000.0, 0.01) == u);  // turns round
+  CHECK(sped_up(-s, u, Vec3(5e-5, 0, 0), 1000.0, 0.01) == u);  // reverses
 }
 
 TEST_CASE("a block is carried by a moving floor as it is held by one at rest") {
-  // The floor's vertices move at 0.1 m/s, and so does the block.
+  // Floor and block both move at 0.1 m/s.
   const Slide carried = slide(0.0, 1.0, 0.1);
   CHECK(carried.distance == Approx(0.1).epsilon(1e-6));
 }

@@ -10,7 +10,7 @@ namespace {
 
 FreeBodies none;
 
-// Two sheets within their thickness, a gram per vertex, thrown at each other obliquely.
+// Two sheets closer than their thickness, with 1 g per vertex.
 TestScene close_sheets(double friction) {
   return make_scene({{grid_cells(0.1, 0.1, 8, 8), Kind::Cloth, 2e-3, friction},
                      {jittered_grid(0.1, 0.1, 7, 7, 0.2, 3).moved(Vec3(4e-3, 1e-3, 1.2e-3)),
@@ -24,7 +24,7 @@ Vec3 angular(const Points& x, const Points& change) {
   return sum;
 }
 
-// Loose vertices on a tilted plane, advanced by symplectic Euler.
+// Free vertices on a tilted plane, advanced by symplectic Euler.
 struct Slide {
   double distance, speed, smallest_gap, largest_gap;
 };
@@ -68,16 +68,15 @@ TEST_CASE(
     Points x1 = thrown;
     stage.repel({scene.x, scene.inverse_mass, {}}, contacts, 1e-3, x1, none);
     const Points change = x1 - thrown;
-    const double size = change.rowwise().norm().sum();  // a gram each
+    const double size = change.rowwise().norm().sum();  // 1 g per vertex
     CHECK(size > 1e-3);
-    CHECK(change.colwise().sum().norm() < 1e-14);  // 150 vertices at 0.1 m, rounded to 1e-17 each
+    CHECK(change.colwise().sum().norm() < 1e-14);  // 150 vertices at 0.1 m, each rounded to 1e-17
     const double turned = angular(scene.x, change).norm();
     if (friction == 0.0)
       CHECK(turned < 1e-14);
     else
-      CHECK(turned < 2e-3 * size);  // friction acts on both sides of the gap: no more than
-                                    // thickness times impulse
-    // Approach has ended everywhere, up to the tolerance of the sweeps.
+      CHECK(turned < 2e-3 * size);  // torque of friction: at most thickness times impulse
+    // Approach has ended for all contacts, up to the tolerance of the sweeps.
     for (const Contact& contact : contacts) {
       double approach = 0.0;
       for (int i = 0; i < 4; ++i)
@@ -116,7 +115,7 @@ TEST_CASE("repulsion pushes a free body off as it pushes the cloth") {
   for (Index v = 0; v < surface.first_vertex; ++v)
     change += (x1.row(v) - thrown.row(v)).transpose() / 1e3;
   CHECK(bodies[0].moved.z() > 0.0);
-  CHECK(bodies[0].turned.y() > 0.0);  // rubbed below while it moves along x, it begins to roll
+  CHECK(bodies[0].turned.y() > 0.0);  // friction from below makes the moving ball roll
   CHECK(change.norm() < 1e-12 * 0.05 * bodies[0].moved.norm() + 1e-17);
 }
 
@@ -126,14 +125,13 @@ TEST_CASE(
   for (const double h : {1e-3, 1e-4}) {
     const Slide held = slide(0.295, h, 0.5), sliding = slide(0.305, h, 0.5),
                 fast = slide(0.5, h, 0.5);
-    CHECK(
-        held.distance <
-        1e-6);  // 0.35 m without friction; sweeps stop at 1e-4 of the largest correction of a step
+    CHECK(held.distance <
+          1e-6);  // 0.35 m without friction; sweeps stop at 1e-4 of a step's largest correction
     for (const Slide& each : {held, sliding, fast}) {
       CHECK(each.smallest_gap > 0.99e-3);
       CHECK(each.largest_gap <= 1e-3);
     }
-    const auto exact = [&](double slope) {  // symplectic Euler's distance: a t (t + h) / 2
+    const auto exact = [&](double slope) {  // distance of symplectic Euler: a t (t + h) / 2
       const double angle = std::atan(slope);
       return 0.5 * 9.81 * (std::sin(angle) - 0.3 * std::cos(angle)) * 0.5 * (0.5 + h);
     };

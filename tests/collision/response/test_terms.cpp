@@ -31,7 +31,7 @@ Assembled assemble(const TestScene& scene, const Points& x, const Points& v, con
   return result;
 }
 
-// Gradients on the rows of the terms (n x 3) [N].
+// Sums the gradients of the terms for each row (n x 3) [N].
 Points assembled(const ExtraTerms& terms, Index n) {
   Points sum = Points::Zero(n, 3);
   for (const ExtraTerm& t : terms)
@@ -40,7 +40,7 @@ Points assembled(const ExtraTerms& terms, Index n) {
   return sum;
 }
 
-// Stiffness of the terms times `direction` (n x 3).
+// Product of the terms' stiffness and `direction` (n x 3).
 Points assembled_product(const ExtraTerms& terms, const Points& direction) {
   Points sum = Points::Zero(direction.rows(), 3);
   for (const ExtraTerm& t : terms) {
@@ -51,7 +51,7 @@ Points assembled_product(const ExtraTerms& terms, const Points& direction) {
   return sum;
 }
 
-// Anchors that stick and anchors that will slip.
+// Anchors for the contacts, some of which stick while others will slip.
 ContactState anchored(const std::vector<Contact>& contacts) {
   ContactState state;
   for (const Contact& c : contacts)
@@ -92,7 +92,7 @@ TEST_CASE(
   }
   CHECK(contact_force(xi, xi, k).force == 0.0);
   const double half = 0.5 * xi,
-               hair = 1e-12;  // force, stiffness and energy are continuous at the change of stage
+               hair = 1e-12;  // force, stiffness and energy are continuous between the stages
   CHECK(contact_force(half + hair, xi, k).force ==
         Approx(contact_force(half - hair, xi, k).force).epsilon(1e-6));
   CHECK(contact_force(half + hair, xi, k).stiffness ==
@@ -127,7 +127,7 @@ TEST_CASE("forces of contacts are minus the gradient of their energies with shar
     for (int i = 0; i < term.n_entries; ++i)
       slope +=
           direction.row(term.entries[i].row).dot(term.entries[i].apply_transposed(term.gradient));
-  // Contacts that begin or end make the energy less smooth; a step of 1e-9 m meets none.
+  // The energy is less smooth where contacts begin or end; none do within a step of 1e-9 m.
   const double step = 1e-9,
                difference =
                    (energy(x + step * direction) - energy(x - step * direction)) / (2 * step);
@@ -147,7 +147,7 @@ TEST_CASE(
   ExtraTerms terms;
   std::vector<Contact> smooth = contacts;
   for (Contact& c : smooth) c.friction = 0.0;
-  // At zero displacement the normal force and its stiffness are those of the start.
+  // At zero displacement, normal force and stiffness equal their values at the start.
   const Points unchanged = Points::Zero(n, 3), no_bodies(0, 3);
   const ContactInputs inputs{x, v, unchanged, no_bodies, 1e-3, n};
   ContactTerms made = stage.terms(inputs, smooth, state, terms);
@@ -164,14 +164,15 @@ TEST_CASE(
     out = terms;
     return made.at(Team{1}, moved, 1e-3, TermRequest::Derivative, out);
   };
-  // Far enough to pass through: gaps of both signs.
+  // The displacement lets the sheets pass through each other, so gaps have both signs.
   const Points moved = shaken(Points::Zero(n, 3), 1.5e-3, 13),
                direction = shaken(Points::Zero(n, 3), 1.0, 14);
   at(moved, there);
   const double slope = (assembled(there, n).array() * direction.array()).sum();
   const Points force = assembled(there, n);
   const Points product = assembled_product(there, direction);
-  // Pieces of the energy join with a continuous derivative: convergence is of first order at worst.
+  // The pieces of the energy join with a continuous derivative, so convergence is at least first
+  // order.
   double last = 1.0, last_force = 1.0;
   for (const double step : {1e-6, 1e-7, 1e-8}) {
     ExtraTerms plus, minus;
@@ -180,13 +181,14 @@ TEST_CASE(
     const double error = std::abs(difference - slope) / std::abs(slope);
     const double force_error =
         ((assembled(plus, n) - assembled(minus, n)) / (2 * step) - product).norm() / product.norm();
-    CHECK(error < std::max(0.5 * last, 1e-7));  // rounding of energies
+    CHECK(error < std::max(0.5 * last, 1e-7));  // lower bound: rounding of the energies
     CHECK(force_error < std::max(0.5 * last_force, 1e-6));
     last = error, last_force = force_error;
   }
   CHECK(last < 1e-6);
   CHECK(last_force < 1e-4);
-  // NewLimits recomputes limits from the normal force there; otherwise those of the start hold.
+  // NewLimits recomputes the friction limits from the displaced normal force; Derivative keeps the
+  // limits of the start.
   ExtraTerms limited = terms;
   made.at(Team{1}, moved, 1e-3, TermRequest::NewLimits, limited);
   CHECK((assembled(limited, n) - force).norm() > 1e-3 * force.norm());
@@ -289,13 +291,13 @@ TEST_CASE("a vertex over the common edge or corner of faces is pushed as by one 
   for (int i = 0; i <= n; ++i) {
     Points x = scene.x;
     x.row(0) = Eigen::RowVector3d(-0.03 + 0.06 * i / n, -0.012 + 0.024 * i / n,
-                                  1.4e-3);  // over faces, edges, a corner
+                                  1.4e-3);  // passes over faces, edges and a corner
     x.middleRows(1, 3).col(2).array() += 1.0;
     const Assembled at = assemble(scene, x, Points::Zero(x.rows(), 3), Points(0, 3), 4);
     double force = 0.0;
     for (const ExtraTerm& term : at.terms)
       if (term.entries[0].weight == 1.0)
-        force -= term.gradient.z();  // of the vertex: edges share their weight
+        force -= term.gradient.z();  // vertex contacts; edge contacts have smaller weights
     least = std::min(least, force);
     most = std::max(most, force);
     if (last >= 0.0) largest_jump = std::max(largest_jump, std::abs(force - last));
@@ -320,7 +322,7 @@ TEST_CASE("a smooth surface pushes along its rounded normals, and its edges carr
     for (const Contact& contact : CollisionStage(scene.model).proximity(Team{1}, scene.x, {})) {
       if (smooth) CHECK(contact.kind == ContactKind::VertexFace);
       if (contact.kind != ContactKind::VertexFace || contact.a >= 81) continue;
-      if (smooth) CHECK(contact.a != last);  // one contact a vertex
+      if (smooth) CHECK(contact.a != last);  // one contact per vertex
       last = contact.a;
       ++n;
       const Vec3 radial = scene.x.row(contact.a).transpose().normalized();
@@ -329,9 +331,9 @@ TEST_CASE("a smooth surface pushes along its rounded normals, and its edges carr
     CHECK(n > 10);
     return worst;
   };
-  // Facets of 8 mm on a radius of 50 mm tilt by up to 0.1, contacts with edges more; the rounded
-  // normal errs by the square, and by the tilt times height over radius (0.04) where the closest
-  // point is not on the vertex's radius.
+  // Facets of 8 mm on a radius of 50 mm are tilted by up to 0.1 rad, and the normals of edge
+  // contacts by more. The error of the rounded normal is the square of the tilt, plus the tilt
+  // times height over radius (0.04) if the closest point is not on the vertex's radius.
   CHECK(worst_angle(false) > 0.1);
   CHECK(worst_angle(true) < 0.02);
 }

@@ -26,7 +26,7 @@ TEST_CASE(
                        u[0][2] * (u[1][0] * u[2][1] - u[1][1] * u[2][0]);
     const int truth = (d > 0) - (d < 0);
     zeros += truth == 0;
-    // Scaled by a power of two and far from the origin the doubles are still exact.
+    // The coordinates stay exact after scaling by a power of two and shifting.
     Vec3 q[4];
     for (int i = 0; i < 4; ++i)
       q[i] = Vec3(p[i][0], p[i][1], p[i][2]) * 0x1p-20 + Vec3(4096, 0, -8);
@@ -58,7 +58,7 @@ TEST_CASE("triangles that cross, touch or lie in each other meet; a hair apart t
   CHECK(meets({0, 0, 0}, {-1, 0, 0}, {0, -1, 0}));            // corner on corner, same plane
   CHECK(meets({0.1, 0.1, 0}, {0.2, 0.1, 0}, {0.1, 0.2, 0}));  // inside, same plane
   CHECK(meets({-5, -5, 0}, {5, -5, 0}, {0, 9, 0}));           // around, same plane
-  CHECK_FALSE(meets({1, 1, 0}, {2, 1, 0}, {1, 2, 0}));        // beside, same plane
+  CHECK_FALSE(meets({1, 1, 0}, {2, 1, 0}, {1, 2, 0}));        // side by side, same plane
   CHECK(meets({0.5, 0.5, -1}, {0.5, 0.5, 1}, {2, 2, 0}));     // through the long edge
   CHECK_FALSE(
       meets({0.5, std::nextafter(0.5, 1.0), -1}, {0.5, std::nextafter(0.5, 1.0), 1}, {2, 2, 0}));

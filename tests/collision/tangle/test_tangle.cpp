@@ -1,4 +1,4 @@
-// Tangles: every piercing is found with its common point, and the way out is the way back.
+// Claims about tangles: every piercing is found, and its way out reverses the way in.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
@@ -13,7 +13,7 @@ using namespace loomstone;
 
 namespace {
 
-// A flat sheet and one with a bump that passes up through it; without displacement, edges lie
+// A flat sheet, and a sheet with a bump that passes up through it. If `moved` is 0, edges lie
 // exactly above edges.
 TestScene bump(double moved) {
   const TriangleMesh flat = grid_cells(0.2, 0.2, 12, 12);
@@ -24,7 +24,7 @@ TestScene bump(double moved) {
        })}});
 }
 
-// A flat sheet and one that leans through it: the contour runs from border to border.
+// A flat sheet, and a tilted sheet that cuts through it. The contour runs from border to border.
 TestScene leaning() {
   const TriangleMesh flat = grid_cells(0.2, 0.2, 12, 12);
   return make_scene({{flat},
@@ -78,8 +78,8 @@ TEST_CASE("what has come through goes back the way it came") {
     for (const Piercing& p : tangle.piercings) {
       if (p.vertices[0] < n_flat) continue;
       ++of_bent;
-      // The bump goes down through the flat sheet; the smaller part of the leaning sheet hangs
-      // below and goes up.
+      // The bump's way out is down through the flat sheet. The tilted sheet's way out is up,
+      // because its smaller part hangs below.
       const bool is_bump = n_flat == scene.model.surfaces[1].n_vertices;
       CHECK(p.way_out.z() == Approx(is_bump ? -1.0 : 1.0));
     }
@@ -99,7 +99,7 @@ TEST_CASE(
   CHECK_FALSE(
       none.ignores(scene.model, ContactKind::VertexFace, pair_key(0, 300), {0, 169, 170, 171}));
 
-  // Both as one surface: self-intersections count only with self-collision.
+  // Treats both sheets as one surface; self-intersections count only with self-collision.
   for (Index& s : scene.model.surface_of_triangle) s = 0;
   for (Index& s : scene.model.surface_of_edge) s = 0;
   CHECK_FALSE(finder.find(scene.x).empty());
@@ -127,7 +127,7 @@ TEST_CASE("terms and impulses that untangle have neither sum nor torque") {
     }
   CHECK(size > 1.0);
   CHECK(sum.norm() < 1e-13 * size);
-  CHECK(torque.norm() < 1e-13 * size);  // arms of 0.1 m
+  CHECK(torque.norm() < 1e-13 * size);  // lever arms of 0.1 m
 
   FreeBodies none;
   Impulses impulses(scene.model, scene.inverse_mass, none);
