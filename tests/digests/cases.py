@@ -1,4 +1,5 @@
-"""What digests are taken of: every scene, small, and one scene by every integrator and variant."""
+"""Cases of the digests: every scene at a small size, and one scene with every integrator and
+variant."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ from loomstone.runs.scene_file import SceneFile
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 Case = tuple[ls.Scene, ls.Integrator]
 
-# Parameters of each scene, at most 2,000 triangles; behind a colon the name of a variant.
+# Parameters of each scene, for at most 2,000 triangles. The text after a colon names a variant.
 SMALL: dict[str, dict[str, object]] = {
     "bending": {"triangles": 800},
     "card": {"triangles": 512, "boxes": 5},
@@ -73,7 +74,7 @@ def falling(
     response: str = "implicit",
     bending: str = "mid-edge",
 ) -> ls.Scene:
-    """A sheet that falls on a sphere and a loose box: in contact from the first steps."""
+    """A sheet that falls on a sphere and a loose box, in contact from the first steps."""
     mesh = ls.grid(size=(0.3, 0.3), triangles=450).moved((0, 0, 0.1015))
     cotton = ls.ClothMaterial(
         weft_stiffness=200,

@@ -1,12 +1,13 @@
-"""Hashes of the state after 45 steps of every scene and of variants, against those on record.
+"""Compares hashes of the state after 45 steps of every scene and variant with recorded hashes.
 
     python tests/digests/digests.py --compare [--threads 2] [names ...]
     mpirun -n 2 python tests/digests/digests.py --compare
     python tests/digests/digests.py --record [names ...]
 
-45 steps go past the rebuild of the rigid bodies at the 40th. A change that is to change no bit
-leaves all digests; one that is to change bits records them in its own commit, whose message says
-why. They hold on the machine of the record: status 77 says in what another one differs.
+45 steps include the rebuild of the rigid bodies at step 40. A change that must not affect results
+leaves all digests unchanged. A change that affects results records new digests in the same commit
+and explains them in its message. Digests are valid only on the machine of the record; on another
+one, status 77 names the differences.
 """
 
 from __future__ import annotations
@@ -39,7 +40,10 @@ def digest(make: Callable[[], Case], threads: int, ranks: _core.Communicator) ->
 
 
 def digests(names: list[str], threads: int, ranks: _core.Communicator) -> Iterator[tuple[str, str]]:
-    """All, or those whose name has one of `names` in it; what needs one rank only there."""
+    """Yields the digests of all cases, or of those whose name contains one of `names`.
+
+    On several ranks, skips the cases that support one rank only.
+    """
     for name, make in cases():
         if not names or any(part in name for part in names):
             try:

@@ -1,4 +1,4 @@
-"""What decides bits beside the sources: compiler, libraries, processor."""
+"""Properties of the machine that affect the bits of a result: compiler, libraries, processor."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LIBRARIES = re.compile(r"lib(Bullet|LinearMath|embree|openblas|cholmod|metis|gom
 
 
 def compiler() -> str:
-    """As the compiler signs what it makes."""
+    """Returns the signature that the compiler leaves in its output."""
     found = re.search(
         rb"(GCC: \([^)]*\) [\d.]+|clang version [\d.]+)", Path(_core.__file__).read_bytes()
     )
@@ -25,7 +25,7 @@ def compiler() -> str:
 
 
 def libraries() -> list[Path]:
-    """Those that have been loaded, under their full names."""
+    """Returns the resolved paths of the loaded numerical libraries."""
     mapped = Path("/proc/self/maps").read_text().split()
     return sorted({Path(word).resolve() for word in mapped if LIBRARIES.search(word)})
 
@@ -40,8 +40,9 @@ def blas_kernels() -> str:
 
 
 def functions() -> str:
-    """Hash of elementary functions, of the C library and of numpy, whose bits differ from one
-    version and processor to another.
+    """Hash of elementary functions of the C library and numpy.
+
+    Their bits depend on the version and the processor.
     """
     x = np.linspace(-3.0, 3.0, 1001)
     scalar = [f(v) for f in (math.sin, math.cos, math.exp, math.atan, math.sinh) for v in x]

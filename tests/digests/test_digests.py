@@ -1,4 +1,4 @@
-"""The recorded digests come out on one thread, on two, and on two ranks."""
+"""One thread, two threads and two ranks reproduce the recorded digests."""
 
 import json
 import subprocess
