@@ -1,4 +1,4 @@
-// Claims about bodies that magnets and currents move, without the rest of a simulation.
+// Claims about the motion of bodies under magnetic forces alone, without the rest of a simulation.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double step = 1e-3;
 
-// Bodies and what is magnetic on them, far from anything else.
+// Bodies with their magnets and coils in otherwise empty space.
 struct Experiment {
   std::vector<RigidBody> bodies;
   MagneticScene scene;
@@ -44,7 +44,7 @@ struct Experiment {
   }
 };
 
-// An experiment on its way.
+// State of an experiment during its motion.
 struct Motion {
   RigidWorld world;
   RigidState state;
@@ -115,7 +115,7 @@ Experiment two_magnets() {
   return made;
 }
 
-// A magnet above a coil that stands still, on its axis: it does not turn, and drifts keep its
+// A magnet on the axis above a coil at rest. The magnet does not rotate, so drifts conserve its
 // kinetic energy to rounding.
 Experiment magnet_over_coil(const Coil& coil) {
   Experiment made;
@@ -140,24 +140,24 @@ TEST_CASE("two free magnets keep linear and angular momentum to rounding") {
   const Vec3 p = motion.momentum(), l = motion.angular_momentum();
   motion.advance(40);
   const double size =
-      motion.mass(0) * motion.state.velocities.row(0).norm();  // of what has been exchanged
+      motion.mass(0) * motion.state.velocities.row(0).norm();  // momentum exchanged
   REQUIRE(size > 1e-4);
   CHECK((motion.momentum() - p).norm() < 1e-12 * size);
-  CHECK((motion.angular_momentum() - l).norm() < 1e-12 * size * 0.05);  // arms are of 5 cm
+  CHECK((motion.angular_momentum() - l).norm() < 1e-12 * size * 0.05);  // lever arms of 5 cm
 }
 
 TEST_CASE("two free magnets keep their energy with second order of the sub-step") {
   double errors[2];
   for (int i = 0; i < 2; ++i) {
     Experiment made = two_magnets();
-    made.scene.tolerance = 1e-8;  // its errors stay below those of the sub-steps
+    made.scene.tolerance = 1e-8;  // keeps errors of the forces below those of the sub-steps
     made.scene.substep = i == 0 ? 0.04 : 0.02;
     Motion motion(made);
     const double start = motion.kinetic_energy() + motion.magnetic_energy();
     motion.advance(40);
     errors[i] = std::abs(motion.kinetic_energy() + motion.magnetic_energy() - start);
   }
-  CHECK(errors[0] > 3.0 * errors[1]);  // 4 to leading order
+  CHECK(errors[0] > 3.0 * errors[1]);  // the factor is 4 to leading order
 }
 
 TEST_CASE("a stage made again between two steps changes no bit") {
@@ -182,7 +182,7 @@ TEST_CASE("what a circuit takes from its source is heat, its own energy, and wor
   const CircuitState& circuits = motion.magnetic.circuits;
   const double work = motion.kinetic_energy();
   REQUIRE(work > 1e-6 * circuits.supply);
-  // The balance holds in every kick to the last bit; sums of some hundred kicks round.
+  // Each kick satisfies the balance exactly; the tolerance covers rounding in sums over many kicks.
   CHECK(std::abs(circuits.supply - circuits.heat - circuits.energy - work) <
         1e-12 * circuits.supply);
 }

@@ -1,4 +1,4 @@
-// Claims about the parts of a step.
+// Claims about the sub-steps of a step.
 #include <catch2/catch.hpp>
 
 #include <limits>
@@ -10,7 +10,8 @@ using namespace loomstone;
 
 namespace {
 
-// Length of the sub-steps of a step of 1 s that begin at such angular frequencies [s].
+// Lengths of the sub-steps of a step of 1 s [s], given the angular frequency at the start of each
+// [rad/s].
 std::vector<double> lengths(const std::vector<double>& frequencies) {
   Substeps parts(1.0, 0.15);
   std::vector<double> result;
