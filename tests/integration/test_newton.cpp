@@ -24,8 +24,8 @@ TEST_CASE("with the exact Jacobian Newton's residual is squared from one iterati
   const std::string method = GENERATE("backward-euler", "nonlinear-midpoint");
   const std::string element = GENERATE("mid-edge", "hinge");
   CAPTURE(method, element);
-  // A spinning sheet under tension, rolled with angles of about 0.5: bending's moments are as large
-  // as its stiffness.
+  // A spinning sheet under tension, rolled to hinge angles of about 0.5 rad. At these angles,
+  // bending moments are as large as the bending stiffness.
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 5, 5, 0.2, 3);
   IntegratorOptions o = exact_options(method.c_str(), 5e-3);
   o.implicit()->bending = BendingInStep::Implicit, o.newton()->newton_tolerance = 1e-13;
@@ -45,9 +45,9 @@ TEST_CASE("with the exact Jacobian Newton's residual is squared from one iterati
   CHECK(r.size() == static_cast<std::size_t>(report.newton_iterations) + 1);
   int n_squared = 0;
   for (std::size_t k = 0; k + 1 < r.size(); ++k) {
-    if (r[k] > 1e-2 || r[k + 1] < 1e-13) continue;  // not near yet; rounding
-    // Quadratic: r_{k+1} <= C r_k^2. One constant for all iterations; linear convergence would
-    // break it at the next.
+    if (r[k] > 1e-2 || r[k + 1] < 1e-13) continue;  // far from the solution, or at rounding level
+    // Quadratic convergence means r_{k+1} <= C r_k^2 with one constant C. Linear convergence would
+    // violate this bound at the next iteration.
     CHECK(r[k + 1] <= 30.0 * r[k] * r[k]);
     ++n_squared;
   }
@@ -73,7 +73,7 @@ TEST_CASE(
   start(run, o);
   int most = 0;
   for (int k = 0; k < 40; ++k) {
-    // 10 % in 80 ms: the flat sheet is a saddle of the potential at once.
+    // 10 % in 80 ms: the flat sheet becomes a saddle point of the potential at once.
     const double pressed = 1.0 - 0.1 * std::min(1.0, (k + 1) / 20.0);
     for (const Index pin : pins) run.target(pin, 0) = pressed * mesh.vertices()(pin, 0);
     const IntegrationReport report = run.advance();
@@ -81,8 +81,8 @@ TEST_CASE(
     CHECK(report.residual <= o.newton()->newton_tolerance);
   }
   CHECK(most <= 30);
-  // It has buckled: a tenth less width needs an amplitude of about 0.2 (2 / pi) sqrt(0.1 / 0.9) /
-  // ... > 1 cm somewhere.
+  // The sheet has buckled: at 10 % compression, a single half-wave is about 4 cm high and several
+  // half-waves are lower.
   CHECK(run.state.x.col(2).maxCoeff() - run.state.x.col(2).minCoeff() > 0.01);
 }
 
@@ -97,7 +97,7 @@ TEST_CASE(
   CHECK_THROWS_WITH(run.advance(),
                     Catch::Contains("backward-euler") && Catch::Contains("integrator.step"));
   run = make_run(mesh, soft(), o, {0.0, {0}, Vec3(0, 0, -9.81)});
-  run.force(7, 0) = 100.0;  // one vertex is torn away
+  run.force(7, 0) = 100.0;  // pulls one vertex away
   o.newton()->max_newton_iterations = 1;
   start(run, o);
   try {

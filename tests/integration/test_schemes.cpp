@@ -1,4 +1,4 @@
-// Claims about the integrators: docs/method.md, "Integrators".
+// Claims about the integrators of docs/method.md, section "Integrators".
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
@@ -35,7 +35,7 @@ ClothMaterial soft() {
   return m;
 }
 
-// A stretched, spinning sheet without loads.
+// Velocities of a rigid rotation and translation [m/s].
 Points spinning(const Points& x) {
   Points v(x.rows(), 3);
   const Vec3 omega(1, 2, 6);
@@ -44,8 +44,8 @@ Points spinning(const Points& x) {
   return v;
 }
 
-// The same motion to time 0.05 s at a step; all start from a sheet stretched in its plane (so
-// tension everywhere).
+// Positions of the same motion after 0.05 s, computed with a given step. The sheet starts stretched
+// in its plane, so it is under tension everywhere.
 Points end_of_motion(const std::string& method, double step, double bending,
                      const char* treatment = nullptr) {
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 4, 4, 0.2, 3);
@@ -95,7 +95,7 @@ double angular_drift(const std::string& method, double step) {
 
 TEST_CASE("free fall: velocity is g t for every integrator, position has the scheme's own term") {
   for (const std::string method : all_methods) {
-    // Explicit schemes at their stable step, implicit ones far beyond it.
+    // Explicit schemes use a stable step, implicit schemes a much longer one.
     const double h = is_explicit(method) ? 1e-4 : 0.01, g = 9.81;
     const int n = 20;
     const double t = n * h;
@@ -112,7 +112,7 @@ TEST_CASE("free fall: velocity is g t for every integrator, position has the sch
       CHECK(run.state.v(i, 2) == Approx(-g * t).epsilon(1e-9));
       if (expected.count(method))
         CHECK(run.state.x(i, 2) == Approx(-expected.at(method)).epsilon(1e-9));
-      // BDF-2 started by a midpoint step is exact for constant acceleration.
+      // BDF-2, started by a midpoint step, is exact for constant acceleration.
       if (method == std::string("bdf2"))
         CHECK(run.state.x(i, 2) == Approx(-0.5 * g * t * t).epsilon(1e-9));
     }
@@ -128,8 +128,8 @@ TEST_CASE("midpoint and BDF-2 are of order 2, the Euler schemes of order 1") {
                                                {"nonlinear-midpoint", 2},
                                                {"bdf2", 2}};
   for (const auto& [method, expected] : order) {
-    // Membrane only; halving the step thrice. Differences of successive runs cancel the unknown
-    // limit.
+    // Runs the membrane alone with steps h, h / 2 and h / 4. Differences of successive runs cancel
+    // the unknown limit.
     const double h = is_explicit(method) ? 6.25e-5
                      : method == "bdf2"  ? 5e-4
                      : expected == 2     ? 1e-3
@@ -177,7 +177,8 @@ TEST_CASE("linear momentum is kept to rounding by every integrator with the dire
       before += run.model.mass[i] * run.state.v.row(i).transpose();
     for (int i = 0; i < 200; ++i) run.advance();
     INFO(method);
-    // 200 steps of sums over forces a thousand times the momentum's change.
+    // Tolerance: rounding in 200 steps, where the summed forces are a thousand times the change of
+    // momentum.
     CHECK(momentum_error(run, before) < 1e-11);
   }
 }
@@ -187,7 +188,8 @@ TEST_CASE(
     "order 3, else to the scheme's") {
   CHECK(angular_drift("symplectic-euler", 2e-4) < 1e-12);
   CHECK(angular_drift("nonlinear-midpoint", 1e-3) < 1e-11);  // Newton stops at a residual of 1e-12
-  // The h^2 term of BDF-2 shifts the phase; it damps, and loses momentum, with h^3 a unit of time.
+  // The h^2 error of BDF-2 only shifts the phase. Its damping and loss of momentum are of order h^3
+  // per unit of time.
   const std::map<std::string, std::pair<double, double>> step_and_order = {
       {"explicit-euler", {5e-5, 1}},
       {"semi-implicit-euler", {2.5e-4, 1}},
@@ -222,9 +224,9 @@ TEST_CASE("pinned vertices do not move by one bit, scripted ones end exactly at 
   }
 }
 
-// The length of a strip hung by its own weight where stress is uniaxial: nominal stress lambda E
-// (lambda^2 - 1)/2 = rho g s, s the length below; the end hangs at the integral of lambda. weight:
-// rho g [N/m^2], modulus: E [N/m].
+// Length [m] of a strip that hangs under its own weight with uniaxial stress. The stretch lambda
+// satisfies E lambda (lambda^2 - 1) / 2 = rho g s, where s is the length below, and the hanging
+// length is its integral. weight: rho g [N/m^2], modulus: E [N/m].
 double hung_length(double length, double weight, double modulus) {
   const int parts = 2000;
   double hang = 0.0;
@@ -240,7 +242,7 @@ double hung_length(double length, double weight, double modulus) {
 }
 
 TEST_CASE("a hung strip stretches as the analytic solution, along weft and along warp") {
-  // With nu = 0 a strip under its own weight is one-dimensional.
+  // With nu = 0, a strip under its own weight is one-dimensional.
   ClothMaterial m;
   m.weft_stiffness = 60, m.warp_stiffness = 25, m.shear_stiffness = 10, m.density = 0.8;
   const double g = 9.81, length = 1.0;
@@ -261,16 +263,16 @@ TEST_CASE("a hung strip stretches as the analytic solution, along weft and along
     start(run, o);
     for (int i = 0; i < 60; ++i) run.advance();
     const double bottom = run.state.x.col(weft ? 0 : 1).minCoeff();
-    // Linear triangles: second order in the element, 24 along the strip.
+    // Linear triangles are of second order in their size; 24 lie along the strip.
     CHECK(length / 2 - bottom == Approx(hang).epsilon(1e-3));
   }
 }
 
 TEST_CASE(
     "a hung strip with a Poisson ratio stretches by its compliance along weft, warp and bias") {
-  // Narrow, with free sides: the stress is uniaxial along d, 1 / E the off-axis compliance. The
-  // clamp keeps the width and coupling to shear bends the strip in its plane: both cost less the
-  // narrower it is.
+  // The strip is narrow with free sides, so the stress is uniaxial along d and 1 / E is the
+  // off-axis compliance. The clamp prevents lateral contraction, and coupling to shear bends the
+  // strip in its plane. Both errors decrease with the width.
   ClothMaterial m;
   m.weft_stiffness = 60, m.warp_stiffness = 25, m.shear_stiffness = 10, m.poisson = 0.3,
   m.density = 0.8;
@@ -293,13 +295,13 @@ TEST_CASE(
     ClothRun run = make_run(mesh, m, o, {0.0, pins, Vec3(-g, 0, 0)});
     start(run, o);
     for (int i = 0; i < 60; ++i) run.advance();
-    double bottom = 0.0;  // of the middle of the lower end
+    double bottom = 0.0;  // position of the middle of the lower end
     for (Index i = 0; i < mesh.n_vertices(); ++i)
       if (base.uv()(i, 0) < 1e-9 - length / 2 && std::abs(base.uv()(i, 1)) < 1e-9)
         bottom = run.state.x(i, 0);
     INFO(degrees << " degrees: hangs " << length / 2 - bottom << ", closed form " << hang);
     CHECK(length / 2 - bottom - length ==
-          Approx(hang - length).epsilon(5e-3));  // of what it stretches
+          Approx(hang - length).epsilon(5e-3));  // relative to the elongation
   }
 }
 
