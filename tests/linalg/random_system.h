@@ -1,5 +1,5 @@
-// A seeded symmetric positive definite system with everything a step may put into it: a grid of
-// cloth rows, bodies, contact terms between far rows and with bodies, fixed rows with prescribed
+// A seeded symmetric positive definite system with all features of a step's system: a grid of cloth
+// rows, bodies, contact terms between distant rows and with bodies, and fixed rows with prescribed
 // values.
 #pragma once
 
@@ -62,7 +62,7 @@ class RandomSystemBuilder {
   RandomSystem take() { return std::move(made_); }
 
  private:
-  // Only the generator's integers are the same with every standard library.
+  // Distributions differ between standard libraries; the generator's integers do not.
   double number() { return 2.0 * static_cast<double>(random_() >> 8) / 16777216.0 - 1.0; }
   Vec3 vector() {
     const double x = number(), y = number(), z = number();
@@ -74,7 +74,7 @@ class RandomSystemBuilder {
     return m;
   }
 
-  // Mass plus a stiff anisotropic spring along every grid edge and one diagonal.
+  // Unit mass plus a stiff anisotropic spring along every grid edge and one diagonal per cell.
   void springs() {
     std::vector<std::pair<Index, Index>> couplings;
     for (Index r = 0; r < side_; ++r)
@@ -133,7 +133,7 @@ inline RandomSystem random_system(
   return RandomSystemBuilder(side, n_bodies, n_terms, std::move(communicator)).take();
 }
 
-// The whole matrix, dense (3 rows x 3 rows), put together in the most naive way.
+// Assembles the whole system as a dense matrix (3 rows x 3 rows) without shortcuts.
 inline Eigen::MatrixXd dense_matrix(const LinearSystem& system) {
   const Index rows = system.layout->n_rows(), n_cloth = system.matrix->n_rows();
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(3 * rows, 3 * rows);

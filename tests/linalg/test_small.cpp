@@ -10,7 +10,7 @@ using namespace loomstone;
 
 namespace {
 
-// By Eigen's iterative solver.
+// Positive part of a matrix, computed by Eigen's iterative eigensolver.
 template <class Matrix>
 Matrix positive_part_by_iteration(const Matrix& a) {
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(a);
@@ -39,7 +39,7 @@ TEST_CASE(
     for (const double second : values) {
       const Mat2 random2 = Mat2::NullaryExpr([&] { return number(random); });
       const Mat2 a2 = turned_diagonal<Mat2>(random2, Vec2(first, second));
-      // Both methods are good to a few roundings of the largest entry.
+      // Both methods are accurate to a few rounding errors of the largest entry.
       CHECK((positive_part(a2) - positive_part_by_iteration(a2)).norm() <= 1e-14 * a2.norm());
       for (const double third : values) {
         const Mat3 random3 = Mat3::NullaryExpr([&] { return number(random); });
@@ -80,7 +80,7 @@ TEST_CASE("the inverse of a positive definite block is exact to rounding and oth
     const Mat3 a = root * root.transpose() + 0.1 * Mat3::Identity();
     Mat3 inverse = Mat3::Zero();
     REQUIRE(invert_positive_definite(a, inverse));
-    // Condition numbers stay below 50.
+    // Condition numbers are below 50.
     CHECK((a * inverse - Mat3::Identity()).norm() < 1e-12);
     Mat3 bad = a;
     bad(i % 3, i % 3) = -0.1;

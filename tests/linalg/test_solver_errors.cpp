@@ -17,7 +17,7 @@ void solve(const RandomSystem& system, LinearMethod method) {
   make_linear_solver({method, 1e-6, 2000})->solve(Team{1}, system.view(), system.b, x);
 }
 
-// Two of many ranks as seen from one process: nothing may be said to the others.
+// Communicator that reports two ranks and fails the test at any collective call.
 class PretendedRanks final : public Communicator {
  public:
   int rank() const override { return 0; }

@@ -26,7 +26,7 @@ bool same_bits(const Points& a, const Points& b) {
   return a.rows() == b.rows() && std::memcmp(a.data(), b.data(), sizeof(double) * a.size()) == 0;
 }
 
-// A dense factorisation with the fixed rows made those of the identity.
+// Dense factorisation in which identity rows and columns replace the fixed ones.
 Points dense_solution(const RandomSystem& system) {
   Eigen::MatrixXd a = testing::dense_matrix(system.view());
   Points x = system.x;
@@ -55,7 +55,7 @@ TEST_CASE("every method solves the system with terms, bodies and fixed rows") {
     INFO(name_of(method));
     LinearReport report;
     const Points x = solved(system, {method, 1e-12, 2000}, 1, &report);
-    // The condition number is near 100: an error of 1e-12 in the residual is below 1e-10 in x.
+    // The condition number is near 100, so a residual of 1e-12 means an error below 1e-10 in x.
     CHECK((x - expected).norm() < 1e-10 * expected.norm());
     CHECK(report.converged);
     CHECK(report.iterations >= 1);
@@ -76,7 +76,7 @@ TEST_CASE("fixed rows keep every bit") {
 }
 
 TEST_CASE("any number of threads gives the same bits") {
-  const RandomSystem system = random_system(60, 3, 700);  // 29 blocks, 6 tasks of terms
+  const RandomSystem system = random_system(60, 3, 700);  // 29 blocks of rows, 6 tasks of terms
   for (const LinearMethod method : {LinearMethod::Pcg, LinearMethod::BlockJacobi,
                                     LinearMethod::GaussSeidel, LinearMethod::Direct}) {
     INFO(name_of(method));
@@ -100,7 +100,7 @@ TEST_CASE("a solver used before gives the same bits as a new one") {
     solve(other, first);
     solve(system, again);
     CHECK(same_bits(again, solved(system, {method, 1e-5, 2000})));
-    // Other terms on the same matrix: the pattern changes under the solver.
+    // Other terms on the same matrix change the pattern.
     RandomSystem changed = random_system(20, 2, 60);
     changed.terms.resize(17);
     solve(changed, fewer);
@@ -143,7 +143,7 @@ TEST_CASE("the preconditioned residual reaches the tolerance and no less is clai
 
 namespace {
 
-// The springs `factor` times as stiff, on the same masses.
+// Multiplies the stiffness by `factor` and keeps the masses.
 void stiffen(RandomSystem& system, double factor) {
   BlockMatrix& a = system.matrix;
   for (Index row = 0; row < a.n_rows(); ++row)
@@ -169,8 +169,8 @@ TEST_CASE(
   for (Index row = 0; row < n; ++row)
     x[4 * row] = 1.0f, x[4 * row + 1] = -2.0f, x[4 * row + 2] = 0.5f;
   single.multiply(slices, 0, slices.n_slices(), x.data(), y.data());
-  // Unit masses. What is left is the rounding of sums of 1e7 in double precision; single precision
-  // there would be 1.
+  // The masses are 1. The tolerance covers rounding of sums of 1e7 in double precision; in single
+  // precision the error would be 1.
   for (Index row = 0; row < n; ++row)
     for (int d = 0; d < 3; ++d)
       CHECK(std::abs(y[24 * (slices.place[row] / 8) + 8 * d + slices.place[row] % 8] -
@@ -209,12 +209,12 @@ TEST_CASE("a system too stiff for single precision is solved all the same") {
     LinearReport report;
     const Points x = solved(system, {method, 1e-6, 20000}, 1, &report);
     CHECK(report.converged);
-    // The residual by the dense matrix, in the norm of the diagonal (about 1e10): 1e-6 of that of
-    // the right side.
+    // Checks the residual with the dense matrix. The solver's tolerance of 1e-6 holds in the norm
+    // of the diagonal (about 1e10), relative to the right-hand side.
     const Eigen::MatrixXd a = testing::dense_matrix(system.view());
     const Vector b = Eigen::Map<const Vector>(system.b.data(), system.b.size());
     const Vector r = b - a * Eigen::Map<const Vector>(x.data(), x.size());
-    CHECK(r.norm() < 1e-5 * b.norm());  // a diagonal that varies tenfold
+    CHECK(r.norm() < 1e-5 * b.norm());  // the diagonal varies tenfold
   }
 }
 
@@ -228,8 +228,8 @@ TEST_CASE("symmetric Gauss-Seidel needs fewer iterations than block-Jacobi") {
 
 namespace {
 
-// A grid of tiles x tiles patches of 11 x 11 rows, which lie together as model rows do, with equal
-// springs and unit masses under a load that varies slowly: what coarse levels are for.
+// A grid of tiles x tiles patches of 11 x 11 rows. Rows are ordered patch by patch, as in a model.
+// Equal springs, unit masses and a slowly varying load make it a case for coarse levels.
 RandomSystem smooth_system(Index tiles, double stiffness) {
   const Index side = 11 * tiles;
   const auto row_of = [&](Index r, Index c) {
@@ -265,18 +265,16 @@ TEST_CASE(
     LinearReport levels, jacobi;
     const Points x = solved(system, {LinearMethod::Pcg, 1e-6, 4000}, 1, &levels);
     const Points expected = solved(system, {LinearMethod::BlockJacobi, 1e-10, 4000}, 1, &jacobi);
-    CHECK(
-        (x - expected).norm() <
-        1e-3 *
-            expected.norm());  // the smallest eigenvalue is that of the mass, 1e-5 of the diagonal
+    CHECK((x - expected).norm() <
+          1e-3 * expected.norm());  // the smallest eigenvalue is the mass: 1e-5 of the diagonal
     solved(system, {LinearMethod::BlockJacobi, 1e-6, 4000}, 1, &jacobi);
     CHECK(levels.iterations < (tiles == 4 ? 0.6 : 0.35) * jacobi.iterations);
   }
 }
 
 TEST_CASE("layers that stiff terms tie together cost coarse levels few iterations") {
-  // The grid folded in the middle, every row tied to the one that comes to lie on it, under a load
-  // that is the same on both.
+  // The grid is folded in the middle. Every row is tied to the row that comes to lie on it, and
+  // both have the same load.
   const Index tiles = 8, side = 11 * tiles;
   const auto row_of = [&](Index r, Index c) {
     return 121 * (r / 11 * tiles + c / 11) + 11 * (r % 11) + c % 11;
@@ -300,8 +298,8 @@ TEST_CASE("layers that stiff terms tie together cost coarse levels few iteration
       system.terms.push_back(term);
     }
   solved(system, {LinearMethod::Pcg, 1e-6, 4000}, 1, &tied);
-  CHECK(tied.iterations < 4 * apart.iterations);  // ten times as many where levels know the terms'
-                                                  // diagonal blocks alone
+  CHECK(tied.iterations < 4 * apart.iterations);  // ten times as many if levels include only the
+                                                  // diagonal blocks of the terms
 }
 
 TEST_CASE("a solve with other terms on the same matrix is a first solve's") {
@@ -319,8 +317,8 @@ TEST_CASE("a solve with other terms on the same matrix is a first solve's") {
     LinearSystem again = system.view();
     again.terms = &other.terms;
     CHECK(solver->solve(Team{1}, again, system.b, second, memory, Unchanged::Matrix).converged);
-    // To the tolerance; the solvers without a preconditioner that they keep from the first solve to
-    // the last bit.
+    // All solvers agree to the tolerance. Solvers that keep no preconditioner from the first solve
+    // agree bitwise with a new solver.
     CHECK((second - exact).norm() < 1e-8 * exact.norm());
     if (method == LinearMethod::GaussSeidel || method == LinearMethod::Direct)
       CHECK(same_bits(second, solved(other, {method, 1e-10, 2000})));
@@ -344,7 +342,7 @@ TEST_CASE("a solve may go on from a rough one") {
     LinearSystem again = system.view();
     Points of_one_thread;
     for (const int threads : {1, 3}) {
-      // Of the same system: as if it had not stopped.
+      // With the same system, the second solve continues as if the first had not stopped.
       LinearReport whole;
       const Points at_once = solved(system, {method, 1e-4, 2000}, threads, &whole);
       auto solver = make_linear_solver({method, 1e-4, 2000});
@@ -357,8 +355,8 @@ TEST_CASE("a solve may go on from a rough one") {
       CHECK(first + rest.iterations == whole.iterations);
       CHECK(same_bits(x, at_once));
 
-      // With other terms: its residual is that of the terms it is given, as the one in double
-      // precision tells.
+      // With other terms, the reported residual is that of the new terms, computed in double
+      // precision.
       solver = make_linear_solver({method, 1e-9, 2000});
       Points y = system.x;
       rough_solve(*solver, threads, y);
@@ -414,9 +412,9 @@ TEST_CASE("looking at the true residual on the way costs no iterations") {
     INFO(name_of(method));
     LinearReport coarse, fine;
     solved(system, {method, 1e-4, 2000}, 1, &coarse);
-    solved(system, {method, 1e-8, 2000}, 1, &fine);  // several rounds
-    // Twice at a constant rate; directions that lose their conjugacy between rounds need three
-    // times.
+    solved(system, {method, 1e-8, 2000}, 1, &fine);  // several rounds of residual replacement
+    // At a constant rate the iterations double. Directions that lose their conjugacy between rounds
+    // need three times as many.
     CHECK(fine.iterations <= 2.3 * coarse.iterations);
   }
 }
