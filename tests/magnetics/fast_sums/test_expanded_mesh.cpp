@@ -1,4 +1,5 @@
-// Fields of magnets with many faces or cells by local expansions, compared with exact sums.
+// Claims about local expansions of the fields of magnets with many faces or cells, compared with
+// exact sums.
 #include <functional>
 #include <random>
 
@@ -14,7 +15,7 @@ using namespace loomstone;
 
 namespace {
 
-// A torus of 40 mm with a tube of 15 mm, 3,200 faces.
+// Torus with radii of 40 mm and 15 mm and 3,200 faces.
 std::shared_ptr<const MeshMagnet> ring() {
   constexpr Index around = 80, sides = 20;
   Points x(around * sides, 3);
@@ -34,7 +35,7 @@ std::shared_ptr<const MeshMagnet> ring() {
   return std::make_shared<MeshMagnet>(TriangleMesh(x, t), Vec3(0.3, -0.1, 0.6));
 }
 
-// Points at a distance from the surface, inside or outside.
+// Random points at a distance from the surface of the torus, inside or outside.
 Points beside(double distance, bool inside) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> angle(0.0, 2.0 * 3.141592653589793);

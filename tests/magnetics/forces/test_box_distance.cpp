@@ -1,4 +1,4 @@
-// Distances of oriented boxes.
+// Claims about distances between oriented boxes.
 #include <random>
 
 #include <catch2/catch.hpp>
@@ -15,8 +15,8 @@ double distance(const Vec3& position, const Vec4& orientation = Vec4(1, 0, 0, 0)
   return box_distance(-half, half, -half, half, {position, orientation});
 }
 
-// The same by alternating projections between the boxes, which converge to the nearest points of
-// convex bodies.
+// Computes the distance independently, by alternating projections onto the boxes. They converge to
+// the closest points of convex bodies.
 double by_projections(const RigidPose& pose) {
   const Mat3 r = rotation_matrix(pose.orientation);
   Vec3 a = Vec3::Zero(), b = Vec3::Zero();
@@ -36,7 +36,7 @@ TEST_CASE("boxes face to face, edge to edge and corner to corner have the distan
   CHECK(distance({4.0, 7.0, 12.0}) == Approx(7.0));
   const double turn =
       0.125 *
-      3.14159265358979323846;  // half of 45 degrees about z: a corner points at the other's face
+      3.14159265358979323846;  // half of 45 degrees about z; a corner points at the other box
   CHECK(distance({6.0, 0.0, 0.0}, {std::cos(turn), 0, 0, std::sin(turn)}) ==
         Approx(5.0 - 3.0 / std::sqrt(2.0)));
 }
@@ -54,7 +54,7 @@ TEST_CASE("random boxes have the distance that projections in turn find") {
     const RigidPose pose{
         Vec3(4.0 * normal(random), 4.0 * normal(random), 4.0 * normal(random)),
         Vec4(normal(random), normal(random), normal(random), normal(random)).normalized()};
-    // alternating projections converge slowly if faces are nearly parallel: 1e-3
+    // Alternating projections converge slowly if faces are nearly parallel, with errors of 1e-3.
     CHECK(distance(pose.position, pose.orientation) == Approx(by_projections(pose)).margin(2e-3));
   }
 }
