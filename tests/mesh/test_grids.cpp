@@ -9,7 +9,7 @@
 namespace loomstone {
 namespace {
 
-// Signed along +z, summed over the triangles.
+// Total area of the triangles, all of which must face +z.
 double flat_area(const TriangleMesh& mesh) {
   double sum = 0.0;
   for (Index t = 0; t < mesh.n_triangles(); ++t) {
@@ -47,8 +47,7 @@ TEST_CASE("a grid numbers vertex j (nx + 1) + i at column i and row j") {
 TEST_CASE(
     "flat meshes have the area of their outline, face +z, are discs, and carry their coordinates "
     "as uv") {
-  const double hexagon_like =
-      3.0 * std::sin(M_PI / 3.0);  // the inscribed polygon of a disc of one ring
+  const double hexagon_like = 3.0 * std::sin(M_PI / 3.0);  // outline of a disc with one ring
   struct Case {
     TriangleMesh mesh;
     double area;

@@ -17,7 +17,7 @@ namespace {
 using Catch::Contains;
 namespace fs = std::filesystem;
 
-// An empty folder that is removed at the end of the test.
+// A new directory, removed at the end of the test.
 struct Folder {
   fs::path path =
       fs::temp_directory_path() / ("loomstone_mesh_" + std::to_string(std::random_device{}()));
@@ -37,7 +37,8 @@ std::string content_of(const std::string& path) {
   return text.str();
 }
 
-// A curved mesh of two panels that meet along a welded seam; coordinates use all digits.
+// A curved mesh of two panels that meet along a welded seam. The coordinates use all digits of a
+// double.
 TriangleMesh two_panels() {
   const TriangleMesh flat = jittered_grid(1.0 / 3.0, 0.1, 6, 3, 0.2);
   Points vertices = flat.vertices();
@@ -54,7 +55,7 @@ TriangleMesh two_panels() {
   return TriangleMesh(vertices, flat.triangles(), uv, uv_triangles);
 }
 
-// The same bits, signs of zeros included.
+// Bitwise comparison, which includes the signs of zeros.
 template <class Array>
 bool same_bits(const Array& a, const Array& b) {
   if (a.rows() != b.rows()) return false;
@@ -101,7 +102,7 @@ TEST_CASE("OBJ and PLY give back the same bits, panels and their seams included"
     }
     CHECK(read_mesh(obj).uv_triangles() == mesh.uv_triangles());
     CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) ==
-          3);  // nothing left behind
+          3);  // no temporary files remain
   }
 }
 
@@ -207,7 +208,7 @@ TEST_CASE("a PLY file cut short anywhere is refused, never read as a smaller mes
   for (const bool text : {false, true}) {
     write_mesh(whole_path, two_panels(), text);
     const std::string whole = content_of(whole_path);
-    // Text without its last line end, or without digits of its last number, is still valid.
+    // A text file stays valid without its last line end or some digits of its last number.
     for (std::size_t length = 0; length < whole.size() - (text ? 25 : 0);
          length += length < 400 ? 7 : 101) {
       INFO(length);
@@ -312,7 +313,7 @@ TEST_CASE(
     pattern += area(rest[t]);
     space += area(lengths[t]);
   }
-  CHECK(space / pattern == Approx(1.0).epsilon(0.1));  // in metres, worn: nearly unstretched
+  CHECK(space / pattern == Approx(1.0).epsilon(0.1));  // in metres; nearly unstretched when worn
   for (const char* name : {"dragon.obj", "bunny.obj", "funnel.obj"}) {
     INFO(name);
     CHECK(welded(read_mesh((meshes / name).string(), false)).closed());

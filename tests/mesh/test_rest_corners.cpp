@@ -13,7 +13,7 @@ double signed_area(const Corners2& x) {
          ((x(1, 0) - x(0, 0)) * (x(2, 1) - x(0, 1)) - (x(2, 0) - x(0, 0)) * (x(1, 1) - x(0, 1)));
 }
 
-// Largest difference between the edge lengths of a triangle in space and at rest.
+// Largest difference between an edge's length in space and at rest.
 double stretch_error(const TriangleMesh& mesh, Index t, const Corners2& rest) {
   double worst = 0.0;
   for (int c = 0; c < 3; ++c) {
@@ -51,7 +51,7 @@ TEST_CASE(
   Mat2 turn;
   turn << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
   Points2 uv = flat.vertices().leftCols<2>() * turn.transpose() *
-               5.0;  // turned by the angle, five times too large
+               5.0;  // rotated by the angle, five times too large
   const TriangleMesh mesh =
       TriangleMesh(flat.vertices(), flat.triangles(), uv).moved(Vec3(1, 2, 3), some_turn);
   const std::vector<Corners2> rest = rest_corners(mesh, false, "mesh");
@@ -62,7 +62,7 @@ TEST_CASE(
     for (int c = 1; c < 3; ++c) {
       const Vec2 expected = (uv.row(mesh.triangles()(t, c)) - uv.row(mesh.triangles()(t, 0))) / 5.0;
       CHECK((Vec2(corners.row(c) - corners.row(0)) - expected).norm() <
-            1e-12);  // slivers amplify rounding a little
+            1e-12);  // slivers amplify rounding slightly
     }
   }
 }

@@ -11,7 +11,7 @@ namespace loomstone {
 namespace {
 
 struct Measures {
-  double volume = 0.0;           // [m^3], > 0 when it faces outward
+  double volume = 0.0;           // [m^3], positive if the faces point outward
   double smallest_angle = M_PI;  // [rad]
   Index euler = 0;
 };
@@ -40,8 +40,9 @@ constexpr double degree = M_PI / 180.0;
 TEST_CASE(
     "closed generators face outward, are closed, and have volume and Euler characteristic of their "
     "kind") {
-  // Volume of the funnel's wall by Pappus' rule: areas of the section times the radii of their
-  // centroids. Cone and tube overlap in a kite below the inner corner; each rim adds half a disc.
+  // Volume of the funnel's wall by Pappus's theorem: areas of the section times the radii of their
+  // centroids. Cone and tube overlap in a kite below the inner corner, and each rim adds half a
+  // disc.
   const double top = 0.3, bottom = 0.1, height = 0.2, tube = 0.15, wall = 0.02,
                s = std::sqrt(0.5);  // cone of 45 degrees
   const double half_disc = M_PI * wall * wall / 8.0;
@@ -50,7 +51,7 @@ TEST_CASE(
                          wall * wall * std::tan(M_PI / 8.0) * (bottom + wall * (3.0 + s) / 6.0) +
                          half_disc * (top + 0.5 * wall * s + 2.0 * wall / (3.0 * M_PI) * s) +
                          half_disc * (bottom + 0.5 * wall);
-  // Centre line of the wave bar: length of z = 0.05 cos(4 pi y) over one metre.
+  // Length of the wave bar's centre line z = 0.05 cos(4 pi y) over one metre.
   double way = 0.0;
   for (int i = 0; i < 1000; ++i)
     way += std::hypot(1.0, 0.2 * M_PI * std::sin(4.0 * M_PI * (i + 0.5) / 1000.0)) / 1000.0;
@@ -59,11 +60,11 @@ TEST_CASE(
     TriangleMesh mesh;
     double volume;  // of the smooth body [m^3]
     double tolerance;
-    Index euler;            // 2: sphere, 0: ring
-    double smallest_angle;  // measured, with a small margin, because slivers harm contacts
+    Index euler;            // 2 for a sphere, 0 for a ring
+    double smallest_angle;  // [rad], measured with a small margin; slivers harm contacts
   };
-  // A polygon with n sides loses 2 pi^2 / (3 n^2) of the area of its circle; spheres and rims lose
-  // as much in a second direction.
+  // An n-gon loses 2 pi^2 / (3 n^2) of the area of its circle. Spheres and rims lose as much in a
+  // second direction.
   const Case cases[] = {
       {"icosphere", icosphere(0.5, 4), M_PI / 6.0, 0.003, 2, 53.0 * degree},
       {"cube", box(1.0, 1.0, 1.0, 4), 1.0, 1e-12, 2, 44.9 * degree},

@@ -28,8 +28,8 @@ Vec3 random_point(std::mt19937_64& random, double size) {
   return {x, y, z};
 }
 
-// Distance to a triangle by another method than the library's: to the foot of the perpendicular if
-// it lies inside, else to the closest of the three edges.
+// Distance to a triangle by a method independent of the library: to the foot of the perpendicular
+// if it lies inside, otherwise to the closest edge.
 double triangle_distance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 normal = (b - a).cross(c - a).normalized();
   const Vec3 foot = p - normal * normal.dot(p - a);
@@ -54,7 +54,7 @@ double brute_force(const Vec3& p, const Points& x, const Triangles& triangles) {
   return best;
 }
 
-// A closed irregular surface: a sphere off the origin whose radius varies with the direction.
+// A closed irregular surface: a sphere off the origin whose radius varies with direction.
 TriangleMesh lumpy_mesh() {
   const TriangleMesh sphere = icosphere(1.0, 3);
   Points x = sphere.vertices();
@@ -91,7 +91,7 @@ void check_against_brute_force(const TriangleMesh& mesh, int n_points, std::uint
     const Vec3 p = centre + random_point(random, 1.5 * size);
     const ClosestPoint found = query.closest(p, infinity);
     REQUIRE(found.triangle >= 0);
-    // The two methods round the coordinates (1e-16 of their size) about ten times each.
+    // Each of the two methods rounds coordinates (to 1e-16 of their size) about ten times.
     const double rounding = 1e-14 * (size + centre.norm());
     REQUIRE(std::abs(found.distance - brute_force(p, mesh.vertices(), mesh.triangles())) <
             rounding);
@@ -113,8 +113,8 @@ TEST_CASE("the closest point is that of a search over all triangles") {
   check_against_brute_force(icosphere(0.3, 3), 300, 1);
   check_against_brute_force(lumpy_mesh(), 300, 2);
   check_against_brute_force(box(1.0, 2.0, 0.1), 300, 3);
-  // Far from the origin float resolves 6 cm, a fifth of the radius; the query is exact all the
-  // same.
+  // Far from the origin, single precision resolves 6 cm, a fifth of the radius. The query is still
+  // exact.
   check_against_brute_force(icosphere(0.3, 2).moved(Vec3(1e6, -1e6, 5e5)), 100, 4);
 }
 
@@ -196,7 +196,7 @@ TEST_CASE("inside a box is decided rightly beside its edges and vertices") {
   std::mt19937_64 random(7);
   std::uniform_int_distribution<int> choice(0, 2);
   for (int i = 0; i < 3000; ++i) {
-    // Each coordinate is anywhere or within 1e-9 of a side, so points are close to faces, edges and
+    // Each coordinate is random or within 1e-9 of a side, so points are close to faces, edges and
     // vertices.
     Vec3 p = random_point(random, 1.3).cwiseProduct(half);
     for (int k = 0; k < 3; ++k) {
@@ -235,7 +235,7 @@ TEST_CASE("refitted queries find what new ones find") {
       REQUIRE(a.distance == b.distance);
       REQUIRE(a.normal == b.normal);
       REQUIRE(std::abs(a.distance - brute_force(p, x, mesh.triangles())) <
-              1e-14 * 6.0);  // coordinates up to 6 m
+              1e-14 * 6.0);  // coordinates of up to 6 m
     }
   }
 }

@@ -12,7 +12,7 @@ namespace {
 
 using Catch::Contains;
 
-// Two triangles of a unit square, counter-clockwise.
+// Two counter-clockwise triangles that form a unit square.
 struct Square {
   Points vertices{4, 3};
   Triangles triangles{2, 3};
@@ -25,7 +25,7 @@ struct Square {
   }
 };
 
-// Rows appended to an array.
+// Returns the array with one row appended.
 template <class Array, class... Values>
 Array with_row(const Array& array, Values... values) {
   Array result(array.rows() + 1, array.cols());
@@ -78,7 +78,7 @@ TEST_CASE("a triangle that repeats a vertex or lies on a line is named as having
   CHECK_THROWS_WITH(TriangleMesh(square.vertices, with_row(square.triangles, 2, 2, 3)),
                     Contains("triangle 2") && Contains("(2, 2, 3)") && Contains("zero area"));
   const Points more = with_row(with_row(square.vertices, 0.1, 0.3, 0.0), 0.2, 0.6,
-                               0.0);  // on a line, up to rounding
+                               0.0);  // collinear, up to rounding
   CHECK_THROWS_WITH(TriangleMesh(more, with_row(square.triangles, 0, 4, 5)),
                     Contains("triangle 2 has zero area") && Contains("(0, 4, 5)"));
 }
@@ -152,7 +152,7 @@ TEST_CASE("uv that do not fit the mesh are refused by name") {
 TEST_CASE("a triangle folded over in uv is named, a panel mirrored as a whole is accepted") {
   const TriangleMesh mesh = grid_cells(1.0, 1.0, 3, 3);
   Points2 uv = mesh.uv();
-  uv.row(0) << 0.5, 0.5;  // corner vertex, of triangles 0 and 1, far over to the other side
+  uv.row(0) << 0.5, 0.5;  // moves the corner of triangles 0 and 1 far to the other side
   CHECK_THROWS_WITH(TriangleMesh(mesh.vertices(), mesh.triangles(), uv),
                     Contains("triangle 0 must be oriented in uv like the rest of its panel") &&
                         Contains("inverted"));
@@ -238,7 +238,7 @@ TEST_CASE("a reordered mesh holds the same triangles with the same uv at their n
   const TriangleMesh mesh = jittered_grid(1.0, 1.0, 5, 4, 0.2);
   std::vector<Index> vertex_order, triangle_order;
   for (Index i = 0; i < mesh.n_vertices(); ++i)
-    vertex_order.push_back((7 * i + 3) % mesh.n_vertices());  // 30 and 7: coprime
+    vertex_order.push_back((7 * i + 3) % mesh.n_vertices());  // 30 and 7 are coprime
   for (Index t = 0; t < mesh.n_triangles(); ++t)
     triangle_order.push_back(mesh.n_triangles() - 1 - t);
   const TriangleMesh other = mesh.reordered(vertex_order, triangle_order);
