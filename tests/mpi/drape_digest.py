@@ -1,8 +1,6 @@
-"""Prints the hash of the state after 200 steps of the drape, for every number of threads given.
+"""Prints the hash of the state after 200 steps of the drape, for each given number of threads.
 
-On several ranks all must agree.
-
-Arguments: scene file, numbers of threads.
+All ranks must agree. Arguments: scene file, numbers of threads.
 """
 
 import sys

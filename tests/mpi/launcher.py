@@ -1,4 +1,4 @@
-"""Starts programs on several ranks on however few processors."""
+"""Starts programs on several ranks, even with fewer processors than ranks."""
 
 import os
 import shutil
@@ -18,8 +18,9 @@ ENVIRONMENT = os.environ | {
 
 
 def command(n, *arguments):
-    """mpirun of n ranks of python; waiting ranks give way, no rank's threads are bound to one
-    processor.
+    """Returns the mpirun command for Python on n ranks.
+
+    Waiting ranks yield, and threads are not bound to processors.
     """
     launcher = [
         "mpirun",

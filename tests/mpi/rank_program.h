@@ -1,5 +1,5 @@
-// What programs that run on several ranks share: a claim that ends all ranks when it fails, and
-// hashes to compare bits.
+// Shared parts of programs that run on several ranks: claims that end all ranks on failure, and
+// hashes that compare bits.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace loomstone::testing {
 
 class RankProgram {
  public:
-  // Several ranks where a launcher started more than one, else one without MPI.
+  // Uses MPI if a launcher started several ranks, else a single rank without MPI.
   RankProgram(int argc, char** argv)
       : communicator_(launched_by_mpi() ? mpi_communicator() : single_communicator()),
         threads_(argc > 1 ? std::atoi(argv[1]) : 1) {}
@@ -22,14 +22,14 @@ class RankProgram {
   const std::shared_ptr<const Communicator>& communicator() const { return communicator_; }
   int threads() const { return threads_; }
 
-  // Ends all ranks where the claim is false.
+  // Ends all ranks if the claim is false.
   void claim(const char* sentence, bool holds) const {
     if (holds) return;
     std::fprintf(stderr, "rank %d: not true: %s\n", communicator_->rank(), sentence);
     communicator_->abort(1);
   }
 
-  // Claims that all ranks hold the same bytes and prints their hash on rank 0.
+  // Claims that all ranks have the same bytes, and prints their hash on rank 0.
   void print_hash(const char* what, const void* data, std::size_t bytes) const {
     std::uint64_t hash = 14695981039346656037u;  // FNV-1a
     for (std::size_t i = 0; i < bytes; ++i)
@@ -41,7 +41,7 @@ class RankProgram {
       std::printf("%s %016llx\n", what, static_cast<unsigned long long>(hash));
   }
 
-  // Runs the program; an exception on one rank ends all.
+  // Runs the program; an exception on one rank ends all ranks.
   template <class Body>
   int run(Body&& body) const {
     try {

@@ -1,4 +1,5 @@
-// Ordered sums, halos and the conjugate gradient solver on several ranks: the same bits as on one.
+// Ordered sums, halos and the conjugate gradient solver have the same bits on several ranks as on
+// one.
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -23,7 +24,7 @@ void messages_arrive(const RankProgram& program) {
   all.broadcast(numbers.data(), numbers.size() * sizeof(double), all.size() - 1);
   program.claim("a broadcast reaches all", numbers.front() == 2.5 && numbers.back() == 2.5);
 
-  // Rank r gives r + 1 bytes.
+  // Rank r contributes r + 1 bytes.
   std::vector<std::size_t> offsets = {0};
   for (int rank = 0; rank < all.size(); ++rank) offsets.push_back(offsets.back() + rank + 1);
   std::vector<unsigned char> bytes(offsets.back(), 255);
@@ -34,7 +35,7 @@ void messages_arrive(const RankProgram& program) {
     for (std::size_t i = offsets[rank]; i < offsets[rank + 1]; ++i)
       program.claim("all bytes are gathered", bytes[i] == rank);
 
-  // Everybody writes to everybody else, twice.
+  // Each rank sends two messages to every other rank.
   std::vector<int> sent(2 * all.size()), received(2 * all.size(), -1);
   std::vector<Communicator::Message> to, from;
   for (const int round : {0, 1})
@@ -85,7 +86,7 @@ void halos_are_refreshed_and_nothing_else(const RankProgram& program) {
     program.claim("gathered rows are current", rows[4 * row] == row && rows[4 * row + 1] == -1.0);
 }
 
-// Every rank gets only the rows it owns.
+// Overwrites the rows that this rank does not own with NaN.
 void forget_rows_of_others(RandomSystem& system) {
   for (Index row = 0; row < system.b.rows(); ++row)
     if (!system.layout->owns(row))
@@ -93,8 +94,7 @@ void forget_rows_of_others(RandomSystem& system) {
 }
 
 void solutions_keep_their_bits(const RankProgram& program) {
-  for (const Index side :
-       {45, 13}) {  // 16 blocks of rows; 2 blocks, so that a third rank owns none
+  for (const Index side : {45, 13}) {  // 16 blocks of rows; 2 blocks, so a third rank owns none
     RandomSystem system = random_system(side, 2, side * 6, program.communicator());
     forget_rows_of_others(system);
     Points x = system.x;
@@ -108,13 +108,13 @@ void solutions_keep_their_bits(const RankProgram& program) {
     program.claim("the solve converges", report.converged && report.iterations > 5);
     program.print_hash("pcg", x.data(), sizeof(double) * x.size());
     program.print_hash("iterations", &report.iterations, sizeof report.iterations);
-    // The solution as a guess, and a solver that was used before.
+    // Solves again with the same solver, starting from the solution.
     const LinearReport again = solve();
     program.claim("a solution is a good guess", again.iterations == 0);
   }
 }
 
-// What one rank meets, all throw with the same message.
+// An error on one rank is thrown on all ranks with the same message.
 void errors_are_agreed(const RankProgram& program) {
   const auto message_of = [&](const RandomSystem& system, LinearMethod method) -> std::string {
     Points x = system.x;

@@ -1,6 +1,6 @@
-# Runs PROGRAM without a launcher, then on every shape RANKSxTHREADS of SHAPES, and requires the same output.
-# Variables of Open MPI instead of its options, so that other launchers are served too: more ranks than cores, no binding of
-# a rank's threads to one core, waiting ranks give way.
+# Runs PROGRAM without a launcher, then with every combination RANKSxTHREADS in SHAPES, and requires
+# the same output. Options of Open MPI are set as environment variables, so that other launchers
+# work too: more ranks than cores, threads not bound to cores, waiting ranks yield.
 set(ENV{LOOMSTONE_MPI_PLUGIN} ${PLUGIN})
 set(ENV{OMP_WAIT_POLICY} passive)
 set(ENV{OMPI_ALLOW_RUN_AS_ROOT} 1)

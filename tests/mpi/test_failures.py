@@ -1,5 +1,5 @@
-"""What one rank meets, all ranks meet: the same error, no waiting for ever, files that can be read
-and resumed.
+"""A failure on one rank is a failure on all: the same error, no deadlock, and files that can be
+read and resumed.
 """
 
 import signal
@@ -54,7 +54,7 @@ def run(scene, out, *more, n=2, environment=None):
 
 
 def simulation():
-    """What the scene file describes, without the fault, on one rank."""
+    """Returns the simulation of the scene file on one rank, without the fault."""
     scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(0.3, 0.3), cells=(16, 16)), pins=[0])])
     return ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=4e-3), threads=1)
 
@@ -199,7 +199,7 @@ def test_a_signal_to_mpirun_leaves_a_run_that_resumes(scene, tmp_path):
     for line in process.stdout:
         if line.startswith("frame 3/"):
             break
-    process.send_signal(signal.SIGUSR1)  # mpirun hands it on; SIGTERM would end the ranks at once
+    process.send_signal(signal.SIGUSR1)  # mpirun forwards it; SIGTERM would end the ranks at once
     rest, _ = process.communicate(timeout=60)
     assert process.returncode != 0 and "continue with: loomstone resume" in rest
     assert len(ls.Run(out)) >= 3

@@ -1,4 +1,4 @@
-"""Several ranks: the same bits, the same errors, one voice."""
+"""Several ranks give the same bits and errors as one, and only rank 0 prints."""
 
 import json
 import textwrap

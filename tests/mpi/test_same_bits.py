@@ -1,4 +1,4 @@
-"""The number of threads and ranks changes no bit, and every rank does its share of the work."""
+"""The numbers of threads and ranks change no bit, and the ranks share the work evenly."""
 
 import subprocess
 import sys
@@ -116,19 +116,19 @@ def test_a_rank_computes_only_the_rows_it_owns(tmp_path, limited):
 
     ((first, n_rows, whole, iterations),) = work(1)
     assert first == 0 and iterations > 20
-    # Every rank copies one vector and moves all vertices: two loops over all rows are cheaper than
-    # sending the result.
+    # Every rank copies one vector and moves all vertices. Two loops over all rows are cheaper than
+    # communicating the result.
     by_all = 2 * steps * n_rows
-    if limited:  # and adds up how far all have moved, in blocks of 128
+    if limited:  # sums of the distances moved, in blocks of 128
         by_all += steps * ((n_rows + 127) // 128)
     for n in (2, 3):
         shares = work(n)
         assert [share[0] for share in shares] + [n_rows] == [0] + [
             share[1] for share in shares
-        ]  # every row once
+        ]  # each row has one owner
         assert {share[3] for share in shares} == {iterations}
         for start, end, done, _ in shares:
             assert end - start <= 1.2 * n_rows / n
             assert (
                 done - by_all <= 1.2 * (whole - by_all) / n
-            )  # triangles along the cuts are computed on both sides
+            )  # both ranks compute the triangles along a cut
