@@ -10,7 +10,7 @@ using namespace loomstone;
 
 namespace {
 
-// Triangulated square: right, up and one diagonal.
+// Graph of a triangulated square: grid edges and one diagonal per cell.
 Graph grid(Index side) {
   Graph graph;
   graph.start.push_back(0);
@@ -25,7 +25,7 @@ Graph grid(Index side) {
   return graph;
 }
 
-// Vertices of places [begin, end) that have a neighbour elsewhere.
+// Number of vertices with position in [begin, end) that have a neighbour outside it.
 Index boundary(const Graph& graph, const std::vector<Index>& place, Index begin, Index end) {
   Index count = 0;
   for (std::size_t vertex = 0; vertex < place.size(); ++vertex) {
@@ -68,8 +68,8 @@ TEST_CASE("contiguous ranges of a grid have short boundaries") {
     for (Index i = 0; i < ranges; ++i) {
       const Index begin = std::min(n, n_blocks * i / ranges * rows_per_block);
       const Index end = std::min(n, n_blocks * (i + 1) / ranges * rows_per_block);
-      // A square patch of this many vertices has 4 sqrt(n) on its rim; the ragged end of a range
-      // costs as much again.
+      // The boundary of a square patch has 4 sqrt(n) vertices. The ragged ends of a range add as
+      // many.
       CHECK(boundary(graph, place, begin, end) < 8.0 * std::sqrt(1.0 * (end - begin)));
     }
   }

@@ -7,7 +7,7 @@ using namespace loomstone;
 
 namespace {
 
-// Seen from one rank of several; nothing is said.
+// One of several ranks, which communicates with nobody.
 class SilentRank final : public Communicator {
  public:
   SilentRank(int rank, int size) : rank_(rank), size_(size) {}

@@ -47,8 +47,7 @@ TEST_CASE("the time that threads spend in loops is told thread by thread") {
     double sum = 0.0;
     for (const double each : busy) {
       sum += each;
-      CHECK(each >=
-            (threads == 1 ? 18e-3 : 2e-3));  // the second loop gives every thread two of six
+      CHECK(each >= (threads == 1 ? 18e-3 : 2e-3));  // two of six iterations of the second loop
     }
     CHECK(sum >= 18e-3);
   }
@@ -86,7 +85,7 @@ TEST_CASE("a child forked after a parallel loop refuses to run one and still run
   loop();
   CHECK(code_of(loop) == 1);
   CHECK(code_of([] {
-          parallel_for(Team{1}, 1000, [](Index) {}, 10);  // serial loops still run there
+          parallel_for(Team{1}, 1000, [](Index) {}, 10);  // serial loops still run in the child
           return 5;
         }) == 5);
 }
