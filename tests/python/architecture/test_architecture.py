@@ -1,5 +1,5 @@
-"""Who may include whom, which file opens the door to which library, and how far files and folders
-grow.
+"""Rules for the structure of the sources: allowed includes, the only files that include each
+external library, and the size of files and folders.
 """
 
 import re
@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
 
-# A module may include itself, base and these.
+# Modules that a module may include, besides itself and base.
 USES = {
     "core/base": set(),
     "core/parallel": set(),
@@ -43,8 +43,9 @@ USES = {
     "renderer": {"core/mesh", "core/cache"},
 }
 
-# Rooms of a module from the lowest: a file includes only its own room and rooms below, files at the
-# top of the module any. Rooms in one group do not see each other.
+# Folders (rooms) of a module, lowest first. A file includes only files of its own folder and of
+# lower folders. Files at the top of the module may include any. Folders in one set do not include
+# each other.
 ROOMS = {
     "core/cloth": [{"material"}, {"membrane", "bending"}, {"limits"}],
     "core/collision": [
@@ -59,7 +60,7 @@ ROOMS = {
     "core/sim": [{"scene"}, {"model"}, {"step"}, {"record"}],
 }
 
-# Headers of outside libraries and the files that may include them.
+# Headers of external libraries, and the only files that may include them.
 DOORS = {
     r"<fmt/": r"core/base/message\.h$",
     r"<omp\.h>|#pragma omp": r"core/parallel/",
@@ -99,7 +100,7 @@ def test_a_module_includes_only_modules_below_it(path: Path) -> None:
 
 
 def room(path: str) -> str:
-    """Folder within a module; empty for a file at its top."""
+    """Returns the folder within the module; empty for a file at the module's top."""
     parts = path.split("/")
     return parts[2] if len(parts) > 3 else ""
 

@@ -1,4 +1,5 @@
-"""Public functions: numbers take units, misspelt keywords are refused with the right ones."""
+"""Arguments of public functions: numbers have units, and misspelt keywords are refused with a
+suggestion."""
 
 import dataclasses
 import importlib
@@ -11,7 +12,7 @@ import pytest
 ROOMS = ["fabrics", "fabrics.measurements", "garments", "limits", "magnetics", "meshes",
          "obstacles", "pictures"]  # fmt: skip
 
-# What has a number in it and no unit: a mesh, an option, a quality, what a result holds.
+# Arguments with numbers but no unit: counts, options, choices, and meshes.
 WITHOUT = {"with_uv", "threads", "quantity", "progress", "steps", "pattern"}
 
 

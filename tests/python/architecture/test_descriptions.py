@@ -1,4 +1,4 @@
-"""Descriptions: frozen, compared by value, refused with a reason."""
+"""Descriptions are frozen, compare by value, and refuse invalid values with a reason."""
 
 import loomstone as ls
 import numpy as np

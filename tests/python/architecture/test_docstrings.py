@@ -1,4 +1,4 @@
-"""Docstrings: what they show is what happens."""
+"""The examples in docstrings give the output that they show."""
 
 import doctest
 import importlib

@@ -1,4 +1,4 @@
-"""The rooms of the Python package: who may import whom, and which names a room shows."""
+"""Structure of the Python package: allowed imports, and public names of each subpackage (room)."""
 
 import ast
 import importlib
@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(loomstone.__file__).parent
 
-# A room imports itself and rooms further up in this list, nothing further down.
+# Subpackages in order of dependency: each imports only itself and earlier ones.
 ORDER = [
     "_core",
     "base",
@@ -46,7 +46,7 @@ PUBLIC = ["", "collision", "fabrics", "fabrics.measurements", "garments", "limit
 
 
 def imports(module: str) -> set[str]:
-    """Modules of the package that one imports, at its top or inside functions."""
+    """Returns the modules of the package that `module` imports, at its top or inside functions."""
     path = MODULES[module]
     package = module.split(".") if path.name == "__init__.py" else module.split(".")[:-1]
     package = [part for part in package if part]
@@ -61,7 +61,7 @@ def imports(module: str) -> set[str]:
         source = ".".join(part for part in base if part)
         for alias in node.names:
             inner = f"{source}.{alias.name}".lstrip(".")
-            # From a package come its modules, or names that its __init__ has.
+            # An imported name is a module of the package or a name in its __init__.
             found.add(inner if inner in MODULES or inner == "_core" else source)
     return found
 

@@ -1,4 +1,4 @@
-"""What comments and documents point at is there: cited works, links, pictures, files."""
+"""Everything that comments and documents refer to exists: cited works, links, pictures, files."""
 
 import re
 import subprocess
@@ -8,16 +8,16 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
 REFERENCES = ROOT / "core" / "references.md"
-# [Author1984], and the one work without a year.
+# Matches [Author1984] and the only key without a year.
 CITATION = re.compile(r"\[([A-Z][A-Za-z]+\d{2,4}[a-z]?|fdlibm)\]")
-# A path from the root of the repository; not as part of another path, nor a pattern.
+# Matches a path from the repository's root that is neither part of another path nor a pattern.
 FOLDERS = "bindings|core|docs|python|renderer|scenes|scripts|tests"
 PATH = re.compile(
     rf"(?<![\w./<*{{-])((?:{FOLDERS})/(?:[\w.-]+/)*[\w-]+(?:\.\w+)?/?)(?![\w*{{(\\<])"
 )
 DOCUMENT = re.compile(r"(?<![\w./-])([\w/.-]+\.md)\b")
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
-BUILT = re.compile(r"build\S*/$")  # before a path of what a build makes
+BUILT = re.compile(r"build\S*/$")  # prefix of a path to a build product
 
 
 def files(*suffixes: str) -> list[Path]:
@@ -30,7 +30,7 @@ def files(*suffixes: str) -> list[Path]:
 
 
 def texts() -> dict[str, str]:
-    """Sources and documents by name."""
+    """Maps the names of sources and documents to their text."""
     paths = files(".cpp", ".h", ".py", ".md", ".txt", ".toml", "")
     return {p.relative_to(ROOT).as_posix(): p.read_text() for p in paths}
 
@@ -56,7 +56,7 @@ def test_no_work_is_listed_twice() -> None:
 
 
 def anchors(path: Path) -> set[str]:
-    """Headings as GitHub links to them."""
+    """Returns the anchors that GitHub creates for the headings."""
     headings = re.findall(r"^#+ (.+)$", path.read_text(), re.M)
     plain = [re.sub(r"[^\w\s-]", "", heading).strip().lower() for heading in headings]
     return {heading.replace(" ", "-") for heading in plain}
@@ -66,7 +66,7 @@ def anchors(path: Path) -> set[str]:
 def test_links_and_pictures_of_a_document_exist(path: Path) -> None:
     for link in LINK.findall(path.read_text()):
         if re.match(r"\w+:", link):
-            continue  # the web
+            continue  # web address
         target, _, anchor = link.partition("#")
         found = (path.parent / target).resolve() if target else path
         assert found.exists(), link
@@ -77,7 +77,7 @@ def test_files_that_comments_and_documents_name_exist() -> None:
     absent = []
     for name, text in texts().items():
         if name.endswith("test_architecture.py"):
-            continue  # patterns
+            continue  # contains patterns, not paths
         for found in PATH.finditer(text):
             before = text[: found.start()].rsplit(None, 1)[-1] if found.start() else ""
             if not BUILT.search(before) and not (ROOT / found[1]).exists():

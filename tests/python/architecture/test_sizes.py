@@ -1,4 +1,4 @@
-"""scripts/sizes.py counts lines, nesting and parameters of functions as a reader would."""
+"""scripts/sizes.py counts lines, nesting and parameters of functions correctly."""
 
 import runpy
 from pathlib import Path

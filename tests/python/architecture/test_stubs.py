@@ -1,4 +1,4 @@
-"""The committed stub describes the module that is built."""
+"""The committed stub matches the built module."""
 
 import ast
 from pathlib import Path
