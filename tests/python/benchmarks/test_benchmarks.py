@@ -1,4 +1,4 @@
-"""Every program under tests/benchmarks runs to its end in a tiny size."""
+"""Every program in tests/benchmarks runs to completion at a tiny size."""
 
 import os
 import subprocess
@@ -12,7 +12,7 @@ BENCHMARKS = ROOT / "tests" / "benchmarks"
 PROGRAMS = sorted(p for p in BENCHMARKS.rglob("*.py") if p.name != "smoke.py")
 BUILT = [
     f"{p.parent.name}/{p.stem}" for p in sorted(BENCHMARKS.glob("*/benchmark_*.cpp"))
-]  # by CMake, one in a folder
+]  # one CMake target per folder
 
 
 def smoke(command: list[str], directory: Path) -> None:
