@@ -1,4 +1,4 @@
-"""Coulomb's law on whole sheets: on an incline, and round a cylinder."""
+"""Coulomb's law for whole sheets: on an incline and around a cylinder."""
 
 import loomstone as ls
 import numpy as np
@@ -8,10 +8,10 @@ MU, GAP = 0.3, 1e-3
 
 
 def incline(slope, step, cells=4):
-    """A sheet on a plane that gravity makes a slope down along x."""
+    """A sheet on a plane. Gravity is tilted so that the plane slopes down along x."""
     angle = np.arctan(slope)
     mesh = ls.grid(size=(0.12, 0.12), cells=(cells, cells)).moved((0.0031, 0.0017, 0.9995 * GAP))
-    # One cell: the sheet lies across the common edge of the plane's two triangles.
+    # With one cell, the sheet lies across the common edge of the plane's two triangles.
     plane = ls.obstacles.mesh(ls.meshes.floor(size=4.0, cells=1), friction=MU, thickness=GAP)
     gravity = (9.81 * np.sin(angle), 0.0, -9.81 * np.cos(angle))
     scene = ls.Scene(
@@ -28,7 +28,7 @@ def test_a_sheet_holds_two_percent_below_the_friction_angle_and_does_not_creep(s
     settled = sim.positions
     for _ in range(round(0.8 / step)):
         sim.step()
-    # Anchors are springs: what has settled stays. 0.1 mm in 60 s would be 1.3e-6 in this time.
+    # Friction anchors do not creep. A creep of 0.1 mm in 60 s would be 1.3e-6 m in this time.
     assert np.abs(sim.positions - settled).max() < 1e-9
 
 
@@ -39,7 +39,7 @@ def test_a_held_sheet_does_not_creep_in_a_minute():
     settled = sim.positions
     for _ in range(15_000):
         sim.step()
-    assert np.abs(sim.positions - settled).max() < 1e-9  # asked for is 1e-4
+    assert np.abs(sim.positions - settled).max() < 1e-9  # the requirement is 1e-4
 
 
 @pytest.mark.parametrize("step", [1e-3, 4e-3])
@@ -47,7 +47,7 @@ def test_a_sheet_slides_two_percent_above_the_friction_angle(step):
     sim = incline(1.02 * MU, step)
     for _ in range(round(0.6 / step)):
         sim.step()
-    assert sim.velocities[:, 0].min() > 0.02  # 0.034 by Coulomb
+    assert sim.velocities[:, 0].min() > 0.02  # Coulomb's law gives 0.034
 
 
 @pytest.mark.parametrize("step", [1e-3, 2e-3, 4e-3])
@@ -66,8 +66,9 @@ def test_sliding_sheets_accelerate_as_coulomb_says(slope, step):
 
 
 def capstan(ratio, step=2e-3):
-    """A strip half round a cylinder, pulled by 0.2 N at one end and by `ratio` times that at the
-    other; how far it goes [m].
+    """Wraps a strip half around a cylinder and returns how far it slides [m].
+
+    One end is pulled by 0.2 N, the other by `ratio` times as much.
     """
     radius, width, leg = 0.05, 0.02, 0.06
     r = radius + GAP
@@ -114,5 +115,5 @@ def capstan(ratio, step=2e-3):
 
 def test_a_rope_of_cloth_round_a_cylinder_follows_the_capstan_law():
     law = np.exp(MU * np.pi)
-    assert abs(capstan(0.9 * law)) < 1e-6  # holds
+    assert abs(capstan(0.9 * law)) < 1e-6  # sticks
     assert capstan(1.1 * law) > 5e-3  # slips

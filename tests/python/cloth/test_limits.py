@@ -1,4 +1,4 @@
-"""Strain limits from Python: on arrays and in the step."""
+"""Strain limits from Python: on arrays and within a step."""
 
 import csv
 from pathlib import Path
@@ -16,7 +16,7 @@ METHODS = ["gauss-seidel", "gauss-seidel-random", "jacobi", "edges"]
 
 
 def hanging(method="gauss-seidel", limit=LIMIT, in_solve=False, **options):
-    """Soft cloth pinned at two corners, which without limits stretches far beyond them."""
+    """Soft cloth pinned at two corners. Without limits, it stretches far beyond them."""
     material = ls.ClothMaterial(weft_stiffness=50.0, warp_stiffness=50.0, shear_stiffness=20.0)
     cloth = ls.Cloth(
         mesh=ls.grid(size=(0.5, 0.5), cells=(12, 12)),
@@ -251,7 +251,7 @@ def test_broken_limits_are_named_the_worst_first_and_in_a_table(tmp_path, capsys
 
 
 def raster(mesh: ls.TriangleMesh, x: np.ndarray, cells: int = 5) -> np.ndarray:
-    """Mean strain, by area, over a raster of the rest square (cells x cells x 3)."""
+    """Area-weighted mean strain on a raster of the rest square (cells x cells x 3)."""
     corners = np.asarray(mesh.vertices)[np.asarray(mesh.triangles)][:, :, :2]
     e, f = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = np.abs(e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0])
@@ -262,8 +262,10 @@ def raster(mesh: ls.TriangleMesh, x: np.ndarray, cells: int = 5) -> np.ndarray:
 
 @pytest.mark.parametrize("limit", [(0.02, 0.02, 0.04), (0.02, 0.02, 0.2)])
 def test_irregular_meshes_strain_as_regular_ones(limit):
-    """Free cloth is chaotic: one that hangs in its plane, held at two corners and calmed by air,
-    shows what the mesh does.
+    """Compares strain on regular and irregular meshes of a cloth that hangs in its own plane.
+
+    Freely falling cloth is chaotic. Held at two corners and damped by air, it shows the influence
+    of the mesh alone.
     """
 
     def hung(mesh: ls.TriangleMesh) -> np.ndarray:

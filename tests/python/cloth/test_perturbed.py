@@ -1,5 +1,6 @@
-"""Starts moved by a micrometre take other ways through contact; none of them may intersect. Large:
-tests/benchmarks/certify.py.
+"""Starts perturbed by a micrometre lead to different contacts, none of which may intersect.
+
+tests/benchmarks/certify.py does the same at full size.
 """
 
 from pathlib import Path
