@@ -1,6 +1,7 @@
-"""Continuous queries that are degenerate in many ways, and their exact verdicts in whole numbers by
-Sturm's theorem: another
-method than the library's, in another language."""
+"""Degenerate continuous queries and their exact verdicts in integer arithmetic, by Sturm's theorem.
+
+The method and the language differ from the library's.
+"""
 
 from fractions import Fraction
 from itertools import combinations
@@ -8,7 +9,7 @@ from math import gcd
 
 import numpy as np
 
-Polynomial = list[int]  # coefficients from the lowest; none: 0 everywhere
+Polynomial = list[int]  # integer coefficients, constant term first; empty for the zero polynomial
 
 
 def trimmed(p: Polynomial) -> Polynomial:
@@ -51,7 +52,7 @@ def derivative(p: Polynomial) -> Polynomial:
 
 
 def remainder(a: Polynomial, b: Polynomial) -> Polynomial:
-    """Of a by b, times a positive number."""
+    """Remainder of a divided by b, times a positive number."""
     a, lead = list(a), b[-1]
     while len(a) >= len(b):
         top, shift = a[-1], len(a) - len(b)
@@ -86,7 +87,7 @@ def chain_of(p: Polynomial, q: Polynomial) -> list[Polynomial]:
 
 
 class Time:
-    """A dyadic number, or the only root of `polynomial` between two of them."""
+    """A dyadic number, or the only root of `polynomial` between two dyadic numbers."""
 
     def __init__(self, low: int, high: int, bits: int, polynomial: Polynomial | None = None):
         self.low, self.high, self.bits, self.polynomial = low, high, bits, polynomial
@@ -100,12 +101,12 @@ class Time:
             q = remainder(q, self.polynomial)
             if not q:
                 return 0
-        # Tarski: roots with q > 0 less those with q < 0.
+        # Tarski query: number of roots with q > 0 minus number of roots with q < 0.
         chain = chain_of(self.polynomial, trimmed(product(derivative(self.polynomial), q)))
         return changes(chain, self.low, self.bits) - changes(chain, self.high, self.bits)
 
     def upper_bound(self) -> Fraction:
-        """Within 2^-60 above it."""
+        """Returns an upper bound of the time, exact or within 2^-60."""
         low, high, bits = self.low, self.high, self.bits
         if self.polynomial is not None:
             chain = chain_of(self.polynomial, derivative(self.polynomial))
@@ -121,9 +122,9 @@ class Time:
 
 
 def divided(p: Polynomial, numerator: int, bits: int) -> Polynomial:
-    """p without its root numerator / 2^bits, however often it has it; up to a positive factor."""
+    """Divides p by all its roots numerator / 2^bits, up to a positive factor."""
     while p and sign_at(p, numerator, bits) == 0:
-        # (2^bits t - numerator) divides p after scaling so that all steps stay whole.
+        # (2^bits t - numerator) divides p after a scaling that keeps all steps integer.
         quotient, rest = [], 0
         for c in reversed([c << (bits * (len(p) - 1)) for c in p]):
             rest = (c + numerator * rest) >> bits if quotient else c >> bits
@@ -135,7 +136,7 @@ def divided(p: Polynomial, numerator: int, bits: int) -> Polynomial:
 
 
 def roots(p: Polynomial) -> list[Time]:
-    """Times in [0, 1] where p is 0, ascending; p is not 0 everywhere."""
+    """Returns the times in [0, 1] where p is 0; p must not be the zero polynomial."""
     found = [Time(end, end, 0) for end in (0, 1) if sign_at(p, end, 0) == 0]
     inner = divided(divided(p, 0, 0), 1, 0)
     chain = chain_of(inner, derivative(inner)) if len(inner) > 1 else [inner]
@@ -156,7 +157,7 @@ def roots(p: Polynomial) -> list[Time]:
 
 
 class Hull:
-    """Of corners that move."""
+    """Convex hull of moving corners."""
 
     def __init__(self, corners: list[list[Polynomial]]):
         self.corners, self.n = corners, len(corners)
@@ -166,7 +167,8 @@ class Hull:
         self.dot = {(i, j): dot(corners[i], corners[j]) for i, j in self.cross}
 
     def holds_origin(self, time: Time) -> bool:
-        """At a time when the corners and the origin lie in one plane, by Caratheodory's theorem."""
+        """Tests by Caratheodory's theorem, at a time when the corners and the origin lie in one
+        plane."""
         if any(all(time.sign_of(x) == 0 for x in corner) for corner in self.corners):
             return True
         known: dict[tuple[int, int, int], int] = {}
@@ -185,7 +187,7 @@ class Hull:
         for i, j, m in combinations(range(self.n), 3):
             for k in range(
                 3
-            ):  # the three normals are parallel: a coordinate that is not 0 shows their directions
+            ):  # the three normals are parallel, so any nonzero coordinate shows their directions
                 signs = {turn(i, j, k), turn(j, m, k), turn(m, i, k)}
                 if signs in ({1}, {-1}):
                     return True
@@ -195,7 +197,7 @@ class Hull:
 
 
 def whole_numbers(query: np.ndarray) -> list[list[int]]:
-    """The points times one power of two."""
+    """Returns the points as integers, scaled by a common factor."""
     ratios = [[float(x).as_integer_ratio() for x in point] for point in query]
     bits = max(d.bit_length() - 1 for point in ratios for _, d in point)
     numbers = [[n << (bits - d.bit_length() + 1) for n, d in point] for point in ratios]
@@ -204,7 +206,7 @@ def whole_numbers(query: np.ndarray) -> list[list[int]]:
 
 
 def exact_verdict(kind: str, query: np.ndarray) -> Fraction | None:
-    """Upper bound of the first contact, within 2^-60 of it; None where there is none."""
+    """Returns an upper bound of the first contact time, within 2^-60, or None without a contact."""
     points = whole_numbers(query)
     pairs = [(0, 1), (0, 2), (0, 3)] if kind == "vertex-face" else [(0, 2), (1, 2), (0, 3), (1, 3)]
     corners = []
@@ -212,7 +214,7 @@ def exact_verdict(kind: str, query: np.ndarray) -> Fraction | None:
         start = [a - b for a, b in zip(points[i], points[j], strict=True)]
         end = [a - b for a, b in zip(points[4 + i], points[4 + j], strict=True)]
         corners.append([trimmed([s, e - s]) for s, e in zip(start, end, strict=True)])
-    # Most that are free are free at a glance: one coordinate, or the volume, keeps its sign.
+    # Quick rejection of most free motions: one coordinate, or the volume, keeps its sign.
     for k in range(3):
         ends = [
             s for corner in corners for s in (sign_at(corner[k], 0, 0), sign_at(corner[k], 1, 0))
@@ -228,7 +230,7 @@ def exact_verdict(kind: str, query: np.ndarray) -> Fraction | None:
     hull = Hull(corners)
     if volume:
         times = roots(volume)
-    else:  # within one plane at all times: contact begins at 0 or where some sign changes
+    else:  # in one plane at all times: contact begins at 0 or where a sign changes
         events = [x for corner in corners for x in corner] + [
             c for normal in hull.cross.values() for c in normal
         ]
@@ -252,11 +254,15 @@ FAMILIES = (
 
 
 def degenerate_queries(random: np.random.Generator, kind: str, family: str, n: int) -> np.ndarray:
-    """(n, 8, 3) of one family; a third one unit of rounding off, a third scaled by 1e-40, 1e30."""
+    """Returns n queries (n x 8 x 3) of a family.
+
+    A third of them are off by one unit in the last place of one coordinate. A third are scaled,
+    mostly by extreme factors.
+    """
     size = int(random.integers(2, 6))
     q = random.integers(-size, size + 1, size=(n, 8, 3)).astype(float)
     start, end = q[:, :4], q[:, 4:]
-    # A point of the first side that is one of the second, with weights that are exact.
+    # Exact weights of the point of contact.
     weights = random.multinomial(4, [1 / 3] * 3, size=n) / 4.0
     if family == "generic":
         q[:] = random.normal(size=q.shape)
@@ -272,7 +278,7 @@ def degenerate_queries(random: np.random.Generator, kind: str, family: str, n: i
             arm = here[:, 1] - here[:, 0]
             here[:, 0] = other - s * arm
             here[:, 1] = other + (1 - s) * arm
-        if family == "through":  # goes on by the same amount: contact half way
+        if family == "through":  # moves on by the same amount, so that contact is half-way
             end[:] = 2 * end - start
     elif family == "at rest":
         end[:] = start

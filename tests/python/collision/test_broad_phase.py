@@ -1,19 +1,20 @@
-"""Candidates of every engine on small scenes that hypothesis draws and makes smaller where they
-fail.
+"""All engines find the same candidates on small random scenes, which hypothesis generates and
+shrinks on failure.
 """
 
 import numpy as np
 import pytest
 from loomstone import collision
 
-hypothesis = pytest.importorskip("hypothesis")  # one of the test requirements
+hypothesis = pytest.importorskip("hypothesis")  # a test requirement
 st = hypothesis.strategies
 
 
 @st.composite
 def scenes(draw):
-    """Whole numbers, so that boxes often touch and features often coincide; triangles may be
-    without area or the same.
+    """Generates integer coordinates, so that boxes often touch and features often coincide.
+
+    Triangles may be degenerate or identical.
     """
     n = draw(st.integers(4, 14))
     point = st.tuples(*[st.integers(-3, 3)] * 3)
@@ -56,7 +57,7 @@ def test_all_engines_name_the_pairs_of_brute_force(scene):
     st.sampled_from([0.01, 0.05, 0.2]),
 )
 def test_all_engines_name_the_pairs_of_brute_force_among_many_triangles(seed, n, inflation, size):
-    """Enough triangles for trees of three levels."""
+    """Uses enough triangles for trees of three levels."""
     random = np.random.default_rng(seed)
     centres = random.random((n, 1, 3)) * random.choice(
         [0.0, 1.0], size=3
@@ -67,7 +68,7 @@ def test_all_engines_name_the_pairs_of_brute_force_among_many_triangles(seed, n,
     triangles[::3, 0] = triangles[0, 0]  # some share a vertex
     expected = collision.candidates(x0, x1, triangles, inflation, engine="brute-force")
     detector = collision.Detector(triangles, threads=3)
-    detector.candidates(random.normal(size=x0.shape), x1)  # its tree is that of another place
+    detector.candidates(random.normal(size=x0.shape), x1)  # builds the tree at other positions
     for found in (
         collision.candidates(x0, x1, triangles, inflation),
         collision.candidates(x0, x1, triangles, inflation, engine="embree"),

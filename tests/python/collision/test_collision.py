@@ -12,7 +12,7 @@ from loomstone import collision
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("kind", ["vertex-face", "edge-edge"])
 def test_verdicts_of_degenerate_queries_are_exact_and_times_are_not_late(kind, family):
-    """tests/benchmarks/exact_verdicts.py does the same a million times."""
+    """tests/benchmarks/exact_verdicts.py tests a million queries in the same way."""
     queries = degenerate_queries(np.random.default_rng(11), kind, family, 100)
     hit, time = collision.continuous(kind, queries)
     exact = [exact_verdict(kind, query) for query in queries]
@@ -131,7 +131,7 @@ def test_a_detector_finds_exactly_the_colliding_pairs_whatever_its_tree_and_thre
         x0, x1 = x1, x1 + random.normal(scale=0.005, size=x0.shape)
     assert (
         0 < detector.tree_bytes < 600 * len(triangles)
-    )  # half empty at this size; large meshes take about 340
+    )  # the tree is half empty at this size; large meshes take about 340
     flat = ls.grid(size=(0.2, 0.2), triangles=200)
     free = collision.Detector(flat.triangles).collisions(
         flat.vertices, flat.vertices + [0.0, 0.0, 0.1]
