@@ -1,8 +1,8 @@
-"""Small scenes that several tests use."""
+"""Small scenes shared by several tests."""
 
 import os
 
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # before libgomp loads
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # must precede the loading of libgomp
 
 import loomstone as ls
 import pytest
@@ -28,7 +28,7 @@ def falling() -> ls.Scene:
 
 @pytest.fixture
 def pressed() -> ls.Scene:
-    """A loose cloth of 128 triangles between two plates that pass through each other in 0.02 s."""
+    """A loose cloth of 128 triangles between plates that pass through each other in 0.02 s."""
     plates = [
         ls.Obstacle(
             name=name,
