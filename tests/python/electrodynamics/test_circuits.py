@@ -1,5 +1,5 @@
-"""Several circuits with their mutual inductance, and coils that magnetise bodies: closed forms,
-balance of momentum and energy.
+"""Several circuits with mutual inductance, and coils that magnetise bodies: closed forms and
+balances of momentum and energy.
 """
 
 import loomstone as ls
@@ -18,7 +18,7 @@ def simulation(scene: ls.Scene, step: float) -> ls.Simulation:
 
 
 def balance(sim: ls.Simulation) -> float:
-    """All energies, with what has left through resistances and without what sources gave [J]."""
+    """Total energy [J] including losses in resistances, minus the energy supplied by sources."""
     r = sim.report
     return (
         r.energy.body_kinetic
@@ -44,12 +44,12 @@ def test_mutual_inductances_are_those_of_their_circles():
     x, w = np.polynomial.legendre.leggauss(40)
     heights = np.abs(
         0.02 * x[:, None] - 0.02 * x - 0.03
-    )  # crossing the ends: the rule is good to some 1e-6
+    )  # the coils overlap, which limits the rule to about 1e-6
     wanted = 200 * 100 / 4 * np.einsum("i,j,ij->", w, w, of_circles(0.05, 0.04, heights))
     one, two = M.solenoid(**ONE, current=1.0), M.solenoid(**TWO, current=1.0).moved((0, 0, 0.03))
     assert M.mutual_inductance(one, two) == pytest.approx(wanted, rel=1e-5)
     assert M.mutual_inductance(one, two.rotated((np.pi, 0, 0))) == pytest.approx(-wanted, rel=1e-5)
-    # Force and inductance are found by different integrals.
+    # Force and inductance come from different integrals.
     beside, step = two.moved((0.07, 0.02, 0)).rotated((0.5, 0.2, 0)), 1e-5
     ends = [
         M.mutual_inductance(one, beside.moved((s * step, 0, 0)), tolerance=1e-11) for s in (1, -1)
@@ -62,7 +62,7 @@ def test_mutual_inductances_are_those_of_their_circles():
 
 
 def transformer(**second) -> ls.Scene:
-    """Two windings on stands, the second 10 mm above the first."""
+    """Two windings on stands, the second one 10 mm above the first."""
     stands = [
         ls.obstacles.mesh(BOX.moved((0, 0, z)), name=name) for name, z in (("a", 0.5), ("b", -0.5))
     ]
@@ -117,12 +117,13 @@ def test_a_given_current_that_changes_drives_a_circuit_beside_it():
     wave = 2 / 400 * (current * np.exp(-2j * np.pi * frequency * time)).sum()
     omega = 2 * np.pi * frequency
     wanted = -1j * omega * MUTUAL / (0.5 + 1j * omega * 4e-3) * -1j
-    assert abs(wave - wanted) < 2e-3 * abs(wanted)  # (omega h)^2 and the chords of the sine
+    assert abs(wave - wanted) < 2e-3 * abs(wanted)  # (omega h)^2 and linear interpolation
     assert abs(balance(sim)) < 1e-12
 
 
 def moving(step: float, steps: int) -> ls.Simulation:
-    """Two short-circuited coils and one with a given current drift past one another, turning."""
+    """A driven coil, a short-circuited coil and one with a given current pass each other and
+    rotate."""
     places = {"a": (0, 0, 0), "b": (0.02, 0, 0.05), "c": (-0.03, 0.02, -0.05)}
     bodies = [
         ls.RigidBody(
@@ -166,7 +167,7 @@ def test_moving_circuits_keep_momentum_and_balance_their_energy_with_second_orde
     assert errors[1] < 1e-3 * exchanged and errors[1] < 0.3 * errors[0] + 1e-6 * exchanged
     momentum = 0.2 * np.asarray(sims[1].state.body_velocities).sum(axis=0)
     assert momentum == pytest.approx((0, 0, 0), abs=1e-12)
-    # Resumed in the middle they go on with the same bits.
+    # After a restore in the middle, the run continues with the same bits.
     halves = [moving(1e-3, 0), moving(1e-3, 4)]
     halves[0].restore(halves[1].checkpoint())
     for sim in halves:
@@ -182,8 +183,9 @@ RADIUS, TURNS, MOMENT, SPEED = 0.02, 50, 0.5, 3.0
 
 
 def scripted(**what) -> ls.Scene:
-    """A dipole on one stand, a loop on the other, one of which is moved by script; a weight that
-    feels nothing stands far off.
+    """A dipole and a loop on one stand each, one of which is moved by script.
+
+    A distant weight, on which no force acts, is the only rigid body.
     """
     stands = {"magnet": {}, "loop": {}} | what.pop("scripts")
     obstacles = [
@@ -222,7 +224,7 @@ def passing(name: str, sense: float) -> dict:
 
 
 def flux(z):
-    """Of the dipole through the loop at a distance along the axis [T m^2]."""
+    """Flux of the dipole through the loop at a distance along the axis [T m^2]."""
     return TURNS * 2e-7 * np.pi * MOMENT * RADIUS**2 / (RADIUS**2 + z**2) ** 1.5
 
 
@@ -241,8 +243,8 @@ def test_a_dipole_moved_by_script_along_the_axis_of_a_loop_drives_the_current_of
     assert found[40] < 0 < found[-40], (
         "it opposes the flux that grows and sustains the one that falls"
     )
-    # Of the work of the script nothing is left, and the heat is that of the current between the
-    # steps as well.
+    # All work of the script becomes heat. The heat is integrated from the current, also between
+    # steps.
     assert sim.circuit_supply == pytest.approx(sim.circuit_heat, rel=1e-12)
     assert sim.circuit_heat == pytest.approx(0.3 * 5e-4 * np.square(exact).sum(), rel=1e-3)
     assert sim.state.body_velocities == pytest.approx(0.0, abs=1e-9), (
@@ -261,11 +263,11 @@ def test_the_charge_that_a_passing_magnet_moves_is_the_change_of_flux_over_the_r
     charge, before = 0.0, 0.0
     for _ in range(
         160
-    ):  # the magnet stands in the middle from 0.05 s on, and the current dies out in 3.3 ms
+    ):  # the magnet stops in the middle at 0.05 s, and the current decays within 3.3 ms
         sim.step()
         charge, before = charge + 5e-4 * 0.5 * (before + sim.current), sim.current
-    # The current bends within 3 ms: chords of 0.5 ms miss (h / tau)^2 / 12 of it where the magnet
-    # stops.
+    # The current decays within 3 ms. Linear interpolation over 0.5 ms causes an error of (h /
+    # tau)^2 / 12 where the magnet stops.
     assert charge == pytest.approx((flux(0.15) - flux(0.0)) / 0.3, rel=2e-3)
     assert sim.circuit_supply == pytest.approx(
         sim.circuit_heat + sim.report.circuits.energy, rel=1e-12
@@ -290,15 +292,16 @@ def test_a_loop_turned_by_script_in_a_uniform_field_is_a_generator():
 
 
 def series_force(radius: float, distance: float, ball: float, chi: float, current: float) -> float:
-    """Axial force on a linear ball at a distance below the plane of a loop on its axis, by
-    multipoles [N].
+    """Axial force [N] on a linear ball by a multipole series.
+
+    The ball is on the axis of a loop, at a distance below its plane.
     """
     s = np.hypot(radius, distance)
     n = np.arange(60)
     field = (
         current * radius**2 / (2 * s**3) * eval_gegenbauer(n, 1.5, distance / s) / s**n
-    )  # on the axis, sum of field z^n
-    potential = np.append(0.0, -field / (n + 1))  # of degree l
+    )  # field on the axis as a power series in z
+    potential = np.append(0.0, -field / (n + 1))  # coefficients of degree l
     degree = n[1:]
     answer = (
         -degree * chi / (degree * chi + 2 * degree + 1) * potential[1:-1] * ball ** (2 * degree + 1)
@@ -307,7 +310,7 @@ def series_force(radius: float, distance: float, ball: float, chi: float, curren
 
 
 def ball_and_coil(currents, times=(), magnets=(), **ball) -> ls.Scene:
-    """A soft ball below a loop, both free."""
+    """A soft ball below a loop; both are free."""
     bodies = [
         ls.RigidBody(
             name="ball",

@@ -1,5 +1,5 @@
-"""Circuits beside bodies that magnetise: inductance of cores, forces that follow from it, energy
-and momentum that balance.
+"""Circuits with magnetisable bodies: inductance of cores, the forces that follow from it, and
+balances of energy and momentum.
 """
 
 import loomstone as ls
@@ -12,7 +12,7 @@ WEIGHT = ls.RigidBody(name="weight", mesh=BOX, shape="box", position=(3, 0, 0))
 
 
 def held(core: ls.Magnet, coil: ls.Coil, core_mesh=BOX) -> ls.Scene:
-    """A core and a coil on stands; a weight far off makes the scene one of rigid bodies."""
+    """A core and a coil on stands, and a distant weight, because a scene needs a rigid body."""
     stands = [
         ls.obstacles.mesh(core_mesh, name="core"),
         ls.obstacles.mesh(BOX.moved((0, 0, 0.5)), name="coil"),
@@ -29,7 +29,7 @@ def held(core: ls.Magnet, coil: ls.Coil, core_mesh=BOX) -> ls.Scene:
 
 
 def core_inductance(core: ls.Magnet, winding: ls.magnetics.MagneticBody) -> float:
-    """What a core adds to the inductance of a circuit, from the energy of a current in it [H]."""
+    """Inductance that a core adds to a circuit, from the energy of a current in it [H]."""
     coil = ls.Coil(body="coil", source=winding, resistance=1.0, inductance=1e-3, voltages=[1.0])
     sim = simulation(held(core, coil), 1e-4)
     sim.step()
@@ -65,7 +65,7 @@ def test_the_force_on_a_ball_is_half_the_slope_of_its_inductance(chi):
         loop = M.loop(radius=0.02, turns=100).moved((0, 0, distance))
         return core_inductance(ls.Magnet(body="core", source=ball), loop)
 
-    for distance in (0.02, 0.004):  # below the loop; half-way through it
+    for distance in (0.02, 0.004):  # below the loop; inside it
         slope = (inductance(distance - 1e-5) - inductance(distance + 1e-5)) / 2e-5
         assert 0.5 * 25.0 * slope == pytest.approx(
             series_force(0.02, distance, 0.01, chi, 500.0), rel=1e-4
@@ -73,7 +73,7 @@ def test_the_force_on_a_ball_is_half_the_slope_of_its_inductance(chi):
 
 
 def plunger(z: float, cells: int = 20, **coil) -> ls.Scene:
-    """An iron bar, partly in a solenoid."""
+    """An iron bar partly inside a solenoid."""
     bar = ls.RigidBody(
         name="bar",
         mesh=ls.meshes.box(size=(0.008, 0.008, 0.03)),
@@ -107,8 +107,8 @@ def test_a_bar_is_drawn_into_a_solenoid_as_its_inductance_grows():
         mass = ls.meshes.mass_properties(scene.bodies[0].mesh, scene.bodies[0].density).mass
         force = mass * sim.state.body_velocities[0, 2] / 1e-6
         assert force < 0.0, "into the coil"
-        # Force and flux are found by different integrals; they agree to what the grid leaves (12
-        # panels an edge: 8e-3, 32: 1e-4).
+        # Force and flux come from different integrals. They agree to the error of the grid (12
+        # panels per edge: 8e-3, 32: 1e-4).
         assert 0.5 * 25.0 * (inductance(z + 1e-4) - inductance(z - 1e-4)) / 2e-4 == pytest.approx(
             force, rel=2e-3
         )
@@ -116,8 +116,9 @@ def test_a_bar_is_drawn_into_a_solenoid_as_its_inductance_grows():
 
 
 def falling(magnets=(), **given) -> ls.Scene:
-    """A soft ball flies through a loop with a circuit, a magnet and perhaps a second coil beside
-    them, all free.
+    """A soft ball flies through a loop with a circuit.
+
+    A carrier of magnets and an optional second coil is next to them. All bodies are free.
     """
     places = {
         "ball": (0, 0, 0),
@@ -154,7 +155,7 @@ def falling(magnets=(), **given) -> ls.Scene:
 
 
 def moving(steps: int, of: int, **what) -> ls.Simulation:
-    """So many of the steps that 8 ms are divided into."""
+    """Runs `steps` of the `of` steps into which 8 ms are divided."""
     sim = simulation(falling(**what), 8e-3 / of)
     for _ in range(steps):
         sim.step()
@@ -224,7 +225,7 @@ def test_forces_at_the_end_of_a_step_serve_the_next_where_nothing_has_changed(ca
     for step in range(10):
         if write and step == 4:
             write(going_on), write(anew)
-        anew.rebuild_stages()  # which then know of no step before
+        anew.rebuild_stages()  # the new stages have no previous step
         for sim in (going_on, anew):
             sim.step()
     for name in (
@@ -238,7 +239,7 @@ def test_forces_at_the_end_of_a_step_serve_the_next_where_nothing_has_changed(ca
 
 
 def half_ring(inner: float, outer: float, width: float, parts: int = 8) -> ls.TriangleMesh:
-    """Half a ring in the plane of x and z, open towards -x; not convex."""
+    """Half a ring in the xz-plane, open towards -x; not convex."""
     angles = np.linspace(-np.pi / 2, np.pi / 2, parts + 1)
     section = [
         (inner, -0.5 * width),
@@ -259,7 +260,7 @@ def half_ring(inner: float, outer: float, width: float, parts: int = 8) -> ls.Tr
 
 
 def test_a_bow_round_a_loop_lies_beside_its_winding():
-    """Its middle lies in the loop's axis, and none of it in the loop."""
+    """The middle of the bow crosses the loop's axis, but no part of it is inside the loop."""
 
     def added(z: float, winding: ls.magnetics.MagneticBody) -> float:
         mesh = half_ring(0.012, 0.018, 0.006).moved((0, 0, z))
@@ -352,7 +353,7 @@ def test_forces_by_currents_are_among_the_magnetic_forces():
         bodies=[b.replace(velocity=(0, 0, 0), angular_velocity=(0, 0, 0)) for b in scene.bodies]
     )
     sim = simulation(scene, 1e-5)
-    for _ in range(20):  # a current has begun to flow
+    for _ in range(20):  # lets a current build up
         sim.step()
     masses = np.array([ls.meshes.mass_properties(b.mesh, b.density).mass for b in scene.bodies])
     before, forces = np.array(sim.state.body_velocities), np.asarray(sim.magnetic_forces()[0])
@@ -360,7 +361,7 @@ def test_forces_by_currents_are_among_the_magnetic_forces():
     felt = masses[:, None] * (np.asarray(sim.state.body_velocities) - before) / 1e-5
     assert np.abs(forces).max() > 0.01 and forces == pytest.approx(
         felt, abs=0.06 * np.abs(felt).max()
-    )  # the current grows by 1/20
+    )  # the current changes by 1/20
 
 
 def test_a_picture_has_no_field_lines_before_the_current_begins():
@@ -372,7 +373,7 @@ def test_a_picture_has_no_field_lines_before_the_current_begins():
 
 
 def horseshoe(width: float) -> ls.TriangleMesh:
-    """A U of three squares' width and height in the plane of x and z, a square thick."""
+    """A U-shape in the xz-plane: three squares wide and high, one square thick."""
     outline = np.array([(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)])
     side = np.array([(0, 5, 6), (0, 6, 7), (0, 1, 5), (1, 4, 5), (1, 2, 4), (2, 3, 4)])
     vertices = width * np.array([(x, y, z) for y in (-0.5, 0.5) for x, z in outline])
@@ -413,7 +414,7 @@ def test_circuits_beside_bodies_that_they_cannot_magnetise_linearly_are_refused(
         simulation(held(iron, loop.replace(source=M.loop(radius=0.008, turns=100))), 1e-4)
     mesh = horseshoe(0.01)
     iron = ls.Magnet(body="core", source=M.soft_mesh(mesh, susceptibility=100.0, panels=500))
-    # Round one leg: the other is beside the winding.
+    # The winding surrounds one leg; the other leg is outside it.
     winding = M.solenoid(radius=0.012, length=0.01, turns=100).moved((0.005, 0, 0.02))
     coil = ls.Coil(body="coil", source=winding, resistance=1.0, inductance=1e-3)
     scene = held(iron, coil, mesh)

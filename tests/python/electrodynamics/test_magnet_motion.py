@@ -1,4 +1,4 @@
-"""Magnets that move: momenta, energies, orders, and paths from tables."""
+"""Moving magnets: momenta, energies, orders of accuracy, and paths from tables."""
 
 import librations
 import loomstone as ls
@@ -42,7 +42,7 @@ def free_spheres(case: dict) -> ls.Scene:
 
 
 def errors_after(case: dict, steps: int) -> tuple[float, float]:
-    """Largest errors of positions [m] and axes [1] at the last time of the table."""
+    """Returns the largest errors of positions [m] and axes [1] at the last time of the table."""
     sim = simulation(free_spheres(case), case["times"][-1] / steps)
     for _ in range(steps):
         sim.step()
@@ -58,8 +58,8 @@ def test_free_spheres_follow_their_table_with_second_order(case):
     coarse, fine, finest = (errors_after(case, n) for n in (500, 1000, 8000))
     for k in range(2):
         assert coarse[k] / fine[k] == pytest.approx(4.0, rel=0.25), "second order"
-    # 1.5 times what the error is with second order from the one before, 64 times smaller: 4e-9 m of
-    # a path of 1 cm.
+    # Second order predicts an error 64 times smaller than with 1,000 steps; the factor 1.5 is a
+    # margin. The error is 4e-9 m on a path of 1 cm.
     assert finest[0] < 1.5 * fine[0] / 64 and finest[1] < 1.5 * fine[1] / 64
     assert finest[0] < 1e-7
 
@@ -73,16 +73,17 @@ def test_free_spheres_pass_each_other_keeping_energy_and_momenta(case):
     linear, angular = total_momenta(sim, scene)
     size = sum(m * np.linalg.norm(v) for m, v in zip(case["mass"], case["v0"], strict=True))
     assert np.linalg.norm(linear - case["P0"]) < 1e-12 * size
-    assert np.linalg.norm(angular - case["L0"]) < 1e-12 * size * 0.02  # arms are of 2 cm
+    assert np.linalg.norm(angular - case["L0"]) < 1e-12 * size * 0.02  # lever arms of 2 cm
     energy = sim.report.energy.body_kinetic + sim.report.energy.magnetic
-    # Second order: 4,000 steps of 20 us leave up to 4e-6 of the energy that was exchanged (one pair
-    # ends in an embrace).
+    # Second order: 4,000 steps of 20 us leave an error of up to 4e-6 of the exchanged energy. The
+    # largest error occurs for a pair that ends close together.
     assert abs(energy - case["E0"]) < 1e-5 * abs(sim.report.energy.magnetic)
 
 
 def uneven_magnets(step: float) -> ls.Scene:
-    """Three free magnets, among them a long box with three different moments of inertia that
-    carries two magnets off its axis.
+    """Three free magnets, one of which is a long box with three different moments of inertia.
+
+    The box carries two magnets away from its axis.
     """
     box, ball = (
         ls.meshes.box(size=(0.02, 0.01, 0.004)),
@@ -124,7 +125,7 @@ def test_free_magnets_keep_their_momenta_over_ten_thousand_steps():
             1e-5 * (np.linalg.norm(torque, axis=1) + 0.03 * np.linalg.norm(force, axis=1)).sum()
         )
     linear, angular = total_momenta(sim, scene)
-    # Of the momentum that was exchanged.
+    # The tolerances are relative to the exchanged momentum.
     assert np.linalg.norm(linear - linear0) < 1e-12 * impulse
     assert np.linalg.norm(angular - angular0) < 1e-12 * twist
 
@@ -160,8 +161,8 @@ def test_a_compass_swings_with_the_period_of_its_table(case):
         angles.append(needle_angle(sim))
     wanted = np.array(case["theta_rad"])
     found = np.interp(case["times"], times, angles)
-    # Second order: (omega h)^2 / 24 is 4e-7 of the phase; linear interpolation leaves as much, 5e-6
-    # of the angle.
+    # Second order: the phase error is (omega h)^2 / 24 = 4e-7 of the phase. Linear interpolation
+    # adds 5e-6 of the angle.
     assert np.abs(found - wanted).max() < 3e-5 * max(1.0, np.radians(case["theta0_deg"]))
 
 
@@ -175,10 +176,10 @@ def test_the_energy_of_a_swinging_magnet_does_not_drift():
     }
     sim = simulation(
         compass(case, 60.0), case["period"] / 25
-    )  # in 2 sub-steps each: 0.13 of the angular frequency
+    )  # two sub-steps of 0.13 / angular frequency per step
     swing = (
         0.5 * 0.05 * 0.005 * 0.001 / 4e-7 / np.pi * 5e-5
-    )  # of the energy between rest and the middle
+    )  # energy difference between the turning point and the middle
     energies = []
     for _ in range(25 * 400):
         sim.step()
@@ -191,8 +192,9 @@ def test_the_energy_of_a_swinging_magnet_does_not_drift():
 
 @pytest.mark.parametrize("what", ["compass", "pair"])
 def test_magnets_that_swing_keep_their_energy_for_a_thousand_periods(what):
-    """Within 1e-3 without drift, with sub-steps as they are by default;
-    tests/benchmarks/librations.py swings ten times as long.
+    """With the default sub-steps, energy stays within 1e-3 and does not drift.
+
+    tests/benchmarks/librations.py simulates ten times as many periods.
     """
     swing, drift = librations.energies(*getattr(librations, what)(), 1000)
     assert swing < 1e-3 and drift < 1e-5
@@ -219,16 +221,14 @@ def test_two_cubes_attract_each_other_as_their_table_says(case):
         sim.step()
     z, v = sim.state.body_centres[:, 2], sim.state.body_velocities[:, 2]
     speed = case["closing_speed"]
-    # Second order in 200 steps of a fall whose last steps see the force grow tenfold, and 1e-4 of
+    # Errors: second order in 200 steps, in the last of which the force grows tenfold, and 1e-4 of
     # the force.
     assert v[0] - v[1] == pytest.approx(speed, rel=2e-3)
     assert z[1] - z[0] - case["cube"] == pytest.approx(case["gap"], abs=2e-3 * speed * case["time"])
 
 
 def on_the_floor() -> ls.Scene:
-    """Two balls that snap together and roll on a floor, and a magnet that is moved by script below
-    it.
-    """
+    """Two balls that snap together and roll on a floor, above a magnet with scripted motion."""
     ball = ls.meshes.sphere(radius=0.005, subdivisions=2)
     bodies = [
         ls.RigidBody(name=n, mesh=ball, shape="sphere", density=7500, position=(x, 0, 0.006))
@@ -288,8 +288,9 @@ def test_balls_that_have_snapped_together_come_to_rest():
 
 
 def iron_balls(n: int, magnet: ls.Magnet, radius: float = 0.005, **scene) -> ls.Scene:
-    """Iron balls in two layers above a magnet's carrier, which the scene has under the name
-    "magnet".
+    """Iron balls in two layers above `magnet`.
+
+    `scene` must contain the magnet's carrier.
     """
     ball, random = ls.meshes.sphere(radius=radius, subdivisions=2), np.random.default_rng(3)
     places = np.array(
@@ -375,7 +376,7 @@ def test_iron_balls_that_stick_to_a_magnet_calm_down_in_few_substeps(scene):
 
 
 def magnetised_ball() -> ls.magnetics.MagneticBody:
-    """As `induce` finds it."""
+    """Returns a soft ball as magnetised by `induce`."""
     ball = M.soft_sphere(radius=0.005, susceptibility=10.0)
     return M.induce(ball, field=(0, 0, 1)).bodies[0]
 
@@ -432,7 +433,7 @@ def test_after_a_failed_step_bodies_go_on_as_if_it_had_not_been_tried():
         )
         for i, p in enumerate([(0, 0, 0.01), (0, 0.1, 0.01), (0, 0.1, 0.03)])
     ]
-    arm = np.array((0.5, 0, 0))  # so that the stand itself is out of the way
+    arm = np.array((0.5, 0, 0))  # keeps the stand itself out of the way
     magnets = [
         ls.Magnet(body=name, source=dipole((0, 0, 0.1)).moved(at))
         for name, at in (("cube 0", (0, 0, 0)), ("far", arm))
@@ -448,7 +449,7 @@ def test_after_a_failed_step_bodies_go_on_as_if_it_had_not_been_tried():
         near = sim.state.body_centres[0] + (0.5e-3, 0, 3e-3)
         sim.set_obstacle_pose(1, near - arm)
         sim.step()
-        if fails:  # one dipole goes through the other
+        if fails:  # one dipole passes through the other
             before = {name: np.array(getattr(sim.state, name)) for name in tables}
             meets = (
                 near

@@ -1,5 +1,5 @@
-"""Sources in descriptions: compared by value, pickled, written down, and the same wherever they are
-used.
+"""Magnetic sources in descriptions: compared by value, pickled, written as text, and refused if
+invalid.
 """
 
 import json
@@ -15,7 +15,7 @@ POLARIZATION = (0.1, 0.2, 1.0)
 
 
 def sources() -> dict[str, ls.magnetics.MagneticBody | ls.magnetics.SoftBody]:
-    """One of each kind, away from the origin and turned."""
+    """Returns one source of each kind, moved from the origin and rotated."""
     made = {
         "cuboid": M.cuboid(size=(0.01, 0.02, 0.03), polarization=POLARIZATION),
         "cylinder": M.cylinder(

@@ -1,4 +1,4 @@
-"""Bodies that magnetise, in motion: levitation, energy and momenta, the same bits always."""
+"""Magnetisable bodies in motion: levitation, energy and momenta, reproducible bits."""
 
 import loomstone as ls
 import numpy as np
@@ -13,9 +13,7 @@ BOX = (0.01, 0.008, 0.006)
 
 
 def floating(case: dict, material: str, height: float) -> ls.Scene:
-    """A magnet that lies on its side above a plate: that is how it wants to lie above a
-    superconductor.
-    """
+    """A magnet on its side above a plate: its stable orientation above a superconductor."""
     volume = 4 / 3 * np.pi * case["magnet_radius"] ** 3
     mesh, density = ball_mesh(case["magnet_radius"], case["magnet_density"] * volume)
     magnet = ls.RigidBody(
@@ -42,8 +40,8 @@ def heights(scene: ls.Scene, steps: int) -> tuple[np.ndarray, ls.Simulation]:
 
 
 def resting_place(case: dict) -> tuple[float, float]:
-    """Height of the magnet's rest above the plate, and the frequency of small vertical swings there
-    [m, Hz].
+    """Returns the equilibrium height above the plate [m] and the frequency of small vertical
+    oscillations [Hz].
     """
     plate = M.soft_cuboid(size=PLATE, susceptibility=-1, cells=8).moved((0, 0, -0.5 * PLATE[2]))
     magnet = M.sphere(radius=case["magnet_radius"], polarization=(case["magnet_J"], 0, 0))
@@ -62,14 +60,14 @@ def test_a_magnet_floats_above_a_superconducting_plate():
         c for c in cases("v_levitation_above_plane") if c["angle_from_vertical_deg"] == 90.0
     )
     rest, frequency = resting_place(case)
-    # Four heights wide, 8 cells: the force lacks a twentieth of the infinite plane's, the height a
-    # quarter of that and a bit.
+    # The plate is only four heights wide and has 8 cells. Its force is 5 % weaker than that of an
+    # infinite plane, so the height is lower by slightly more than a quarter of 5 %.
     assert rest == pytest.approx(case["equilibrium_height_of_centre"], rel=0.02)
     assert frequency == pytest.approx(case["vertical_frequency_Hz"], rel=0.035)
     places, _ = heights(floating(case, "superconductor", rest + 2e-4), 110)
     z = places[:, 2] - rest
-    # The scene takes the force on the ball itself, `rest` that on the panels: they differ by 2e-3,
-    # which is 6 um of the place.
+    # The scene computes the force on the ball, and `rest` is based on the force on the panels. They
+    # differ by 2e-3, which changes the height by 6 um.
     assert 1.5e-4 < np.abs(z).max() < 2.4e-4, "it swings about its place"
     turns = np.flatnonzero(np.diff(np.sign(z)) != 0)
     crossings = turns + z[turns] / (z[turns] - z[turns + 1])
@@ -86,7 +84,7 @@ def test_above_a_permanent_plate_it_falls_or_turns():
 
 
 def iron_and_magnet() -> ls.Scene:
-    """A free iron box with a superconducting and a dipole ball beside a free magnet."""
+    """A free iron box, a superconducting ball and a point-dipole ball near a free magnet."""
     box = ls.RigidBody(
         name="box",
         mesh=ls.meshes.box(size=BOX),
@@ -136,7 +134,8 @@ def test_free_bodies_keep_momenta_and_energy_and_the_same_bits():
     )
     exchanged = sim.report.energy.magnetic - potential
     gained = sim.report.energy.body_kinetic + sim.report.energy.magnetic - energy
-    # The force of 8 cells errs by 2e-3, and the path by the square of the step.
+    # With 8 cells, the force has an error of 2e-3. The error of the path is of second order in the
+    # step.
     assert exchanged < 0 and abs(gained) < 5e-3 * abs(exchanged)
     other = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-4), threads=3)
     other.restore(kept)
