@@ -1,4 +1,4 @@
-"""Fabrics: each can be simulated, and is what its published source says by the mapping of
+"""Each fabric can be simulated and agrees with its published source under the mapping of
 docs/fabrics.md.
 """
 
@@ -17,7 +17,7 @@ from loomstone.fabrics.table import FABRICS, LEVELS, SOURCES
 
 PUBLISHED = Path(__file__).resolve().parents[4] / "shared" / "data" / "fabrics" / "fabrics.json"
 LOAD = 150 * 0.980665  # 150 gf/cm [N/m]
-ROUNDED = 5e-4  # four digits are kept
+ROUNDED = 5e-4  # relative error of values rounded to four digits
 
 WANG = {
     "rib knit": "ivory-rib-knit",
@@ -92,12 +92,12 @@ def test_a_measured_fabric_is_as_published_by_its_mapping(name, published):
         if isinf(limit):
             assert curve(1 / 6) < LOAD, "no limit only where the measurement ends below the load"
         else:
-            assert curve(limit) == pytest.approx(LOAD, rel=5e-3)  # the limit is kept to 1e-4
+            assert curve(limit) == pytest.approx(LOAD, rel=5e-3)  # limits are rounded to 1e-4
     assert isinf(fabric.limits[2])
 
 
 def stretched_load(at_rest, at_sixth):
-    """Load per width at rest over strain, the stiffness linear between its measurements."""
+    """Returns load per width over strain, with a stiffness linear between two measurements."""
     return lambda e: (at_rest + (at_sixth - at_rest) * 6 * e) * (1 + e) * ((1 + e) ** 2 - 1) / 2
 
 
@@ -107,7 +107,7 @@ def test_a_woven_fabric_is_as_published_by_its_mapping(name, published):
     small, green = row["small_strain_N_per_m"], row["strain_limit"]["green_strain"]
     nu21 = fabric.poisson * fabric.warp_stiffness / fabric.weft_stiffness
     c11 = fabric.weft_stiffness / (1 - fabric.poisson * nu21)
-    assert c11 == pytest.approx(small["weft_C11"], rel=1e-3)  # four digits of E and nu
+    assert c11 == pytest.approx(small["weft_C11"], rel=1e-3)  # E and nu have four digits
     assert c11 * nu21 == pytest.approx(small["coupling_C12"], rel=1e-3)
     assert c11 * fabric.warp_stiffness / fabric.weft_stiffness == pytest.approx(
         small["warp_C22"], rel=1e-3
@@ -156,7 +156,7 @@ def test_levels_of_bending_are_percentiles_of_the_collection(published):
     percentiles = published["bending_population_statistics"]["B_warp"][1:-1]
     assert [level.bending for level in LEVELS.values()] == pytest.approx(
         percentiles, rel=0.02
-    )  # two digits are kept
+    )  # values are rounded to two digits
 
 
 def test_every_fabric_names_its_source_its_licence_and_what_to_beware_of():
@@ -260,7 +260,7 @@ def test_the_command_refuses_what_it_cannot_measure():
         assert done.returncode == 1 and said in done.stderr and done.stdout == ""
 
 
-# --- bending by direction ---
+# --- bending rigidity by direction ---
 
 
 def test_strips_cut_at_three_angles_have_the_rigidities_that_were_measured():
@@ -294,15 +294,15 @@ def test_an_isotropic_plate_bends_alike_in_every_direction_and_is_the_default():
 
 
 def test_a_strip_takes_the_shape_of_least_energy_under_its_moment():
-    """The closed form against a minimisation over curvature across and twist."""
+    """Compares the closed form with a minimisation over transverse curvature and twist."""
     material = ls.ClothMaterial(
         bending_weft=8e-6, bending_warp=2e-5, bending_twist=3e-6, bending_coupling=2e-6
     )
     d = np.array([[8e-6, 2e-6, 0], [2e-6, 2e-5, 0], [0, 0, 3e-6]])
     for degrees in (0, 30, 45, 71):
         c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-        # Curvatures in weft-warp axes (k11, k22, 2 k12) from those along and across the strip and
-        # their twist.
+        # Maps the strip's longitudinal and transverse curvature and twist to weft-warp axes (k11,
+        # k22, 2 k12).
         turn = np.array(
             [[c * c, s * s, -c * s], [s * s, c * c, c * s], [2 * c * s, -2 * c * s, c * c - s * s]]
         )

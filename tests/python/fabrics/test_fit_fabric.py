@@ -1,4 +1,4 @@
-"""Fits to measured curves (thesis 3.3.3): synthetic ones are recovered, bad ones refused."""
+"""Fits to measured curves (thesis 3.3.3): synthetic curves are recovered, invalid ones refused."""
 
 import math
 
@@ -40,7 +40,7 @@ def test_curves_of_the_model_are_recovered_exactly_with_their_limits():
         assert ls.fabrics.strip_rigidity(fabric, angle_degrees=angle) == pytest.approx(
             rigidity, rel=1e-12
         )
-    # Linear interpolation between points 0.005 apart: half their distance squared times the
+    # Error of linear interpolation between points 0.005 apart: half the squared distance times the
     # curvature over the slope.
     assert tension(1200, fabric.limits[0]) == pytest.approx(LOAD, rel=1e-4)
     assert tension(3000, fabric.limits[1]) == pytest.approx(LOAD, rel=1e-3)
@@ -49,8 +49,8 @@ def test_curves_of_the_model_are_recovered_exactly_with_their_limits():
 
 
 def test_units_of_the_kawabata_system_give_the_same_as_si():
-    strain = np.linspace(0.0, 20.0, 41)  # percent
-    angle = np.linspace(0.0, 8.0, 17)  # degrees
+    strain = np.linspace(0.0, 20.0, 41)  # [%]
+    angle = np.linspace(0.0, 8.0, 17)  # [degrees]
     given = {
         "weft": (strain * units["%"], tension(1200.0, strain / 100) / 0.980665 * units["gf/cm"]),
         "warp": (strain * units["%"], tension(3000.0, strain / 100) / 0.980665 * units["gf/cm"]),
@@ -69,15 +69,17 @@ def test_units_of_the_kawabata_system_give_the_same_as_si():
 
 
 def test_a_curve_that_stiffens_is_limited_at_the_load_and_fitted_below_it():
-    """Exponential curves, as woven fabrics have: the limit in closed form; a linear fit lies
-    between first and last
-    slope."""
+    """Uses an exponential curve, as typical for woven fabrics.
+
+    The limit has a closed form. The linear fit lies between the initial slope and the secant to the
+    limit.
+    """
     strain = np.linspace(0.0, 0.15, 601)
     fabric = ls.fit_fabric(
         curves(warp=(strain, 40.0 * np.expm1(30.0 * strain))), density=0.15, shear_limit=0.1
     )
     limit = math.log1p(LOAD / 40.0) / 30.0
-    assert fabric.limits[1] == pytest.approx(limit, rel=1e-4)  # linear interpolation
+    assert fabric.limits[1] == pytest.approx(limit, rel=1e-4)  # error of linear interpolation
     assert 40 * 30 < fabric.warp_stiffness < LOAD / limit
     assert 0.02 < fabric.fits["warp"].misfit < 0.2
 
@@ -89,8 +91,8 @@ def test_noise_of_a_measurement_moves_the_fit_little():
     fabric = ls.fit_fabric(curves(weft=(strain, noisy)), density=0.15, shear_limit=0.1)
     assert fabric.weft_stiffness == pytest.approx(
         1200, rel=0.01
-    )  # 3 N/m over sqrt(210) points of about 75 N/m
-    assert fabric.limits[0] == pytest.approx(0.106, abs=0.006)  # the first point above the load
+    )  # noise of 3 N/m over sqrt(210) points of about 75 N/m
+    assert fabric.limits[0] == pytest.approx(0.106, abs=0.006)  # first noisy point above the load
 
 
 def test_a_lower_load_gives_lower_limits():

@@ -1,5 +1,5 @@
-"""Laboratory tests of fabrics, simulated, on small meshes: against plate theory, the elastica, and
-plain geometry.
+"""Simulated laboratory tests of fabrics on small meshes, compared with plate theory, the elastica
+and plain geometry.
 """
 
 import json
@@ -57,9 +57,9 @@ def test_a_shadow_is_the_area_of_the_union_seen_from_above():
     flat = ls.grid(size=(0.2, 0.1), cells=(8, 4))
     assert shadow_area(flat.vertices, flat.triangles) == pytest.approx(
         0.02, rel=5e-3
-    )  # a pixel along the edge
+    )  # error: one pixel along the edge
     folded = flat.vertices * [1, 1, 0] + [0, 0, 0]
-    folded[:, 0] = np.abs(folded[:, 0])  # folded in two
+    folded[:, 0] = np.abs(folded[:, 0])  # folded in half
     assert shadow_area(folded, flat.triangles) == pytest.approx(0.01, rel=8e-3)
     angle = np.radians(60)
     tilted = (
@@ -83,7 +83,7 @@ def test_a_shadow_gets_exact_with_small_pixels():
     ]
     assert (
         errors[1] < errors[0] and errors[1] < 2e-4
-    )  # 0.02 points of the drape coefficient at most
+    )  # at most 0.02 percentage points of the drape coefficient
 
 
 def test_folds_are_maxima_of_the_outline():
@@ -103,7 +103,7 @@ def test_the_elastica_is_a_beam_where_it_hardly_sags_and_spans_two_bending_lengt
         assert overhang_of_elastica(degrees) ** 3 / 8 == pytest.approx(
             np.tan(np.radians(degrees)), rel=1e-3
         )
-    # Why the standard reads the bending length off as half of the overhang.
+    # For this reason, the standard takes half of the overhang as the bending length.
     assert overhang_of_elastica(41.5) == pytest.approx(2.0, rel=1e-3)
     with pytest.raises(ls.InvalidInput, match="the chord must fall by"):
         overhang_of_elastica(95.0)
@@ -120,9 +120,7 @@ def test_strips_along_weft_and_warp_hang_out_as_the_elastica_of_their_rigidity(n
 
 
 def test_strips_on_the_bias_hang_out_as_plate_theory_says_in_the_limit_of_no_width():
-    """The clamp keeps a strip from twisting, which stiffens it in proportion to its width: 5 % at
-    25 mm.
-    """
+    """The clamp prevents twisting and stiffens a strip in proportion to its width: 5 % at 25 mm."""
     wide, narrow = (
         cantilever(ls.fabrics["t-shirt"], angle_degrees=45, width=width).error
         for width in (0.006, 0.003)
@@ -140,13 +138,14 @@ def test_strips_that_are_turned_with_their_material_hang_alike():
 
 
 def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
-    """Linear plate theory, nu = 0: w = c0 + c1 r^2 + c2 ln r + c3 r^2 ln r + q r^4 / (64 B), a sag
-    of 0.13 mm.
+    """Linear plate theory with nu = 0: w = c0 + c1 r^2 + c2 ln r + c3 r^2 ln r + q r^4 / (64 B).
+
+    The sag is 0.13 mm.
     """
     bending, density = 3e-2, 0.2
     load, a, b = density * 9.81, DISC, SPECIMEN
 
-    def rows(r):  # value, slope, radial moment and shear, over B, of 1, r^2, ln r, r^2 ln r and r^4
+    def rows(r):  # value, slope, moment / B, shear / B of 1, r^2, ln r, r^2 ln r, r^4
         log = np.log(r)
         return np.array(
             [
@@ -166,7 +165,7 @@ def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
         mesh = specimen(triangles)
         options = ls.SemiImplicitEuler(
             step=4e-3, linear_solver="direct"
-        )  # stiff: conjugate gradients would stop early
+        )  # conjugate gradients would stop too early on this stiff system
         sim = ls.Simulation(
             drape_scene(isotropic(bending, density=density), mesh), integrator=options
         )
@@ -175,12 +174,12 @@ def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
         errors.append(abs(-sim.positions[rim, 2].mean() / sag - 1))
     assert (
         errors[1] < 0.03 and errors[1] < 0.6 * errors[0]
-    )  # measured 4.7 % and 2.1 %: second order in the edge
+    )  # measured 4.7 % and 2.1 %: second order in the edge length
 
 
 def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_cloth_comes_to_rest():
-    # A limp knit, so soft that it strains by 2 % where it is free to. Means of four specimens,
-    # which differ by 8 % and six folds.
+    # A limp knit that strains by 2 % if its limits allow it. The means of four specimens are
+    # compared, because single specimens differ by 8 % and six folds.
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
     limits = (ls.StrainLimit(0.05, 0.05, 0.05), ls.StrainLimit(0.01, 0.01, 0.05))
     loose, tight = (
@@ -195,12 +194,12 @@ def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_clo
     coefficient = [np.mean([r.drape_coefficient for r in results]) for results in (loose, tight)]
     assert coefficient[1] == pytest.approx(coefficient[0], rel=0.1)
     folds = [np.mean([r.folds for r in results]) for results in (loose, tight)]
-    assert folds[1] == pytest.approx(folds[0], rel=0.1)  # of six specimens 11.3 and 11.0
+    assert folds[1] == pytest.approx(folds[0], rel=0.1)  # six specimens: 11.3 and 11.0
 
 
 def test_conforming_triangles_do_not_lock_at_limits_of_a_hundredth_in_all_directions_both_ways():
-    # At 0.1 % they do, the coefficient is then above 65 %; docs/performance.md has both over mesh
-    # sizes.
+    # At limits of 0.1 % they do lock, and the coefficient exceeds 65 %. docs/performance.md lists
+    # both limits over mesh sizes.
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
     hundredth = ls.StrainLimit(0.01, 0.01, 0.01, weft_min=-0.01, warp_min=-0.01)
     free, limited = (
@@ -214,7 +213,7 @@ def test_conforming_triangles_do_not_lock_at_limits_of_a_hundredth_in_all_direct
     coefficient = [np.mean([r.drape_coefficient for r in results]) for results in (free, limited)]
     assert coefficient[1] == pytest.approx(
         coefficient[0], rel=0.1
-    )  # of six specimens 30.5 and 30.7 %
+    )  # measured with six specimens: 30.5 and 30.7 %
 
 
 def test_a_limp_fabric_drapes_and_card_does_not():
