@@ -1,6 +1,5 @@
-"""Garments from files: GarmentCode patterns, sewn meshes whose uv are the pattern.
-
-Seams pulled shut by simulation.
+"""Garments from files: GarmentCode patterns, sewn meshes with the pattern as uv, and seams that a
+simulation pulls shut.
 """
 
 import json
@@ -35,13 +34,13 @@ def rectangle(
 
 
 def skirt(gap: float = 2.0) -> dict:
-    """Front and back, cm, y up, z to the front; both face outward."""
+    """Front and back panel in cm, with y up and z to the front. Both panels face outward."""
     panels = {
         "front": rectangle((0, 100, gap / 2)),
         "back": rectangle((0, 100, -gap / 2), clockwise=True),
     }
-    # Edges: front 0 hem, 1 right, 2 waist, 3 left; back 0 hem, 1 left, 2 waist, 3 right, as seen
-    # from the front.
+    # Edges as seen from the front: front 0 hem, 1 right, 2 waist, 3 left; back 0 hem, 1 left, 2
+    # waist, 3 right.
     stitches = [
         [{"panel": "front", "edge": 1}, {"panel": "back", "edge": 3}],
         [{"panel": "front", "edge": 3}, {"panel": "back", "edge": 1}],
@@ -65,7 +64,8 @@ def test_a_garmentcode_pattern_is_sewn_in_metres_with_z_up(tmp_path):
     assert garment.panel_names == ("front", "back")
     assert len(garment.openings()) == 2, "waist and hem"
     low, high = garment.mesh.vertices.min(0), garment.mesh.vertices.max(0)
-    # Relaxed, 40 cm wide front and back 2 cm apart; the hem lies at 1 m.
+    # The relaxed skirt is 40 cm wide, with front and back 2 cm apart. Its hem is at a height of 1
+    # m.
     assert high[2] - low[2] == pytest.approx(0.5, rel=0.02) and low[2] == pytest.approx(
         1.0, abs=0.02
     )
@@ -74,7 +74,7 @@ def test_a_garmentcode_pattern_is_sewn_in_metres_with_z_up(tmp_path):
     assert front[:, 1].mean() < garment.mesh.vertices[garment.groups["back"]][:, 1].mean(), (
         "the front looks to -y"
     )
-    # Outsides are outside: the volume enclosed between the panels is positive.
+    # The panels face outward, so the enclosed volume is positive.
     corners = garment.mesh.vertices[garment.mesh.triangles] - garment.mesh.vertices.mean(0)
     assert np.einsum("ti,ti->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) > 0
 
@@ -85,10 +85,10 @@ def test_curvatures_are_relative_to_the_edge(tmp_path):
     panel["edges"][0]["curvature"] = {
         "type": "circle",
         "params": [r, 0, 1],
-    }  # small arc to the right of the hem: below
+    }  # small arc to the right of the hem, that is, below it
     panel["edges"][1]["curvature"] = {"type": "quadratic", "params": [[0.5, -0.2]]}
     panel["edges"][2]["curvature"] = {"type": "cubic", "params": [[1 / 3, 0.1], [2 / 3, 0.1]]}
-    panel["edges"][3]["curvature"] = [0.5, 0.2]  # as older files have it
+    panel["edges"][3]["curvature"] = [0.5, 0.2]  # format of older files
     pattern = g.read_garmentcode(write(tmp_path, specification({"a": panel}, [])))
     a = pattern.panel("a")
     angle = 2 * np.arcsin(20.0 / r)
@@ -96,8 +96,8 @@ def test_curvatures_are_relative_to_the_edge(tmp_path):
     assert a.edge("edge_0").curve()[:, 1].min() == pytest.approx(
         -0.01 * (r - np.sqrt(r**2 - 20.0**2)), rel=1e-4
     )
-    # To the left of an edge is inside. A quadratic curve reaches half way to its control point, a
-    # cubic 3/4.
+    # The panel lies to the left of its edges. A quadratic curve reaches 1/2 of the way to its
+    # control point, a cubic curve 3/4.
     assert a.edge("edge_1").curve()[:, 0].max() == pytest.approx(0.2 + 0.5 * 0.2 * 0.5, rel=1e-5)
     assert a.edge("edge_2").curve()[:, 1].min() == pytest.approx(0.5 - 0.75 * 0.1 * 0.4, rel=1e-5)
     assert a.edge("edge_3").curve()[:, 0].max() == pytest.approx(-0.2 + 0.5 * 0.2 * 0.5, rel=1e-5)
@@ -111,11 +111,11 @@ def test_a_large_arc_is_the_rest_of_the_circle(tmp_path):
 
 
 def test_rotations_are_about_fixed_axes_in_the_order_x_y_z(tmp_path):
-    # (0, 1, 0) turned by 90 degrees about x is (0, 0, 1), about y then (1, 0, 0), about z then (0,
-    # 1, 0).
+    # A rotation by 90 degrees about x maps (0, 1, 0) to (0, 0, 1). The rotation about y then gives
+    # (1, 0, 0), and the one about z (0, 1, 0).
     panel = rectangle(translation=(0, 0, 0), rotation=(90, 90, 90))
     place = g.read_garmentcode(write(tmp_path, specification({"a": panel}, []))).panel("a").place
-    # y up becomes z up.
+    # The reader converts from y up to z up.
     assert np.allclose(place(np.array([[0.0, 1.0]])), [[0.0, 0.0, 1.0]], atol=1e-12)
 
 
@@ -188,7 +188,7 @@ def test_a_sewn_mesh_is_read_back_with_its_panels_and_seams(tmp_path):
         np.bincount(shirt.panel_of_triangle)
     )
     assert len(again.seam_edges) == len(shirt.seam_edges)
-    # What the panels are made of agrees with what they were cut from.
+    # The mesh deviates from its pattern as the original does.
     assert np.allclose(again.stretches(), shirt.stretches(), atol=1e-5)
     assert len([name for name in again.groups if name.startswith("opening")]) == 4
 
@@ -197,7 +197,7 @@ def test_a_mesh_without_pattern_or_with_open_seams_is_refused():
     flat = ls.grid(size=(0.2, 0.2), cells=(4, 4))
     with pytest.raises(ls.InvalidInput, match="has no uv"):
         g.sewn(ls.TriangleMesh(flat.vertices, flat.triangles))
-    # Two halves that meet without sharing vertices.
+    # Two halves meet without sharing vertices.
     vertices = np.concatenate([flat.vertices, flat.vertices + (0.2, 0.0, 0.0)])
     triangles = np.concatenate([flat.triangles, flat.triangles + flat.n_vertices])
     with pytest.raises(ls.InvalidInput, match="5 seam points are open"):
@@ -208,11 +208,11 @@ def test_a_mesh_without_pattern_or_with_open_seams_is_refused():
 def test_the_dress_of_the_garment_library_is_read_with_its_seams():
     dress = g.read(DRESS)
     assert dress.mesh.n_triangles == 8958
-    # A halter: a circle skirt and a bodice, 46 edges round the waist; openings: hem, back with
-    # arms, neck.
+    # A circle skirt and a halter bodice share 46 edges around the waist. The openings are the hem,
+    # the back with the armholes, and the neck.
     assert len(dress.panel_names) == 2 and len(dress.seam_edges) == 46
     assert [len(dress.groups[f"opening_{i}"]) for i in (1, 2, 3)] == [160, 44, 18]
-    # The pattern is in metres: the middle half of all triangles agree with it within 2 %.
+    # The pattern is in metres: the middle half of all triangles agrees with it within 2 %.
     quarters = np.percentile(dress.stretches(), [25, 75])
     assert quarters[0] > 0.98 and quarters[1] < 1.02
 
@@ -238,12 +238,12 @@ def test_seams_close_round_a_body_and_weld_without_intersections():
     points = np.concatenate([shirt.mesh.vertices, trunk.vertices])
     triangles = np.concatenate([shirt.mesh.triangles, trunk.triangles + shirt.mesh.n_vertices])
     assert ls.collision.intersecting_pairs(points, triangles) == []
-    # A gap of half an edge at most, closed by moving vertices: spread by relaxation.
+    # Moving vertices closes gaps of at most half an edge, and relaxation spreads the stretch.
     assert shirt.stretches().max() < 1.1 and shirt.stretches().min() > 0.9
-    # It is the same cut as when welded at once.
+    # The cut is the same as that of a garment welded at once.
     at_once = g.tshirt(800)
     assert np.array_equal(shirt.mesh.triangles, at_once.mesh.triangles)
-    # And it starts: nothing intersects, the body is outside.
+    # A simulation can start: nothing intersects.
     sim = ls.Simulation(ls.Scene(cloths=[ls.Cloth(mesh=shirt.mesh)], obstacles=[body()]), threads=1)
     sim.step()
 
@@ -256,7 +256,7 @@ def test_seams_that_stay_open_are_named():
 def test_seams_that_are_shut_already_stay_shut(tmp_path):
     content = skirt(gap=16.0)
     halves = content["pattern"]["panels"]
-    # The front in two halves that touch from the start.
+    # The front consists of two halves that touch from the start.
     for name, shift in (("front_left", -10.0), ("front_right", 10.0)):
         halves[name] = rectangle((shift, 100, 8.0), width=20.0)
     del halves["front"]
@@ -276,7 +276,7 @@ def test_the_dress_closes_from_13_pieces_that_stand_apart():
     for panel in pattern.panels:
         middle = panel.place(np.mean([edge.start for edge in panel.edges], axis=0)[None])[0]
         outward = 0.05 * np.array([*middle[:2], 0.0]) / np.hypot(*middle[:2])
-        # Skirt, bodice and straps part upward.
+        # Skirt, bodice and straps move apart vertically.
         rise = (
             0.0
             if panel.name.startswith("gore")

@@ -1,4 +1,4 @@
-"""Garments: panels, seams and the sewn mesh whose uv are the pattern."""
+"""Garments: panels, seams, and sewn meshes with the pattern as uv."""
 
 import loomstone as ls
 import numpy as np
@@ -36,15 +36,15 @@ def tshirt() -> g.Garment:
 
 def test_curves_have_the_lengths_of_their_closed_forms():
     assert g.line("a", (0, 0), (0.3, 0.4)).length == pytest.approx(0.5, rel=1e-15)
-    # Chords of a half circle in 512 parts: (pi / 512)^2 / 24 short.
+    # 512 chords of a half circle are too short by (pi / 512)^2 / 24.
     assert g.arc("a", (0.1, 0), (0, 0.1), (-0.1, 0)).length == pytest.approx(0.1 * np.pi, rel=2e-6)
     assert g.arc("a", (0.1, 0), (0, -0.1), (0, 0.1)).length == pytest.approx(
         0.1 * 1.5 * np.pi, rel=2e-5
     )
-    # y = x (1 - x) as a Bezier curve: length sqrt(2)/2 + asinh(1)/2.
+    # y = x (1 - x) as a Bezier curve has length sqrt(2)/2 + asinh(1)/2.
     parabola = g.quadratic("a", (0, 0), (0.5, 0.5), (1, 0))
     assert parabola.length == pytest.approx(np.sqrt(0.5) + np.arcsinh(1) / 2, rel=2e-6)
-    # A parabola raised to degree three is the same curve.
+    # A parabola elevated to degree three is the same curve.
     raised = g.cubic("a", (0, 0), (1 / 3, 1 / 3), (2 / 3, 1 / 3), (1, 0))
     assert np.allclose(raised.curve(), parabola.curve(), atol=1e-15)
 
@@ -92,7 +92,7 @@ def test_panels_with_notches_and_curves_have_no_angle_below_25_degrees(triangles
 def test_the_outline_decides_where_it_has_sharper_corners():
     panel = g.Panel.polygon("sharp", [(0, 0), (0.5, 0), (0, 0.15)], names="abc")
     corner = np.degrees(np.arctan2(0.15, 0.5))
-    # Two rows of triangles at the tip divide nothing; the sampled outline keeps the corner itself.
+    # The mesh cannot avoid the sharp corner, because the sampled outline keeps its angle.
     assert ls.garment([panel], triangles=400).min_angle_degrees() > corner - 1.0
 
 
@@ -109,7 +109,8 @@ def test_holes_are_cut_exactly_and_leave_good_triangles():
         assert abs(garment.mesh.n_triangles - triangles) <= 2
         assert garment.min_angle_degrees() > 25.0
         assert euler(garment.mesh) == 1 - 3
-        # Chords h of curves that turn by 5 pi cut 5 pi h^2 / 12; h is rounded by a tenth at most.
+        # Chords of length h on curves with a total turn of 5 pi lose an area of 5 pi h^2 / 12. A
+        # whole number of chords changes h by at most a tenth.
         edge2 = panel.area / triangles * 4 / np.sqrt(3)
         assert flat_area(garment) == pytest.approx(panel.area, abs=1.2 * 5 * np.pi / 12 * edge2)
         loops = {tuple(sorted(loop)) for loop in garment.openings()}
@@ -213,8 +214,8 @@ def test_the_tshirt_has_four_openings(tshirt):
 
 
 def test_both_start_free_of_intersections_and_nearly_free_of_strain(dress, tshirt):
-    # Cones and straight straps are developable: what is left are chords of curves. The sleeve caps
-    # are eased in.
+    # Cones and straight straps are developable, so only the chords of curves cause strain. The
+    # sleeve caps are eased in.
     for garment, most in ((dress, 1.04), (tshirt, 1.06)):
         assert ls.collision.intersecting_pairs(garment.mesh.vertices, garment.mesh.triangles) == []
         assert 1 / most < garment.stretches().min() and garment.stretches().max() < most
@@ -227,7 +228,7 @@ def test_the_pattern_keeps_its_areas_and_the_lengths_of_its_seams(dress):
         e, f = (dress.flat_corners()[dress.panel_of_triangle == index][:, i] for i in (1, 2))
         o = dress.flat_corners()[dress.panel_of_triangle == index][:, 0]
         area = np.abs((e - o)[:, 0] * (f - o)[:, 1] - (e - o)[:, 1] * (f - o)[:, 0]).sum() / 2
-        # A chord of length h cuts h^3 / (12 r) off a curve of radius r >= 0.1 m.
+        # A chord of length h cuts an area of h^3 / (12 r) off a curve of radius r >= 0.1 m.
         around = sum(side.length for side in panel.edges)
         assert area == pytest.approx(panel.area, abs=around * edge**2 / (12 * 0.1))
     for seam in pattern.seams:
@@ -246,7 +247,7 @@ def test_panels_meet_along_seams_with_different_uv(dress):
             of_vertex.setdefault(int(v), set()).add(tuple(corners[t, c]))
     for name in ("front.right", "gore_1.waist"):
         assert all(len(of_vertex[int(v)]) >= 2 for v in dress.groups[name])
-    # Found again by uv alone.
+    # Panels and seams are found again from uv alone.
     again = g.sewn(dress.mesh)
     assert len(again.panel_names) == 13
     found, sewn = ({tuple(sorted(e)) for e in of.seam_edges.tolist()} for of in (again, dress))
@@ -264,7 +265,7 @@ def test_the_same_seed_gives_the_same_garment():
 def test_the_grain_turns_weft_and_warp():
     flat = ls.garment([square()], triangles=50)
     turned = ls.garment([square(grain_degrees=90.0)], triangles=50)
-    # Warp along -x of the panel: the pattern is the panel turned by a quarter.
+    # The warp runs along -x of the panel, so the pattern is the panel rotated by 90 degrees.
     u, v = np.asarray(flat.mesh.uv).T
     assert np.allclose(np.sort(np.asarray(turned.mesh.uv)[:, 0]), np.sort(v), atol=1e-12)
     assert np.allclose(np.sort(np.asarray(turned.mesh.uv)[:, 1]), np.sort(u.max() - u), atol=1e-12)
@@ -285,7 +286,8 @@ def test_a_dart_closes_and_takes_its_angle_out():
         if tip in t
         for a, b in [[vertices[v] - vertices[tip] for v in t if v != tip]]
     ]
-    # The sheet stays in its plane: what it lacks there is strain, so the pattern tells the angle.
+    # The garment stays flat, so its angles at the tip add up to 360 degrees. The angle of the dart
+    # turns into strain.
     assert sum(around) == pytest.approx(360.0, abs=1e-6)
     corners_at_tip = garment.flat_corners()[(np.asarray(garment.mesh.triangles) == tip).any(1)]
     assert len(corners_at_tip) == len(around)
@@ -295,13 +297,13 @@ def test_a_tube_hangs_together_with_a_seam_to_itself():
     panel = square("tube", place=g.Cylinder(radius=0.3 / (2 * np.pi)))
     tube = ls.garment([panel], [("tube.left", "tube.right")], triangles=400)
     assert len(tube.openings()) == 2 and euler(tube.mesh) == 0
-    # Chords of the circle are (h / r)^2 / 24 short.
+    # Chords of the circle are shorter than their arcs by (h / r)^2 / 24.
     assert tube.stretches().min() > 0.985
 
 
 def test_a_seam_between_insides_turns_a_panel_over():
     a = square("a")
-    b = square("b", place=g.Plane(origin=(0.0, 0.1, 0.0)))  # looks to -y as well
+    b = square("b", place=g.Plane(origin=(0.0, 0.1, 0.0)))  # also faces -y
     garment = ls.garment([a, b], [g.Seam("a.right", "b.right")], triangles=200, relax=0)
     assert len(garment.openings()) == 1, "one surface with one outside"
 
