@@ -1,4 +1,4 @@
-"""Rigid bodies that are magnets, for claims about their motion."""
+"""Rigid bodies with magnets, for tests of their motion."""
 
 import loomstone as ls
 import numpy as np
@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 
 def quaternion(rotation: Rotation) -> np.ndarray:
-    """(w, x, y, z)"""
+    """Returns the rotation as (w, x, y, z)."""
     return rotation.as_quat()[[3, 0, 1, 2]]
 
 
@@ -15,14 +15,12 @@ def rotation_of(orientation: np.ndarray) -> Rotation:
 
 
 def to_axis(axis: np.ndarray) -> Rotation:
-    """Takes z to `axis`."""
+    """Returns a rotation from z to `axis`."""
     return Rotation.align_vectors([axis], [[0.0, 0.0, 1.0]])[0]
 
 
 def ball_mesh(radius: float, mass: float) -> tuple[ls.TriangleMesh, float]:
-    """A sphere's mesh and a density that give the mass and the inertia 2/5 m r^2 of the true
-    sphere.
-    """
+    """Returns mesh and density of a ball with mass and inertia 2/5 m r^2 of an exact sphere."""
     mesh = ls.meshes.sphere(radius=radius, subdivisions=2)
     made = ls.meshes.mass_properties(mesh, 1.0)
     scale = np.sqrt(0.4 * radius**2 * made.mass / made.inertia[0, 0])
@@ -31,7 +29,7 @@ def ball_mesh(radius: float, mass: float) -> tuple[ls.TriangleMesh, float]:
 
 
 def total_momenta(sim: ls.Simulation, scene: ls.Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Linear momentum and angular momentum about the origin."""
+    """Returns linear momentum, and angular momentum about the origin."""
     state, linear, angular = sim.state, np.zeros(3), np.zeros(3)
     for b, body in enumerate(scene.bodies):
         properties = ls.meshes.mass_properties(body.mesh, body.density)
