@@ -1,5 +1,5 @@
-"""Tables of reference values for magnets, read where they lie beside the project; what needs them
-is skipped without them.
+"""Reference tables for magnets, stored next to the project. Tests that need a missing table are
+skipped.
 """
 
 import json
@@ -12,7 +12,7 @@ TABLES = Path(__file__).resolve().parents[3] / "shared" / "data" / "magnets"
 
 
 def cases(name: str) -> list[dict[str, Any]]:
-    """The cases of a table. Skips the test that asks where there is none."""
+    """Returns the cases of a table, or skips the calling test if the table is missing."""
     path = TABLES / f"{name}.json"
     if not path.exists():
         pytest.skip(f"reference values not found: {path.name} beside the project")
@@ -20,7 +20,7 @@ def cases(name: str) -> list[dict[str, Any]]:
 
 
 def each_case(name: str) -> pytest.MarkDecorator:
-    """Runs a test once for every case, as its argument `case`."""
+    """Runs a test once per case, passed as its argument `case`."""
     if not (TABLES / f"{name}.json").exists():
         return pytest.mark.skip(f"reference values not found: {name}.json beside the project")
     return pytest.mark.parametrize("case", cases(name), ids=lambda case: case["id"])
