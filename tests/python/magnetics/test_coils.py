@@ -1,4 +1,4 @@
-"""Coils, circuits and bearings: tables of a coil brake and of motors, energy that balances, bad
+"""Coils, circuits and bearings: tables of a magnetic brake and of motors, energy balances, invalid
 input.
 """
 
@@ -12,9 +12,7 @@ DENSITY = 7500
 
 
 def balance(sim):
-    """All energies, with what has left through resistances and bearings and without what sources
-    gave [J].
-    """
+    """Total energy [J] including losses in resistances and bearings, minus the energy supplied."""
     r = sim.report
     inductance = sum(coil.inductance for coil in COILS[id(sim)])
     assert (
@@ -41,7 +39,10 @@ def simulation(scene, step):
 
 
 def falling_magnet(case, tolerance=1e-4):
-    """The magnet's mass is the table's: its mesh, a ball, only carries it."""
+    """Scene of a magnet that falls through a coil.
+
+    The ball mesh only carries the magnet and gives it the mass of the table.
+    """
     radius = 0.004
     mesh = ls.meshes.sphere(radius=radius, subdivisions=2)
     density = case["magnet_mass"] / ls.meshes.mass_properties(mesh, 1.0).mass
@@ -84,9 +85,9 @@ def test_a_magnet_falls_through_a_coil_as_in_the_table(case):
     time, speed = (
         sim.time - late,
         speed - case["gravity"] * late,
-    )  # where it passed the end, far from the coil
-    # A sheet of current stands for turns; the rates R/L and G G/mR of 25,000 and 700 per second are
-    # resolved in part.
+    )  # interpolated to the end of the path, far from the coil
+    # A current sheet replaces the turns. The rates R/L = 25,000/s and G G/mR = 700/s are only
+    # partly resolved.
     assert time == pytest.approx(case["time"], rel=2e-3)
     assert speed == pytest.approx(case["end_speed"], rel=5e-3)
     assert sim.circuit_heat == pytest.approx(case["joule_heat"], rel=5e-3)
@@ -99,26 +100,27 @@ def test_energy_balances_with_second_order(case):
     for step in (2e-3, 1e-3):
         sim = simulation(
             falling_magnet(case, 1e-6).replace(magnetic_step=1.0), step
-        )  # no sub-steps but those
+        )  # no sub-steps besides the steps
         start = balance(sim)
         for _ in range(round(0.1 / step)):
             sim.step()
         errors.append(abs(balance(sim) - start))
-    # Exact in every kick, second order between them: the magnet's fall in a uniform field has no
-    # error at all.
+    # Each kick balances exactly, and the error between kicks is of second order. A fall in a
+    # uniform field has no error.
     assert errors[1] < 1e-3 * case["joule_heat"] + 1e-12
     assert errors[1] < 0.3 * errors[0] + 1e-9
 
 
 @each_case("vii_motors")
 def test_motors_follow_the_table(case):
-    """Their beginning; tests/benchmarks/motors.py runs them to their end."""
+    """Tests the beginning of the runs; tests/benchmarks/motors.py simulates them to their end."""
     until, step = (0.1, 1e-4) if case["type"] == "brushed_dc_two_segment" else (0.5, 1e-3)
     found = motors.follow(case, until, step)
     assert found["angle"] < 2e-3 * max(case["theta"])
     assert found["speed"] < 5e-3 * np.abs(case["omega"]).max()
     assert found["place"] < 1e-12, "the bearing holds it"
-    # Kicks balance to the last bit; between them the torque turns by a few hundredths, squared.
+    # Each kick balances to the last bit. Between kicks, the torque turns by a few hundredths of a
+    # radian, and the error is the square of this angle.
     assert found["missing"] < 5e-3 * found["turned over"]
 
 
@@ -141,7 +143,7 @@ def test_a_current_pushes_magnet_and_coil_with_opposite_forces():
     a = ls.magnetics.solenoid(radius=0.01, length=0.01, turns=50, current=2.0)
     b = magnet.moved((0.01, 0, 0.03))
     wanted = ls.magnetics.force(on=b, by=a).force
-    momenta = 1e-3 * sim.state.body_velocities  # a gram each
+    momenta = 1e-3 * sim.state.body_velocities  # 1 g each
     assert momenta[1] / 1e-4 == pytest.approx(wanted, rel=1e-3)
     assert np.abs(momenta.sum(axis=0)).max() < 1e-15
     assert sim.circuit_supply == pytest.approx(sim.report.energy.body_kinetic, rel=1e-9)

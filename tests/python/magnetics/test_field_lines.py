@@ -1,6 +1,4 @@
-"""Field lines: shapes that are known, seeds that share the flux, ends on magnets; what is drawn
-from them.
-"""
+"""Field lines: known shapes, seeds that share the flux equally, ends on magnets, and pictures."""
 
 import loomstone as ls
 import numpy as np
@@ -22,7 +20,8 @@ def test_lines_of_a_dipole_are_r_over_sine_squared_and_errors_follow_the_toleran
         errors.append(np.abs(r - 0.05 * (points[:, 0] / r) ** 2)[r > 0.002].max() / 0.2)
         assert found.begins == [m.LineEnd.body] and found.ends == [m.LineEnd.body]
         assert r[[0, -1]] == pytest.approx(0.001, rel=1e-9)  # on the surface
-    # Some forty steps add up, and cubics between their ends follow with their own, lower order.
+    # The errors of about forty steps add up, and cubic interpolation between their ends has a lower
+    # order.
     assert errors[0] < 1e-4 and errors[1] < 1e-5 and errors[2] < 1e-6
 
 
@@ -34,7 +33,7 @@ def test_lines_round_a_wire_are_circles_that_close():
     found = m.field_lines(wire, seeds=[[0.01, 0, 0]], extent=0.1, tolerance=1e-7)
     radii = np.linalg.norm(found.lines[0][:, :2], axis=1)
     assert found.ends == [m.LineEnd.closed]
-    assert radii == pytest.approx(0.01, rel=1e-3)  # the three other sides bend it by 1e-4
+    assert radii == pytest.approx(0.01, rel=1e-3)  # the other three sides deform the circle by 1e-4
     assert np.linalg.norm(np.diff(found.lines[0], axis=0), axis=1).sum() == pytest.approx(
         2 * np.pi * 0.01, rel=2e-3
     )
@@ -44,7 +43,7 @@ def test_seeds_share_the_flux():
     n = 2000
     found = m.field_lines(m.sphere(radius=0.01, polarization=(0, 0, 1)), n, length=1e-6)
     cosine = np.array([line[0, 2] for line in found.lines]) / 0.01
-    # Flux through the cap down to a cosine c of the northern half is 1 - c^2 of all.
+    # The flux through the northern cap with cosine above c is 1 - c^2 of the hemisphere's.
     for c in (0.9, 0.7, 0.5, 0.2):
         assert (cosine > c).sum() / n == pytest.approx(1 - c * c, abs=2.0 / np.sqrt(40 * n))
 
@@ -62,10 +61,10 @@ def test_every_line_of_two_magnets_leaves_north_and_enters_south_or_the_distance
         turns = np.arccos(np.clip((unit[1:] * unit[:-1]).sum(axis=1), -1, 1))
         long = (
             np.linalg.norm(chords, axis=1) > 1e-4
-        )  # shorter ones end on surfaces, where B has a corner
+        )  # shorter chords end on surfaces, where B has a kink
         assert (
             turns[long[1:] & long[:-1]].max(initial=0.0) < 0.3
-        )  # two halves of 0.1 on average over a step
+        )  # 0.1 on average: half the turn of each of two steps
 
 
 def test_lines_of_a_solenoid_go_round_its_winding():
@@ -85,8 +84,8 @@ def test_lines_end_on_bodies_that_magnetise_and_go_on_from_them(kind):
     (induced,) = m.induce(soft, by=magnet).bodies
     found = m.field_lines([magnet, induced], 60)
     assert set(found.ends) <= {m.LineEnd.body, m.LineEnd.left}
-    # Within the body the charge on its surface tells nothing of B: lines that went on there never
-    # came out.
+    # The surface charge does not give B inside the body. Lines that continued there would never
+    # leave and would have too many points.
     assert sum(map(len, found.lines)) < 100 * 60
 
     def at(bodies, points):
@@ -150,7 +149,7 @@ def test_a_frame_tells_where_its_magnets_are_and_draws_their_lines(tmp_path):
     share = 3 * 100 / 103 * 4 / 3 * np.pi * 0.005**3 / m.MU0
     assert placed[1].moment == pytest.approx(
         share * alone, rel=1e-5
-    )  # the tolerance of induced moments in scenes
+    )  # tolerance of induced moments in scenes
 
     options = ls.RenderOptions(width=160, height=120, samples=1, field_lines=30)
     renderer = ls.pictures.Renderer(sim.topology, options)

@@ -1,4 +1,4 @@
-"""Spheres that magnetise: moments of the table, forces from energies, and what can levitate."""
+"""Magnetisable spheres: moments of the table, forces as derivatives of the energy, levitation."""
 
 import importlib.util
 from pathlib import Path
@@ -25,7 +25,7 @@ def test_moments_of_coupled_spheres_are_those_of_the_table(case):
     wanted = np.array(case["moments"])
     assert (
         np.abs(found - wanted).max() < 1e-11 * np.abs(wanted).max()
-    )  # 1e-12 is asked of the residual
+    )  # the tolerance of the residual is 1e-12
 
 
 def test_one_sphere_answers_with_three_chi_over_three_plus_chi():
@@ -97,7 +97,7 @@ def test_forces_on_spheres_that_magnetise_are_minus_the_derivatives_of_the_energ
     for body in range(4):
         for axis in range(3):
             step = np.zeros((4, 3))
-            step[body, axis] = 2e-5  # central differences leave (step / distance)^2 = 1e-5
+            step[body, axis] = 2e-5  # error of central differences: (step / distance)^2 = 1e-5
             ends = [
                 ls.Simulation(soft_spheres(PLACES + s * step)).report.energy.magnetic
                 for s in (1, -1)
@@ -105,8 +105,8 @@ def test_forces_on_spheres_that_magnetise_are_minus_the_derivatives_of_the_energ
             assert -(ends[0] - ends[1]) / 4e-5 == pytest.approx(
                 forces[body, axis], abs=1e-4 * np.abs(forces).max()
             )
-    # Isotropic spheres feel no torque, but the uniform field turns the magnet: its partner is not
-    # among the bodies.
+    # Isotropic spheres feel no torque. The uniform field turns the magnet, and the counter-torque
+    # acts on no body of the scene.
     assert np.abs(torques[:3]).max() < 1e-7 * np.abs(torques[3]).max()
     assert np.abs(forces.sum(axis=0)).max() < 1e-13 * np.abs(forces).max()
 

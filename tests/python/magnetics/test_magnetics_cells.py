@@ -1,5 +1,5 @@
 """Magnets as hierarchies of dipole cells: figures 6.5 and 6.7, consistent levels, fronts by (6.19),
-conserved momentum.
+conservation of momentum.
 """
 
 import loomstone as ls
@@ -12,7 +12,7 @@ CUBE = dict(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
 
 
 def lattice(n):
-    """Cells of a 1 cm cube of 1 T: positions [m] and moments [A m^2], n^3 rows."""
+    """Returns the cells of a 1 cm cube of 1 T: positions [m] and moments [A m^2], n^3 rows each."""
     line = (np.arange(n) + 0.5) / n * 0.01 - 0.005
     x, y, z = np.meshgrid(line, line, line, indexing="ij")
     points = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
@@ -22,7 +22,8 @@ def lattice(n):
 @pytest.mark.parametrize(
     ("name", "m1", "m2", "force", "torque1", "torque2"),
     [
-        # m2 lies at +x of m1. Signs of the force on 2 along x and y, and of the torques about z.
+        # m2 is at +x of m1. The numbers are signs: of the force on 2 along x and y, and of the
+        # torques about z.
         ("A1, side by side, parallel: repelled", (0, 1, 0), (0, 1, 0), (1, 0), 0, 0),
         ("A2, side by side, antiparallel: attracted", (0, 1, 0), (0, -1, 0), (-1, 0), 0, 0),
         ("B1, in line, parallel: attracted", (1, 0, 0), (1, 0, 0), (-1, 0), 0, 0),
@@ -55,7 +56,7 @@ def test_the_six_arrangements_of_figure_6_5(name, m1, m2, force, torque1, torque
         ("cells", 1e3),
         ("cells", 8e6),
         ("exact", None),
-    ):  # 1e3: a single cell each
+    ):  # 1e3 gives a single cell each
         on_2 = M.force(on=b, by=a, engine=engine, density=density)
         on_1 = M.force(on=a, by=b, engine=engine, density=density)
         small = 1e-9 * np.linalg.norm(on_2.force)
@@ -67,7 +68,7 @@ def test_the_six_arrangements_of_figure_6_5(name, m1, m2, force, torque1, torque
         for found, sign in ((on_1.torque, torque1), (on_2.torque, torque2)):
             assert np.sign(round(found[2] / (0.01 * small))) == sign, (name, engine)
             assert np.abs(found[:2]).max() < 0.01 * small
-        # magnitudes of single dipoles, (6.10) and (6.11)
+        # The magnitudes are those of single dipoles, (6.10) and (6.11).
         if density == 1e3:
             forces, torques = M.dipole_forces([a.position, b.position], [a.moment, b.moment])
             assert np.allclose(
@@ -106,8 +107,8 @@ def test_every_level_carries_the_whole_moment_and_leaves_keep_their_margin():
         else:
             depth = np.minimum(0.01 - rho, 0.01 - np.abs(leaves[:, 2]))
             depth = np.minimum(depth, rho - 0.005) if name == "ring" else depth
-        # diameters of leaves lie between those of the density and, after the last bisection, of
-        # twice it
+        # Diameters of leaves lie between that of the density and that of twice the density, because
+        # the last step is a bisection.
         slack = 1e-12 if name != "mesh" else 2e-4  # the mesh lies inside its sphere
         assert depth.min() >= 0.5 * (1 / 1e8) ** (1 / 3) - slack, name
 
@@ -135,7 +136,7 @@ def test_figure_6_7_cells_converge_to_the_exact_force_from_a_distance():
     for gap in (5.0, 10.0, 20.0):
         errors = []
         for n in (1, 2, 4, 8):
-            a = M.cells(M.cuboid(**CUBE), density=n**3 * 1e6, separation=1e6)  # all leaves
+            a = M.cells(M.cuboid(**CUBE), density=n**3 * 1e6, separation=1e6)  # uses all leaves
             found = M.force(on=a.moved((0, 0, 0.01 + 1e-3 * gap)), by=a)
             errors.append(abs(found.force[2] / exact[gap] - 1))
             points, moments = lattice(n)
@@ -144,9 +145,9 @@ def test_figure_6_7_cells_converge_to_the_exact_force_from_a_distance():
             )
             assert found.force[2] == pytest.approx(
                 forces[:, 2].sum(), rel=1e-11
-            )  # the tree and the lattice agree
+            )  # tree and lattice agree
         assert errors[3] < errors[2] < errors[1] and errors[3] < 5e-3, (gap, errors)
-    # in contact they do not: +40 % whatever their number
+    # In contact cells do not converge: the error is +40 % for any number of cells.
     for n in (4, 8):
         points, moments = lattice(n)
         forces, _ = M.dipole_forces(points + (0, 0, 0.01), moments, points, moments)
@@ -167,7 +168,7 @@ def test_fronts_refine_towards_the_other_body_and_save_cells():
     assert sizes[near].max() == pytest.approx(sizes.min()) and sizes[~near].max() > 3 * sizes.min()
     far, _ = M.cell_front(long, other.moved((1.0, 0, 0)))
     assert len(far) == 1
-    # what it costs: less than 1 % of the force by all leaves
+    # Fronts cost less than 1 % of the force of all leaves.
     every = [
         M.cells(M.cuboid(size=size, polarization=(0, 0, 1)), density=8e6, separation=1e6)
         for size in ((0.1, 0.01, 0.01), (0.01, 0.01, 0.01))
@@ -188,7 +189,7 @@ def test_cells_keep_momentum_near_far_and_overlapping():
         on_b, on_a = M.force(on=b, by=a), M.force(on=a, by=b)
         assert np.isfinite(on_b.force).all() and np.linalg.norm(on_b.force) < 1e4
         assert np.array_equal(on_b.force, -on_a.force)
-        # not by construction: sum both fronts by hand
+        # Forces could be opposite by construction, so both fronts are also summed independently.
         (xa, ma), (xb, mb) = M.cell_front(a, b), M.cell_front(b, a)
         if np.linalg.norm(offset) > 0.02:
             fa, ta = M.dipole_forces(xa, ma, xb, mb)
@@ -209,7 +210,8 @@ def test_cells_of_a_cylinder_converge_to_the_magnet():
     for density in (6.4e7, 5.12e8, 4.1e9):
         found = M.force(on=b, by=a, engine="cells", density=density)
         errors.append(np.linalg.norm(found.force - exact.force) / np.linalg.norm(exact.force))
-    # the margin leaves out a shell of half a cell, so cells stand too near to the axis: first order
+    # The margin omits a shell of half a cell, so cells are too close to the axis: first-order
+    # convergence.
     assert errors[2] < errors[1] < errors[0] and errors[2] < 0.01
     assert np.linalg.norm(found.torque - exact.torque) < 0.02 * np.linalg.norm(exact.torque)
 

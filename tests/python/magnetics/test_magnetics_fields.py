@@ -1,4 +1,4 @@
-"""Field formulas agree with reference values, with one another, and with the laws of
+"""Field formulas agree with reference values, with each other, and with the laws of
 magnetostatics.
 """
 
@@ -12,7 +12,7 @@ J = (0.3, -0.5, 0.8)
 
 
 def relative(found, expected):
-    """Largest error of the rows, relative to their length."""
+    """Largest relative error of a row."""
     found, expected = np.atleast_2d(found), np.atleast_2d(expected)
     return (np.linalg.norm(found - expected, axis=-1) / np.linalg.norm(expected, axis=-1)).max()
 
@@ -44,8 +44,9 @@ def sources():
 
 
 def outside(source, scale, count=40, seed=1):
-    """Points whose distances are about `scale` [m], none closer to the source's ball than 5 % of
-    its radius.
+    """Returns points at distances of about `scale` [m].
+
+    No point is closer to the source's bounding ball than 5 % of its radius.
     """
     points = np.random.default_rng(seed).normal(size=(count, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
@@ -75,8 +76,9 @@ def test_exterior_fields_agree_with_the_reference(case):
             height=case["height"],
             polarization=polarization,
         )
-    # The tables hold double-precision results of other formulas: 5e-12 is theirs. One point of
-    # trimesh_09 is 6.8e-10 off there (40-digit arithmetic agrees with us to 5e-15).
+    # The tables are double-precision results of other formulas, with errors of up to 5e-12. One
+    # point of trimesh_09 has an error of 6.8e-10; 40-digit arithmetic agrees with our value to
+    # 5e-15.
     assert relative(field, case["B"]) < (1e-9 if case["id"] == "trimesh_09" else 5e-12)
 
 
@@ -99,7 +101,7 @@ def test_loops_and_solenoids_agree_with_the_reference():
         )
         assert (
             relative(field, [[0, case["B_rho_sheet"], case["B_z_sheet"]]]) < 1e-11
-        )  # of the table
+        )  # accuracy of the table
 
 
 def test_dipole_pairs_and_clouds_agree_with_the_reference():
@@ -110,12 +112,12 @@ def test_dipole_pairs_and_clouds_agree_with_the_reference():
         assert relative(torques, [case["T_on_1"], case["T_on_2"]]) < 1e-14
         assert M.dipole_energy(points, moments) == pytest.approx(
             case["U"], rel=1e-12
-        )  # of near cancelling terms
+        )  # nearly cancelling terms
     for case in cases("ii_dipole_clouds"):
         points, moments = case["positions"], case["moments"]
         assert (
             relative(M.dipole_field(points, moments, points), case["B"]) < 1e-12
-        )  # sums that cancel
+        )  # cancellation in the sums
         assert relative(M.dipole_forces(points, moments)[0], case["F"]) < 1e-12
         assert M.dipole_energy(points, moments) == pytest.approx(case["U"], rel=1e-12)
 
@@ -134,7 +136,7 @@ def test_force_on_a_dipole_is_minus_the_gradient_of_the_energy():
     points, moments = rng.normal(size=(4, 3)), rng.normal(size=(4, 3))
     force = M.dipole_forces(points, moments)[0][1]
     errors = []
-    for h in (1e-2, 5e-3):  # a ladder: second order
+    for h in (1e-2, 5e-3):  # halving tests for second order
         slope = np.zeros(3)
         for k in range(3):
             step = np.zeros((4, 3))
@@ -169,9 +171,9 @@ def test_gradients_are_derivatives_of_fields(name, scale):
         np.median(np.linalg.norm(difference(h) - gradient, axis=(1, 2)) / size)
         for h in (step, step / 2)
     ]
-    assert errors[1] < 1e-8  # h^4 at 5 % of a radius from the ball
-    # fourth order, or rounding: 1e-13 of the field, of a polyline far away 1e-10 since its segments
-    # cancel one another
+    assert errors[1] < 1e-8  # error of order h^4 at 5 % of a radius from the ball
+    # Fourth order, or rounding: 1e-13 of the field. For a distant polyline rounding is 1e-10,
+    # because the fields of its segments cancel.
     assert errors[0] / errors[1] > 10 or errors[1] < (1e-9 if name == "polyline" else 1e-11)
     assert np.abs(np.trace(gradient, axis1=1, axis2=2) / size).max() < 1e-12  # div B = 0
     assert np.array_equal(gradient, gradient.transpose(0, 2, 1))
@@ -179,7 +181,7 @@ def test_gradients_are_derivatives_of_fields(name, scale):
 
 @pytest.mark.parametrize("name", ["cuboid", "cylinder", "ring", "mesh"])
 def test_far_fields_lose_no_digits(name):
-    """A magnet is the sum of its volume's dipoles: 12 Gauss points an axis are exact far away."""
+    """A magnet is the sum of its volume's dipoles. Far away, 12 Gauss points per axis are exact."""
     body = sources()[name]
     nodes, weights = np.polynomial.legendre.leggauss(12)
     nodes, weights = (nodes + 1) / 2, weights / 2
@@ -191,7 +193,7 @@ def test_far_fields_lose_no_digits(name):
     elif name == "mesh":
         a, b, c, d = tetrahedron().vertices
         cells = a + u[:, None] * ((b - a) + v[:, None] * ((c - b) + w[:, None] * (d - c)))
-        cells -= tetrahedron().vertices.mean(axis=0)  # the centre of a tetrahedron
+        cells -= tetrahedron().vertices.mean(axis=0)  # origin at the centre of the tetrahedron
         share = share * u**2 * v
         volume = abs(np.dot(np.cross(b - a, c - a), d - a))
     else:
@@ -214,9 +216,10 @@ def test_far_fields_lose_no_digits(name):
         1.0,
         10.0,
         100.0,
-    ):  # 3 to 1e4 sizes; 3.7 and 7 radii: both sides of the change of formula
+    ):  # 3 to 1e4 sizes; the formula changes between 3.7 and 7 radii
         points = outside(body, distance)
-        # rounding of 1e3 to 4e4 terms of one sign; below 5 radii the quadrature's own 1e-12
+        # Tolerance: rounding of 1e3 to 4e4 terms of one sign. Below 5 radii, the quadrature has an
+        # error of 1e-12.
         assert relative(M.field(body, points), M.dipole_field(cells, moments, points)) < (
             1e-13 if distance > 0.05 else 2e-11
         )
@@ -236,7 +239,7 @@ def test_a_mesh_of_a_box_is_a_cuboid_and_a_fine_prism_a_cylinder():
             relative(M.mesh_field(points + centre, box, polarization=J, quantity=quantity), cuboid)
             < 1e-12
         )
-    # n-gons inscribed in the circle: error of second order in 1/n
+    # Inscribed n-gons have an error of second order in 1/n.
     errors = []
     for n in (64, 128):
         phi = 2 * np.pi * np.arange(n) / n
@@ -289,7 +292,7 @@ def test_b_and_h_differ_inside_by_the_polarization_alone():
 
 
 def test_normal_b_and_tangential_h_pass_through_surfaces():
-    h = 1e-9  # of 1 cm: the field itself changes by 1e-7
+    h = 1e-9  # relative to 1 cm: the field itself changes by 1e-7
     for name, point, normal in (
         ("cuboid", (0.01, 0.001, 0.002), (1, 0, 0)),
         ("cylinder", (0.006, 0.008, 0.002), (0.6, 0.8, 0)),
@@ -302,7 +305,7 @@ def test_normal_b_and_tangential_h_pass_through_surfaces():
         assert abs(np.dot(b[1] - b[0], n)) < 1e-6
         assert np.abs(np.cross(strength[1] - strength[0], n)).max() < 1e-6
         assert np.dot(strength[1] - strength[0], n) == pytest.approx(np.dot(J, n), abs=1e-6)
-        # on the surface itself: the outer value
+        # On the surface itself, the field has its outer value.
         assert np.abs(M.field(body, [x]) - b[1]).max() < 1e-6
 
 
@@ -337,8 +340,9 @@ def test_values_on_faces_edges_corners_wires_and_axes_are_finite():
 
 
 def test_near_an_edge_the_field_grows_as_the_logarithm_of_the_distance():
-    """Two faces of charge j.n that meet at a right angle: B along (1, 1, 0) grows by 2 j/(4 pi)
-    sqrt 2 per factor e.
+    """Two faces with charge density j.n meet at a right angle.
+
+    B along (1, 1, 0) grows by 2 j/(4 pi) sqrt 2 per factor e of the distance.
     """
     distances = 10.0 ** -np.arange(4.0, 12.0)
     corner = np.array([0.01, 0.005, 0.0])
@@ -352,7 +356,7 @@ def test_near_an_edge_the_field_grows_as_the_logarithm_of_the_distance():
         @ away
     )
     slope = np.diff(field) / np.log(10)
-    # a position [0.01, 0.005] has rounding 1e-18 of distances down to 1e-13: 1e-5 at the end
+    # Positions of about 0.01 are rounded to 1e-18, which is 1e-5 of the smallest distance, 1e-13.
     assert slope == pytest.approx(np.full(7, 2 / (4 * np.pi) * np.sqrt(2)), rel=1e-4)
 
 
@@ -362,14 +366,14 @@ def test_the_flux_of_b_through_a_closed_surface_is_zero_and_the_circulation_of_h
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
     for name, body in sources().items():
         flux = np.einsum("ij,ij->i", M.field(body, corners.mean(axis=1)), normals)
-        assert abs(flux.sum()) < 2e-3 * np.abs(flux).sum(), name  # flat triangles
+        assert abs(flux.sum()) < 2e-3 * np.abs(flux).sum(), name  # error of flat triangles
     phi = 2 * np.pi * (np.arange(400) + 0.5) / 400
     path = np.stack([0.01 + 0.004 * np.cos(phi), 0 * phi, 0.004 * np.sin(phi)], axis=1)
     step = 0.004 * 2 * np.pi / 400 * np.stack([-np.sin(phi), 0 * phi, np.cos(phi)], axis=1)
     strength = M.field(M.loop(radius=0.01, current=3.0), path, quantity="H")
     assert (strength * step).sum() == pytest.approx(
         -3.0, rel=1e-12
-    )  # the trapezoidal rule is spectral here
+    )  # the trapezoidal rule converges spectrally here
 
 
 def test_the_same_bits_on_any_number_of_threads_and_beside_any_neighbours():

@@ -1,5 +1,5 @@
-"""Forces between magnets and currents agree with reference values, with energies, and with the
-conservation laws.
+"""Forces between magnets and currents agree with reference values, energies and conservation
+laws.
 """
 
 import loomstone as ls
@@ -12,7 +12,7 @@ TOLERANCES = [1e-4, 1e-8]
 
 
 def error(found, force, torque, radius):
-    """Largest error of force and torque / radius, relative to the larger of the two."""
+    """Largest error of force and torque / radius, relative to the larger of their magnitudes."""
     size = max(np.linalg.norm(force), np.linalg.norm(torque) / radius)
     return (
         max(np.linalg.norm(found.force - force), np.linalg.norm(found.torque - torque) / radius)
@@ -34,9 +34,9 @@ def test_parallel_cuboids_agree_with_the_closed_form_at_every_gap_and_in_contact
     "offset", [(0.003, -0.002, 0.018), (-0.004, 0.014, 0.001), (0.011, 0.0, 0.012), (0, 0, 0.0165)]
 )
 def test_the_closed_form_of_parallel_cuboids_is_what_integration_finds(offset):
-    """For all directions of magnetisation, and for quarter turns.
+    """Covers all directions of magnetisation and quarter turns.
 
-    1e-9 rad besides make the engine integrate.
+    An additional rotation of 1e-9 rad makes the engine integrate.
     """
     a = M.cuboid(size=(0.012, 0.01, 0.015), polarization=(0.4, -0.6, 0.8))
     for turn in ((0, 0, 0), (np.pi / 2, 0, 0), (0, 0, -np.pi / 2), (0, np.pi, 0)):
@@ -46,8 +46,8 @@ def test_the_closed_form_of_parallel_cuboids_is_what_integration_finds(offset):
             .rotated(turn)
         )
         closed = M.force(on=b, by=a, tolerance=1e-8)
-        # a few times the tolerance of the integral, whose logarithms at edges in line converge
-        # slowly, and 1e-9 rad
+        # The tolerance covers a few times that of the integral, whose logarithms at aligned edges
+        # converge slowly, and the rotation of 1e-9 rad.
         integrated = M.force(on=b.rotated((1e-9, 1e-9, 1e-9)), by=a, tolerance=1e-7)
         assert error(closed, integrated.force, integrated.torque, b.radius) < 3e-7
         assert closed.error < 1e-10 * np.linalg.norm(closed.force)
@@ -147,8 +147,9 @@ KINDS = ["cuboid", "cylinder", "ring", "sphere", "mesh", "loop", "solenoid", "po
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_either_side_may_be_integrated(kind):
-    """A cuboid as the source of the field, and as dipoles that feel the other's field: here the
-    third law is not put in.
+    """Takes a cuboid as the field's source, and then as dipoles in the other body's field.
+
+    The third law is not built in for dipoles.
     """
     a, b = pair("cuboid", kind)
     whole = M.force(on=b, by=a, tolerance=1e-9)
@@ -159,8 +160,8 @@ def test_either_side_may_be_integrated(kind):
     moments = share[:, None] * size.prod() * np.array((0.4, -0.7, 0.9)) / M.MU0
     cells = M.dipoles(np.stack([u, v, w], axis=1) * size, moments)
     on_cells = M.force(on=cells, by=b, tolerance=1e-9)
-    # 1e-5: b comes within a third of the cuboid's length of it, where 16 points an axis err by that
-    # much
+    # b is within a third of the cuboid's length from it, where 16 points per axis have an error of
+    # 1e-5.
     assert (
         error(on_cells, -whole.force, M.force(on=a, by=b, tolerance=1e-9).torque, a.radius) < 1e-5
     )
@@ -188,10 +189,11 @@ def test_linear_and_angular_momentum_are_kept_to_rounding(kind_a, kind_b):
     [("cuboid", "cuboid"), ("cuboid", "cylinder"), ("ring", "mesh"), ("cylinder", "sphere")],
 )
 def test_force_and_torque_are_minus_the_gradient_of_the_energy(kinds):
-    """E = - integral of J_b . H_a over b, here over dipoles of b's volume; b is the cuboid or
-    cylinder that is filled with them.
+    """Compares with E = - integral of J_b . H_a over b, summed over dipoles in b's volume.
+
+    b is a cuboid or cylinder filled with dipoles.
     """
-    b, a = pair(*kinds)  # b at the origin
+    b, a = pair(*kinds)  # b is at the origin
     nodes, weights = np.polynomial.legendre.leggauss(14)
     nodes, weights = (nodes + 1) / 2, weights / 2
     if kinds[0] == "cuboid":
@@ -225,7 +227,7 @@ def test_force_and_torque_are_minus_the_gradient_of_the_energy(kinds):
         force[k] = -(energy(d, zero) - energy(-d, zero)) / 2e-4
         d[k] = 1e-3
         torque[k] = -(energy(zero, d) - energy(zero, -d)) / 2e-3
-    assert error(found, force, torque, b.radius) < 1e-4  # differences of second order
+    assert error(found, force, torque, b.radius) < 1e-4  # error of second-order differences
 
 
 def test_a_magnet_cut_in_two_feels_and_exerts_the_same():
@@ -281,8 +283,8 @@ def test_far_apart_bodies_are_dipoles():
         b = b.at((3.0, 5.0, -4.0), b.orientation)
         found = M.force(on=b, by=a, tolerance=1e-8)
         force, torque = M.dipole_forces([b.position], [b.moment], [a.position], [a.moment])
-        # the next multipole is (size / distance)^2 = 1e-5 smaller; rounding of charges that cancel
-        # 1e-16 * 500
+        # The next multipole is smaller by (size / distance)^2 = 1e-5. Rounding of cancelling
+        # charges is 1e-16 * 500.
         assert error(found, force[0], torque[0], b.radius) < 1e-4, kind
 
 
@@ -376,7 +378,7 @@ def test_forces_and_torques_are_minus_the_derivatives_of_the_energy(name):
         return ls.magnetics.energy([fixed, moved], tolerance=1e-9)
 
     exact = ls.magnetics.force(on=body, by=fixed, tolerance=1e-9)
-    step = 1e-4  # central differences leave (step / distance)^2 = 1e-4 of the derivative
+    step = 1e-4  # error of central differences: (step / distance)^2 = 1e-4 of the derivative
     for axis in np.eye(3):
         slope = -(energy(body.moved(step * axis)) - energy(body.moved(-step * axis))) / (2 * step)
         assert slope == pytest.approx(exact.force @ axis, abs=3e-4 * np.linalg.norm(exact.force))
@@ -397,7 +399,7 @@ def test_the_field_strength_is_the_descent_of_the_potential(name):
     points = np.vstack(
         (random.uniform(-0.015, 0.015, (200, 3)), random.uniform(-0.1, 0.1, (50, 3)), special)
     )
-    # rounding leaves 1e-16 size / step = 1e-11, the second order some 1e-6 where edges are near
+    # Errors: rounding, 1e-16 size / step = 1e-11, and second order, about 1e-6 close to edges.
     step = 1e-7
     ends = [
         [ls.magnetics.potential(magnet, points + sign * step * axis) for sign in (-1, 1)]

@@ -1,5 +1,5 @@
-"""Sums over many dipoles by a tree are as good as was asked for, keep momentum, and are the same on
-any number of threads.
+"""Treecode sums over many dipoles satisfy the requested tolerance, conserve momentum, and are the
+same on any number of threads.
 """
 
 import loomstone as ls
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from loomstone import magnetics as M
 
-N = 9000  # with fewer all pairs are summed directly
+N = 9000  # fewer dipoles are summed directly
 
 
 def shaken_lattice(n=N, seed=1):
@@ -18,7 +18,7 @@ def shaken_lattice(n=N, seed=1):
 
 
 def clustered(n=N):
-    """Dipoles on a sphere, in a line and in a tight bunch, two at the same place."""
+    """Dipoles on a sphere, on a line and in a tight cluster; two have the same position."""
     rng = np.random.default_rng(3)
     ball = rng.normal(size=(n // 2, 3))
     ball *= 0.01 / np.linalg.norm(ball, axis=1)[:, None]
@@ -30,7 +30,7 @@ def clustered(n=N):
 
 
 def aligned(n=N):
-    """A magnet's cells: inside forces cancel."""
+    """Cells of a magnet, inside which forces cancel."""
     points, _ = shaken_lattice(n)
     return points, np.tile((0.3e-3, 0, 1e-3), (n, 1))
 
@@ -39,8 +39,8 @@ def off(found, expected):
     return np.linalg.norm(found - expected) / np.linalg.norm(expected)
 
 
-# 128 observers, by which the error is controlled, know a root mean square to a few tenths; heavy
-# tails (a dipole near another) to less.
+# The error is controlled with 128 observers. They give the root mean square to a few tenths, and
+# less accurately for heavy tails (a dipole near another).
 SAMPLED = 2.0
 
 
@@ -62,7 +62,7 @@ def test_field_gradient_forces_and_torques_keep_the_tolerance(dipoles, tolerance
         off(found_forces, forces) <= SAMPLED * tolerance
         and off(found_torques, torques) <= SAMPLED * tolerance
     )
-    assert not np.array_equal(found_forces, forces)  # it was the tree
+    assert not np.array_equal(found_forces, forces)  # the treecode is used
     rng = np.random.default_rng(5)
     observers = rng.normal(size=(8000, 3)) * 0.02
     field = M.dipole_field(points, moments, observers)
@@ -77,7 +77,7 @@ def test_field_gradient_forces_and_torques_keep_the_tolerance(dipoles, tolerance
         assert np.array_equal(found, np.swapaxes(found, 1, 2))
         assert (
             np.abs(np.trace(found, axis1=1, axis2=2)).max() <= 1e-12 * np.abs(found).max()
-        )  # div B = 0, term by term
+        )  # div B = 0 holds for each term
 
 
 def test_one_set_feels_another():
@@ -95,7 +95,7 @@ def test_momentum_is_kept_to_rounding_whatever_the_tolerance(tolerance):
     points, moments = shaken_lattice()
     forces, torques = M.dipole_forces(points, moments, tolerance=tolerance)
     arms = points - points.mean(axis=0)
-    # sums of n roundings of the size of the forces
+    # Tolerance: n rounding errors relative to the forces.
     assert np.abs(forces.sum(axis=0)).max() < 1e-13 * np.abs(forces).sum()
     assert (
         np.abs((torques + np.cross(arms, forces)).sum(axis=0)).max() < 1e-13 * np.abs(torques).sum()

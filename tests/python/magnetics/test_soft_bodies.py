@@ -1,5 +1,5 @@
-"""Bodies that magnetise agree with reference values, with one another, and with the laws of energy
-and momentum.
+"""Magnetisable bodies agree with reference values, with each other, and with the laws of energy and
+momentum.
 """
 
 import loomstone as ls
@@ -12,7 +12,7 @@ TOLERANCES = [1e-4, 1e-8]
 GRIDS = {
     12: 1e-3,
     20: 1e-4,
-}  # cells of a cuboid, and the error it may have: a third of it is what was seen
+}  # cells of a cuboid -> tolerance, three times the measured error
 
 
 def away(found, wanted):
@@ -126,9 +126,11 @@ def test_a_cuboid_beside_a_magnet_agrees_with_the_reference(cells):
 
 
 def test_a_mesh_comes_nearer_to_the_sphere_and_to_the_cube_with_more_panels():
-    """Spheres of 320 and 1280 triangles inside the ball lack 4.3 and 1.1 % of its volume; the
-    charge of a cube is singular at
-    its edges."""
+    """Meshes of a sphere and a cube converge to the exact moments.
+
+    Spheres of 320 and 1280 triangles lack 4.3 and 1.1 % of the ball's volume. The charge of a cube
+    is singular at its edges.
+    """
     for chi in (-1.0, 10.0, 1e4):
         errors = []
         for subdivisions in (2, 3):
@@ -139,7 +141,7 @@ def test_a_mesh_comes_nearer_to_the_sphere_and_to_the_cube_with_more_panels():
             errors.append(abs(induced.moment[2] / (4e-6 * np.pi / M.MU0 * chi / (3 + chi)) - 1))
         assert errors[1] < 0.3 * errors[0] and errors[1] < 0.015, chi
     box = ls.meshes.box(size=(1.0, 1.0, 1.0))
-    wanted = 3.6427796897202236  # of chi = 1e4, iv_cuboid_uniform_field
+    wanted = 3.6427796897202236  # for chi = 1e4, from iv_cuboid_uniform_field
     errors = []
     for panels in (200, 800):
         (induced,) = M.induce(

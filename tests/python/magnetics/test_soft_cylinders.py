@@ -1,5 +1,5 @@
-"""Cylinders and rings that magnetise agree with another way of solving for them, with closed forms,
-and in scenes with themselves.
+"""Magnetisable cylinders and rings agree with an independent solver and closed forms; scenes agree
+with functions.
 """
 
 import loomstone as ls
@@ -10,7 +10,7 @@ from scipy.special import ellipe, ellipk, ellipkm1
 
 
 def polarizability(body, volume, axis):
-    """Moment along an axis over volume and field strength [1]."""
+    """Returns moment along an axis / (volume * field strength) [1]."""
     (induced,) = M.induce(body, field=M.MU0 * np.eye(3)[axis]).bodies
     across = np.delete(induced.moment, axis)
     assert np.abs(across).max() < 1e-12 * np.abs(induced.moment[axis]), "by symmetry"
@@ -18,11 +18,13 @@ def polarizability(body, volume, axis):
 
 
 def conductor(radius, inner, height, axis, segments=80):
-    """Polarizability [1] of ideal iron along z (axis 2) or across it: rings of charge, uniform or
-    as the cosine of the azimuth, that make
-    the surface of a body of revolution an equipotential in a field of 1 A/m, an equation of the
-    first kind by collocation; segments on
-    each line of the section, graded towards its ends."""
+    """Polarizability [1] of ideal iron along z (axis 2) or across it.
+
+    The surface of a body of revolution is an equipotential in a field of 1 A/m. Its charge consists
+    of rings, uniform or proportional to the cosine of the azimuth. Collocation solves the integral
+    equation of the first kind. Each line of the section has `segments` segments, graded towards its
+    ends.
+    """
     half = 0.5 * height
     corners = [(inner, -half), (radius, -half), (radius, half), (inner, half)] + (
         [(inner, -half)] if inner > 0 else []
@@ -43,7 +45,8 @@ def conductor(radius, inner, height, axis, segments=80):
     middle, length = 0.5 * (start + end), np.linalg.norm(end - start, axis=1)
     nodes, weights = np.polynomial.legendre.leggauss(16)
     s, w = 0.5 * (1 + nodes), 0.5 * weights
-    # From the middle outwards, squared: the potential of a ring has a logarithm at itself.
+    # Nodes are graded quadratically towards the middle, where a ring's own potential is
+    # logarithmic.
     places = np.concatenate([0.5 - 0.5 * s**2, 0.5 + 0.5 * s**2])
     shares = np.concatenate([s * w, s * w])
     matrix = np.zeros((len(middle), len(middle)))
@@ -57,18 +60,18 @@ def conductor(radius, inner, height, axis, segments=80):
             + (middle[:, None, 1] - ring[None, :, 1]) ** 2
         ) / d2
         around, m = ellipkm1(rest), 1 - rest
-        if axis != 2:  # the same integral with the cosine
+        if axis != 2:  # the same integral with the cosine of the azimuth
             around = (2 / m - 1) * around - 2 / m * ellipe(m)
         matrix += share * length * ring[:, 0] * around / (np.pi * np.sqrt(d2))
     along = middle[:, 1] if axis == 2 else middle[:, 0]
-    mean = 2 if axis == 2 else 1  # twice that of the squared cosine
+    mean = 2 if axis == 2 else 1  # twice the mean of 1 or of the squared cosine
     charge = np.linalg.solve(matrix, along)
     return (charge * mean * np.pi * middle[:, 0] * length * along).sum() / (
         np.pi * (radius**2 - inner**2) * height
     )
 
 
-# Radius, inner radius, height; cells; error that was seen, rounded up.
+# Radius, inner radius, height, cells, and the measured error, rounded up.
 @pytest.mark.parametrize(
     ("radius", "inner", "height", "cells", "error"),
     [
@@ -91,7 +94,7 @@ def test_ideal_iron_is_polarised_as_a_conductor_is(radius, inner, height, cells,
 
 @pytest.mark.parametrize("slenderness", [0.3, 1.0, 4.0])
 def test_weak_magnetisation_has_the_demagnetising_factors_of_uniform_cylinders(slenderness):
-    # Axial: [Joseph1966]; the three add up to 1.
+    # Axial factor: [Joseph1966]; the three factors add up to 1.
     t = slenderness
     m = 1 / (1 + t * t)
     axial = 1 - 4 / (3 * np.pi * t) * (
@@ -103,7 +106,8 @@ def test_weak_magnetisation_has_the_demagnetising_factors_of_uniform_cylinders(s
             polarizability(M.soft_cylinder(radius=1, height=2 * t, susceptibility=c), volume, axis)
             for c in (chi, -chi)
         ]
-        # chi (1 - N chi + ...) for both signs: what is left is of the second order in chi
+        # The moment is chi (1 - N chi + ...). The sum over both signs leaves the second order in
+        # chi.
         assert -sum(both) / (2 * chi * chi) == pytest.approx(factor, rel=2e-3)
 
 

@@ -1,6 +1,4 @@
-"""Laws that bodies which magnetise each other obey, and what is asked of them: levitation,
-saturation, the explicit response.
-"""
+"""Laws of bodies that magnetise each other, levitation, saturation, and the explicit response."""
 
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -23,7 +21,7 @@ def away(found, wanted):
 
 
 def lift(soft, magnet, height):
-    """Force along z on a magnet at (0, 0, height) that magnetises `soft`."""
+    """Returns the force on a magnet at (0, 0, height) that magnetises `soft`."""
     there = magnet.at((0, 0, height), magnet.orientation)
     (induced,) = M.induce(soft, by=there, tolerance=1e-10).bodies
     return M.force(on=there, by=induced)
@@ -46,7 +44,7 @@ def test_a_magnet_floats_above_a_superconducting_ball_as_its_table_says():
         ) / (2 * step)
         assert -slope == pytest.approx(
             case["vertical_stiffness"], rel=1e-6
-        )  # of second order: step^2 is 1e-8
+        )  # second order: step^2 is 1e-8
 
 
 def test_diamagnetic_balls_are_pushed_from_a_magnet_as_their_table_says():
@@ -63,11 +61,13 @@ def test_diamagnetic_balls_are_pushed_from_a_magnet_as_their_table_says():
 
 
 def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
-    """A plate six heights wide and one thick: the force on it comes from a spot of one height,
-    which the cells must resolve. With a
-    focus on it what is left is the finite width: 0.9 % for the magnet whose moment lies along the
-    plate, with 32 cells as with 24.
-    Without one it is no more, as the charge varies within panels as the magnet's field does."""
+    """Uses plates that are six heights wide and one height thick.
+
+    The force comes from a spot of about one height, which the cells must resolve. With a focus on
+    the spot, only the error of the finite width remains. It is 0.9 % for a moment along the plate,
+    with 24 as with 32 cells. Without a focus the error is no larger, because the charge varies
+    within panels like the magnet's field.
+    """
     height = 0.015
     plates = [
         M.soft_cuboid(
@@ -93,8 +93,10 @@ def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
 
 
 def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
-    """Densities in the catalogue are of the same formula with 1.24 T, to 0.1 %; its pulls are
-    measured or ruled, and differ.
+    """Compares the pull with an image force and a catalogue.
+
+    The catalogue's flux densities follow the same formula with 1.24 T to 0.1 %. Its pulls are
+    measured or follow rules of thumb, so they deviate more.
     """
     spec = spec_from_file_location("pull", Path(__file__).parents[3] / "scenes" / "pull.py")
     assert spec is not None and spec.loader is not None
@@ -112,7 +114,7 @@ def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
     assert pull.plate_pull(gaps, susceptibility=1e5) == pytest.approx(
         images, rel=2e-3
     )  # the plate is five magnets wide
-    # Where the panels do not follow the pole: its edges cross them, and there are few.
+    # The few panels of this plate do not follow the pole, whose edges cross them.
     plate = M.soft_cuboid(size=pull.PLATE, susceptibility=1e5, cells=8)
     for gap, image in zip(gaps, images, strict=True):
         turned = (
@@ -125,8 +127,9 @@ def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
 
 
 def test_a_soft_body_cut_in_two_is_drawn_as_the_whole():
-    """Two halves that touch: their charges across the cut cancel as the whole has none there, as
-    far as panels follow them.
+    """Two touching halves act like the whole body.
+
+    Their charges on the cut cancel as far as the panels resolve them.
     """
     magnet = M.cuboid(size=(0.01, 0.01, 0.01), polarization=(0.3, 0, 1)).moved(
         (0.004, 0.002, 0.014)
@@ -146,7 +149,7 @@ def test_a_soft_body_cut_in_two_is_drawn_as_the_whole():
 
 
 def stiffness_sum(bodies_at, place, step=1e-5):
-    """Sum of the derivatives of the force along the axes by a displacement along them [N/m]."""
+    """Divergence of the force over the body's position [N/m]."""
     total = 0.0
     for axis in np.eye(3):
         total += (
@@ -156,8 +159,10 @@ def stiffness_sum(bodies_at, place, step=1e-5):
 
 
 def test_hard_magnets_have_no_stable_place_and_superconductors_do():
-    """Earnshaw: div F = 0 between hard magnets, so that no place holds in all directions; a
-    superconductor has div F < 0.
+    """Earnshaw's theorem: div F = 0 between hard magnets, so no position is stable in all
+    directions.
+
+    A superconductor has div F < 0.
     """
     ball = M.sphere(radius=0.003, polarization=(1.2, 0, 0))
     place = np.array((0.001, 0.0005, 0.012))
@@ -182,7 +187,7 @@ def test_hard_magnets_have_no_stable_place_and_superconductors_do():
 def test_forces_follow_from_the_energy():
     ball = M.soft_sphere(radius=0.005, susceptibility=50.0)
 
-    def energy(x):  # half: the other half is stored in what is induced
+    def energy(x):  # the other half is stored in the induced body
         there = ball.at((x, 0.002, 0.012))
         return 0.5 * M.energy(
             [MAGNET, *M.induce(there, by=MAGNET, tolerance=1e-9).bodies], tolerance=1e-9
@@ -195,8 +200,10 @@ def test_forces_follow_from_the_energy():
 
 @pytest.mark.parametrize("gap", [2e-3, 2e-4, 0.0])
 def test_the_energy_of_what_magnetises_is_that_of_the_magnets_dipoles(gap):
-    """In contact too, where the field of the charge on a face has no bound and its integral over
-    the magnet's surface takes minutes.
+    """Compares the energy with that of dipoles in the magnet's volume, also in contact.
+
+    In contact, the field of a charged face is unbounded, and its integral over the magnet's surface
+    takes minutes.
     """
     size, polarization = np.array((0.008, 0.006, 0.005)), np.array((0.2, 0, 1.2))
     magnet = M.cuboid(size=size, polarization=polarization).moved((0.001, 0.0005, 0.0055 + gap))
@@ -206,7 +213,8 @@ def test_the_energy_of_what_magnetises_is_that_of_the_magnets_dipoles(gap):
     moments = (
         np.einsum("i,j,k->ijk", w, w, w).reshape(-1, 1) * size.prod() / 8 * polarization / M.MU0
     )
-    # 9 points a panel, half a millimetre apart, and the rule in the volume beside charged panels.
+    # Errors: 9 points per panel, half a millimetre apart, and the volume rule close to charged
+    # panels.
     wanted = M.energy([M.dipoles(nodes, moments).moved(magnet.position), induced])
     assert M.energy([magnet, induced]) == pytest.approx(
         wanted, rel={2e-3: 1e-4, 2e-4: 3e-3, 0.0: 1e-2}[gap]
@@ -247,7 +255,7 @@ def test_bodies_of_all_kinds_keep_momentum_whatever_frame_and_threads():
     for a, b in zip(turned.bodies, induced.bodies, strict=True):
         assert (
             away(a.moment, turn.apply(b.moment)) < 1e-6
-        )  # which points lie beside which panels changes
+        )  # rotation changes which points are close to which panels
 
 
 def test_a_ball_of_panels_near_a_box_answers_as_the_exact_ball():
@@ -272,8 +280,8 @@ def test_every_susceptibility_converges_and_leaves_no_net_charge(susceptibility)
     point = np.array([[0.3, 1.0, 0.5]])
     moments = [b.moment for b in induced.bodies]
     dipole = M.field(M.dipoles([b.position for b in induced.bodies], moments), point)
-    # Beyond dipoles (size / distance)^2 is 1e-4; a charge of 1e-6 of that on one face would be
-    # seen.
+    # Terms beyond the dipoles are (size / distance)^2 = 1e-4. A net charge of 1e-6 of the charge on
+    # a face would be detected.
     assert away(M.field(induced.bodies, point), dipole) < 1e-3
 
 
@@ -313,7 +321,7 @@ def test_the_explicit_response_is_that_of_lone_balls_to_the_magnets_alone():
         ).bodies
         for body in both:
             assert body.moment == pytest.approx((0, 0, share * 0.1 * volume / M.MU0), rel=1e-12)
-    # What it errs by beside a magnet: method's +27 ... 29 % for a soft cube.
+    # Error of the explicit response near a magnet: +27 to +29 % for a soft cube.
     cube, magnet = (
         M.soft_cuboid(size=(0.01,) * 3, susceptibility=1e4),
         M.cuboid(size=(0.01,) * 3, polarization=(0, 0, 1)),
