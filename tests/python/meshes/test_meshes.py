@@ -1,4 +1,4 @@
-"""Meshes: made, read, written, refused."""
+"""Meshes: generated, read, written, and refused if invalid."""
 
 import loomstone as ls
 import numpy as np
@@ -55,13 +55,15 @@ def test_irregular_meshes_depend_on_the_seed_alone():
 def test_a_disc_and_a_strip_have_their_shapes():
     disc = meshes.disc(radius=0.5, triangles=1000)
     assert abs(disc.n_triangles - 1000) <= 1
-    assert area(disc).sum() == pytest.approx(np.pi / 4, rel=0.01)  # polygon of 60 corners or more
+    assert area(disc).sum() == pytest.approx(
+        np.pi / 4, rel=0.01
+    )  # polygon with at least 60 corners
     assert meshes.quality(disc)["min_angle_degrees"] > 22
     strip = meshes.strip(length=1.0, width=0.1, triangles=400, seed=1)
     assert np.ptp(strip.vertices, axis=0) == pytest.approx((1.0, 0.1, 0.0))
     assert meshes.strip(length=1.0, width=0.1, triangles=400).n_triangles == pytest.approx(
         400, rel=0.15
-    )  # four or five rows
+    )  # four or five rows of triangles
 
 
 def test_solids_are_closed_and_have_their_volumes():
@@ -109,7 +111,7 @@ def test_what_is_written_is_read_again(tmp_path, ending):
     mesh = meshes.sphere(radius=0.1, subdivisions=1)
     ls.meshes.write(tmp_path / f"mesh{ending}", mesh)
     again = ls.meshes.read(tmp_path / f"mesh{ending}")
-    tolerance = 1e-7 if ending == ".stl" else 0  # STL is in single precision
+    tolerance = 1e-7 if ending == ".stl" else 0  # STL has single precision
     assert again.n_triangles == mesh.n_triangles
     assert (
         np.abs(
@@ -224,7 +226,7 @@ def test_obstacles_stand_or_move_where_they_are_told():
 
 
 def test_a_body_of_two_lumps_is_cut_into_convex_parts():
-    corner = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]])  # an L, extruded
+    corner = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]])  # an extruded L
     vertices = np.concatenate([np.c_[corner, np.zeros(6)], np.c_[corner, np.ones(6)]])
     cap = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
     wall = np.array(

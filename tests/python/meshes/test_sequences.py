@@ -1,4 +1,4 @@
-"""Obstacles whose vertices come frame by frame from files."""
+"""Obstacles whose vertices are read frame by frame from files."""
 
 import loomstone as ls
 import numpy as np
@@ -7,7 +7,7 @@ import pytest
 BALL = ls.meshes.sphere(radius=0.1, subdivisions=1)
 N = BALL.n_vertices
 TIMES = np.array([0.0, 0.04, 0.08])
-# Grows and rises; numbers of four bytes, as caches of other programs have them.
+# The ball grows and rises. Numbers have four bytes, as in caches of other programs.
 FRAMES = (
     np.array([BALL.vertices * (1.0 + t) + (0.0, 0.0, t) for t in TIMES])
     .astype(np.float32)
@@ -16,10 +16,12 @@ FRAMES = (
 
 
 def write(kind, folder):
-    """The frames as a file or files of some kind: source, and what else obstacle_sequence needs."""
+    """Writes the frames as files of a kind. Returns the source and further arguments for
+    reading.
+    """
     path = folder / f"ball.{kind}"
     if kind == "obj":
-        for i in (0, 1, 2):  # 8, 9, 10: in the order of numbers, not of letters
+        for i in (0, 1, 2):  # 8, 9, 10: sorted by number, not alphabetically
             ls.meshes.write(
                 folder / f"ball-{i + 8}.obj", ls.TriangleMesh(FRAMES[i], BALL.triangles)
             )
@@ -34,7 +36,7 @@ def write(kind, folder):
             + TIMES.astype(">f4").tobytes()
             + FRAMES.astype(">f4").tobytes()
         )
-    else:  # two samples a frame at 12.5 frames/s
+    else:  # two samples per frame at 12.5 frames/s
         head = (
             b"POINTCACHE2\0"
             + np.array([1, N], "<i4").tobytes()
@@ -72,7 +74,7 @@ def test_cloth_on_a_sequence_is_carried_up(tmp_path):
     assert last.body_vertices == pytest.approx(FRAMES[-1], abs=1e-6)
     assert (
         last.positions[:, 2].max() > 0.108 + 0.07
-    )  # it was thrown up by a ball whose top went from 0.1 to 0.188
+    )  # the top of the ball rises from 0.1 to 0.188 and throws the cloth up
 
 
 def test_what_is_wrong_with_a_sequence_is_one_sentence(tmp_path):
