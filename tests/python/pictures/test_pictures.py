@@ -1,6 +1,4 @@
-"""Pictures of runs: the same whatever is drawn before, beside or without them; never mixed, never
-lost.
-"""
+"""Pictures of runs are independent of what else is drawn. They are never mixed and never lost."""
 
 import itertools
 import json
@@ -28,7 +26,7 @@ def scene():
 
 
 def simulate(scene, out, duration=0.16, **options):
-    """5 frames; steps far longer than they should be."""
+    """Writes 5 frames, with much longer steps than usual."""
     return ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=8e-3), threads=1).run(
         out=out, duration=duration, **options
     )
@@ -36,7 +34,7 @@ def simulate(scene, out, duration=0.16, **options):
 
 @pytest.fixture(scope="module")
 def drawn(scene, tmp_path_factory):
-    """A run whose pictures were drawn while it ran."""
+    """A run whose pictures were drawn during the simulation."""
     out = tmp_path_factory.mktemp("drawn") / "run"
     simulate(scene, out, render=FIT)
     return out
@@ -44,7 +42,7 @@ def drawn(scene, tmp_path_factory):
 
 @pytest.fixture
 def copied(drawn, tmp_path):
-    """A copy of it that may be changed."""
+    """A copy of the run `drawn` that may be changed."""
     return shutil.copytree(drawn, tmp_path / "run")
 
 
@@ -61,7 +59,7 @@ def same(one, other):
 
 
 def stopped_after(frames, scene, out, **options):
-    """A run that was killed after some frames."""
+    """Starts a run that is killed after some frames."""
 
     def kill(sim):
         if sim.time > (frames - 1) * 0.04 + 1e-6:
@@ -113,9 +111,7 @@ def test_pictures_asked_for_late_are_drawn_from_the_cache_before_the_video(scene
     simulate(scene, tmp_path / "run", resume=True, render=FIT)
     assert same(pictures(tmp_path / "run" / "frames"), pictures(drawn / "frames"))
     (tmp_path / "run" / "frames" / "frame-00001.png").unlink()
-    report = simulate(
-        scene, tmp_path / "run", resume=True, render=True
-    )  # of a run that is finished
+    report = simulate(scene, tmp_path / "run", resume=True, render=True)  # on a finished run
     assert same(pictures(tmp_path / "run" / "frames"), pictures(drawn / "frames"))
     assert (tmp_path / "run" / "video.mp4").stat().st_size > 500 and report["frames"] == 5
 
@@ -208,7 +204,7 @@ def test_automatic_colours_are_one_range_for_the_whole_run(scene, drawn, tmp_pat
     before = pictures(tmp_path / "run" / "frames")
     simulate(
         scene, tmp_path / "run", duration=0.32, resume=True, render=True
-    )  # stretches more: all are drawn anew
+    )  # larger stretch: all pictures are redrawn
     after = pictures(tmp_path / "run" / "frames")
     fresh = render_run(ls.Run(tmp_path / "run"), look, out=tmp_path / "fresh", jobs=1)
     assert len(fresh) == 9 and same(after, pictures(tmp_path / "fresh"))
