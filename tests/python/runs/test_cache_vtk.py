@@ -1,7 +1,7 @@
-"""VTK's own reader sees the values we wrote, bit for bit, at every step.
+"""VTK's own reader gives the written values bit for bit, at every step.
 
-The run comes from the C++ test program, which knows the same formulas: set LOOMSTONE_TEST_CACHE to
-its path (build/tests/cache/test_cache).
+The C++ test program writes the run with the same formulas. LOOMSTONE_TEST_CACHE gives its path
+(default: build/tests/cache/test_cache).
 """
 
 import os
@@ -23,14 +23,14 @@ STEPS_PER_FRAME = 4
 
 
 def find_program() -> str | None:
-    """The C++ test program: from the environment, or from the usual build folder."""
+    """Returns the C++ test program from the environment or from the usual build folder."""
     built = pathlib.Path(__file__).parents[3] / "build" / "tests" / "cache" / "test_cache"
     return os.environ.get("LOOMSTONE_TEST_CACHE") or shutil.which(str(built))
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
-    """A directory with run.vtkhdf and bodies.vtkhdf of 40 frames."""
+    """Returns a directory with run.vtkhdf and bodies.vtkhdf of 40 frames."""
     program = find_program()
     if program is None:
         pytest.skip(
@@ -47,7 +47,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
 
 
 def open_file(path: pathlib.Path) -> "vtk.vtkHDFReader":
-    """A reader that has read what the file offers."""
+    """Returns a reader that has read the file's information."""
     reader = vtk.vtkHDFReader()
     reader.SetFileName(str(path))
     assert reader.CanReadFile(str(path))
@@ -56,8 +56,9 @@ def open_file(path: pathlib.Path) -> "vtk.vtkHDFReader":
 
 
 def expected(count: int, components: int, frame: int, phase: float) -> np.ndarray:
-    """The values of the C++ example, sin(phase + 0.37 frame + 0.011 i); libm may differ from numpy
-    in the last bit.
+    """Values of the C++ example: sin(phase + 0.37 frame + 0.011 i).
+
+    The last bit may differ between libm and numpy.
     """
     i = np.arange(count * components, dtype=float)
     values = np.sin(phase + 0.37 * frame + 0.011 * i)
@@ -65,7 +66,7 @@ def expected(count: int, components: int, frame: int, phase: float) -> np.ndarra
 
 
 def stored(path: pathlib.Path, name: str) -> np.ndarray:
-    """A dataset as HDF5 holds it."""
+    """Returns a dataset as stored by HDF5."""
     h5py = pytest.importorskip("h5py", reason="h5py is not installed")
     with h5py.File(path, "r") as file:
         return np.asarray(file[name])
@@ -85,7 +86,7 @@ def test_vtk_reads_every_step_bit_for_bit(run: pathlib.Path) -> None:
     }
     reader = open_file(path)
     assert reader.GetNumberOfSteps() == N_FRAMES
-    # Backwards as well: a reader that keeps the arrays of the step before would be caught.
+    # Reading backwards detects a reader that keeps arrays of the previous step.
     for frame in [*range(N_FRAMES), *reversed(range(N_FRAMES))]:
         reader.SetStep(frame)
         reader.Update()
@@ -106,7 +107,7 @@ def test_vtk_reads_every_step_bit_for_bit(run: pathlib.Path) -> None:
                 name,
                 frame,
             )
-        # 4 units in the last place of 1: two implementations of sin.
+        # Two implementations of sin differ by up to 4 units in the last place of 1.
         for name, components, phase in (
             ("Points", 3, 0),
             ("PointData/velocity", 3, 1),

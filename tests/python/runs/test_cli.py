@@ -1,4 +1,4 @@
-"""The command `loomstone`, as a user runs it."""
+"""The command `loomstone` as a user runs it."""
 
 import json
 import os
@@ -55,7 +55,7 @@ def test_help_teaches_every_command():
     }
     names = {"run", "resume", "render", "check", "info", "plot"}
     assert names | {"field", "fabrics", "report", "versions"} <= listed
-    for name in names:  # an example beside the usage
+    for name in names:  # each help text has an example
         assert any(
             line.strip().startswith(f"loomstone {name}")
             for line in command(name, "--help").stdout.splitlines()

@@ -1,5 +1,5 @@
-"""A disk that is full, or a file that may not grow: one clear error, everything before it can be
-read, and the run resumed.
+"""A full disk or a file that cannot grow causes one clear error. Earlier frames stay readable, and
+the run can be resumed.
 """
 
 import errno
@@ -27,7 +27,9 @@ def scene():
 
 def loomstone(*arguments, largest_file=None):
     def limit():
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # as Python does: writing fails instead
+        signal.signal(
+            signal.SIGXFSZ, signal.SIG_IGN
+        )  # writing fails instead, as in any Python process
         if largest_file:
             resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))
 
@@ -42,7 +44,7 @@ def loomstone(*arguments, largest_file=None):
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """A run with room enough: its directory and the sizes of its files."""
+    """Directory of a scene file and its run, written without a limit."""
     out = tmp_path_factory.mktemp("whole")
     (out / "scene.py").write_text(SCENE)
     done = loomstone("run", out / "scene.py", "--out", out / "out", "--threads", 1)

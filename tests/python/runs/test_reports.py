@@ -1,4 +1,4 @@
-"""What reports say about contact, per step and over a run."""
+"""Reports about contact, for a step and for a run."""
 
 import csv
 import json
@@ -31,7 +31,7 @@ def test_forced_intersections_are_recorded_with_their_triangles_and_told(pressed
     )
     assert all(
         first < 128 <= second for _, first, second in rows
-    )  # cloth with plates, never with itself
+    )  # cloth intersects plates, never itself
     run = ls.Run(tmp_path / "r")
     for frame in run:
         marked = {
@@ -59,8 +59,8 @@ def test_a_run_sums_what_truncation_withheld(falling, euler, tmp_path):
 
 
 def test_wanted_motion_and_acceleration_are_those_of_the_vertices():
-    # A sheet that falls and one that lies: only what touches counts for the acceleration in
-    # contact.
+    # One sheet falls and one lies on the floor. Only touching vertices count for the acceleration
+    # in contact.
     mesh = ls.grid(size=(0.1, 0.1), cells=(4, 4))
     cloths = [
         ls.Cloth(name="high", mesh=mesh.moved((0, 0, 0.5))),

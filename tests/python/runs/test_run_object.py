@@ -1,4 +1,4 @@
-"""Run: frames as stacked arrays, steps as a table, files that close."""
+"""Run: stacked arrays of frames, steps as a table, and closing of files."""
 
 import loomstone as ls
 import numpy as np

@@ -133,7 +133,7 @@ def test_a_box_rides_on_an_obstacle_that_deforms_and_a_prolonged_run_ends_in_the
     waves = np.repeat(np.asarray(floor.vertices)[None], len(times), axis=0)
     waves[:, :, 2] = (
         2.0 * times[:, None] ** 2 * (1.0 + waves[:, :, 0])
-    )  # tilts as it rises, at 4 m/s^2
+    )  # tilts while it rises, at 4 m/s^2
     scene = ls.Scene(
         bodies=[
             ls.RigidBody(
@@ -161,7 +161,7 @@ def test_a_box_rides_on_an_obstacle_that_deforms_and_a_prolonged_run_ends_in_the
     slope = 2.0 * 0.4**2
     assert z == pytest.approx(
         slope * (1.0 + x) + 0.05 * np.hypot(1.0, slope), abs=1e-3
-    )  # it lies flat on the slope
+    )  # flat on the slope
     assert straight.state.body_velocities[0][2] == pytest.approx(4.0 * 0.4 * (1.0 + x), rel=0.1)
     ls.Simulation(scene, integrator=euler).run(out=tmp_path / "a", duration=0.2)
     report = ls.Simulation(scene, integrator=euler).run(
@@ -408,7 +408,7 @@ def test_a_signal_does_not_wait_long_for_a_step_that_can_be_saved(tmp_path, monk
 def test_a_damaged_table_of_steps_is_told_with_its_line(run):
     path = run / "steps.csv"
     whole = path.read_text()
-    path.write_text(whole[:-40])  # as a kill leaves it
+    path.write_text(whole[:-40])  # as after a kill
     assert len(read_steps(run)["step"]) == 29
     lines = whole.splitlines()
     for content, said in [
@@ -441,12 +441,12 @@ def test_a_run_with_bodies_may_end_between_the_steps_that_can_be_saved(tmp_path)
     settings = {"integrator": ls.SemiImplicitEuler(step=4e-3), "threads": 1}
     report = ls.Simulation(scene, **settings).run(
         out=tmp_path / "b", duration=0.2
-    )  # 50 steps; saved at multiples of 40
+    )  # 50 steps; checkpoints at multiples of 40
     assert len(ls.Run(tmp_path / "b")) == 6 and report["steps"] == 50
     again = ls.Simulation(scene, **settings).run(out=tmp_path / "c", duration=0.2)
     assert report["digest"] == again["digest"]
     prolonged = ls.Simulation(scene, **settings).run(
         out=tmp_path / "b", duration=0.32, resume=True
-    )  # from step 40
+    )  # resumes at step 40
     whole = ls.Simulation(scene, **settings).run(out=tmp_path / "d", duration=0.32)
     assert prolonged["digest"] == whole["digest"] and len(ls.Run(tmp_path / "b")) == 9
