@@ -88,7 +88,7 @@ void add_floor(DrapedScene& scene) {
            {{-1, -1, h}, {1, -1, h}, {1, 1, h}, {-1, 1, h}}, {{0, 1, 2}, {0, 2, 3}});
 }
 
-// Fills strain, stretch and contact by smooth made-up fields.
+// Fills strain, stretch and contact with smooth synthetic fields.
 void add_fields(DrapedScene& scene) {
   const FrameTopology& topology = scene.topology;
   Frame& frame = scene.frame;
@@ -110,11 +110,11 @@ void add_fields(DrapedScene& scene) {
 
 }  // namespace
 
-// Distance r from the middle of the cloth is arc length: over the ball down to its side, then
-// hanging, with folds that grow downwards.
+// The distance r from the middle of the cloth is an arc length. The cloth follows the ball down to
+// its side and then hangs, with folds that grow downwards.
 DrapedScene draped_scene(Index cells, int subdivisions) {
   DrapedScene scene;
-  const double side = 0.62, leaves_at = 1.45;  // angle from the top where the cloth leaves the ball
+  const double side = 0.62, leaves_at = 1.45;  // angle from the top where cloth leaves the ball
   add_cloth(scene.topology, cells, side);
   const Index row = cells + 1;
   scene.frame.positions.resize(row * row, 3);

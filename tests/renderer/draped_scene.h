@@ -1,5 +1,5 @@
-// A made-up picture to look at: square cloth lying over a ball above a floor, with folds, from
-// formulas alone.
+// Synthetic scene for test pictures, from formulas alone: a square cloth with folds lies over a
+// ball above a floor.
 #pragma once
 
 #include "core/base/frame.h"
@@ -12,17 +12,17 @@ struct DrapedScene {
   Frame frame;
 };
 
-// `cells` squares along each side of the 0.5 m cloth (85: 14,450 triangles); `subdivisions` of the
-// ball's icosahedron (4: 5,120 triangles).
+// `cells`: squares along each side of the 0.62 m cloth (85: 14,450 triangles). `subdivisions`: of
+// the ball's icosahedron (4: 5,120 triangles).
 DrapedScene draped_scene(Index cells = 40, int subdivisions = 3);
 
-// The ball alone over the floor, and a flat square of cloth hung across the view.
+// A flat vertical square of cloth, 0.5 m wide, without bodies.
 DrapedScene flat_scene(Index cells = 8);
 
-// A smaller, cheaper picture than the default.
+// Options for pictures that are smaller and cheaper than the default.
 RenderOptions small_options();
 
-// Number of pixels that differ.
+// Number of differing pixels.
 std::size_t n_different(const Image& a, const Image& b);
 
 }  // namespace loomstone

@@ -1,4 +1,4 @@
-// Fit of the camera, shading normals.
+// Claims about the fit of the camera and about shading normals.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -42,7 +42,7 @@ TEST_CASE("a fitted camera sees the whole box, touching the margin on one pair o
 
 TEST_CASE("framing leaves room for the fall, down to the floor but no further", "[renderer]") {
   DrapedScene flat = flat_scene();
-  for (Index v = 0; v < flat.frame.positions.rows(); ++v) {  // laid flat, 0.5 m wide, at height 1
+  for (Index v = 0; v < flat.frame.positions.rows(); ++v) {  // flat, 0.5 m wide, at height 1
     flat.frame.positions.row(v) << flat.frame.positions(v, 0), flat.frame.positions(v, 2), 1.0;
   }
   CHECK(make_framing(flat.topology, flat.frame).low.z() == Approx(0.5));
@@ -74,7 +74,7 @@ TEST_CASE("a picture depends on the first frame of its run, not on what was draw
   DrapedScene later = scene;
   later.frame.positions.col(2).array() -= 0.1;
   later.frame.body_vertices.col(2) *=
-      0.05;  // a ball pressed flat has sharp edges, unless the first frame tells
+      0.05;  // a flattened ball has sharp edges, unless the first frame shows it round
   const RenderOptions options = small_options();
   Renderer in_order(scene.topology, options), at_once(scene.topology, options),
       alone(scene.topology, options);
@@ -90,9 +90,9 @@ TEST_CASE("a picture depends on the first frame of its run, not on what was draw
 TEST_CASE("normals are smooth on a ball, split on a box, and true on both", "[renderer]") {
   const DrapedScene scene = draped_scene(4, 3);
   const DrawnMesh ball = drawn_bodies(scene.topology, scene.frame.body_vertices);
-  CHECK(ball.vertex.size() == 642);  // no vertex is split, the floor is left out
+  CHECK(ball.vertex.size() == 642);  // no vertex is split, and the floor is left out
   const Points normals = shading_normals(ball, scene.frame.body_vertices);
-  for (Index k = 0; k < normals.rows(); ++k) {  // within the angle of half an edge
+  for (Index k = 0; k < normals.rows(); ++k) {  // accurate to the angle of half an edge
     const Vec3 outwards = Vec3(scene.frame.body_vertices.row(ball.vertex[k])).normalized();
     CHECK(normals.row(k).dot(outwards) > 0.999);
   }
@@ -126,10 +126,10 @@ TEST_CASE("cloth is split where its uv differ at a vertex, but shaded smoothly a
   const std::size_t before = drawn_cloth(scene.topology).vertex.size();
   CHECK(before == 9);
   scene.topology.corner_uv.bottomRows(12).array() +=
-      1.0;  // the upper row of cells becomes another panel
+      1.0;  // makes the upper row of cells a separate panel
   const DrawnMesh split = drawn_cloth(scene.topology);
   CHECK(split.vertex.size() == 12);
-  scene.frame.positions(4, 1) = 0.1;  // not flat any more
+  scene.frame.positions(4, 1) = 0.1;  // makes the cloth non-flat
   const Points normals = shading_normals(split, scene.frame.positions);
   for (std::size_t i = 0; i < split.vertex.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)

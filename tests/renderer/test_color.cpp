@@ -1,4 +1,4 @@
-// Colour maps, fields, the colour bar and its text.
+// Claims about colour maps, fields, the colour bar and its text.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -39,13 +39,13 @@ TEST_CASE("lightness of viridis and magma grows evenly", "[renderer]") {
   for (const ColorMap map : {ColorMap::Viridis, ColorMap::Magma}) {
     const ColorTable table = color_table(map);
     const double slope = (lightness(table[255]) - lightness(table[0])) / 255.0;
-    for (int i = 0; i < 256; ++i)  // 5 of 100: what the fitted polynomials lose (4.3 measured)
+    for (int i = 0; i < 256; ++i)  // 5 of 100: error of the fitted polynomials (4.3 measured)
       CHECK(std::abs(lightness(table[i]) - lightness(table[0]) - slope * i) < 5.0);
   }
 }
 
 TEST_CASE("viridis and magma have their published colours at ends and middle", "[renderer]") {
-  // Smith and van der Walt's tables; the polynomials are within 5 of 255 of them everywhere.
+  // The polynomials differ from the tables of Smith and van der Walt by at most 5 of 255.
   const ColorTable viridis = color_table(ColorMap::Viridis), magma = color_table(ColorMap::Magma);
   CHECK(near(viridis[0], {68, 1, 84}, 5));
   CHECK(near(viridis[128], {33, 145, 140}, 5));
@@ -99,7 +99,7 @@ TEST_CASE("labels of the colour bar stand where their numbers are and never coll
     for (std::size_t i = 1; i < labels.size(); ++i)
       CHECK(labels[i].share - labels[i - 1].share > 0.08);
     if (range.high - range.low > 1e-3)
-      for (const ColorBarLabel& label : labels)  // half a unit of the third figure
+      for (const ColorBarLabel& label : labels)  // half a unit of the third digit
         CHECK(std::abs(std::stod(label.text) - range.low -
                        label.share * (range.high - range.low)) <= 0.006 * (range.high - range.low));
   }
@@ -109,7 +109,7 @@ TEST_CASE("values are averaged over triangles, and a constant stays itself", "[r
   DrapedScene scene = flat_scene();
   scene.frame.stretch.setConstant(1.25);
   const Vector values = scalar_field("stretch", scene.topology, scene.frame);
-  CHECK((values.array() - 1.25).abs().maxCoeff() < 1e-15);  // rounding of a mean
+  CHECK((values.array() - 1.25).abs().maxCoeff() < 1e-15);  // rounding error of a mean
   scene.frame.stretch = scene.frame.strain.col(2);
   REQUIRE(scene.frame.stretch.minCoeff() < scene.frame.stretch.maxCoeff());
   const Vector mean = scalar_field("stretch", scene.topology, scene.frame);
@@ -127,7 +127,7 @@ TEST_CASE("strain is shown as U - I, which limits are in", "[renderer]") {
   scene.frame.strain.rowwise() = green;
   const char* names[] = {"strain_weft", "strain_warp", "strain_shear"};
   const double shown[] = {0.3, -0.1, 0.05};
-  for (int k = 0; k < 3; ++k)  // rounding of two roots
+  for (int k = 0; k < 3; ++k)  // rounding errors of two square roots
     CHECK(
         (scalar_field(names[k], scene.topology, scene.frame).array() - shown[k]).abs().maxCoeff() <
         1e-14);
@@ -211,7 +211,7 @@ TEST_CASE("text is drawn within its width, leaves ink, and is cut at the edge of
         ++dark;
         const double right = 20.0 + text_width(text, 20.0);
         outside +=
-            x < 17 || x > right + 3.0 || y < 16 || y > 49;  // half a stroke and the tail of j
+            x < 17 || x > right + 3.0 || y < 16 || y > 49;  // margin: half a stroke, tail of j
       }
     }
     INFO("glyph " << sign);

@@ -1,4 +1,4 @@
-// PNG files; OSMesa and EGL; several renderers at once.
+// Claims about PNG files, OSMesa and EGL, and several renderers at once.
 #include <catch2/catch.hpp>
 
 #include <png.h>
@@ -19,7 +19,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-// A folder of its own, gone afterwards.
+// A new directory, removed at the end.
 struct Folder {
   std::filesystem::path path = std::filesystem::temp_directory_path() /
                                ("loomstone_test_renderer_" + std::to_string(getpid()));
@@ -38,13 +38,13 @@ Image read_png(const std::string& path) {
   return image;
 }
 
-// LOOMSTONE_GL for as long as it lives.
+// Sets LOOMSTONE_GL during its lifetime.
 struct Forced {
   explicit Forced(const char* backend) { setenv("LOOMSTONE_GL", backend, 1); }
   ~Forced() { unsetenv("LOOMSTONE_GL"); }
 };
 
-// Null where this machine lacks the library.
+// Returns null if this machine lacks the library.
 std::unique_ptr<Renderer> renderer_by(const char* backend, const DrapedScene& scene) {
   const Forced forced(backend);
   try {
@@ -62,13 +62,13 @@ TEST_CASE("a picture is the same after a PNG file, to the last bit", "[renderer]
   const Image image = Renderer(scene.topology, small_options()).render(scene.frame);
   const std::string path = folder.path / "picture.png";
   write_png(path, image);
-  write_png(path, image);  // over an old one
+  write_png(path, image);  // overwrites the file
   const Image back = read_png(path);
   CHECK(back.width == image.width);
   CHECK(back.height == image.height);
   CHECK(back.rgb == image.rgb);
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) ==
-        1);  // nothing half-written is left
+        1);  // no partial file is left
 }
 
 TEST_CASE("a PNG file that cannot be written is an error that names it", "[renderer]") {
@@ -79,7 +79,7 @@ TEST_CASE("a PNG file that cannot be written is an error that names it", "[rende
   const Folder folder;
   std::filesystem::create_directories(folder.path / "picture.png" / "full");
   CHECK_THROWS_AS(write_png(folder.path / "picture.png", image),
-                  CacheError);  // a folder stands in the way
+                  CacheError);  // a directory has this name
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) == 1);
   CHECK_THROWS_AS(write_png(folder.path / "a.png", Image{16, 16, {}}), InvalidInput);
   CHECK_THROWS_WITH(write_png(folder.path / "a.png", Image{16, 16, {}}),
@@ -108,7 +108,7 @@ TEST_CASE("LOOMSTONE_GL takes osmesa or egl and nothing else", "[renderer]") {
                     Contains("must be osmesa or egl, got 'vulkan'"));
 }
 
-// Run by the next test in a process of its own.
+// The next test runs this one in a separate process.
 TEST_CASE("without OSMesa and EGL the error names the packages", "[.without_libraries]") {
   const DrapedScene scene = draped_scene(4, 0);
   CHECK_THROWS_AS(Renderer(scene.topology, small_options()), Unsupported);
@@ -121,8 +121,8 @@ TEST_CASE("without OSMesa and EGL the error names the packages", "[.without_libr
 }
 
 TEST_CASE("a machine that has neither OSMesa nor EGL gets a sentence", "[renderer]") {
-  // Empty files of the libraries' names come first on the loader's path: loading fails as if there
-  // were none.
+  // Empty files with the libraries' names come first on the loader's path, so loading fails as if
+  // the libraries were absent.
   const Folder folder;
   for (const char* name :
        {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so", "libEGL.so.1", "libEGL.so"})

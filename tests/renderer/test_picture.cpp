@@ -1,4 +1,4 @@
-// What a picture shows.
+// Claims about the content of pictures.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -20,7 +20,7 @@ int brightness(const Image& image, int x, int y) {
   return r + g + b;
 }
 
-// The first cloth is blue, nothing else is.
+// Detects the first cloth, which alone is blue.
 bool is_cloth(const Image& image, int x, int y) {
   const auto [r, g, b] = pixel(image, x, y);
   return b > r + 20;
@@ -46,7 +46,8 @@ TEST_CASE("the same frame gives the same picture twice, from one renderer and fr
 }
 
 TEST_CASE("a square of cloth covers the pixels that perspective gives it", "[renderer]") {
-  // Half side 0.25 m at 1 m, half the vertical angle's tangent 0.5: half the height of the picture.
+  // Half the side is 0.25 m at a distance of 1 m. The tangent of half the vertical angle is 0.5, so
+  // the square covers half the height of the picture.
   const DrapedScene scene = flat_scene();
   RenderOptions options = small_options();
   options.pattern = ClothPattern::Plain;
@@ -59,17 +60,17 @@ TEST_CASE("a square of cloth covers the pixels that perspective gives it", "[ren
       covered += is_cloth(image, x, y);
       const double away = std::max(std::abs(x + 0.5 - 160.0), std::abs(y + 0.5 - 90.0));
       if (std::abs(away - 45.0) > 1.0)
-        wrong += is_cloth(image, x, y) != (away < 45.0);  // edge pixels are mixed
+        wrong += is_cloth(image, x, y) != (away < 45.0);  // edge pixels are blended
     }
   }
   CHECK(wrong == 0);
-  CHECK(std::abs(covered - 90 * 90) <= 4 * 90);  // one pixel along the edge
+  CHECK(std::abs(covered - 90 * 90) <= 4 * 90);  // tolerance: one pixel along the edge
 }
 
 TEST_CASE("cloth that reaches behind the eye is drawn up to the edge of the picture",
           "[renderer]") {
-  // Flat, 0.1 m below the eye, half of it behind: the lowest rays meet it 0.2 m ahead, where the
-  // picture is 0.36 m wide.
+  // The cloth lies flat 0.1 m below the eye, with half of it behind the eye. The lowest rays meet
+  // it 0.2 m ahead, where the picture is 0.36 m wide.
   DrapedScene scene = flat_scene();
   scene.frame.positions.col(1) = scene.frame.positions.col(2);
   scene.frame.positions.col(2).setConstant(-0.1);
@@ -87,7 +88,7 @@ TEST_CASE("cloth is seen from both sides, and the sides differ in colour", "[ren
   const DrapedScene scene = flat_scene();
   RenderOptions options = small_options();
   options.pattern = ClothPattern::Plain;
-  options.light_direction = Vec3(0, -1e-3, 1);  // grazes both sides alike
+  options.light_direction = Vec3(0, -1e-3, 1);  // grazes both sides equally
   options.camera = fixed_camera(Vec3(0, -1, 0), 50.0);
   const Image front = Renderer(scene.topology, options).render(scene.frame);
   options.camera = fixed_camera(Vec3(0, 1, 0), 50.0);
@@ -121,8 +122,8 @@ TEST_CASE("the floor is darker in the shadow of the cloth, and only with shadows
 }
 
 TEST_CASE("a cloth far from everything casts its shadow on nothing behind it", "[renderer]") {
-  // Beyond the reach of the shadow map the floor is lit: once a square shadow of the whole map was
-  // seen there.
+  // Beyond the reach of the shadow map the floor is lit. The map must not repeat or extend there as
+  // a square shadow.
   const DrapedScene scene = draped_scene();
   RenderOptions options = small_options();
   options.ambient_occlusion = false;
@@ -153,7 +154,7 @@ TEST_CASE("ambient occlusion only darkens", "[renderer]") {
           brightness(with, x, y) > brightness(without, x, y) + 3;  // rounding of three channels
     }
   }
-  CHECK(darker > 200);  // the hollow under the cloth and its folds
+  CHECK(darker > 200);  // in the hollow under the cloth and in its folds
   CHECK(brighter == 0);
 }
 
@@ -173,7 +174,7 @@ TEST_CASE("every pattern, the wireframe, the floor and the number of samples cha
   CHECK(changed([](RenderOptions& o) { o.wireframe = true; }) > 1000);
   CHECK(changed([](RenderOptions& o) { o.floor = false; }) > 1000);
   CHECK(changed([](RenderOptions& o) { o.light_direction = Vec3(1, 0, 1); }) > 1000);
-  CHECK(changed([](RenderOptions& o) { o.samples = 1; }) > 100);  // edges
+  CHECK(changed([](RenderOptions& o) { o.samples = 1; }) > 100);  // at edges
 }
 
 TEST_CASE("a floor is no obstacle in the way: from below it is not drawn", "[renderer]") {
@@ -223,7 +224,7 @@ TEST_CASE("pictures have the size that was asked for, odd ones too", "[renderer]
     RenderOptions options;
     options.width = width;
     options.height = height;
-    options.color_by = "stretch";  // the legend is cut off where there is no room
+    options.color_by = "stretch";  // the legend is cut off if there is no room
     const Image image = Renderer(scene.topology, options).render(scene.frame);
     CHECK(image.width == width);
     CHECK(image.height == height);
@@ -256,7 +257,7 @@ TEST_CASE(
     return count;
   };
   const int middle = options.width / 2, line = 3,
-            bar = options.width - 100;  // the legends differ in their titles
+            bar = options.width - 100;  // titles of the legends differ
   CHECK(differing(weft, warp, 0, bar) > 1000);
   CHECK(differing(split, weft, 0, middle - line) == 0);
   CHECK(differing(split, warp, middle + line, bar) == 0);

@@ -1,4 +1,4 @@
-// What is refused, and that the sentence says what to do.
+// Claims about refused input: the message says what to do.
 #include <catch2/catch.hpp>
 
 #include <limits>
