@@ -12,19 +12,18 @@ namespace {
 
 const Vec3 gravity(0, 0, -9.81);
 
-// Lowest vertex of the body's mesh above z = 0 [m].
+// Height of the lowest vertex of the body's mesh above z = 0 [m].
 double clearance(const RigidWorld& world, const RigidState& state, Index body,
                  const TriangleMesh& mesh) {
   return world_vertices(state, body, mesh, world.mass_properties()[body]).col(2).minCoeff();
 }
 
-// Distance that a box with friction mu slides down an incline of `slope` [rad] within `seconds`
-// [m].
+// Distance [m] that a box with friction mu slides down an incline of `slope` [rad] in `seconds`.
 double slide(double slope, double mu, double seconds, const std::string& shape) {
   RigidObstacle incline = floor_of(4.0, 8, mu);
   RigidBody brick = body_of(box(0.2, 0.2, 0.1), shape, Vec3(0.03, 0.02, 0.05));
   brick.friction = mu;
-  // The incline is horizontal; gravity is rotated instead.
+  // The floor is horizontal; gravity is rotated instead.
   RigidWorld world({brick}, {incline}, Vec3(9.81 * std::sin(slope), 0, -9.81 * std::cos(slope)));
   RigidState state = world.initial_state();
   const Vec3 start = state.positions.row(0).transpose();
@@ -61,14 +60,14 @@ TEST_CASE(
   for (const Vec3& at : {Vec3(0, 0, 0.05), Vec3(0, 0, 0.15), Vec3(0.5, 0, 0.06), Vec3(0.5, 0, 1.0),
                          Vec3(0.5, 0, 1.1)})
     cubes.push_back(body_of(box(0.1, 0.1, 0.1), "box", at));
-  cubes[3].velocity = Vec3(0, 0, 0.1), cubes[4].velocity = Vec3(0, 0, -0.1);  // they meet
+  cubes[3].velocity = Vec3(0, 0, 0.1), cubes[4].velocity = Vec3(0, 0, -0.1);  // these two meet
   RigidWorld world(cubes, {floor_of(2.0, 4)}, gravity);
   RigidState state = world.initial_state();
   CHECK(world.supported() == std::vector<std::uint8_t>{0, 0, 0, 0, 0});
   CHECK(world.touching() == std::vector<std::uint8_t>{0, 0, 0, 0, 0});
   run(world, state, 1e-3, 1, 1);
   CHECK(world.touching() == std::vector<std::uint8_t>{1, 1, 0, 0, 0});
-  run(world, state, 1e-3, 9, 1);  // the third is 0.5 mm lower, 9.5 mm above the floor
+  run(world, state, 1e-3, 9, 1);  // the third has fallen 0.5 mm, to 9.5 mm above the floor
   CHECK(state.velocities(3, 2) < state.velocities(2, 2) + 0.05);  // stopped by the fifth
   CHECK(world.supported() == std::vector<std::uint8_t>{1, 1, 0, 0, 0});
   run(world, state, 1e-3, 60, 1);
@@ -125,7 +124,7 @@ TEST_CASE("a brick holds on an incline below the friction angle and slides above
     CHECK(std::abs(slide(0.9 * angle, mu, 1.0, shape)) < 1e-3);
     const double slope = 1.25 * angle, seconds = 0.5;
     const double acceleration = 9.81 * (std::sin(slope) - mu * std::cos(slope));
-    // 5 %: seams between the floor's triangles and the first contact.
+    // Tolerance of 5 %: edges between the floor's triangles, and the first contact.
     CHECK(slide(slope, mu, seconds, shape) ==
           Approx(0.5 * acceleration * seconds * seconds).epsilon(0.05));
   }
@@ -181,7 +180,7 @@ TEST_CASE("a moving floor carries a brick and a rising one lifts it without a ga
   const Points none = Points::Zero(1, 3);
   const double h = 1e-3;
   for (int i = 1; i <= 1000; ++i) {
-    // Accelerates along x at 1 m/s^2 (below mu g), rises at 0.1 m/s.
+    // The floor accelerates along x at 1 m/s^2 (less than mu g) and rises at 0.1 m/s.
     const double t = i * h;
     const Vec3 moved(0.5 * t * t, 0, 0.1 * t);
     ObstaclePlaces places({{moved, Vec4(1, 0, 0, 0)}});
@@ -216,8 +215,8 @@ TEST_CASE("a turning floor takes a brick round") {
 }
 
 TEST_CASE("a surface that swells throws a ball up as fast as it moves there") {
-  // The plane z = c t^2 (x + 1/2) rotates about an edge and stretches: it rises at c t under the
-  // ball.
+  // The plane z = c t^2 (x + 1/2) rotates about an edge and stretches. Under the ball it rises at c
+  // t.
   const RigidObstacle flat = floor_of(1.0, 4);
   RigidBody ball = body_of(icosphere(0.05, 3), "sphere", Vec3(0, 0, 0.05));
   RigidWorld world({ball}, {deforming(flat)}, gravity);
@@ -232,8 +231,8 @@ TEST_CASE("a surface that swells throws a ball up as fast as it moves there") {
     world.advance(h, none, none, ObstaclePlaces({RigidPose{}}, x), state);
     if (i * h <= end) carried = state.velocities(0, 2);
   }
-  // At the end d/dt of c t^2 / 2 is 1 m/s, while the ball slides towards the hinge. Then it flies,
-  // and 0.15 s later gravity has reversed its velocity.
+  // At the end, d/dt (c t^2 / 2) is 1 m/s, while the ball slides towards the hinge. Then the ball
+  // flies, and 0.15 s later gravity has reversed its velocity.
   CHECK(carried == Approx(1.0).epsilon(0.15));
   CHECK(state.velocities(0, 2) == Approx(carried - 9.81 * 0.15).margin(0.02));
 }

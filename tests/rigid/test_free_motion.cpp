@@ -1,4 +1,4 @@
-// Claims about the rotation of bodies between contacts.
+// Claims about the free rotation of bodies.
 #include <catch2/catch.hpp>
 
 #include "core/rigid/free_motion.h"
@@ -44,14 +44,14 @@ TEST_CASE("free rotation is of second order in the step") {
   const double coarse = angle_between(turned_in(rotor, 100, 2.0), fine),
                half = angle_between(turned_in(rotor, 200, 2.0), fine);
   CHECK(coarse < 1e-2);
-  CHECK(half == Approx(0.25 * coarse).epsilon(0.02));  // the next order is the fourth
+  CHECK(half == Approx(0.25 * coarse).epsilon(0.02));  // the next term is of fourth order
 }
 
 TEST_CASE("free rotation can be run backwards") {
   const Rotor rotor = rotor_of(Vec3(0.5, 1.0, 1.3));
   Vec4 q = turned_in(rotor, 50, 2.0);
   for (int i = 0; i < 50; ++i) q = freely_turned(rotor, q, momentum, -0.04);
-  CHECK(angle_between(q, start) < 1e-13);  // 100 steps of rounding
+  CHECK(angle_between(q, start) < 1e-13);  // rounding of 100 steps
 }
 
 TEST_CASE("the energy of a free rotation does not drift") {
@@ -73,6 +73,6 @@ TEST_CASE("bodies with two equal moments turn exactly, whatever the step") {
        {Vec3(0.5, 1.2, 1.2), Vec3(1.2, 0.5, 1.2), Vec3(1.2, 1.2, 2.0), Vec3(1.0, 1.0, 1.0)}) {
     const Rotor rotor = rotor_of(moments);
     CHECK(angle_between(turned_in(rotor, 1, 3.0), turned_in(rotor, 3000, 3.0)) <
-          1e-12);  // 3,000 steps of rounding
+          1e-12);  // rounding of 3,000 steps
   }
 }

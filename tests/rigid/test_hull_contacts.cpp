@@ -1,5 +1,5 @@
-// Claims about contacts of convex polyhedra with triangles, and about bodies with few corners
-// thrown on them.
+// Claims about contacts of convex polyhedra with triangles, and about bodies with few corners that
+// are thrown on triangles.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -16,7 +16,7 @@ namespace {
 
 const Vec3 gravity(0, 0, -9.81);
 
-// Contacts of a hull at a pose, in world axes.
+// Returns the contacts of a hull at a pose, in world axes.
 std::vector<HullContact> contacts_on(const TriangleMesh& mesh, const Polyhedron& hull,
                                      const Vec3& at, const Mat3& turned, double near) {
   std::vector<std::array<Vec3, 3>> triangles;
@@ -93,7 +93,7 @@ TEST_CASE(
           return a.gap < b.gap;
         })->gap == Approx(-1e-4).margin(1e-12));
 
-  // One roof across another.
+  // One roof lies across another.
   const TriangleMesh roof = box(1.0, 1.0, 1.0).moved(Vec3::Zero(), about(Vec3::UnitX(), M_PI / 4));
   const auto cross =
       contacts_on(roof, cube, Vec3(0.1, 0.001, std::sqrt(0.5) + 0.01 * std::sqrt(2.0) - 1e-4),
@@ -145,7 +145,7 @@ TEST_CASE("what is thrown on a floor gains no energy, comes to rest, and lies on
           most = std::max(most, energy() - before), before = energy();
         }
         CHECK(most <
-              mass.mass * 9.81 * fastest * 1e-3);  // it is pushed out of the overlap after one step
+              mass.mass * 9.81 * fastest * 1e-3);  // gain of removing the overlap of one step
         const double z = state.positions(0, 2);
         CHECK(std::any_of(heights[k].begin(), heights[k].end(),
                           [&](double h) { return std::abs(z - h) < 2e-6; }));
@@ -156,9 +156,9 @@ TEST_CASE("what is thrown on a floor gains no energy, comes to rest, and lies on
 namespace {
 
 struct Rest {
-  double moved, speed, spin;  // over the last half, [m], [m/s], [rad/s]
+  double moved, speed, spin;  // maxima over the second half [m], [m/s], [rad/s]
   Vec3 at;
-  double most_gain;  // of energy over mass in a step [J/kg]
+  double most_gain;  // largest gain of energy per mass in a step [J/kg]
 };
 
 Rest come_to_rest(const RigidBody& body, const RigidObstacle& obstacle, int steps) {
@@ -190,7 +190,7 @@ Rest come_to_rest(const RigidBody& body, const RigidObstacle& obstacle, int step
   return rest;
 }
 
-// Three faces of a room in one mesh, its corner at the origin.
+// Three faces of a room in one mesh, with the room's corner at the origin.
 RigidObstacle room(double size) {
   Points x(7, 3);
   x << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 0, 0, 1, 1, 1, 0, 1;
@@ -204,14 +204,15 @@ RigidObstacle room(double size) {
 TEST_CASE(
     "bodies come to rest for good in corners, over posts, on fine floors, on flat ends of many "
     "corners") {
-  // In a corner of the room all three planes bear the body, each with its own corners.
+  // In a corner of the room, each of the three planes supports the body at its own corners.
   for (const std::string shape : {"box", "convex"}) {
     const Rest in_corner = come_to_rest(
         body_of(box(0.04, 0.03, 0.01), shape, Vec3(0.0201, 0.0151, 0.006)), room(0.3), 1000);
     CHECK(in_corner.speed < 1e-9);
     CHECK(std::abs(in_corner.at.z() - 0.005) < 1e-6);
   }
-  // The body is larger than the obstacle it lies on; no side of the obstacle counts as its support.
+  // The body is larger than the obstacle it lies on. No side face of the obstacle counts as a
+  // support.
   for (const Index cells : {1, 8}) {
     const RigidObstacle post{shared(box(0.04, 0.03, 0.02, cells).moved(Vec3(0, 0, -0.01))), 0.3,
                              Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};
@@ -223,7 +224,8 @@ TEST_CASE(
     CHECK(on_post.speed < 1e-6);
     CHECK(std::abs(on_post.at.z() - 0.04) < 1e-6);
   }
-  // Cells are finer than the contact distance: of more than four points the bearing ones are kept.
+  // The cells are finer than the contact distance. If there are more than four points, the
+  // supporting ones are kept.
   RigidBody rod = body_of(
       cylinder(0.004, 0.027, 14)
           .moved(Vec3::Zero(), about(Vec3::UnitY(), M_PI / 2) * about(Vec3::UnitZ(), M_PI / 14)),
@@ -254,7 +256,7 @@ TEST_CASE("points inside the edges and faces of a hull change nothing") {
     body.orientation = quaternion_from_matrix(turned.transpose());
     const Rest rest = come_to_rest(body, floor_of(1.0, 3), 300);
     CAPTURE(k);
-    CHECK(std::abs(rest.at.z() - 0.0075) < 1e-5);  // corners of turned meshes are rounded
+    CHECK(std::abs(rest.at.z() - 0.0075) < 1e-5);  // rounding of the corners of rotated meshes
     CHECK(rest.speed < 1e-5);
   }
 }

@@ -10,9 +10,9 @@ using namespace loomstone;
 
 namespace {
 
-// Sums in long double about the origin by another formula: inertia from the second moments of the
-// corners and centroid of each tetrahedron (the quadrature with weights 1/20 and 16/20, exact for
-// quadratics).
+// Independent computation about the origin. The inertia follows from second moments of the corners
+// and centroid of each tetrahedron, by a quadrature with weights 1/20 and 16/20 that is exact for
+// quadratics.
 MassProperties by_quadrature(const TriangleMesh& mesh, double density) {
   MassProperties result;
   Mat3 second = Mat3::Zero();
@@ -43,7 +43,7 @@ TEST_CASE("a box has the mass and inertia of the textbook") {
   const Vec3 moments = mass / 12.0 * Vec3(b * b + c * c, a * a + c * c, a * a + b * b);
   CHECK(found.mass == Approx(mass).epsilon(1e-13));
   CHECK(found.centre.norm() < 1e-15);
-  // Rounding only: sums over 48 triangles.
+  // Tolerance: rounding of sums over 48 triangles.
   CHECK((found.inertia - Mat3(moments.asDiagonal())).norm() < 1e-13 * moments.norm());
 }
 
@@ -101,7 +101,7 @@ TEST_CASE("open, inside-out and flat meshes have no mass") {
   swapped.col(0).swap(swapped.col(1));
   CHECK_THROWS_WITH(mass_properties(TriangleMesh(good.vertices(), swapped), 1.0),
                     Catch::Contains("inside-out"));
-  // A body squashed along a diagonal has no volume, but every face has some area.
+  // A body flattened along a diagonal has no volume, but every face has an area.
   const Vec3 diagonal = Vec3(1, 2, 3).normalized();
   const Points flat = good.vertices() - good.vertices() * diagonal * diagonal.transpose();
   CHECK_THROWS_WITH(mass_properties(TriangleMesh(flat, good.triangles()), 1.0),

@@ -1,4 +1,4 @@
-// Claims about bodies without contacts.
+// Claims about the motion of bodies without contacts.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -32,8 +32,8 @@ TEST_CASE("a falling sphere follows symplectic Euler to rounding") {
   const double h = 1e-3;
   const int n = 500;
   run(world, state, h, n, 0);
-  // v_n = v0 + n h g, x_n = x0 + n h v0 + n (n + 1) / 2 h^2 g; 1e-13: 500 roundings of numbers of
-  // about one.
+  // v_n = v0 + n h g, x_n = x0 + n h v0 + n (n + 1) / 2 h^2 g. Tolerance: 500 roundings of numbers
+  // of about one, with a margin.
   const Vec3 g(0, 0, -9.81);
   CHECK((state.velocities.row(0).transpose() - (sphere.velocity + n * h * g)).norm() < 1e-12);
   CHECK((state.positions.row(0).transpose() -
@@ -44,7 +44,7 @@ TEST_CASE("a falling sphere follows symplectic Euler to rounding") {
 
 TEST_CASE(
     "a free body keeps its linear momentum to rounding and its spin to first order in the step") {
-  // A bar that rotates about its intermediate axis tumbles. The mesh is rotated and shifted so that
+  // A bar that spins about its intermediate axis tumbles. The mesh is rotated and shifted so that
   // no two frames coincide.
   RigidBody bar = body_of(box(0.4, 0.2, 0.1).moved(Vec3(0.3, 0.1, -0.2), turn), "convex");
   bar.velocity = Vec3(1, 2, 3);
@@ -74,7 +74,7 @@ TEST_CASE("the same body described in turned mesh axes moves the same") {
   RigidBody plain = body_of(box(0.4, 0.2, 0.1), "box", Vec3(1, 2, 3));
   plain.velocity = Vec3(1, 0, 0);
   plain.angular_velocity = Vec3(1, 2, -3);
-  RigidBody turned_mesh = plain;  // mesh turned one way, body the other
+  RigidBody turned_mesh = plain;  // rotates the mesh one way and the body the other
   turned_mesh.shape = BodyShape::Convex;
   const Vec3 shift(0.5, -0.5, 0.25);
   turned_mesh.mesh = shared(plain.mesh->moved(shift, turn));
@@ -85,7 +85,7 @@ TEST_CASE("the same body described in turned mesh axes moves the same") {
   CHECK((a.positions - b.positions).norm() < 1e-14);
   run(one, a, 1e-3, 300, 0);
   run(two, b, 1e-3, 300, 0);
-  // 300 steps of rounding in other frames; the motion is not chaotic.
+  // Tolerance: rounding of 300 steps in different frames; the motion is not chaotic.
   CHECK((a.positions - b.positions).norm() < 1e-12);
   CHECK((a.angular_velocities - b.angular_velocities).norm() < 1e-11);
   const Points xa = world_vertices(a, 0, *plain.mesh, one.mass_properties()[0]);
@@ -102,7 +102,7 @@ TEST_CASE("impulses change velocities by mass and inertia before the step") {
   Points impulse(1, 3), angular(1, 3);
   impulse << 1.0, -2.0, 0.5;
   angular << 1e-4, 2e-4,
-      -3e-4;  // slow: the gyroscopic change within the step stays below the tolerance
+      -3e-4;  // slow: the gyroscopic change within the step is below the tolerance
   const double h = 1e-3;
   world.advance(h, impulse, angular, {}, state);
   const Vec3 velocity = impulse.row(0).transpose() / mass.mass;
@@ -138,6 +138,6 @@ TEST_CASE("points of a body go to the world and back, and move with its velocity
   CHECK((before - (bar.position + turn * local)).norm() < 1e-14);
   const double h = 1e-5;
   run(world, state, h, 1, 0);
-  // Second order: h omega^2 r / 2 = 3e-6, and the gyroscopic change of omega of the same order.
+  // Second order: h omega^2 r / 2 = 3e-6; the gyroscopic change of omega is of the same order.
   CHECK(((to_world(state, 0, local) - before) / h - velocity).norm() < 1e-4);
 }

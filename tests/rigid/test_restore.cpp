@@ -50,8 +50,8 @@ struct Pile {
                          quaternion_from_rotation_vector(Vec3(0, 0, 0.1 * t))};
     world.advance(step, none, none, ObstaclePlaces({pose}), state);
   }
-  // Steps first .. last - 1 from a complete state, with a rebuild every 40; leaves a complete
-  // state.
+  // Takes the steps first to last - 1 from a complete state, with a rebuild every 40 steps. Leaves
+  // a complete state.
   void run(RigidWorld& world, RigidState& state, int first, int last) const {
     for (int i = first; i < last; ++i) {
       if (i % 40 == 0) {
@@ -105,7 +105,7 @@ TEST_CASE("restoring and saving at once keeps the state") {
   world.restore(copy);
   world.save(copy);
   CHECK((copy.positions - state.positions).norm() == 0.0);
-  // Pairs whose boxes separated or met within the last step may differ.
+  // Pairs whose bounding boxes separated or met in the last step may differ.
   CHECK(copy.manifolds.size() > 0.8 * state.manifolds.size());
   CHECK(copy.manifolds.size() < 1.2 * state.manifolds.size());
 }
@@ -126,7 +126,7 @@ TEST_CASE("rebuilding often does not disturb a stack") {
 }
 
 TEST_CASE("a restored world knows where its obstacles were") {
-  // The floor rises at 1 m/s: if its pose were lost, the next step would throw the brick.
+  // The floor rises at 1 m/s. If its pose were lost, the next step would throw the brick.
   const bool deforms = GENERATE(false, true);
   CAPTURE(deforms);
   const RigidObstacle flat = floor_of(1.0, 2);

@@ -18,7 +18,7 @@ TEST_CASE("rotation vector, quaternion and matrix are three ways to say one rota
   for (const Vec3& v : vectors) {
     const Vec4 q = quaternion_from_rotation_vector(v);
     CHECK(q.norm() == Approx(1.0).epsilon(1e-15));
-    // Rounding of cos and sin; relative to the vector even where it is tiny.
+    // The error is the rounding of cos and sin, relative to the vector even if it is tiny.
     CHECK((rotation_vector(q) - v).norm() <= 1e-15 + 4e-16 * v.norm());
     const Mat3 expected = v.norm() > 0
                               ? Eigen::AngleAxisd(v.norm(), v.normalized()).toRotationMatrix()
@@ -50,7 +50,7 @@ TEST_CASE(
              b = quaternion_from_rotation_vector(Vec3(1.0, -0.4, 0.5));
   const Vec3 omega = angular_velocity_between(a, b, 0.25);
   CHECK((turned(a, omega, 0.25) - b).norm() < 1e-14);
-  // The other sign of a quaternion is the same rotation: no turn of 2 pi.
+  // The negated quaternion is the same rotation and causes no extra turn of 2 pi.
   CHECK((angular_velocity_between(a, -b, 0.25) - omega).norm() < 1e-13);
   CHECK((nearer_sign(-b, a) - nearer_sign(b, a)).norm() == 0.0);
 }
@@ -63,7 +63,7 @@ TEST_CASE("spherical interpolation has constant angular velocity") {
   const Vec3 first = angular_velocity_between(slerp(a, b, 0.0), slerp(a, b, 0.1), 0.1);
   const Vec3 last = angular_velocity_between(slerp(a, b, 0.9), slerp(a, b, 1.0), 0.1);
   CHECK((first - last).norm() < 1e-13);
-  // Agrees with Eigen's sine formula.
+  // The result agrees with Eigen's formula.
   CHECK((slerp(a, b, 0.3) - to_vector(to_quaternion(a).slerp(0.3, to_quaternion(b)))).norm() <
         1e-14);
 }

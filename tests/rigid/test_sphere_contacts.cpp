@@ -1,4 +1,5 @@
-// Claims about contacts of spheres, and about spheres too fast for contacts at overlaps alone.
+// Claims about contacts of spheres, and about spheres so fast that a check for overlap is not
+// enough.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -54,7 +55,7 @@ TEST_CASE("a plane of triangles is touched once, right below the centre, whereve
 TEST_CASE(
     "each wall of a corner is touched, an edge and a tip once, and what lies out of reach is not") {
   const TriangleMesh cube = box(1.0, 1.0, 1.0);
-  CHECK(contacts_on(cube, Vec3(0.45, 0.44, 0.43), 0.1, 0.0).size() == 3);  // from inside
+  CHECK(contacts_on(cube, Vec3(0.45, 0.44, 0.43), 0.1, 0.0).size() == 3);  // from inside the cube
   CHECK(contacts_on(cube, Vec3(0.45, 0.44, 0.0), 0.1, 0.0).size() == 2);
   const auto edge = contacts_on(cube, Vec3(0.53, 0.54, 0.1), 0.06, 0.0);
   REQUIRE(edge.size() == 1);
@@ -79,14 +80,14 @@ TEST_CASE("what lies on the way of a sphere is a contact ahead, in the plane in 
   CHECK((face[0].normal - Vec3::UnitZ()).norm() < 1e-12);
   const auto both =
       contacts_on(box(2.0, 2.0, 2.0), Vec3(0.85, 0.0, -0.8), 0.1, 1e-3, Vec3(0.2, 0.0, -0.3));
-  REQUIRE(both.size() == 2);  // from inside, the floor later than the wall
+  REQUIRE(both.size() == 2);  // the sphere is inside and meets the floor later than the wall
   CHECK((both[0].normal + Vec3::UnitX()).norm() < 1e-12);
   CHECK((both[1].normal - Vec3::UnitZ()).norm() < 1e-12);
   const auto edge = contacts_on(cube, Vec3(0.6, 0.0, 0.8), 0.1, 1e-3, Vec3(-0.04, 0.0, -0.4));
   REQUIRE(edge.size() == 1);
   CHECK(edge[0].normal.x() > 0.5);
   CHECK((edge[0].on_other - Vec3(0.5, 0.0, 0.5)).norm() < 1e-4);
-  // Past an edge at 45 degrees, its nearest point seven hundredths away.
+  // The sphere passes the edge at 45 degrees with a gap of 0.04.
   CHECK(contacts_on(cube, Vec3(0.4, 0.0, 0.8), 0.1, 1e-3, Vec3(0.4, 0.0, -0.4)).empty());
 }
 
@@ -110,7 +111,7 @@ TEST_CASE("balls pass edges and fly through holes as if they were not there") {
 
 TEST_CASE("a ball that lies on one face of a mesh is thrown back by another one as if it did not") {
   RigidObstacle room{shared(box(0.2, 0.2, 0.2)), 0.0, Vec3::Zero(), Vec4(1, 0, 0, 0),
-                     Points(0, 3)};  // from inside
+                     Points(0, 3)};  // the ball is inside
   RigidBody ball = body_of(icosphere(0.05, 3), "sphere", Vec3(0, 0.003, -0.05));
   ball.velocity = Vec3(0.4, 0, 0), ball.friction = 0.0, ball.restitution = 1.0;
   RigidWorld world({ball}, {room}, Vec3::Zero());
@@ -131,7 +132,7 @@ TEST_CASE("balls that come at 3 m/s, 3 mm in a step, do not enter floors or one 
       run(world, state, 1e-3, 1, 1);
       CHECK(state.positions(0, 2) > radius - 1e-6);
     }
-    // It keeps its velocity along the floor, which has no friction and no obstructing edges.
+    // The ball keeps its velocity along the floor, which has no friction and no obstructing edges.
     CHECK(state.velocities(0, 0) == Approx(towards.x()).epsilon(1e-9).margin(1e-12));
     CHECK(state.positions(0, 2) < radius + 1e-4);
   }
@@ -169,8 +170,8 @@ TEST_CASE("balls that bounce are thrown back where they touch, no sooner, and ke
 }
 
 TEST_CASE("a ball that passes others within its reach is not held up by them") {
-  // Its path leaves a gap of 0.3 mm, the distance by which a plane that touches the other ball
-  // would shorten a step.
+  // The path leaves a gap of 0.3 mm. A plane tangent to the other ball would shorten a step by this
+  // distance.
   RigidWorld world(
       {ball_at(Vec3(-0.02, 0.0103, 0), Vec3(2, 0, 0)), ball_at(Vec3::Zero(), Vec3::Zero())}, {},
       Vec3::Zero());

@@ -1,4 +1,4 @@
-// Bodies and worlds shared by several files of claims.
+// Bodies and worlds shared by several test files.
 #pragma once
 
 #include <memory>
@@ -27,13 +27,13 @@ inline RigidObstacle floor_of(double size, Index cells, double friction = 0.3) {
           Points(0, 3)};
 }
 
-// The same obstacle as a surface that deforms, given by its vertices instead of a pose.
+// The same obstacle as a deforming surface, given by its vertices instead of a pose.
 inline RigidObstacle deforming(RigidObstacle obstacle) {
   obstacle.vertices = obstacle.mesh->vertices();
   return obstacle;
 }
 
-// Advances without impulses; obstacles stay where they start.
+// Advances without impulses; obstacles keep their initial poses.
 inline void run(RigidWorld& world, RigidState& state, double step, int n_steps,
                 std::size_t n_obstacles) {
   const Points none = Points::Zero(state.positions.rows(), 3);
