@@ -1,5 +1,5 @@
-// What claims about simulations share: meshes to share, step options, equality of checkpoints bit
-// for bit.
+// Helpers shared by the tests of simulations: shared meshes, step options, bitwise equality of
+// checkpoints.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// Claims about a built scene: determinism, resuming, coupling with rigid bodies.
+// Claims about whole simulations: determinism, resuming, coupling with rigid bodies.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -121,7 +121,7 @@ TEST_CASE(
                     Catch::Contains("differ: integrator.step)"));
   CHECK_THROWS_WITH(Simulation(scene, step_of(2e-3, "bdf2"), 1).restore(kept),
                     Catch::Contains("differ: integrator.method)"));
-  other = scene;  // as another machine may have rounded it
+  other = scene;  // rounded as on another machine
   other.gravity *= 1.0 + 1e-15;
   other.gravity[0] += 1e-17;
   CHECK_NOTHROW(Simulation(other, step_of(2e-3), 1).restore(kept));
@@ -173,8 +173,7 @@ TEST_CASE("a body that falls into a hammock is caught by it, and ends without in
   Simulation sim(hammock(), step_of(2e-3), 1);
   for (int i = 0; i < 400; ++i) sim.step();
   const double height = sim.body_centres()(0, 2);
-  // 0.1 kg on a cloth of 300 N/m: sags by centimetres, does not fall through (free fall would be at
-  // -3 m).
+  // Under 0.1 kg, a cloth of 300 N/m sags by centimetres. In free fall, the body would reach -3 m.
   CHECK(height > -0.2);
   CHECK(height < 0.06);
   CHECK(sim.intersecting_pairs().empty());
@@ -221,14 +220,14 @@ TEST_CASE("a strip at rest carries the body that hangs on it, whatever the integ
   Simulation sim(scene, o, 1);
   for (int i = 0; i < (damps ? 1500 : 750); ++i) sim.step();
   CHECK(sim.state().rigid.velocities.norm() < 1e-3);
-  // Nominal stress lambda E (lambda^2 - 1)/2 = m g / width, the strip's own weight (a fiftieth)
-  // halved onto it.
+  // The nominal stress lambda E (lambda^2 - 1)/2 equals m g / width. Half of the strip's own weight
+  // (a fiftieth) is added to the load.
   const double load = (5000.0 * 0.1 * 0.02 * 0.02 + 0.5 * 0.05 * 0.04) * 9.81 / 0.1;
   double lambda = 1.0;
   for (int k = 0; k < 50; ++k)
     lambda -= (0.5 * 300.0 * lambda * (lambda * lambda - 1) - load) /
               (0.5 * 300.0 * (3 * lambda * lambda - 1));
-  // The clamped ends do not contract but nu = 0; springs of 3e4 N/m per vertex give 1e-5 m.
+  // The clamped ends cannot contract, but nu = 0. Springs of 3e4 N/m per vertex add 1e-5 m.
   CHECK(0.2 - sim.positions().row(0)(2) == Approx(0.4 * lambda).epsilon(2e-3));
 }
 
@@ -249,7 +248,7 @@ TEST_CASE(
   const double body = 5000.0 * 0.1 * 0.02 * 0.02;
   Vec3 start = body * scene.bodies[0].velocity;
   const double energy = 0.5 * body * scene.bodies[0].velocity.squaredNorm();
-  const auto momentum = [&] {  // of the strip: a third of every triangle's mass at each corner
+  const auto momentum = [&] {  // of the strip; each corner has a third of its triangle's mass
     const Points v = sim.velocities();
     Vec3 sum = Vec3::Zero();
     for (const auto& corner : scene.cloths[0].mesh->triangles().rowwise())
@@ -260,15 +259,15 @@ TEST_CASE(
   for (int i = 0; i < 150; ++i) {
     sim.step();
     const Vec3 cloth = momentum(), bodies = body * sim.state().rigid.velocities.row(0).transpose();
-    // What BDF-2 keeps is (3 p - p_) / 2 of the cloth, from its first step on, which is the
-    // midpoint rule's.
+    // BDF-2 conserves (3 p - p_previous) / 2 of the cloth's momentum p, starting after its first
+    // step, which is a midpoint step.
     const Vec3 kept =
         method == "bdf2" ? Vec3(1.5 * cloth - 0.5 * before + bodies) : Vec3(cloth + bodies);
     if (method == "bdf2" && i == 0) start = kept;
-    CHECK((kept - start).norm() < 1e-8 * start.norm());  // what Newton loops leave
+    CHECK((kept - start).norm() < 1e-8 * start.norm());  // error of the Newton loops
     before = cloth;
     const StepReport& r = sim.report();
-    // Body and strip are coupled to first order.
+    // The coupling of body and strip is of first order.
     CHECK(r.energy.kinetic + r.energy.membrane + r.energy.bending + r.energy.body_kinetic <
           1.01 * energy);
   }
@@ -281,8 +280,8 @@ TEST_CASE("a strip and the body that hangs on it, let go, fall with g together")
   o.implicit()->linear_solver = LinearMethod::Direct;
   Simulation sim(scene, o, 1);
   for (int i = 0; i < 100; ++i) sim.step();
-  // All rows fall together: velocity g t. Springs of 3e4 N/m between body and cloth amplify
-  // rounding.
+  // All rows fall with velocity g t. Springs of 3e4 N/m between body and cloth amplify rounding
+  // errors.
   const Points v = sim.velocities();
   for (Index i = 0; i < v.rows(); ++i) CHECK(v(i, 2) == Approx(-9.81 * 0.1).epsilon(1e-6));
   CHECK(sim.body_centres()(0, 2) == Approx(-0.22 - 0.5 * 9.81 * 0.1 * 0.101).epsilon(1e-6));
@@ -382,7 +381,8 @@ TEST_CASE("a step in which the Newton loop finds no solution is taken in halves"
     parts.push_back(sim.report().parts);
   }
   CHECK(*std::max_element(parts.begin(), parts.end()) > 1);
-  // Halved steps damp less: it has fallen as far as with steps of 5 ms, to 5 % of its length.
+  // Halved steps damp less. The fall agrees with one in steps of 5 ms, to 5 % of the cloth's
+  // length.
   IntegratorOptions fine = o;
   fine.set_step(0.005), fine.newton()->max_newton_iterations = 50;
   Simulation judge(scene, fine, 1);
@@ -396,7 +396,7 @@ TEST_CASE(
   for (const char* method : {"backward-euler", "nonlinear-midpoint"}) {
     CAPTURE(method);
     const bool damped = method == std::string("backward-euler");
-    const double duration = damped ? 0.6 : 0.3;  // it lands at 0.06 to 0.1 s
+    const double duration = damped ? 0.6 : 0.3;  // it lands after 0.06 to 0.1 s
     Scene scene;
     const Eigen::Matrix3d tilt =
         Eigen::AngleAxisd(0.15, Vec3(1, 0.5, 0).normalized()).toRotationMatrix();
@@ -415,7 +415,7 @@ TEST_CASE(
       lowest = std::min(lowest, sim.positions().col(2).minCoeff());
     }
     CHECK(lowest > 0.0);
-    if (!damped) continue;  // the midpoint rule keeps the energy of the fall: it bounces
+    if (!damped) continue;  // the midpoint rule conserves energy, so the cloth bounces
     CHECK(sim.report().contacts.near > 20);
     const Vector z = sim.positions().col(2);
     CHECK(z.maxCoeff() < 1.5 * thickness);
@@ -438,8 +438,8 @@ TEST_CASE("a cloth that drapes never has more energy than it set out with") {
     highest = std::max(highest, energy());
     lowest = std::min(lowest, sim.report().energy.gravity);
   }
-  // What meets something within a step is found at its start: contacts may push by a step's length
-  // of energy.
+  // Contacts of a step are detected at its start. A push can therefore add the energy of one step's
+  // motion.
   CHECK(highest - start < 1e-3 * (g - lowest));
 }
 

@@ -1,4 +1,4 @@
-// Claims about how a step that fails is taken in parts.
+// Claims about how a failing step is taken in parts.
 #include <catch2/catch.hpp>
 
 #include "core/sim/step/bisection.h"
@@ -19,7 +19,7 @@ PartResult with_impacts() {
   return result;
 }
 
-// Lengths of the parts that are accepted, where `result` tells what an attempt at a part leaves.
+// Lengths of the accepted parts. `result` returns the outcome of an attempt at a part.
 template <class Result>
 std::vector<int> accepted(bool limits_in_solve, Result&& result) {
   Bisection bisection(limits_in_solve);
@@ -27,7 +27,7 @@ std::vector<int> accepted(bool limits_in_solve, Result&& result) {
   int place = 0;
   while (!bisection.done()) {
     const StepPart part = bisection.part();
-    REQUIRE(part.first == place);  // in order, without gap
+    REQUIRE(part.first == place);  // parts follow each other without a gap
     if (bisection.judge(result(part)) == Bisection::Verdict::Halved) continue;
     lengths.push_back(part.length());
     place = part.last;

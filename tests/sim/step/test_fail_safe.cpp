@@ -1,5 +1,5 @@
-// Claims about steps that contact forces cannot answer: every step ends free of intersection, or
-// says that it does not.
+// Claims about steps that contact forces cannot resolve: every step ends free of intersections, or
+// reports those that remain.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -22,7 +22,7 @@ RigidBody ball(double radius, double density, const Vec3& position, const Vec3& 
   return body;
 }
 
-// Vertices on the border of a grid of so many cells.
+// Returns the border vertices of a grid of cells x cells cells.
 std::vector<Index> border(Index cells) {
   std::vector<Index> vertices;
   for (Index i = 0; i <= cells; ++i)
@@ -42,8 +42,8 @@ Scene drum(double size, Index cells) {
   return scene;
 }
 
-// A loose sheet between two plates that close within `duration` to a gap (negative: they run
-// through each other), stand still for a while and open again.
+// A loose sheet between two plates that close within `duration` to a gap, rest for a while and open
+// again. If the gap is negative, the plates pass through each other.
 Scene press(double gap, double duration, bool turning = false, double offset = 0.0,
             int layers = 1) {
   Scene scene;
@@ -95,9 +95,8 @@ TEST_CASE(
     }
     CHECK(one.positions() == three.positions());
     CHECK(one.body_centres() == three.body_centres());
-    CHECK(lowest < 0.0);  // it came into the cloth
-    CHECK(one.body_centres()(0, 2) >
-          lowest + 0.02);  // and was thrown back, which takes what stopped it
+    CHECK(lowest < 0.0);                              // it reached the cloth
+    CHECK(one.body_centres()(0, 2) > lowest + 0.02);  // and the force that stopped it threw it back
   }
 }
 
@@ -125,9 +124,9 @@ TEST_CASE("a light ball squeezed between cloth and floor stays between them") {
                  << sim.body_centres()(0, 2));
     REQUIRE(sim.report().contacts.unresolved == 0);
     for (const auto& pair : sim.intersecting_pairs())
-      REQUIRE(pair[0] >= 200);  // the body may touch the floor, never cloth
-    // It does not give way into the floor: what presses on it is borne there. Bullet lets bodies
-    // sink by a hair.
+      REQUIRE(pair[0] >= 200);  // only body and floor may touch
+    // The body does not yield into the floor, which bears the load. Bullet lets bodies sink in
+    // slightly.
     CHECK(sim.body_centres()(0, 2) > 0.0298);
     CHECK(sim.body_centres()(0, 2) < 0.0302);
   }
@@ -139,7 +138,7 @@ TEST_CASE(
   for (const bool turning : {false, true})
     for (const double gap :
          {3e-3, 0.6e-3, 1e-4,
-          5e-5}) {  // above and below the thickness: the force gives, certification holds
+          5e-5}) {  // above and below the thickness: forces yield, certification does not
       Simulation sim(press(gap, 0.02, turning, 0.02), step_of(0.01), 1);
       for (int i = 0; i < 8; ++i) {
         sim.step();
@@ -168,7 +167,7 @@ TEST_CASE(
       CHECK(sim.report().parts <= 64);
       CHECK(sim.positions().allFinite());
       CHECK(sim.velocities().allFinite());
-      // Never hidden: where cloth intersects, the report says so.
+      // Intersections are never hidden: the report counts them.
       std::int64_t pairs = 0;
       for (const auto& pair : sim.intersecting_pairs()) {
         pairs += pair[0] < n_cloth;
@@ -194,7 +193,7 @@ TEST_CASE(
     Scene scene = press(1e-4, 0.02, true, 0.02);
     scene.gravity = Vec3(0, 0, -9.81);
     if (body) {
-      // Rolls in a corner of the lower plate, so that Bullet has contacts to carry over.
+      // The ball rolls on a corner of the lower plate, so that Bullet has contacts to carry over.
       scene.bodies.push_back(ball(0.02, 500.0, Vec3(0.12, 0.1, 0.1), Vec3(0.1, 0.2, 0)));
       scene.rigid_rebuild_interval = 2;
     }
@@ -231,8 +230,8 @@ TEST_CASE("poses and pins that the user has set are reached through the parts of
     plate.positions.resize(0, 3);
   }
   Simulation sim(scene, step_of(0.02), 1);
-  // The plates turn by 0.4 each way and close to 0.1 mm at once; the pinned corner goes down with
-  // them.
+  // The plates turn by 0.4 rad in opposite directions and close to 0.1 mm in one step. The pinned
+  // corner moves down with them.
   Points targets = sim.positions();
   targets(0, 2) = 0.0;
   sim.set_pin_targets(targets);
@@ -284,11 +283,11 @@ TEST_CASE(
   CHECK(lowest > 0.99 * 2e-3);  // the free sheet rests on the floor at its thickness
   CHECK(sim.positions().bottomRows(36).col(2).maxCoeff() < 2.2e-3);
   CHECK(sim.body_centres()(0, 2) >
-        0.04);  // caught by the sheet that hangs from its corners, half way to the floor
+        0.04);  // caught, half-way to the floor, by the sheet that hangs from its corners
 }
 
 TEST_CASE("a strip twisted fast by its ends stays free of intersection and tears nothing") {
-  // Each end turns by 11 degrees a step.
+  // Each end turns by 11 degrees per step.
   const Index cells = 24, across = 8;
   Scene scene;
   Cloth strip;
@@ -323,5 +322,5 @@ TEST_CASE("a strip twisted fast by its ends stays free of intersection and tears
     REQUIRE(sim.report().contacts.unresolved == 0);
     REQUIRE(sim.intersecting_pairs().empty());
   }
-  CHECK(sim.report().strain.stretch < 2.0);  // 1.73
+  CHECK(sim.report().strain.stretch < 2.0);  // measured 1.73
 }

@@ -1,5 +1,5 @@
-// Claims about strain limits in the step: with contacts, inside the implicit solve, and where
-// scripts leave them no room.
+// Claims about strain limits in a step: with contacts, inside the implicit solve, and with scripted
+// motion that leaves limits no room.
 #include <catch2/catch.hpp>
 
 #include <set>
@@ -13,7 +13,7 @@ using namespace loomstone::test;
 
 namespace {
 
-// A soft sheet over a ball: without limits it strains by a third.
+// A soft sheet over a ball. Without limits, its strain reaches a third.
 Scene draped(int cells, const StrainLimit& limit, bool in_solve) {
   Scene scene;
   Cloth cloth;
@@ -35,8 +35,8 @@ double worst(const StepReport& report) {
       {report.limits.weft_excess, report.limits.warp_excess, report.limits.shear_excess});
 }
 
-// A cloth of cells x cells that its script stretches beyond its limits; beside it hang a cloth
-// whose limits have room, and one that is limited by edges.
+// A cloth of cells x cells cells that scripted pins stretch beyond its limits. Next to it hang a
+// cloth whose limits have room and a cloth that is limited by edges.
 Scene stretched_beyond_limits(int cells) {
   Scene scene;
   Cloth cloth;
@@ -104,7 +104,7 @@ TEST_CASE("limits inside the solve leave little to sweeps, and come to the same 
     rest[in_solve] = sim.positions();
   }
   CHECK(sweeps[true] < sweeps[false] / 2);
-  // Folds need not fall alike; where the cloth lies as a whole does.
+  // Folds may differ, but the mean height of the cloth must not.
   const double mean[2] = {rest[0].col(2).mean(), rest[1].col(2).mean()};
   CHECK(mean[true] == Approx(mean[false]).margin(0.01));
 }
@@ -120,24 +120,23 @@ TEST_CASE(
   std::int64_t beyond_early = 0;
   for (int i = 0; i < 50; ++i) {
     sim.step();
-    if (i < 6) beyond_early += sim.report().limits.beyond;  // 3.6 % at most
+    if (i < 6) beyond_early += sim.report().limits.beyond;  // at most 3.6 % of strain
   }
   CHECK(beyond_early == 0);
   CHECK(sim.report().limits.beyond == 2 * cells * cells);
   CHECK(sim.report().limits.worst_element >= 0);
-  CHECK(sim.report().parts ==
-        1);  // limits that did not hold before are no reason to halve the step
+  CHECK(sim.report().parts == 1);  // limits broken before the step do not halve it
   const std::vector<BrokenLimit> broken = sim.broken_limits();
   std::set<Index> named;
   for (const BrokenLimit& each : broken) named.insert(each.element);
   CHECK(sim.report().limits.broken == 2 * cells * cells);
   CHECK(static_cast<std::int64_t>(named.size()) == 2 * cells * cells);
-  CHECK(*named.rbegin() == 2 * cells * cells - 1);  // of the first cloth alone
+  CHECK(*named.rbegin() == 2 * cells * cells - 1);  // only elements of the first cloth
   CHECK(broken.front().element == sim.report().limits.worst_element);
   CHECK(broken.front().excess == sim.report().limits.weft_excess);
   for (std::size_t i = 1; i < broken.size(); ++i) REQUIRE(broken[i].excess <= broken[i - 1].excess);
   CHECK(sim.report().limits.weft_excess ==
-        Approx(0.25).margin(0.05));  // all triangles share what the script asks for
+        Approx(0.25).margin(0.05));  // all triangles share the prescribed strain
   CHECK(sim.report().strain.stretch < 1.36);
   const Points x = sim.positions();
   Points strain;
@@ -152,7 +151,7 @@ TEST_CASE(
       const double rest = (edged->vertices().row(a) - edged->vertices().row(b)).norm();
       longest = std::max(longest, (x.row(242 + a) - x.row(242 + b)).norm() / rest - 1.0);
     }
-  CHECK(longest < 0.05 + 0.02);  // sweeps end at the tolerance or after a hundred
+  CHECK(longest < 0.05 + 0.02);  // sweeps stop at the tolerance or after one hundred
 }
 
 TEST_CASE(
@@ -178,8 +177,8 @@ TEST_CASE(
       CHECK(sim.broken_limits().empty());
       CHECK(worst(sim.report()) <= limit_margin(0.05));
       CHECK(sim.intersecting_pairs().empty());
-      // The ball stops what lies on it alone, a tenth of the sheet: 0.93 of the speed is left at
-      // steps of 1 ms and less.
+      // The ball stops only the part of the sheet that lies on it, a tenth. With steps of at most 1
+      // ms, 0.93 of the speed remains.
       if (i == 0 && speed == 6.0) CHECK(-sim.velocities().col(2).mean() > 0.9 * speed);
       if (i == 0 && speed == 12.0) CHECK(-sim.velocities().col(2).mean() > 0.75 * speed);
     }
@@ -188,8 +187,8 @@ TEST_CASE(
   }
 }
 
-// Soft, heavy and far stiffer in its limit along weft than along warp: when it falls into its pins,
-// all of it in one step.
+// A soft, heavy cloth with a much lower limit along weft than along warp. When it falls into its
+// pins, all of it reaches the limits in one step.
 TEST_CASE("a step that breaks limits is taken in halves, so that they hold") {
   Scene scene;
   scene.collisions = false;

@@ -1,4 +1,4 @@
-// Claims about starts that intersect: they come apart, and are then kept apart like all others.
+// Claims about starts with intersections: surfaces come apart and then stay apart.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -32,7 +32,7 @@ Scene layers(double (*height)(double, double)) {
   return scene;
 }
 
-// Steps until nothing intersects; the number of steps, or -1 after `most`.
+// Steps until nothing intersects. Returns the number of steps, or -1 after `most`.
 int come_apart(Simulation& sim, int most) {
   for (int i = 1; i <= most; ++i) {
     sim.step();
@@ -51,7 +51,8 @@ TEST_CASE("layers that start through each other come apart and stay apart") {
       Simulation sim(scene, step_of(4e-3), 1);
       INFO("response " << response << ", pairs at the start " << sim.intersecting_pairs().size());
       REQUIRE(sim.intersecting_pairs().size() > 20);
-      // The deepest is 30 thicknesses through, which takes 75 steps at the speed asked for.
+      // The deepest point is 30 thicknesses beyond the other layer. At the target speed, it needs
+      // 75 steps.
       REQUIRE(come_apart(sim, 300) > 0);
       for (int i = 0; i < 25; ++i) {
         sim.step();
@@ -79,7 +80,7 @@ TEST_CASE("cloth that starts inside an obstacle comes out of it") {
   double lowest = 1.0;
   for (Index i = 0; i < sim.positions().rows(); ++i)
     lowest = std::min(lowest, sim.positions().row(i).norm());
-  CHECK(lowest > 0.049);  // flat faces lie up to 0.7 mm inside the round sphere
+  CHECK(lowest > 0.049);  // flat faces lie up to 0.7 mm inside the sphere
 }
 
 TEST_CASE("untangling ends in the same bits on any number of threads, and after a resume") {
