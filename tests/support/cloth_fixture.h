@@ -1,4 +1,4 @@
-// A small cloth with its integrator, without the rest of a simulation.
+// A small cloth with its integrator, without the other parts of a simulation.
 #pragma once
 
 #include <memory>
@@ -76,7 +76,7 @@ inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material
   return run;
 }
 
-// Makes the stages. They keep references to the model, so `run` must not be moved afterwards.
+// Creates the stages. They refer to the model, so `run` must not be moved afterwards.
 inline void start(ClothRun& run, const IntegratorOptions& options) {
   run.elasticity = std::make_unique<Elasticity>(run.model, bending_treatment(options, run.model));
   run.integrator = make_integrator(options, run.model, *run.elasticity);

@@ -1,4 +1,4 @@
-// A mesh lifted to the heights given by a function of x and y; rest coordinates stay.
+// Lifts a mesh to heights given by a function of x and y; rest coordinates are unchanged.
 #pragma once
 
 #include "core/mesh/triangle_mesh.h"
