@@ -55,9 +55,7 @@ def test_irregular_meshes_depend_on_the_seed_alone():
 def test_a_disc_and_a_strip_have_their_shapes():
     disc = meshes.disc(radius=0.5, triangles=1000)
     assert abs(disc.n_triangles - 1000) <= 1
-    assert area(disc).sum() == pytest.approx(
-        np.pi / 4, rel=0.01
-    )  # polygon with at least 60 corners
+    assert area(disc).sum() == pytest.approx(np.pi / 4, rel=0.01)  # polygon of at least 60 corners
     assert meshes.quality(disc)["min_angle_degrees"] > 22
     strip = meshes.strip(length=1.0, width=0.1, triangles=400, seed=1)
     assert np.ptp(strip.vertices, axis=0) == pytest.approx((1.0, 0.1, 0.0))
