@@ -27,9 +27,7 @@ def scene():
 
 def loomstone(*arguments, largest_file=None):
     def limit():
-        signal.signal(
-            signal.SIGXFSZ, signal.SIG_IGN
-        )  # writing fails instead, as in any Python process
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # as Python does, so that writing fails
         if largest_file:
             resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))
 
