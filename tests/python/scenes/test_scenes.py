@@ -1,5 +1,5 @@
-"""Every scene file, small and short: no triangles of cloth intersect in any frame, and nothing is
-torn.
+"""Every scene file at small size and duration: cloth never intersects in a frame, and its stretch
+stays bounded.
 """
 
 from pathlib import Path
@@ -12,9 +12,9 @@ from loomstone.runs.verification import count_intersections
 
 SCENES = Path(__file__).parents[3] / "scenes"
 
-# Parameters, simulated time [s] and how far cloth may stretch [1]. The time includes what the scene
-# is about: twist is packed tight, the knot is closed, the stack is shaken, boxes lie in the cloth,
-# layers lie on one another.
+# Parameters, simulated time [s] and largest stretch of cloth [1]. The time includes the main event
+# of each scene: twist is packed tight, the knot is closed, the stack is shaken, boxes lie in the
+# cloth, layers lie on one another.
 SMALL = {
     "bending": ({"triangles": 128}, 0.4, 1.2),
     "clasp": ({"triangles": 128}, 0.06, 1.2),
@@ -35,7 +35,7 @@ SMALL = {
     "twist": ({"triangles": 450}, 1.2, 1.3 * 1.75),
 }
 
-# Scenes that leave collisions out, here with them.
+# Scenes that disable collisions; here they are enabled.
 APART = {
     "limit_scaling": ({"triangles": 200}, 0.6, 1.3),
     "swing": ({"columns": 11, "rows": 14}, 1.0, 1.2),
@@ -76,22 +76,22 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
     while sim.time < duration:
         sim.step()
         most = max(most, np.abs(energies() - start).max())
-        if name not in ("halbach", "motor"):  # which have no table
+        if name not in ("halbach", "motor"):  # these scenes have no table
             assert sim.body_centres[:, 2].min() > 1e-3, (
                 "a ball on the table below the bowl has its centre at 0"
             )
     assert sim.report.magnets.substeps >= 1
-    if name == "motor":  # what its source gives goes into heat and motion
+    if name == "motor":  # the source's energy becomes heat and motion
         turning = sim.report.energy.body_kinetic + sim.bearing_work + 0.25e-3 * sim.current**2
         assert turning + sim.circuit_heat == pytest.approx(sim.circuit_supply, rel=5e-3)
         assert sim.state.body_angular_velocities[0, 2] > 50
-    elif name == "plunger":  # it has leapt, and what its source gave is all there
+    elif name == "plunger":  # it has leapt, and all energy of its source is accounted for
         gained = energies().sum() - start.sum()
         assert sim.body_centres[0, 2] > 0.04 and gained > 3e-3
         circuit = sim.report.circuits.energy + sim.circuit_heat - sim.circuit_supply
         assert gained + circuit == pytest.approx(0.0, abs=0.01 * gained)
-    elif name not in ("figures", "lift", "pull"):  # where scripts do work on their way
-        # Leapfrog's energy swings by 1e-3 of what is exchanged; contacts only take.
+    elif name not in ("figures", "lift", "pull"):  # in these scenes scripts do work
+        # Leapfrog's energy oscillates by 1e-3 of the exchanged energy, and contacts only dissipate.
         assert energies().sum() - start.sum() < 0.01 * most
 
 
@@ -127,8 +127,8 @@ def test_the_superconducting_cube_keeps_its_energy_and_turns_as_it_swings():
     for _ in range(40):
         sim.step()
         moving = max(moving, sim.report.energy.body_kinetic)
-    assert np.linalg.norm(sim.state.body_angular_velocities[0]) > 1.0  # a ball has no reason to
-    assert abs(energy() - start) < 0.01 * moving  # the panels of a cube bring forces to 1e-3
+    assert np.linalg.norm(sim.state.body_angular_velocities[0]) > 1.0  # a ball would not turn
+    assert abs(energy() - start) < 0.01 * moving  # a cube's panels give forces to 1e-3
 
 
 @pytest.mark.parametrize("name", sorted(SMALL | APART))
@@ -150,8 +150,9 @@ def test_no_cloth_intersects_in_any_frame(name):
 
 @pytest.mark.parametrize(("speed", "step"), [(8.0, 8e-3), (16.0, 4e-3)])
 def test_a_step_that_truncation_would_freeze_is_taken_in_halves(speed, step):
-    """A wall runs into the edges of eight sheets that lie apart; taken whole, the first step left
-    nothing of what they wanted.
+    """A wall hits the edges of eight separate sheets.
+
+    Without halving, certification would withhold all motion of the first step.
     """
     flat, random = ls.grid(size=(0.2, 0.2), cells=(8, 8)), np.random.default_rng(3)
     material = ls.ClothMaterial(
