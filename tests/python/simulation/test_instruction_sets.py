@@ -1,5 +1,6 @@
-"""Kernels of magnets and cloth compiled for other instruction sets give the same bits;
-LOOMSTONE_INSTRUCTIONS narrows the choice.
+"""Kernels of magnets and cloth give the same bits with every instruction set.
+
+LOOMSTONE_INSTRUCTIONS restricts the choice.
 """
 
 import os
@@ -11,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
 
-# Kernels of all kinds, with points near, inside and far; one line a part.
+# Runs all kinds of kernels with points inside, near and far away. Prints one line per part.
 WORK = """
 import hashlib
 import numpy as np

@@ -1,4 +1,4 @@
-"""Mistakes of users: each is one clear sentence, none is silently accepted."""
+"""Every mistake of a user causes one clear sentence; none is silently accepted."""
 
 import os
 
@@ -225,7 +225,7 @@ def scene(cells: int = 4, fabric: str = "silk"):
 
 @pytest.fixture
 def loomstone(tmp_path, monkeypatch, capsys):
-    """Runs the command in this process and returns its exit code and what it said."""
+    """Runs the command in this process and returns its exit code and output."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.py").write_text(GOOD)
 

@@ -1,4 +1,4 @@
-"""What is given, seen and stored can be pickled: other processes get the same bits."""
+"""Inputs, results and stored data can be pickled, and other processes get the same bits."""
 
 import copy
 import pickle

@@ -1,4 +1,4 @@
-"""A simulation as Python sees it."""
+"""A simulation as seen from Python."""
 
 import threading
 
@@ -241,7 +241,7 @@ def test_a_body_falls_as_fast_as_gravity_says():
         sim.step()
     assert sim.body_centres[0, 2] == pytest.approx(
         1 - 9.81 / 2 * 0.04, abs=9.81 * 0.2 * 2e-3
-    )  # one step of first order
+    )  # first order: the error of one step
 
 
 @pytest.mark.parametrize(
@@ -302,8 +302,8 @@ def test_a_failed_step_says_where_and_keeps_the_last_good_state(hanging):
 
 @pytest.mark.parametrize("element", ["mid-edge", "hinge"])
 def test_damped_bending_takes_energy_at_any_step(element):
-    # Stiffness alone would let bending be explicit at this step; with its damping that feeds
-    # energy.
+    # At this step, explicit bending would be stable with stiffness alone. With damping, it would
+    # gain energy.
     material = ls.ClothMaterial(bending_weft=1e-5, bending_warp=1e-5, bending_damping=0.1)
     mesh = ls.grid(size=(0.2, 0.2), cells=(8, 8))
     scene = ls.Scene(

@@ -1,6 +1,4 @@
-"""Between steps: what may be read and written, as views of the internal tables and as copies in the
-user's order.
-"""
+"""State between steps: views of the internal tables, and copies in the user's order."""
 
 import gc
 
@@ -53,7 +51,7 @@ def test_views_stay_good_over_restore_failure_and_assignment(hanging):
     sim.restore(start)
     assert np.array_equal(x[sim.vertex_order], hanging.cloths[0].mesh.vertices)
     sim.positions = sim.positions + 1.0
-    sim.state.positions += 1.0  # assigns, too
+    sim.state.positions += 1.0  # also assigns the attribute
     assert np.array_equal(x[sim.vertex_order], hanging.cloths[0].mesh.vertices + 2.0)
 
 
@@ -70,7 +68,7 @@ def test_positions_are_a_copy_in_the_users_order_and_state_the_internal_table(si
     copied = sim.positions
     copied[:] = 0
     assert np.array_equal(sim.positions, falling.cloths[0].mesh.vertices)
-    assert not np.array_equal(sim.state.positions, sim.positions)  # another order
+    assert not np.array_equal(sim.state.positions, sim.positions)  # the internal order differs
     assert np.array_equal(sim.state.positions[sim.vertex_order], sim.positions)
 
 
@@ -225,7 +223,7 @@ def test_tables_of_the_wrong_shape_are_refused(sim):
     with pytest.raises(AttributeError):
         sim.state.position = 0
     with pytest.raises(AttributeError):
-        sim.position = sim.positions  # misspelt: not a new attribute
+        sim.position = sim.positions  # a misspelt name creates no attribute
 
 
 def test_one_rank_owns_all_rows_and_counts_its_loops(sim):

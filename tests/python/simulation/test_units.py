@@ -1,4 +1,4 @@
-"""Units: factors from their definitions, dimensions, and quantities in every description."""
+"""Units: factors by definition, dimensions, and quantities in every description."""
 
 import math
 import re
@@ -35,7 +35,7 @@ units = ls.units
 )
 def test_a_unit_is_what_its_definition_says_and_the_way_back_is_its_inverse(unit, si, value):
     si = units[si].units
-    assert units[unit].to(si).magnitude == pytest.approx(value, rel=1e-12)  # a few roundings
+    assert units[unit].to(si).magnitude == pytest.approx(value, rel=1e-12)  # a few rounding errors
     there = (3.7 * units[unit]).to(si)
     assert there.to(units[unit].units).magnitude == pytest.approx(3.7, rel=1e-14)
 
@@ -149,7 +149,7 @@ NUMBERS = [
 def test_every_number_of_a_description_takes_its_unit_and_refuses_others(kind, name):
     unit = re.search(r"\[([^\]]+)\]", getattr(kind, name).__doc__)[1]
     assert unit in units
-    for wrong in (1.0 * units["cd"], [1.0, 2.0, 3.0] * units["cd"]):  # which no field is given in
+    for wrong in (1.0 * units["cd"], [1.0, 2.0, 3.0] * units["cd"]):  # no field has this unit
         said = rf"{kind.__name__}.{name} must be .*: .* has the dimension"
         with pytest.raises(ls.InvalidInput, match=said):
             kind(**{name: wrong})
