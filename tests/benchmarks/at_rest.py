@@ -21,7 +21,7 @@ from certify import perturbed
 from loomstone.runs.scene_file import SceneFile
 from smoke import SCENES, parsed
 
-CENTRE = np.array([0.03, 0.02, 0.0])  # of the sphere [m]
+CENTRE = np.array([0.03, 0.02, 0.0])  # centre of the sphere [m]
 PAUSE, CALM = 0.2, 1e-4  # interval [s] and largest motion within it at rest [m]
 COLUMNS = ("triangles", "step", "seed", "rest", "moved", "centre", "lowest", "middle")
 

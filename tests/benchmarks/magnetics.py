@@ -129,7 +129,7 @@ def main() -> None:
     for name, (body, peer) in bodies().items():
         some = (
             points[: max(2, arguments.points // 50)] if "mesh" in name else points
-        )  # magpylib takes 0.5 ms a point there
+        )  # magpylib takes 0.5 ms per point for meshes
         ours, field = fastest(
             partial(M.field, body, some, threads=arguments.threads), arguments.repeats
         )

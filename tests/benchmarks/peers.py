@@ -31,7 +31,7 @@ QUALITY = {"drape": 10, "twist": 30}  # Blender's steps per frame; the twist fal
 class Seen(NamedTuple):
     seconds: float  # per frame
     stretch: float
-    pairs: int  # in the worst frame
+    pairs: int  # intersecting pairs in the worst frame
 
     def __str__(self) -> str:
         return (

@@ -140,7 +140,7 @@ TEST_CASE("a checkpoint of a newer format is refused with both numbers") {
 TEST_CASE("columns that an older file lacks keep their defaults") {
   struct Row {
     std::int64_t step = -1;
-    double energy = 0.5;  // a newer column
+    double energy = 0.5;  // absent from the older file
     double time = -1.0;
   };
   const Column step{"step", Number::Int64, offsetof(Row, step)};

@@ -206,6 +206,6 @@ TEST_CASE("a magnet must name what carries it") {
     scene.magnets = {magnet};
     CHECK_THROWS_AS(build_magnetic_model(scene), InvalidInput);
   }
-  scene.magnets[0].body = "a";  // deforms
+  scene.magnets[0].body = "a";  // a carrier that deforms
   CHECK_THROWS_AS(build_magnetic_model(scene), Unsupported);
 }

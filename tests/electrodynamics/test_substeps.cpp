@@ -10,8 +10,8 @@ using namespace loomstone;
 
 namespace {
 
-// Lengths of the sub-steps of a step of 1 s [s], given the angular frequency at the start of each
-// [rad/s].
+// Lengths [s] of the sub-steps of a 1 s step, given the angular frequency [rad/s] at the start of
+// each sub-step.
 std::vector<double> lengths(const std::vector<double>& frequencies) {
   Substeps parts(1.0, 0.15);
   std::vector<double> result;

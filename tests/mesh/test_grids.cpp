@@ -28,7 +28,7 @@ Index euler_characteristic(const TriangleMesh& mesh) {
   return mesh.n_vertices() - static_cast<Index>(table.edges.rows()) + mesh.n_triangles();
 }
 
-constexpr double rounding = 1e-12;  // sums of a few thousand doubles of order one
+constexpr double rounding = 1e-12;  // for sums of a few thousand doubles of order one
 
 }  // namespace
 

@@ -208,7 +208,7 @@ TEST_CASE("a PLY file cut short anywhere is refused, never read as a smaller mes
   for (const bool text : {false, true}) {
     write_mesh(whole_path, two_panels(), text);
     const std::string whole = content_of(whole_path);
-    // A text file stays valid without its last line end or some digits of its last number.
+    // A text file stays valid if its last line end or digits of its last number are missing.
     for (std::size_t length = 0; length < whole.size() - (text ? 25 : 0);
          length += length < 400 ? 7 : 101) {
       INFO(length);

@@ -58,7 +58,7 @@ TEST_CASE(
   struct Case {
     const char* name;
     TriangleMesh mesh;
-    double volume;  // of the smooth body [m^3]
+    double volume;  // volume of the smooth body [m^3]
     double tolerance;
     Index euler;            // 2 for a sphere, 0 for a ring
     double smallest_angle;  // [rad], measured with a small margin; slivers harm contacts

@@ -108,7 +108,7 @@ TEST_CASE("an edge with three faces is named with them") {
 TEST_CASE("an inverted face is named, not one of its neighbours") {
   const TriangleMesh mesh = grid_cells(1.0, 1.0, 4, 4);
   Triangles triangles = mesh.triangles();
-  std::swap(triangles(11, 0), triangles(11, 1));  // all three neighbours exist
+  std::swap(triangles(11, 0), triangles(11, 1));  // triangle 11 has three neighbours
   CHECK_THROWS_WITH(TriangleMesh(mesh.vertices(), triangles),
                     Contains("triangle 11 must have the same winding"));
 }
@@ -226,7 +226,7 @@ TEST_CASE("a moved mesh keeps its shape and uv, and a matrix that is no rotation
   const TriangleMesh moved = mesh.moved(Vec3(5, 6, 7), turn, 2.0);
   CHECK(moved.mean_edge() == Approx(2.0 * mesh.mean_edge()).epsilon(1e-13));
   CHECK(moved.uv() == mesh.uv());
-  CHECK(moved.vertices().row(0) == Eigen::RowVector3d(5, 6, 7));  // vertex 0 was the origin
+  CHECK(moved.vertices().row(0) == Eigen::RowVector3d(5, 6, 7));  // vertex 0 starts at the origin
   CHECK_THROWS_WITH(mesh.moved(Vec3::Zero(), 2.0 * Mat3::Identity()),
                     Contains("rotation must be a rotation matrix"));
   CHECK_THROWS_WITH(mesh.moved(Vec3::Zero(), -Mat3::Identity()), Contains("rotation must be"));

@@ -20,7 +20,7 @@ def to_axis(axis: np.ndarray) -> Rotation:
 
 
 def ball_mesh(radius: float, mass: float) -> tuple[ls.TriangleMesh, float]:
-    """Returns mesh and density of a ball with mass and inertia 2/5 m r^2 of an exact sphere."""
+    """Returns mesh and density of a ball with the mass and inertia 2/5 m r^2 of a true sphere."""
     mesh = ls.meshes.sphere(radius=radius, subdivisions=2)
     made = ls.meshes.mass_properties(mesh, 1.0)
     scale = np.sqrt(0.4 * radius**2 * made.mass / made.inertia[0, 0])

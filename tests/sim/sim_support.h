@@ -1,4 +1,4 @@
-// Helpers shared by the tests of simulations: shared meshes, step options, bitwise equality of
+// Helpers for the tests of simulations: mesh pointers, step options, bitwise equality of
 // checkpoints.
 #pragma once
 

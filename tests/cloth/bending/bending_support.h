@@ -8,7 +8,7 @@
 
 namespace loomstone::test {
 
-Mat3 isotropic(double b, double nu);  // D for (kxx, kyy, 2 kxy) [N m]
+Mat3 isotropic(double b, double nu);  // rigidity D for (kxx, kyy, 2 kxy) [N m]
 Mat3 some_rigidity();                 // full orthotropic matrix with coupling terms [N m]
 
 // Setup of a flat mesh in z = 0. The material axes are rotated by `angle` [rad] from x.

@@ -57,7 +57,7 @@ TEST_CASE("a mid-edge cantilever sags as beam theory says on raw meshes with sli
     CHECK(ratio == Approx(1.0).epsilon(0.01));
     least = std::min(least, angle), worst = std::max(worst, std::abs(ratio - 1.0));
   }
-  CHECK(least < 3.0 * M_PI / 180);  // the meshes contain slivers: 1.3 degrees at 4 across
+  CHECK(least < 3.0 * M_PI / 180);  // there are slivers, of 1.3 degrees at 4 elements across
   UNSCOPED_INFO(across << " across: worst " << worst);
 }
 

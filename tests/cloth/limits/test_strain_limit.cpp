@@ -119,7 +119,8 @@ TEST_CASE(
         Vec3 target;
         target << std::clamp(before[0], -0.03, 0.05), std::clamp(before[1], -0.01, 0.02),
             std::clamp(before[2], -0.1, 0.1);
-        // Rounding of coordinates of 1 m over the height of the triangle, times its longest side.
+        // Tolerance: rounding of coordinates of 1 m, divided by the triangle's height and
+        // multiplied by its longest side.
         CHECK((thesis_correction(cloth, x, target - before) - shift).norm() < 1e-11 * size + 1e-13);
         const Points moved = x + shift;
         CHECK((corrected(cloth, x, "gauss-seidel-random") - moved).norm() == 0.0);

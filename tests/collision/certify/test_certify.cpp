@@ -33,7 +33,7 @@ TEST_CASE(
     Points first;
     for (const int threads : {1, 2, 3, 7}) {
       CollisionStage stage(scene.model);
-      if (threads == 3) stage.proximity(Team{threads}, scene.x, {});  // lists only with 3 threads
+      if (threads == 3) stage.proximity(Team{threads}, scene.x, {});  // builds neighbour lists
       Points x1 = thrown;
       const CertifyReport report =
           stage.certify(Team{threads}, {scene.x, scene.inverse_mass, {}}, x1, none);

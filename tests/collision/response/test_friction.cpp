@@ -35,7 +35,7 @@ Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 
     const ContactTerms made =
         stage.terms({x, v, last_change, Points(0, 3), h, n}, contacts, state, terms);
     const Vec3 before = velocity;
-    for (int solve = 0; solve < 3; ++solve) {  // linearised integrators repeat the solve
+    for (int solve = 0; solve < 3; ++solve) {  // repeated, as in linearised integrators
       Mat3 matrix = mass * Mat3::Identity();
       Vec3 right = mass * before + h * mass * gravity;
       for (const ExtraTerm& term : terms) {
@@ -145,7 +145,7 @@ TEST_CASE(
   stage.update_anchors(first, made, x, x1, state);
   REQUIRE(state.anchors.size() == 1);
   CHECK((state.anchors[0].slip - Vec3(2e-5, 0, 0)).norm() < 1e-15);
-  x1.row(0) = Eigen::RowVector3d(0.010, 0.004, 0.5e-3);  // across the diagonal
+  x1.row(0) = Eigen::RowVector3d(0.010, 0.004, 0.5e-3);  // moves across the diagonal
   const auto second = stage.proximity(Team{1}, x1, {});
   REQUIRE(second.size() == 1);
   CHECK(second[0].b != first[0].b);

@@ -36,7 +36,7 @@ TEST_CASE("boxes face to face, edge to edge and corner to corner have the distan
   CHECK(distance({4.0, 7.0, 12.0}) == Approx(7.0));
   const double turn =
       0.125 *
-      3.14159265358979323846;  // half of 45 degrees about z; a corner points at the other box
+      3.14159265358979323846;  // half of 45 degrees about z, which points a corner at the other box
   CHECK(distance({6.0, 0.0, 0.0}, {std::cos(turn), 0, 0, std::sin(turn)}) ==
         Approx(5.0 - 3.0 / std::sqrt(2.0)));
 }

@@ -98,7 +98,7 @@ def test_nothing_has_the_name_of_a_module_beside_it(module):
     package = importlib.import_module(f"loomstone.{module}".rstrip("."))
     for found in pkgutil.iter_modules(package.__path__):
         if found.name.startswith("lib") or found.name == "units":
-            continue  # the plug-in for MPI
+            continue  # the MPI plug-in, or the registry of units
         shown = getattr(package, found.name, None)
         assert shown is None or isinstance(shown, types.ModuleType), f"{module}: {found.name}"
 

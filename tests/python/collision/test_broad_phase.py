@@ -65,7 +65,7 @@ def test_all_engines_name_the_pairs_of_brute_force_among_many_triangles(seed, n,
     x0 = (centres + size * random.normal(size=(n, 3, 3))).reshape(-1, 3)
     x1 = x0 + size * random.normal(size=x0.shape)
     triangles = np.arange(3 * n).reshape(n, 3)
-    triangles[::3, 0] = triangles[0, 0]  # some share a vertex
+    triangles[::3, 0] = triangles[0, 0]  # some triangles share a vertex
     expected = collision.candidates(x0, x1, triangles, inflation, engine="brute-force")
     detector = collision.Detector(triangles, threads=3)
     detector.candidates(random.normal(size=x0.shape), x1)  # builds the tree at other positions

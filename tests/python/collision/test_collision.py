@@ -1,4 +1,4 @@
-"""Collision queries on arrays: exact continuous tests against independent rational arithmetic."""
+"""Collision queries on arrays: exact continuous tests compared with rational arithmetic."""
 
 from fractions import Fraction
 

@@ -64,7 +64,7 @@ def test_every_line_of_two_magnets_leaves_north_and_enters_south_or_the_distance
         )  # shorter chords end on surfaces, where B has a kink
         assert (
             turns[long[1:] & long[:-1]].max(initial=0.0) < 0.3
-        )  # 0.1 on average: half the turn of each of two steps
+        )  # on average 0.1 rad, the turn of one step
 
 
 def test_lines_of_a_solenoid_go_round_its_winding():

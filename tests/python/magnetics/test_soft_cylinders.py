@@ -1,5 +1,5 @@
-"""Magnetisable cylinders and rings agree with an independent solver and closed forms; scenes agree
-with functions.
+"""Magnetisable cylinders and rings agree with an independent solver and with closed forms. Forces
+in scenes agree with those of the functions.
 """
 
 import loomstone as ls

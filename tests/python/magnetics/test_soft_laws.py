@@ -177,7 +177,7 @@ def test_hard_magnets_have_no_stable_place_and_superconductors_do():
         return M.force(on=there, by=M.induce(plate, by=there).bodies[0]).force
 
     size = np.linalg.norm(by_hard(place)) / 0.01
-    assert abs(stiffness_sum(by_hard, place)) < 1e-5 * size  # 1e-10 / step, and the second order
+    assert abs(stiffness_sum(by_hard, place)) < 1e-5 * size  # error: 1e-10 / step, second order
     assert (
         stiffness_sum(by_superconductor, place)
         < -0.1 * np.linalg.norm(by_superconductor(place)) / 0.01

@@ -171,7 +171,7 @@ def test_a_run_whose_pictures_are_given_other_options_meanwhile_leaves_them_alon
     out, draws = tmp_path / "run", itertools.count()
 
     def other(sim):
-        if next(draws) == 7:  # within the second interval of frames
+        if next(draws) == 7:  # between the second and the third frame
             render_run(
                 ls.Run(shutil.copytree(out, tmp_path / "seen")),
                 PLAIN,

@@ -12,7 +12,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
 
-# Runs all kinds of kernels with points inside, near and far away. Prints one line per part.
+# Program that runs all kinds of kernels with points inside, near and far away. It prints one line
+# per part.
 WORK = """
 import hashlib
 import numpy as np
