@@ -166,7 +166,8 @@ TEST_CASE("columns that an older file lacks keep their defaults") {
   }
 }
 
-TEST_CASE("the bodies file cannot stand for the run, nor that of another run for this run's") {
+TEST_CASE(
+    "the bodies file cannot replace the run file, nor can the bodies file of another run be used") {
   const TemporaryDirectory directory, other;
   write_run(directory.path(), 3);
   CHECK_THAT(message_of(directory / "bodies.vtkhdf"), Contains("kind 'run', got 'bodies'"));
@@ -220,7 +221,7 @@ TEST_CASE("a checkpoint truncated or with any bit flipped is refused") {
   CHECK_THAT(checkpoint_message_of(path), Contains("No such file"));
 }
 
-TEST_CASE("what cannot be written is refused with its name") {
+TEST_CASE("values that cannot be written are refused by name") {
   const TemporaryDirectory directory;
   const FrameTopology topology = example_topology(4, false);
   CHECK_THROWS_WITH(FrameWriter(directory / "absent", topology, ""),
@@ -247,7 +248,7 @@ TEST_CASE("what cannot be written is refused with its name") {
                     Contains("frame index must be in [0, 0), got 0"));
 }
 
-TEST_CASE("a writer that ends on a full disk leaves the frames it has written") {
+TEST_CASE("a writer that fails on a full disk leaves the frames it has written") {
   for (const rlim_t limit : {900000, 1550000, 1600000, 1700000, 2100000}) {
     const TemporaryDirectory directory;
     const FrameTopology topology = example_topology(12, true);

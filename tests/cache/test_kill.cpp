@@ -98,8 +98,7 @@ TEST_CASE("a run killed at any moment can be read, and every frame is right") {
   CHECK(most > 0);  // some kills came while frames were being written
 }
 
-TEST_CASE(
-    "a run killed and continued over and over ends with the content of an uninterrupted one") {
+TEST_CASE("a run killed and continued repeatedly ends with the content of an uninterrupted one") {
   const FrameTopology topology = example_topology(6, true);
   const int n_frames = 300, most_kills = 10;
   std::mt19937 random(2);

@@ -17,7 +17,7 @@ Points drag(const Air& air, const TriangleMesh& mesh, const Points& v) {
 }
 }  // namespace
 
-TEST_CASE("a sheet moving across itself feels density/2 C A v^2 against its motion") {
+TEST_CASE("a sheet moving along its normal has a drag of density/2 C A v^2") {
   const TriangleMesh mesh = grid_cells(0.4, 0.5, 4, 5);
   Air air;
   air.normal_drag = 1.3, air.density = 1.1;
@@ -29,7 +29,8 @@ TEST_CASE("a sheet moving across itself feels density/2 C A v^2 against its moti
 }
 
 TEST_CASE(
-    "along the sheet only the tangential coefficient acts; moving with the wind nothing does") {
+    "along the sheet only the tangential coefficient acts, and at the wind's velocity there is no "
+    "drag") {
   const TriangleMesh mesh = grid_cells(0.4, 0.5, 4, 5);
   Air air;
   air.normal_drag = 1.3, air.tangential_drag = 0.1, air.wind = Vec3(2, 0, 0);
@@ -57,7 +58,7 @@ TEST_CASE("drag follows v = v_t tanh(g t / v_t) for a sheet falling flat") {
         Approx(terminal * std::tanh(g * 0.5 / terminal)).epsilon(2e-4));  // first order in h
 }
 
-TEST_CASE("gusts change the wind's strength within their share") {
+TEST_CASE("gusts change the wind's speed by at most their share") {
   Air air;
   air.wind = Vec3(3, 0, 0), air.gust = 0.5;
   for (double t = 0; t < 5; t += 0.01) {

@@ -61,7 +61,7 @@ TestScene crowd() {
 
 }  // namespace
 
-TEST_CASE("contacts are those of all pairs, step after step, for any number of threads") {
+TEST_CASE("contacts agree with a test of all pairs in every step, for any number of threads") {
   const TestScene scene = crowd();
   const CollisionModel& model = scene.model;
   std::vector<std::unique_ptr<CollisionStage>> stages;
@@ -98,8 +98,8 @@ TEST_CASE("contacts are those of all pairs, step after step, for any number of t
 }
 
 TEST_CASE(
-    "lists of a sheet that swings last for many steps, and hold what a search of everything "
-    "finds") {
+    "neighbour lists of a swinging sheet last for many steps and give the contacts of a full "
+    "search") {
   const TestScene scene = make_scene(
       {{grid_cells(0.2, 0.2, 24, 24), Kind::Cloth, 1e-3},
        {grid_cells(0.2, 0.2, 23, 23).moved(Vec3(1e-3, 2e-3, 1.2e-3)), Kind::Cloth, 1e-3}});
@@ -138,7 +138,7 @@ TEST_CASE(
   CHECK(lists.n_made() <= 6 * static_cast<std::int64_t>(lists.lists().size()));
 }
 
-TEST_CASE("impacts are those of all pairs, with lists and without") {
+TEST_CASE("impacts agree with a test of all pairs, with lists and without") {
   const TestScene scene = crowd();
   const CollisionModel& model = scene.model;
   const std::vector<SurfacePair> pairs = surface_pairs(model);

@@ -159,7 +159,7 @@ TEST_CASE("two free magnets keep their energy with second order of the sub-step"
   CHECK(errors[0] > 3.0 * errors[1]);  // the factor is 4 to leading order
 }
 
-TEST_CASE("a stage made again between two steps changes no bit") {
+TEST_CASE("a stage rebuilt between two steps changes no bit") {
   Coil coil = winding();
   coil.resistance = 0.5, coil.inductance = 1e-3, coil.voltages = {2.0};
   Motion kept(magnet_over_coil(coil)), renewed(magnet_over_coil(coil));
@@ -173,7 +173,7 @@ TEST_CASE("a stage made again between two steps changes no bit") {
   CHECK(kept.magnetic.circuits.currents == renewed.magnetic.circuits.currents);
 }
 
-TEST_CASE("what a circuit takes from its source is heat, its own energy, and work on bodies") {
+TEST_CASE("the energy from a circuit's source is heat, stored energy and work on bodies") {
   Coil coil = winding();
   coil.resistance = 0.5, coil.inductance = 1e-3, coil.voltages = {2.0};
   Motion motion(magnet_over_coil(coil));

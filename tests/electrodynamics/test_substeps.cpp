@@ -26,7 +26,7 @@ std::vector<double> lengths(const std::vector<double>& frequencies) {
 
 }  // namespace
 
-TEST_CASE("a step that resolves its oscillation is taken at once") {
+TEST_CASE("a step that resolves its oscillation has one sub-step") {
   Substeps parts(1e-3, 0.15);
   parts.resolve(149.0);
   CHECK(parts.length() == 1e-3);
@@ -34,7 +34,8 @@ TEST_CASE("a step that resolves its oscillation is taken at once") {
   CHECK(!parts.left());
 }
 
-TEST_CASE("sub-steps are halves of halves that resolve the oscillation, and fill the step") {
+TEST_CASE(
+    "sub-steps are repeated halves of the step, resolve the oscillation and add up to the step") {
   Substeps parts(1.0, 0.15);
   double length = 0.0;
   int n = 0;

@@ -56,8 +56,8 @@ TEST_CASE("with the exact Jacobian Newton's residual is squared from one iterati
 }
 
 TEST_CASE(
-    "a sheet pressed far beyond buckling in a few steps is followed by the Newton loop with either "
-    "bending") {
+    "the Newton loop follows a sheet compressed far beyond buckling in a few steps, with either "
+    "bending element") {
   const std::string element = GENERATE("mid-edge", "hinge");
   const std::string method = GENERATE("backward-euler", "nonlinear-midpoint");
   CAPTURE(element, method);
@@ -87,7 +87,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "a Newton loop that cannot converge says so, names the remedy, and where the residual is "
+    "a Newton loop that cannot converge reports this, the remedy, and where the residual is "
     "largest") {
   const TriangleMesh mesh = grid_cells(0.2, 0.2, 4, 4);
   IntegratorOptions o = exact_options("backward-euler", 1e-3);

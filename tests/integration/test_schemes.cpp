@@ -184,8 +184,8 @@ TEST_CASE("linear momentum is kept to rounding by every integrator with the dire
 }
 
 TEST_CASE(
-    "angular momentum is kept to rounding by symplectic Euler and nonlinear midpoint, by BDF-2 to "
-    "order 3, else to the scheme's") {
+    "angular momentum is conserved to rounding by symplectic Euler and nonlinear midpoint, to "
+    "order 3 by BDF-2, and to their order by the others") {
   CHECK(angular_drift("symplectic-euler", 2e-4) < 1e-12);
   CHECK(angular_drift("nonlinear-midpoint", 1e-3) < 1e-11);  // Newton stops at a residual of 1e-12
   // The h^2 error of BDF-2 only shifts the phase. Its damping and loss of momentum are of order h^3
@@ -241,7 +241,7 @@ double hung_length(double length, double weight, double modulus) {
   return hang;
 }
 
-TEST_CASE("a hung strip stretches as the analytic solution, along weft and along warp") {
+TEST_CASE("a hanging strip stretches as the analytic solution, along weft and along warp") {
   // With nu = 0, a strip under its own weight is one-dimensional.
   ClothMaterial m;
   m.weft_stiffness = 60, m.warp_stiffness = 25, m.shear_stiffness = 10, m.density = 0.8;
@@ -269,7 +269,7 @@ TEST_CASE("a hung strip stretches as the analytic solution, along weft and along
 }
 
 TEST_CASE(
-    "a hung strip with a Poisson ratio stretches by its compliance along weft, warp and bias") {
+    "a hanging strip with a Poisson ratio stretches by its compliance along weft, warp and bias") {
   // The strip is narrow with free sides, so the stress is uniaxial along d and 1 / E is the
   // off-axis compliance. The clamp prevents lateral contraction, and coupling to shear bends the
   // strip in its plane. Both errors decrease with the width.
@@ -306,7 +306,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "unknown integrators are refused with the choices, and impossible combinations do not exist") {
+    "unknown integrators are refused with the choices, and explicit ones have no implicit "
+    "options") {
   CHECK_THROWS_WITH(integrator_named("rk4"),
                     Catch::Contains("semi-implicit-euler") && Catch::Contains("\"rk4\""));
   CHECK_THROWS_AS(integrator_named("rk4"), InvalidInput);

@@ -39,7 +39,7 @@ class PretendedRanks final : public Communicator {
 
 }  // namespace
 
-TEST_CASE("unknown methods and useless options are refused by name") {
+TEST_CASE("unknown methods and invalid options are refused by name") {
   CHECK_THROWS_WITH(
       choice_named<LinearMethod>("jacobi", "linear_solver"),
       Contains("pcg | block-jacobi | gauss-seidel | direct") && Contains("got \"jacobi\""));
@@ -52,7 +52,7 @@ TEST_CASE("unknown methods and useless options are refused by name") {
                     Contains("max_iterations must be >= 1, got 0"));
 }
 
-TEST_CASE("a right side that is not finite is refused with its row") {
+TEST_CASE("a right-hand side that is not finite is refused with its row") {
   for (const LinearMethod method : {LinearMethod::Pcg, LinearMethod::BlockJacobi,
                                     LinearMethod::GaussSeidel, LinearMethod::Direct}) {
     INFO(name_of(method));
@@ -99,7 +99,7 @@ TEST_CASE("an indefinite matrix with good diagonal blocks is refused") {
   }
 }
 
-TEST_CASE("arrays of other lengths are refused with both numbers") {
+TEST_CASE("arrays of wrong length are refused with both lengths") {
   RandomSystem system = random_system(10, 0, 0);
   system.b.resize(99, 3);
   CHECK_THROWS_AS(solve(system, LinearMethod::Pcg), InvalidInput);
@@ -107,7 +107,7 @@ TEST_CASE("arrays of other lengths are refused with both numbers") {
                     Contains("b must have one row for each of the 100 rows") && Contains("got 99"));
 }
 
-TEST_CASE("methods that run on one rank say so before they talk to others") {
+TEST_CASE("methods limited to one rank are refused before any communication") {
   for (const LinearMethod method : {LinearMethod::GaussSeidel, LinearMethod::Direct}) {
     INFO(name_of(method));
     RandomSystem system = random_system(20, 0, 0);

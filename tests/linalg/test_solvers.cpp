@@ -108,7 +108,7 @@ TEST_CASE("a solver used before gives the same bits as a new one") {
   }
 }
 
-TEST_CASE("a good guess spares iterations and a bad one is dropped") {
+TEST_CASE("a good guess saves iterations and a bad one is discarded") {
   RandomSystem system = random_system(20, 2, 60);
   for (const LinearMethod method :
        {LinearMethod::Pcg, LinearMethod::BlockJacobi, LinearMethod::GaussSeidel}) {
@@ -127,7 +127,8 @@ TEST_CASE("a good guess spares iterations and a bad one is dropped") {
   }
 }
 
-TEST_CASE("the preconditioned residual reaches the tolerance and no less is claimed") {
+TEST_CASE(
+    "the preconditioned residual reaches the tolerance, and an unconverged solve is reported") {
   const RandomSystem system = random_system(30, 0, 0);
   LinearReport loose, tight, stopped;
   solved(system, {LinearMethod::Pcg, 1e-2, 2000}, 1, &loose);
@@ -155,8 +156,7 @@ void stiffen(RandomSystem& system, double factor) {
 
 }  // namespace
 
-TEST_CASE(
-    "rounding the stiffness to single precision leaves the mass of a common translation alone") {
+TEST_CASE("rounding the stiffness to single precision does not change the mass of a translation") {
   RandomSystem system = random_system(20, 0, 0);
   stiffen(system, 1e6);
   const Index n = system.matrix.n_rows();
@@ -198,7 +198,7 @@ TEST_CASE("a product by rows is the product by slices") {
   }
 }
 
-TEST_CASE("a system too stiff for single precision is solved all the same") {
+TEST_CASE("a system too stiff for single precision is still solved") {
   RandomSystem system = random_system(20, 0, 0);
   stiffen(system, 1e9);
   std::fill(system.fixed.begin(), system.fixed.end(), 0);
@@ -259,7 +259,7 @@ RandomSystem smooth_system(Index tiles, double stiffness) {
 }  // namespace
 
 TEST_CASE(
-    "coarse levels spare iterations where far rows are coupled, the more the larger the mesh") {
+    "coarse levels save iterations if distant rows are coupled, and more so on larger meshes") {
   for (const Index tiles : {4, 11}) {
     const RandomSystem system = smooth_system(tiles, 1e4);
     LinearReport levels, jacobi;
@@ -272,7 +272,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("layers that stiff terms tie together cost coarse levels few iterations") {
+TEST_CASE("with coarse levels, stiff terms between layers cost few iterations") {
   // The grid is folded in the middle. Every row is tied to the row that comes to lie on it, and
   // both have the same load.
   const Index tiles = 8, side = 11 * tiles;
@@ -302,7 +302,7 @@ TEST_CASE("layers that stiff terms tie together cost coarse levels few iteration
   CHECK(tied.iterations < 4 * apart.iterations);
 }
 
-TEST_CASE("a solve with other terms on the same matrix is a first solve's") {
+TEST_CASE("a solve with other terms on the same matrix agrees with a first solve") {
   const RandomSystem system = random_system(20, 2, 60);
   RandomSystem other = random_system(20, 2, 60);
   other.terms.resize(41);
@@ -325,7 +325,7 @@ TEST_CASE("a solve with other terms on the same matrix is a first solve's") {
   }
 }
 
-TEST_CASE("a solve may go on from a rough one") {
+TEST_CASE("a solve can continue from a rough one") {
   const RandomSystem system = random_system(30, 2, 100);
   RandomSystem other = random_system(30, 2, 100);
   for (ExtraTerm& term : other.terms) term.hessian *= 0.7;
@@ -370,7 +370,7 @@ TEST_CASE("a solve may go on from a rough one") {
   }
 }
 
-TEST_CASE("a system may ask for less than the solver's tolerance") {
+TEST_CASE("a system can set a looser tolerance than the solver's") {
   const RandomSystem system = random_system(30, 0, 0);
   LinearSystem rough = system.view();
   rough.tolerance = 1e-2;
@@ -405,7 +405,7 @@ TEST_CASE("aggregates hold about a dozen connected rows of one block each") {
   }
 }
 
-TEST_CASE("looking at the true residual on the way costs no iterations") {
+TEST_CASE("checking the true residual during a solve costs no iterations") {
   const RandomSystem system = random_system(40, 2, 100);
   for (const LinearMethod method :
        {LinearMethod::Pcg, LinearMethod::BlockJacobi, LinearMethod::GaussSeidel}) {
@@ -419,7 +419,7 @@ TEST_CASE("looking at the true residual on the way costs no iterations") {
   }
 }
 
-TEST_CASE("a zero right side gives zero whatever the guess") {
+TEST_CASE("a zero right-hand side gives zero for any guess") {
   RandomSystem system = random_system(10, 1, 5);
   system.b.setZero();
   std::fill(system.fixed.begin(), system.fixed.end(), 0);
@@ -431,7 +431,7 @@ TEST_CASE("a zero right side gives zero whatever the guess") {
   }
 }
 
-TEST_CASE("all rows fixed leaves x as it came") {
+TEST_CASE("a system with all rows fixed leaves x unchanged") {
   RandomSystem system = random_system(10, 1, 5);
   std::fill(system.fixed.begin(), system.fixed.end(), 1);
   for (const LinearMethod method : {LinearMethod::Pcg, LinearMethod::BlockJacobi,

@@ -83,7 +83,8 @@ TEST_CASE("the alternating pattern turns the diagonal from cell to cell, the oth
   CHECK(has_edge(straight, 1, 5));
 }
 
-TEST_CASE("a grid asked for by its number of triangles comes near it with nearly square cells") {
+TEST_CASE(
+    "a grid requested by its number of triangles has about that number, with nearly square cells") {
   CHECK(grid(0.5, 0.5, 14476).n_triangles() == 2 * 85 * 85);
   CHECK(grid(1.0, 1.0, 2).n_triangles() == 2);
   const TriangleMesh wide = grid(3.0, 1.0, 600);
@@ -109,7 +110,7 @@ TEST_CASE("a floor faces up, carries no uv and is open") {
   CHECK_FALSE(mesh.closed());
 }
 
-TEST_CASE("flat generators refuse impossible numbers by name") {
+TEST_CASE("flat generators refuse invalid numbers by name") {
   CHECK_THROWS_WITH(grid_cells(0.0, 1.0, 2, 2), Catch::Contains("width must be > 0"));
   CHECK_THROWS_WITH(grid_cells(1.0, std::nan(""), 2, 2), Catch::Contains("height must be > 0"));
   CHECK_THROWS_WITH(grid_cells(1.0, 1.0, 0, 2), Catch::Contains("nx must be 1 to 20000, got 0"));

@@ -163,7 +163,9 @@ TEST_CASE("a mesh in a file that breaks a rule is refused with file and item") {
                     Contains("empty.obj: a mesh must have vertices"));
 }
 
-TEST_CASE("texture coordinates that vanish are refused by triangle, and ignored when not wanted") {
+TEST_CASE(
+    "texture coordinates of zero area are refused with their triangle, and ignored if not "
+    "requested") {
   const Folder folder;
   const std::string path =
       folder.file("odd.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nf 1/1 2/1 3/1\n");
@@ -202,7 +204,7 @@ TEST_CASE(
         (Points(2, 3) << 256, 0, 0, 0, -2, 1).finished());
 }
 
-TEST_CASE("a PLY file cut short anywhere is refused, never read as a smaller mesh") {
+TEST_CASE("a PLY file truncated anywhere is refused, never read as a smaller mesh") {
   const Folder folder;
   const std::string whole_path = folder.file("whole.ply");
   for (const bool text : {false, true}) {
@@ -221,7 +223,7 @@ TEST_CASE("a PLY file cut short anywhere is refused, never read as a smaller mes
                     Contains("cut.ply: the file ends in face 35 of 36 (cut short)"));
 }
 
-TEST_CASE("malformed PLY files are refused with file and place") {
+TEST_CASE("malformed PLY files are refused with file and position") {
   const Folder folder;
   const auto message_of = [&](const std::string& from, const std::string& to) -> std::string {
     std::string content = ascii_square;
@@ -292,7 +294,7 @@ TEST_CASE("files that are missing, unwritable or of another kind are refused by 
 }
 
 TEST_CASE(
-    "a garment with its sewing pattern loads with rest coordinates, obstacles with odd ones load "
+    "a garment loads with the rest coordinates of its pattern, and obstacles with odd ones load "
     "without") {
   const fs::path meshes = fs::path(LOOMSTONE_SHARED_DATA) / "meshes";
   if (!fs::exists(meshes)) {

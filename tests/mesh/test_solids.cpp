@@ -87,7 +87,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("spheres have their vertices on the sphere and 20 times four to the level triangles") {
+TEST_CASE("spheres have their vertices on the sphere and 20 * 4^level triangles") {
   const TriangleMesh mesh = icosphere(0.25, 3);
   CHECK(mesh.n_triangles() == 20 * 64);
   CHECK(mesh.n_vertices() == 10 * 64 + 2);
@@ -95,7 +95,7 @@ TEST_CASE("spheres have their vertices on the sphere and 20 times four to the le
     CHECK(mesh.vertices().row(v).norm() == Approx(0.25).epsilon(1e-15));
 }
 
-TEST_CASE("boxes and capsules reach exactly as far as their numbers say, both ways") {
+TEST_CASE("boxes and capsules extend exactly to their dimensions in both directions") {
   const TriangleMesh cuboid = box(1.0, 2.0, 3.0, 3), pill = capsule(0.5, 2.0, 24);
   CHECK(cuboid.n_triangles() == 6 * 9 * 2);
   CHECK(cuboid.vertices().colwise().maxCoeff() == Eigen::RowVector3d(0.5, 1.0, 1.5));
@@ -132,7 +132,7 @@ TEST_CASE(
         Approx(measure(capsule(0.1, 1.0, 24)).volume).epsilon(1e-12));
 }
 
-TEST_CASE("closed generators refuse impossible numbers by name") {
+TEST_CASE("closed generators refuse invalid numbers by name") {
   CHECK_THROWS_AS(icosphere(0.0, 1), InvalidInput);
   CHECK_THROWS_WITH(icosphere(-1.0, 1), Catch::Contains("radius must be > 0"));
   CHECK_THROWS_WITH(icosphere(1.0, 9), Catch::Contains("subdivisions must be 0 to 8, got 9"));

@@ -189,7 +189,7 @@ TEST_CASE("points inside a lumpy body are those with winding number one") {
   CHECK(n_inside < 900);
 }
 
-TEST_CASE("inside a box is decided rightly beside its edges and vertices") {
+TEST_CASE("the inside test of a box is right close to its edges and vertices") {
   const Vec3 half(0.5, 1.0, 0.05);
   const TriangleMesh mesh = box(2 * half.x(), 2 * half.y(), 2 * half.z(), 2);
   const SpatialQuery query(mesh.vertices(), mesh.triangles());

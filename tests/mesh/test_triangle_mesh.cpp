@@ -98,7 +98,7 @@ TEST_CASE("duplicate faces are named, whatever corner they begin at and however 
                     Contains("as triangle 1"));
 }
 
-TEST_CASE("an edge with three faces is named with them") {
+TEST_CASE("an edge with three faces is named together with them") {
   const Square square;
   CHECK_THROWS_WITH(
       TriangleMesh(with_row(square.vertices, 0.5, 0.5, 1.0), with_row(square.triangles, 2, 0, 4)),
@@ -177,7 +177,7 @@ TEST_CASE("uv given corner by corner still form panels where their values agree"
                     Contains("triangle 0 must be oriented"));
 }
 
-TEST_CASE("welding closes a surface torn along seams and leaves uv as they were") {
+TEST_CASE("welding closes a surface cut along seams and keeps its uv") {
   const TriangleMesh sphere = icosphere(1.0, 1);
   Points torn(3 * sphere.n_triangles(), 3);
   Points2 uv(3 * sphere.n_triangles(), 2);
@@ -234,7 +234,7 @@ TEST_CASE("a moved mesh keeps its shape and uv, and a matrix that is no rotation
   CHECK_THROWS_WITH(mesh.moved(Vec3(std::nan(""), 0, 0)), Contains("translation must be finite"));
 }
 
-TEST_CASE("a reordered mesh holds the same triangles with the same uv at their new places") {
+TEST_CASE("a reordered mesh has the same triangles and uv at their new positions") {
   const TriangleMesh mesh = jittered_grid(1.0, 1.0, 5, 4, 0.2);
   std::vector<Index> vertex_order, triangle_order;
   for (Index i = 0; i < mesh.n_vertices(); ++i)

@@ -75,7 +75,7 @@ TEST_CASE("contiguous ranges of a grid have short boundaries") {
   }
 }
 
-TEST_CASE("separate pieces and lone vertices are ordered too") {
+TEST_CASE("separate components and isolated vertices are ordered too") {
   Graph graph;
   graph.start.assign(1001, 0);  // 1,000 vertices without neighbours
   std::vector<Index> order = bisection_order(graph);

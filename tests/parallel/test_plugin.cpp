@@ -58,7 +58,7 @@ TEST_CASE("a launcher is recognised by more than one rank in the environment") {
   CHECK(launched_by_mpi());
 }
 
-TEST_CASE("one rank talks to nobody") {
+TEST_CASE("a single rank communicates with nobody") {
   const auto communicator = single_communicator();
   CHECK(communicator->rank() == 0);
   CHECK(communicator->size() == 1);

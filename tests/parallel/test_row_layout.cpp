@@ -46,7 +46,7 @@ TEST_CASE("ranges of ranks cover all rows, start at whole blocks and differ by a
     }
 }
 
-TEST_CASE("every row has the owner whose range holds it, empty ranges included") {
+TEST_CASE("the owner of a row is the rank whose range contains it, also with empty ranges") {
   for (const Index rows : {130, 1000}) {
     const RowLayout layout(rows, std::make_shared<SilentRank>(0, 5));
     for (Index row = 0; row < rows; ++row) {

@@ -31,7 +31,7 @@ TEST_CASE("a sum has the same bits on any number of threads") {
   }
 }
 
-TEST_CASE("the time that threads spend in loops is told thread by thread") {
+TEST_CASE("the time that threads spend in loops is reported for each thread") {
   const auto spin = [](double seconds) {
     const auto start = std::chrono::steady_clock::now();
     while (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() <
@@ -53,7 +53,7 @@ TEST_CASE("the time that threads spend in loops is told thread by thread") {
   }
 }
 
-TEST_CASE("an exception is carried out of a loop") {
+TEST_CASE("an exception propagates out of a loop") {
   for (const int threads : {1, 3})
     CHECK_THROWS_AS(parallel_for(
                         Team{threads}, 1000,
@@ -64,7 +64,7 @@ TEST_CASE("an exception is carried out of a loop") {
                     InvalidInput);
 }
 
-TEST_CASE("at least one thread is offered") { CHECK(default_thread_count() >= 1); }
+TEST_CASE("the default number of threads is at least one") { CHECK(default_thread_count() >= 1); }
 
 TEST_CASE("a child forked after a parallel loop refuses to run one and still runs serial ones") {
   const auto code_of = [](auto&& body) {

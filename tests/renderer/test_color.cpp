@@ -117,7 +117,7 @@ TEST_CASE("values are averaged over triangles, and a constant stays itself", "[r
   CHECK(mean.maxCoeff() <= scene.frame.stretch.maxCoeff());
 }
 
-TEST_CASE("strain is shown as U - I, which limits are in", "[renderer]") {
+TEST_CASE("strain is shown as U - I, like strain limits", "[renderer]") {
   DrapedScene scene = flat_scene();
   // F = R U with U = (1.3, 0.05; 0.05, 0.9): E = (U^2 - I) / 2.
   const Eigen::RowVector3d u(1.3, 0.9, 0.05);
@@ -180,7 +180,7 @@ TEST_CASE("colours of a sequence mean the same in every frame", "[renderer]") {
                     Catch::Matchers::Contains("each of the 2 rows"));
 }
 
-TEST_CASE("a vertex forced to intersect looks other than one in contact", "[renderer]") {
+TEST_CASE("a vertex forced to intersect looks different from one in contact", "[renderer]") {
   DrapedScene scene = flat_scene();
   RenderOptions options = small_options();
   options.color_by = "contact";
@@ -194,7 +194,7 @@ TEST_CASE("a vertex forced to intersect looks other than one in contact", "[rend
   CHECK(n_different(pictures[2], pictures[1]) > 0);
 }
 
-TEST_CASE("text is drawn within its width, leaves ink, and is cut at the edge of the picture",
+TEST_CASE("text is visible, stays within its width, and is cut at the edge of the picture",
           "[renderer]") {
   const Color ink = {0, 0, 0};
   Image image{200, 40, std::vector<std::uint8_t>(3 * 200 * 40, 255)};

@@ -121,7 +121,7 @@ TEST_CASE("the floor is darker in the shadow of the cloth, and only with shadows
   CHECK(pixel(with, 2, 2) == pixel(without, 2, 2));
 }
 
-TEST_CASE("a cloth far from everything casts its shadow on nothing behind it", "[renderer]") {
+TEST_CASE("the shadow map casts no shadow beyond its reach", "[renderer]") {
   // Beyond the reach of the shadow map the floor is lit. The map must not repeat or extend there as
   // a square shadow.
   const DrapedScene scene = draped_scene();
@@ -177,7 +177,7 @@ TEST_CASE("every pattern, the wireframe, the floor and the number of samples cha
   CHECK(changed([](RenderOptions& o) { o.samples = 1; }) > 100);  // at edges
 }
 
-TEST_CASE("a floor is no obstacle in the way: from below it is not drawn", "[renderer]") {
+TEST_CASE("a floor does not block the view: from below it is not drawn", "[renderer]") {
   const DrapedScene scene = draped_scene();
   RenderOptions options = small_options();
   options.camera = fixed_camera(Vec3(0.3, -1.5, -1.2), 35.0);

@@ -54,8 +54,8 @@ TEST_CASE("a resting body stays and sinks in by less than a tenth of a millimetr
 }
 
 TEST_CASE(
-    "a body counts as supported where contacts lead from it to an obstacle, not where bodies meet "
-    "in the air") {
+    "a body counts as supported if contacts connect it to an obstacle, not if bodies meet in the "
+    "air") {
   std::vector<RigidBody> cubes;
   for (const Vec3& at : {Vec3(0, 0, 0.05), Vec3(0, 0, 0.15), Vec3(0.5, 0, 0.06), Vec3(0.5, 0, 1.0),
                          Vec3(0.5, 0, 1.1)})
@@ -102,7 +102,7 @@ TEST_CASE("cubes of one centimetre stay at rest in a stack at steps of a millise
   }
 }
 
-TEST_CASE("more sweeps of the solver hold a stack better") {
+TEST_CASE("more sweeps of the solver make a stack more stable") {
   double moved[2];
   for (const int k : {0, 1}) {
     std::vector<RigidBody> cubes;
@@ -117,7 +117,7 @@ TEST_CASE("more sweeps of the solver hold a stack better") {
   CHECK(moved[1] < 0.3 * moved[0]);
 }
 
-TEST_CASE("a brick holds on an incline below the friction angle and slides above") {
+TEST_CASE("a brick sticks on an incline below the friction angle and slides above it") {
   const double mu = 0.4, angle = std::atan(mu);
   for (const std::string shape : {"box", "convex"}) {
     CAPTURE(shape);
@@ -193,7 +193,7 @@ TEST_CASE("a moving floor carries a brick and a rising one lifts it without a ga
   CHECK(state.velocities(0, 0) == Approx(1.0).epsilon(0.01));
 }
 
-TEST_CASE("a turning floor takes a brick round") {
+TEST_CASE("a rotating floor carries a brick round") {
   RigidBody brick = body_of(box(0.1, 0.1, 0.05), "box", Vec3(0.2, 0, 0.025));
   brick.friction = 1.0;
   const double omega = 1.0;  // omega^2 r = 0.2 m/s^2, far below mu g
@@ -214,7 +214,7 @@ TEST_CASE("a turning floor takes a brick round") {
   CHECK(rotation_vector(state.orientations.row(0).transpose()).z() == Approx(1.0).margin(0.01));
 }
 
-TEST_CASE("a surface that swells throws a ball up as fast as it moves there") {
+TEST_CASE("a rising surface throws a ball up at the speed of the point of contact") {
   // The plane z = c t^2 (x + 1/2) rotates about an edge and stretches. Under the ball it rises at c
   // t.
   const RigidObstacle flat = floor_of(1.0, 4);

@@ -68,7 +68,7 @@ TEST_CASE("the energy of a free rotation does not drift") {
   CHECK(late < 1.01 * early);
 }
 
-TEST_CASE("bodies with two equal moments turn exactly, whatever the step") {
+TEST_CASE("bodies with two equal moments rotate exactly at any step") {
   for (const Vec3& moments :
        {Vec3(0.5, 1.2, 1.2), Vec3(1.2, 0.5, 1.2), Vec3(1.2, 1.2, 2.0), Vec3(1.0, 1.0, 1.0)}) {
     const Rotor rotor = rotor_of(moments);

@@ -106,7 +106,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("what is thrown on a floor gains no energy, comes to rest, and lies on it exactly") {
+TEST_CASE("bodies thrown on a floor gain no energy, come to rest, and lie exactly on it") {
   const std::vector<std::pair<TriangleMesh, std::string>> things = {
       {box(0.02, 0.03, 0.015), "box"},
       {box(0.02, 0.03, 0.015), "convex"},

@@ -36,7 +36,7 @@ const Mat3 turn = rotation_matrix(quaternion_from_rotation_vector(Vec3(0.3, -1.1
 
 }  // namespace
 
-TEST_CASE("a box has the mass and inertia of the textbook") {
+TEST_CASE("a box has the mass and inertia of the closed form") {
   const double a = 0.2, b = 0.5, c = 0.03, density = 700.0;
   const MassProperties found = mass_properties(box(a, b, c, 2), density);
   const double mass = density * a * b * c;
@@ -47,7 +47,7 @@ TEST_CASE("a box has the mass and inertia of the textbook") {
   CHECK((found.inertia - Mat3(moments.asDiagonal())).norm() < 1e-13 * moments.norm());
 }
 
-TEST_CASE("a sphere's mass and inertia are approached with the square of the edge length") {
+TEST_CASE("a sphere's mass and inertia converge with the square of the edge length") {
   const double radius = 0.3, density = 2000.0;
   const double mass = density * 4.0 / 3.0 * M_PI * std::pow(radius, 3),
                moment = 0.4 * mass * radius * radius;

@@ -70,7 +70,7 @@ TEST_CASE(
   CHECK(momentum_error[1] < 0.6 * momentum_error[0]);
 }
 
-TEST_CASE("the same body described in turned mesh axes moves the same") {
+TEST_CASE("a body described in rotated mesh axes has the same motion") {
   RigidBody plain = body_of(box(0.4, 0.2, 0.1), "box", Vec3(1, 2, 3));
   plain.velocity = Vec3(1, 0, 0);
   plain.angular_velocity = Vec3(1, 2, -3);
@@ -113,7 +113,7 @@ TEST_CASE("impulses change velocities by mass and inertia before the step") {
         2.0 * h * omega.squaredNorm());
 }
 
-TEST_CASE("a body that someone else has moved goes on from there") {
+TEST_CASE("a body whose state has been set continues from it") {
   RigidBody sphere = body_of(icosphere(0.1, 2), "sphere");
   RigidWorld world({sphere, sphere}, {}, Vec3::Zero());
   RigidState state = world.initial_state();

@@ -37,7 +37,7 @@ TEST_CASE("a cube is not a sphere, nor is an egg") {
   CHECK_NOTHROW(make(body_of(icosphere(1.0, 1), "sphere")));
 }
 
-TEST_CASE("parts must be there and have volume") {
+TEST_CASE("parts must exist and have volume") {
   RigidBody body = cube();
   body.shape = BodyShape::Parts;
   CHECK_THROWS_WITH(make(body), Contains("at least one convex mesh"));
@@ -47,7 +47,7 @@ TEST_CASE("parts must be there and have volume") {
   CHECK_THROWS_WITH(make(body), Contains("bodies[0].parts[0] must have a convex hull with volume"));
 }
 
-TEST_CASE("fields outside their limits and quaternions of another length are refused") {
+TEST_CASE("fields outside their limits and quaternions of wrong length are refused") {
   RigidBody body = cube();
   body.density = -1.0;
   CHECK_THROWS_WITH(make(body), Contains("bodies[0].density must be > 0"));
@@ -84,7 +84,7 @@ TEST_CASE("states of another scene are refused") {
   CHECK_THROWS_WITH(bare.restore(state), Contains("contact points must be those of this scene"));
 }
 
-TEST_CASE("impulses or poses of another number are refused") {
+TEST_CASE("a wrong number of impulses or poses is refused") {
   RigidWorld world({cube()}, {floor_of(1.0, 2)}, Vec3::Zero());
   RigidState state = world.initial_state();
   const Points one = Points::Zero(1, 3), two = Points::Zero(2, 3);

@@ -66,7 +66,7 @@ struct Pile {
 
 }  // namespace
 
-TEST_CASE("a world restored at a rebuild goes on bit for bit as the one that ran through") {
+TEST_CASE("a world restored at a rebuild continues bit for bit like an uninterrupted one") {
   const Pile pile;
   for (int stop : {40, 160, 400}) {
     CAPTURE(stop);
@@ -84,7 +84,7 @@ TEST_CASE("a world restored at a rebuild goes on bit for bit as the one that ran
   }
 }
 
-TEST_CASE("a world may be thrown back to an earlier state") {
+TEST_CASE("a world can be reset to an earlier state") {
   const Pile pile;
   RigidWorld world = pile.world();
   RigidState state = world.initial_state();

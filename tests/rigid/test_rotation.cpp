@@ -14,7 +14,7 @@ const Vec3 vectors[] = {{0.3, -1.1, 0.7}, {1e-3, 2e-3, -1e-3}, {1e-9, 0, 1e-9},
 
 }  // namespace
 
-TEST_CASE("rotation vector, quaternion and matrix are three ways to say one rotation") {
+TEST_CASE("rotation vector, quaternion and matrix represent the same rotation") {
   for (const Vec3& v : vectors) {
     const Vec4 q = quaternion_from_rotation_vector(v);
     CHECK(q.norm() == Approx(1.0).epsilon(1e-15));

@@ -53,7 +53,7 @@ TEST_CASE("a plane of triangles is touched once, right below the centre, whereve
 }
 
 TEST_CASE(
-    "each wall of a corner is touched, an edge and a tip once, and what lies out of reach is not") {
+    "each wall of a corner is touched, an edge and a tip once, and features out of reach are not") {
   const TriangleMesh cube = box(1.0, 1.0, 1.0);
   CHECK(contacts_on(cube, Vec3(0.45, 0.44, 0.43), 0.1, 0.0).size() == 3);  // from inside the cube
   CHECK(contacts_on(cube, Vec3(0.45, 0.44, 0.0), 0.1, 0.0).size() == 2);
@@ -72,7 +72,7 @@ TEST_CASE(
   CHECK((within[0].normal - Vec3::UnitX()).norm() < 1e-15);
 }
 
-TEST_CASE("what lies on the way of a sphere is a contact ahead, in the plane in which they meet") {
+TEST_CASE("a feature in the path of a sphere is a contact ahead, in the plane in which they meet") {
   const TriangleMesh cube = box(1.0, 1.0, 1.0);
   const auto face = contacts_on(cube, Vec3(0.1, 0.2, 0.65), 0.1, 1e-3, Vec3(0.2, 0.0, -0.1));
   REQUIRE(face.size() == 1);
@@ -109,7 +109,7 @@ TEST_CASE("balls pass edges and fly through holes as if they were not there") {
   }
 }
 
-TEST_CASE("a ball that lies on one face of a mesh is thrown back by another one as if it did not") {
+TEST_CASE("a ball that lies on one face of a mesh bounces off another one normally") {
   RigidObstacle room{shared(box(0.2, 0.2, 0.2)), 0.0, Vec3::Zero(), Vec4(1, 0, 0, 0),
                      Points(0, 3)};  // the ball is inside
   RigidBody ball = body_of(icosphere(0.05, 3), "sphere", Vec3(0, 0.003, -0.05));
@@ -169,7 +169,7 @@ TEST_CASE("balls that bounce are thrown back where they touch, no sooner, and ke
   CHECK(state.velocities(0, 2) == Approx(1.0).epsilon(1e-6));
 }
 
-TEST_CASE("a ball that passes others within its reach is not held up by them") {
+TEST_CASE("a ball that passes others closely is not slowed down by them") {
   // The path leaves a gap of 0.3 mm. A plane tangent to the other ball would shorten a step by this
   // distance.
   RigidWorld world(

@@ -92,7 +92,7 @@ TEST_CASE("a restored checkpoint continues bit for bit, with rigid bodies at the
   }
 }
 
-TEST_CASE("with bodies a checkpoint falls on a rebuild only, and elsewhere is refused") {
+TEST_CASE("with bodies a checkpoint is possible only at a rebuild, and is refused elsewhere") {
   Simulation sim(hammock(), step_of(2e-3), 1);
   sim.step();
   CHECK_FALSE(sim.may_checkpoint());
@@ -106,8 +106,8 @@ TEST_CASE("a checkpoint of another scene is refused") {
 }
 
 TEST_CASE(
-    "a checkpoint of a scene that moves otherwise is refused with what differs, one of an earlier "
-    "version is taken") {
+    "a checkpoint of a scene with other motion is refused with the difference, and one of an "
+    "earlier version is accepted") {
   const Scene scene = drape(8);
   Simulation sim(scene, step_of(2e-3), 1);
   sim.step();
@@ -129,7 +129,7 @@ TEST_CASE(
   CHECK_NOTHROW(Simulation(scene, step_of(2e-3, "bdf2"), 1).restore(kept));
 }
 
-TEST_CASE("a step that throws cloth away is told with the vertex that went furthest") {
+TEST_CASE("a step that throws cloth away is reported with the vertex that moved farthest") {
   Simulation sim(drape(8), step_of(2e-3), 1);
   Points force = sim.external_forces();
   force(57, 2) = 1e12;
@@ -137,7 +137,7 @@ TEST_CASE("a step that throws cloth away is told with the vertex that went furth
   CHECK_THROWS_WITH(sim.step(), Catch::Contains("cloth vertex 57 moved by"));
 }
 
-TEST_CASE("surfaces without a name get one that no other has") {
+TEST_CASE("surfaces without a name get a unique one") {
   Scene scene = drape(4);
   scene.cloths.resize(1, scene.cloths[0]);
   Cloth second = scene.cloths[0];
@@ -150,7 +150,7 @@ TEST_CASE("surfaces without a name get one that no other has") {
   CHECK(sim.topology().cloth_names == std::vector<std::string>{"cloth3", "cloth0", "cloth2"});
 }
 
-TEST_CASE("explicit methods run without choices of a linear solve, and have none") {
+TEST_CASE("explicit methods have no options of a linear solve") {
   for (const char* method : {"explicit-euler", "symplectic-euler"}) {
     const IntegratorOptions o = step_of(1e-4, method);
     CHECK_NOTHROW(Simulation(drape(4), o, 1));
@@ -169,7 +169,7 @@ TEST_CASE("a twist rigidity below zero is refused unless it is -1") {
   CHECK_NOTHROW(Simulation(scene, step_of(2e-3), 1));
 }
 
-TEST_CASE("a body that falls into a hammock is caught by it, and ends without intersections") {
+TEST_CASE("a hammock catches a falling body, without intersections at the end") {
   Simulation sim(hammock(), step_of(2e-3), 1);
   for (int i = 0; i < 400; ++i) sim.step();
   const double height = sim.body_centres()(0, 2);
@@ -210,7 +210,7 @@ TEST_CASE("explicit integrators, which have no solve, refuse attachments") {
   CHECK_THROWS_WITH(Simulation(scene, o, 1), Catch::Contains("choose an implicit integrator"));
 }
 
-TEST_CASE("a strip at rest carries the body that hangs on it, whatever the integrator") {
+TEST_CASE("a strip at rest carries the body attached to it, with any integrator") {
   Scene scene = weight_on_strip();
   const std::string method = any_implicit();
   CAPTURE(method);
@@ -232,9 +232,7 @@ TEST_CASE("a strip at rest carries the body that hangs on it, whatever the integ
 }
 
 TEST_CASE(
-    "a body that sets out with a speed of its own shares its momentum with the strip it hangs on, "
-    "and "
-    "energy does not grow") {
+    "a moving body shares its momentum with the strip attached to it, and energy does not grow") {
   Scene scene = weight_on_strip();
   const std::string method = any_implicit();
   CAPTURE(method);
@@ -273,7 +271,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a strip and the body that hangs on it, let go, fall with g together") {
+TEST_CASE("a released strip and the body attached to it fall together with g") {
   Scene scene = weight_on_strip();
   scene.cloths[0].pins.clear();
   IntegratorOptions o = step_of(1e-3);
@@ -424,7 +422,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a cloth that drapes never has more energy than it set out with") {
+TEST_CASE("a draping cloth never has more energy than at the start") {
   Simulation sim(drape(20), step_of(4e-3), 1);
   const auto energy = [&] {
     const StepReport& r = sim.report();
@@ -443,7 +441,7 @@ TEST_CASE("a cloth that drapes never has more energy than it set out with") {
   CHECK(highest - start < 1e-3 * (g - lowest));
 }
 
-TEST_CASE("a step that fails says where and leaves the last good state") {
+TEST_CASE("a failing step reports where it failed and leaves the last good state") {
   Scene scene = drape(8);
   IntegratorOptions o = step_of(1e-3, "backward-euler");
   o.newton()->newton_tolerance = 1e-30, o.newton()->max_newton_iterations = 2;
@@ -456,7 +454,7 @@ TEST_CASE("a step that fails says where and leaves the last good state") {
 }
 
 TEST_CASE(
-    "an explicit step far too long is reported with its stage, and not handed to collision "
+    "a much too long explicit step is reported with its stage and does not reach collision "
     "detection") {
   IntegratorOptions o = step_of(0.05, "explicit-euler");
   Simulation sim(drape(8), o, 1);

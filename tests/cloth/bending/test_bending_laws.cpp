@@ -158,8 +158,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "bending damping takes power, is the damping matrix times velocity, and leaves rigid motion "
-    "alone") {
+    "bending damping dissipates energy, is the damping matrix times velocity, and does not act on "
+    "rigid motion") {
   const std::string element = GENERATE("hinge", "midedge");
   CAPTURE(element);
   const BendingSetup setup = general_setup();
@@ -182,7 +182,7 @@ TEST_CASE(
   CHECK((forces(*bending, x, rigid) - elastic).norm() <= 1e-12 * scale);
 }
 
-TEST_CASE("bending forces have neither sum nor torque, and rigid motion costs nothing") {
+TEST_CASE("bending forces have neither sum nor torque, and rigid motion changes no energy") {
   const std::string element = GENERATE("hinge", "midedge");
   CAPTURE(element);
   const BendingSetup setup = general_setup();
@@ -232,7 +232,7 @@ TEST_CASE(
         Approx(flat_bending->energy(team, rolled)).epsilon(0.01));
 }
 
-TEST_CASE("given rest angles are where a crease rests") {
+TEST_CASE("a crease rests at its given rest angles") {
   const std::string element = GENERATE("hinge", "midedge");
   CAPTURE(element);
   Points x(4, 3);
@@ -272,8 +272,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "material axes turned at random in every triangle change no energy when the rigidity turns "
-    "along") {
+    "rotating material axes and rigidity together in each triangle does not change the energy") {
   const TriangleMesh mesh = jittered_grid(1.0, 0.8, 6, 5, 0.2);
   const Points x = mesh.vertices() + noise(mesh.n_vertices(), 0.05, 8),
                turns = noise(mesh.n_triangles(), 3.0, 9);
@@ -297,7 +296,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("the largest eigenvalue is that of the dense problem on free rows, found from below") {
+TEST_CASE("the largest eigenvalue approximates that of the dense problem on free rows from below") {
   const std::string element = GENERATE("hinge", "midedge");
   CAPTURE(element);
   BendingSetup setup = flat_setup(grid_cells(1.0, 0.6, 10, 6), isotropic(1.0, 0.3));

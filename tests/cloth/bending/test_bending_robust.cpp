@@ -66,7 +66,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a fold may close completely without a number that is not finite") {
+TEST_CASE("a completely closed fold gives only finite numbers") {
   const std::string element = GENERATE("hinge", "midedge");
   CAPTURE(element);
   const TriangleMesh mesh = grid_cells(1.0, 1.0, 4, 4);
@@ -119,7 +119,7 @@ TEST_CASE("a fold that passes through itself comes back from the other side") {
   }
 }
 
-TEST_CASE("hinges with a triangle that has no area now exert no force and are counted") {
+TEST_CASE("hinges of a triangle without area exert no force and are counted") {
   const std::string element = GENERATE("hinge", "midedge");
   CAPTURE(element);
   const TriangleMesh mesh = grid_cells(1.0, 1.0, 4, 4);
@@ -239,7 +239,8 @@ TEST_CASE(
   CHECK(make_midedge_bending(flat_setup(mesh, rigidity))->averaged_edges() == 0);
 }
 
-TEST_CASE("wrong input of bending is refused with what must hold, what came and what to do") {
+TEST_CASE(
+    "invalid input of bending is refused with the requirement, the given value and the remedy") {
   const BendingSetup good = flat_setup(grid_cells(1.0, 1.0, 2, 2), isotropic(1.0, 0.3));
   const auto refused = [&](auto&& spoil, const std::string& what) {
     BendingSetup setup = good;

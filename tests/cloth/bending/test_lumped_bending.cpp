@@ -44,8 +44,8 @@ Assembled assemble(const Bending& bending, const Points& x) {
 }  // namespace
 
 TEST_CASE(
-    "the lumped stiffness is at least half of the whole in every folded shape, on a third of its "
-    "blocks") {
+    "the lumped stiffness is at least half of the full one in every folded shape, with a third of "
+    "its blocks") {
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 8, 8, 0.24, 11);
   const auto whole = make_midedge_bending(setup_of(mesh, false)),
              lumped = make_midedge_bending(setup_of(mesh, true));

@@ -99,8 +99,8 @@ TEST_CASE("with a second phase the positive Jacobian stays positive semidefinite
 // strain above 9 %. The third phase begins at 9.5 % and adds 3000 times the modulus times the
 // strain above 9.5 %.
 TEST_CASE(
-    "before its limit a strip meets two phases one after another, and before those nothing more "
-    "than without limit") {
+    "below its limit a strip enters two stiff phases in turn, and below these it is as soft as "
+    "without a limit") {
   ClothMaterial material;
   material.weft_stiffness = 300, material.warp_stiffness = 300, material.shear_stiffness = 150,
   material.poisson = 0.0;
@@ -123,7 +123,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("turning the cloth changes nothing of its phases") {
+TEST_CASE("rotating the cloth does not change its phases") {
   Sheet s = make_sheet(orthotropic());
   const Points x = deformed(s.mesh, 3);
   const Mat3 turn = Eigen::AngleAxisd(1.1, Vec3(1, 2, -1).normalized()).toRotationMatrix();

@@ -83,7 +83,7 @@ constexpr StrainLimit tight() {
 
 }  // namespace
 
-TEST_CASE("strain is U - I in the axes of the cloth, whatever the turn in space") {
+TEST_CASE("strain is U - I in the axes of the cloth for any rotation in space") {
   for (const Corners2& shape : shapes())
     for (int i = 0; i < 5; ++i) {
       const Vec3 strain(0.13, -0.21, 0.07);
@@ -129,8 +129,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "with the rotation held a triangle meets its target; extracted anew, the remainder falls "
-    "quadratically") {
+    "a triangle meets its target for a fixed rotation; for the new rotation the error is "
+    "quadratic") {
   double last = 1e9;
   for (double scale = 0.4; scale > 0.04; scale *= 0.5) {  // scales both strain and limits
     double worst = 0.0;
@@ -166,8 +166,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "one held corner: strain is met and angular momentum about it is kept; two: the nearest "
-    "strain; three: nothing moves") {
+    "with one prescribed corner strain is met and angular momentum about it is conserved; with two "
+    "the nearest strain is reached; with three nothing moves") {
   const StrainLimit limit{0.05, 0.05, 0.02, -1.0, -1.0, std::nullopt, std::nullopt};
   for (const Corners2& shape : shapes())
     for (int corner = 0; corner < 3; ++corner) {
@@ -207,7 +207,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("collapsed and turned-over triangles give numbers") {
+TEST_CASE("collapsed and inverted triangles give finite numbers") {
   const StrainLimit limit{0.05, 0.05, 0.02, -0.5, -0.5, std::nullopt, std::nullopt};
   for (const Corners2& shape : shapes()) {
     const LimitedCloth cloth = one_triangle(shape, Vec3(1.0, 2.0, 0.7), limit);
@@ -231,8 +231,8 @@ TEST_CASE("collapsed and turned-over triangles give numbers") {
 }
 
 TEST_CASE(
-    "axes at 45 degrees to a uniaxial pull see half of it as weft, warp and shear; a limit of "
-    "shear leaves the closed form") {
+    "axes at 45 degrees to a uniaxial pull have half of it as weft, warp and shear; limiting shear "
+    "agrees with the closed form") {
   const double pull = 0.2, most = 0.03, c = std::sqrt(0.5);
   Corners2 turned = shapes()[0];  // equilateral
   Points x(3, 3);

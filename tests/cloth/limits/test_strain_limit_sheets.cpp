@@ -68,7 +68,7 @@ TEST_CASE(
   CHECK(sweeps[1] < sweeps[2]);
 }
 
-TEST_CASE("the active set has the bits of sweeps over everything with fewer evaluations") {
+TEST_CASE("the active set gives the same bits as full sweeps with fewer evaluations") {
   const TriangleMesh mesh = irregular();
   const LimitedCloth cloth = sheet(mesh, limits_of(0.05, 0.05, 0.1), {0});
   Points x = mesh.vertices();
@@ -121,7 +121,7 @@ TEST_CASE("axes turned by 90 degrees swap weft and warp") {
 }
 
 TEST_CASE(
-    "a sheet sheared at full lengths stays with limits of stretch; edges cannot tell shear from "
+    "stretch limits leave a purely sheared sheet unchanged; edges cannot distinguish shear from "
     "stretch") {
   const TriangleMesh mesh = irregular();
   const LimitedCloth cloth = sheet(mesh, limits_of(0.02, 0.02, 0.3));
@@ -134,7 +134,7 @@ TEST_CASE(
         0.15);  // the sheet's shear of 0.2 is within the limit of 0.3
 }
 
-TEST_CASE("limits that pins make impossible are reported with the element that is worst") {
+TEST_CASE("limits that pins make impossible are reported with the worst element") {
   const TriangleMesh mesh = grid_cells(1.0, 1.0, 10, 10);
   std::vector<Index> pins;
   for (Index i = 0; i < mesh.n_vertices(); ++i)
@@ -154,7 +154,7 @@ TEST_CASE("limits that pins make impossible are reported with the element that i
   }
 }
 
-TEST_CASE("vertices held for one call stay, and only for that call") {
+TEST_CASE("vertices held for one call do not move, in that call only") {
   const TriangleMesh mesh = irregular();
   const LimitedCloth cloth = sheet(mesh, limits_of(0.05, 0.03, 0.04));
   const Points x = deformed(mesh, 0.15);
@@ -166,7 +166,7 @@ TEST_CASE("vertices held for one call stay, and only for that call") {
   CHECK(again == limited(cloth, x, sweeping("gauss-seidel")).x);
 }
 
-TEST_CASE("rates of strain come within their bound, momenta stay") {
+TEST_CASE("limiting brings strain rates within their bound and conserves momenta") {
   const TriangleMesh mesh = irregular();
   const LimitedCloth cloth = sheet(mesh, limits_of(0.05, 0.03, 0.04));
   const Points x = deformed(mesh, 0.1);

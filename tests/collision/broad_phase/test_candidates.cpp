@@ -27,7 +27,7 @@ Points crumpled(const TriangleMesh& mesh, unsigned seed, double size) {
 
 }  // namespace
 
-TEST_CASE("the engines name the same pairs") {
+TEST_CASE("the engines find the same pairs") {
   std::size_t n_pairs = 0;
   for (const unsigned seed : {1u, 2u, 3u, 4u, 5u, 6u}) {
     const TriangleMesh mesh = grid_cells(0.3, 0.2, 5 + 3 * seed, 7);
@@ -89,7 +89,7 @@ TEST_CASE("pairs that come closer than twice the inflation are among the candida
   CHECK(close > 300);
 }
 
-TEST_CASE("a tree formed elsewhere finds the same pairs") {
+TEST_CASE("a tree built at other positions finds the same pairs") {
   const TestScene scene = make_scene(
       {{grid_cells(0.3, 0.3, 20, 20)}, {grid_cells(0.2, 0.2, 9, 9).moved(Vec3(0.05, 0, 0.002))}});
   const std::vector<SurfacePair> pairs = surface_pairs(scene.model);

@@ -48,7 +48,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("impacts of many steps at random never end in an intersection") {
+TEST_CASE("many random steps with impacts never end in an intersection") {
   TestScene scene = facing_sheets();
   CollisionStage stage(scene.model);
   Points x = scene.x;
@@ -62,7 +62,7 @@ TEST_CASE("impacts of many steps at random never end in an intersection") {
   }
 }
 
-TEST_CASE("a motion without impact is left alone") {
+TEST_CASE("a motion without impact is not changed") {
   const TestScene scene = facing_sheets();
   CollisionStage stage(scene.model);
   const Points given = shaken(scene.x, 2e-4, 18);
@@ -72,8 +72,7 @@ TEST_CASE("a motion without impact is left alone") {
   CHECK(x1 == given);
 }
 
-TEST_CASE(
-    "cloth that a fast obstacle runs into is carried along; the obstacle is not held up by a bit") {
+TEST_CASE("a fast obstacle carries cloth along and keeps its own motion to the last bit") {
   for (const bool turning : {false, true}) {
     const TestScene scene =
         make_scene({{grid_cells(0.2, 0.2, 16, 16), Kind::Cloth, 2e-3},
@@ -101,7 +100,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("cloth pinched between obstacles that run through each other is reported as unresolved") {
+TEST_CASE("cloth between obstacles that pass through each other is reported as unresolved") {
   const TestScene scene =
       make_scene({{grid_cells(0.1, 0.1, 8, 8), Kind::Cloth, 2e-3},
                   {floor_square(0.3, 2).moved(Vec3(0.001, 0.002, 0.01)), Kind::Script, 2e-3},
@@ -115,7 +114,8 @@ TEST_CASE("cloth pinched between obstacles that run through each other is report
   CHECK(stage.certify(Team{1}, {scene.x, scene.inverse_mass, {}}, x1, none).unresolved > 0);
 }
 
-TEST_CASE("pinned vertices are obeyed and what they drag stays free") {
+TEST_CASE(
+    "prescribed vertices keep their motion, and the cloth they drag stays free of intersections") {
   TestScene scene = facing_sheets();
   Points given = scene.x;
   for (Index v = 0; v < 17; ++v) {  // drives one edge of the lower sheet through the upper one
@@ -131,7 +131,7 @@ TEST_CASE("pinned vertices are obeyed and what they drag stays free") {
   CHECK(intersecting_pairs(x1, scene.model.triangles).empty());
 }
 
-TEST_CASE("cloth that starts tangled neither fails nor stays frozen") {
+TEST_CASE("cloth that starts tangled neither fails nor gets stuck") {
   const TestScene scene = make_scene(
       {{grid_cells(0.1, 0.1, 8, 8), Kind::Cloth, 2e-3},
        {grid_cells(0.1, 0.1, 8, 8)

@@ -95,8 +95,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "a ball thrown at a loose sheet hands over its momentum; where it is left is where its "
-    "vertices are") {
+    "a ball thrown at a loose sheet transfers momentum, and its final pose agrees with its "
+    "vertices") {
   for (const double mass : {1e-4, 0.02, 5.0}) {
     const Vec3 centre(0.003, 0.002, 0.045);
     TestScene scene = make_scene({{grid_cells(0.2, 0.2, 16, 16), Kind::Cloth, 2e-3},
@@ -133,7 +133,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a body that impulses cannot save keeps its shape and ends on its way") {
+TEST_CASE("a body that impulses cannot stop keeps its shape and ends on its path") {
   // Two prescribed sheets enclose a ball, which moves and rotates towards them. Only the ball is
   // free.
   const Vec3 centre(0.003, 0.002, 0.0);
@@ -163,7 +163,7 @@ TEST_CASE("a body that impulses cannot save keeps its shape and ends on its way"
   }
 }
 
-TEST_CASE("a body behind cloth is carried along by a script that comes through") {
+TEST_CASE("a body behind cloth is carried along by an obstacle that pushes through") {
   const Vec3 centre(0.003, 0.002, 0.045);
   for (const double tilt : {0.0, 0.5}) {
     TestScene scene =

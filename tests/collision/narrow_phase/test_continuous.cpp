@@ -35,7 +35,7 @@ TEST_CASE("a vertex that falls through a face is hit at half time") {
   CHECK((impact.normal - Vec3(0, 0, 1)).norm() < 1e-9);
 }
 
-TEST_CASE("edges that pass through each other are hit, whatever the speed") {
+TEST_CASE("edges that pass through each other are reported at any speed") {
   for (const double speed : {1e-3, 1.0, 1e3, 1e6}) {
     const double t = 0.25;
     const MovingPoints q = {
@@ -49,8 +49,8 @@ TEST_CASE("edges that pass through each other are hit, whatever the speed") {
 }
 
 TEST_CASE(
-    "a motion that is called free stays above the floor, and until the time of impact every motion "
-    "does") {
+    "a motion reported as free keeps the minimum gap, and every motion keeps it until the time of "
+    "impact") {
   std::mt19937 random(2);
   int hits = 0, false_hits = 0;
   for (int trial = 0; trial < 4000; ++trial) {
@@ -76,7 +76,7 @@ TEST_CASE(
   CHECK(false_hits == 0);
 }
 
-TEST_CASE("motions made to meet are always hit") {
+TEST_CASE("motions constructed to collide are always reported") {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   for (int trial = 0; trial < 20000; ++trial) {
@@ -101,7 +101,7 @@ TEST_CASE("motions made to meet are always hit") {
   }
 }
 
-TEST_CASE("the floor under gaps never lets a gap collapse") {
+TEST_CASE("the minimum gap of a motion never vanishes") {
   CHECK(gap_floor(1.0) == 1e-5);
   CHECK(gap_floor(2e-5) == 1e-5);
   CHECK(gap_floor(1e-6) == 0.5e-6);

@@ -45,7 +45,7 @@ void check_against_sampling(const FourPoints& p, bool face) {
 
 }  // namespace
 
-TEST_CASE("closest points are the closest of a fine sampling, and the weights lead to them") {
+TEST_CASE("closest points agree with a fine sampling, and the weights reproduce them") {
   std::mt19937 random(1);
   for (int trial = 0; trial < 200; ++trial) {
     FourPoints p;
@@ -59,7 +59,7 @@ TEST_CASE("closest points are the closest of a fine sampling, and the weights le
   }
 }
 
-TEST_CASE("a triangle without area is as far away as its edges") {
+TEST_CASE("the distance to a triangle without area is that to its edges") {
   const FourPoints p = {Vec3(0.5, 1, 0), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(2, 0, 0)};
   CHECK(closest_vertex_face(p).distance == 1.0);
   const FourPoints point = {Vec3(0, 3, 4), Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0)};
@@ -68,8 +68,7 @@ TEST_CASE("a triangle without area is as far away as its edges") {
         Approx(5.0 * 0.0).margin(1e-15));  // edge 0-1 runs through the point
 }
 
-TEST_CASE(
-    "where the distance is nothing the normal is that of the features, on the side of before") {
+TEST_CASE("at zero distance the normal is that of the features, oriented to the given side") {
   const FourPoints face = {Vec3(0.2, 0.2, 0), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
   CHECK(contact_normal_vertex_face(face, closest_vertex_face(face), Vec3(0, 0, -1)) ==
         Vec3(0, 0, -1));

@@ -47,7 +47,8 @@ MovingPoints permuted(const MovingPoints& q, const std::array<int, 4>& order) {
 
 }  // namespace
 
-TEST_CASE("a contact at either end of the step counts, one rounding away from it does not") {
+TEST_CASE(
+    "a contact at either end of the step counts, and one unit of rounding away from it does not") {
   const double tiny = std::nextafter(0.0, 1.0), one_up = std::nextafter(1.0, 2.0);
   CHECK(meet(falling(0.25, 0.25, 1.0, 0.0), true));
   CHECK_FALSE(meet(falling(0.25, 0.25, 1.0, tiny), true));
@@ -113,8 +114,8 @@ TEST_CASE("coordinates of any magnitude are decided") {
 }
 
 TEST_CASE(
-    "the verdict does not depend on order, direction of time, place or unit, and agrees with what "
-    "is at rest") {
+    "the verdict does not depend on order, direction of time, position or unit, and agrees with "
+    "points at rest") {
   std::mt19937 random(5);
   int hits = 0;
   for (int trial = 0; trial < 3000; ++trial) {
@@ -147,8 +148,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "contacts at known times and places, exact in binary, are found; what proof by floating point "
-    "says is true") {
+    "contacts at known times and positions, exact in binary, are found, and floating-point proofs "
+    "are true") {
   std::mt19937 random(6);
   std::uniform_int_distribution<int> sixteenth(0, 16), number(-1024, 1024);
   for (int trial = 0; trial < 2000; ++trial) {
@@ -168,7 +169,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("proofs by floating point and planes of separation agree with integers") {
+TEST_CASE("floating-point proofs and separating planes agree with integer arithmetic") {
   std::mt19937 random(17);
   std::normal_distribution<double> normal;
   int n_meet = 0, n_apart = 0, n_open = 0, n_separated = 0;
@@ -249,8 +250,8 @@ void check_queries(const std::string& path, double bound) {
 }  // namespace
 
 TEST_CASE(
-    "published queries: no collision is missed, few free motions are called hits, and the exact "
-    "test knows them all") {
+    "published queries: no collision is missed, few free motions are reported as hits, and all "
+    "exact verdicts are right") {
   const char* directory = std::getenv("LOOMSTONE_CCD_QUERIES");
   if (!directory) {
     WARN(

@@ -62,7 +62,8 @@ Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 
 }  // namespace
 
 TEST_CASE(
-    "friction gives the spring below the cone and the cone above, and its stiffness is positive") {
+    "friction is a spring force inside the cone and lies on the cone otherwise, and its stiffness "
+    "is positive") {
   const Mat3 tangent = Vec3(1, 1, 0).asDiagonal();
   const FrictionResponse sticking =
       friction_response(Vec3(1e-4, 0, 0), Vec3(1e-4, 0, 0), tangent, 100.0, 0.03);
@@ -79,7 +80,7 @@ TEST_CASE(
             .hessian.isZero(0.0));  // no stiffness without friction
 }
 
-TEST_CASE("a block on a slope holds below the friction angle and slides above") {
+TEST_CASE("a block on a slope sticks below the friction angle and slides above it") {
   const Slide held = slide(0.295, 2.0), sliding = slide(0.305, 2.0);
   CHECK(held.speed < 1e-6);
   CHECK(held.distance < 2e-4);  // elastic displacement of the friction spring: m g sin / k
@@ -87,7 +88,7 @@ TEST_CASE("a block on a slope holds below the friction angle and slides above") 
   CHECK(sliding.distance > 0.05);
 }
 
-TEST_CASE("sliding far follows Coulomb's law at every slope above the friction angle") {
+TEST_CASE("long slides follow Coulomb's law at every slope above the friction angle") {
   // A single solve per step follows the extrapolated slip. With the slip of the last step, friction
   // would be too large by the fraction h / t after a time t, which changes the distance by 26 % at
   // slope 0.305 and by 3 % at 0.5. Further solves with the slip and normal force of the step itself
@@ -108,8 +109,7 @@ TEST_CASE("sliding far follows Coulomb's law at every slope above the friction a
         Approx(0.5 * 9.81 * 0.2 / std::sqrt(1.25) * 0.25).epsilon(0.03));
 }
 
-TEST_CASE(
-    "what is expected of a slip is what it gained, and never less, nor more than twice of it") {
+TEST_CASE("the predicted slip grows by its last gain, never shrinks and at most doubles") {
   const Vec3 s(1e-4, 0, 0), u(2e-4, 0, 0);
   CHECK(sped_up(s, u, Vec3(5e-5, 3e-5, 0), 1000.0, 0.1) == Vec3(2.5e-4, 0, 0));
   CHECK(sped_up(s, u, Vec3(9e-4, 0, 0), 1000.0, 0.1) == Vec3(4e-4, 0, 0));
@@ -118,14 +118,13 @@ TEST_CASE(
   CHECK(sped_up(-s, u, Vec3(5e-5, 0, 0), 1000.0, 0.01) == u);  // reverses
 }
 
-TEST_CASE("a block is carried by a moving floor as it is held by one at rest") {
+TEST_CASE("a moving floor carries a block along") {
   // Floor and block both move at 0.1 m/s.
   const Slide carried = slide(0.0, 1.0, 0.1);
   CHECK(carried.distance == Approx(0.1).epsilon(1e-6));
 }
 
-TEST_CASE(
-    "an anchor goes along when a vertex moves to a neighbouring face, and ends with its contact") {
+TEST_CASE("an anchor follows a vertex to a neighbouring face and ends with its contact") {
   TestScene scene =
       make_scene({{grid_cells(0.2, 0.2, 1, 1).moved(Vec3(0, 0, 0.5e-3)), Kind::Cloth, 1e-3},
                   {grid_cells(0.1, 0.1, 4, 4), Kind::Script, 1e-3}});

@@ -56,7 +56,8 @@ Slide slide(double slope, double h, double duration) {
 }  // namespace
 
 TEST_CASE(
-    "repelling impulses keep linear momentum, and without friction angular momentum, to rounding") {
+    "repelling impulses conserve linear momentum, and without friction angular momentum, to "
+    "rounding") {
   for (const double friction : {0.0, 0.5}) {
     const TestScene scene = close_sheets(friction);
     CollisionStage stage(scene.model);
@@ -89,7 +90,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("repulsion pushes a free body off as it pushes the cloth") {
+TEST_CASE("repulsion pushes a free body and the cloth apart") {
   const Vec3 centre(0.003, 0.002, 0.041);
   TestScene scene = make_scene({{grid_cells(0.1, 0.1, 16, 16), Kind::Cloth, 2e-3},
                                 {icosphere(0.04, 3).moved(centre), Kind::Body, 2e-3}});
@@ -120,8 +121,8 @@ TEST_CASE("repulsion pushes a free body off as it pushes the cloth") {
 }
 
 TEST_CASE(
-    "impulses keep the thickness as gap, hold below the friction angle and slide by Coulomb's law "
-    "above") {
+    "impulses keep the thickness as gap, stick below the friction angle and slide by Coulomb's law "
+    "above it") {
   for (const double h : {1e-3, 1e-4}) {
     const Slide held = slide(0.295, h, 0.5), sliding = slide(0.305, h, 0.5),
                 fast = slide(0.5, h, 0.5);

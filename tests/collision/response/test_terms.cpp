@@ -101,7 +101,7 @@ TEST_CASE(
         Approx(contact_force(half - hair, xi, k).energy).epsilon(1e-6));
 }
 
-TEST_CASE("forces of contacts are minus the gradient of their energies with shares held") {
+TEST_CASE("contact forces are minus the gradient of the contact energies for fixed shares") {
   TestScene scene = two_sheets();
   const Points x = shaken(scene.x, 4e-4, 10);
   const Assembled at = assemble(scene, x, Points::Zero(x.rows(), 3), Points(0, 3), x.rows());
@@ -135,7 +135,7 @@ TEST_CASE("forces of contacts are minus the gradient of their energies with shar
 }
 
 TEST_CASE(
-    "terms where cloth has moved are the gradient of their energy, and their stiffness its "
+    "terms at displaced positions are the gradient of their energy, and their stiffness is its "
     "derivative") {
   TestScene scene = two_sheets();
   const Points x = shaken(scene.x, 4e-4, 10);
@@ -265,7 +265,7 @@ TEST_CASE(
   CHECK(torque.norm() <= 1e-13 * size);
 }
 
-TEST_CASE("what moves by script enters as drift: common motion is no relative motion") {
+TEST_CASE("scripted motion enters as drift, so common motion causes no relative motion") {
   TestScene scene =
       make_scene({{grid_cells(0.1, 0.1, 6, 6), Kind::Cloth, 4e-3},
                   {floor_square(0.4, 3).moved(Vec3(0, 0, -3e-3)), Kind::Script, 4e-3}});

@@ -43,7 +43,7 @@ TEST_CASE("orientation changes sign by one unit in the last place") {
   }
 }
 
-TEST_CASE("triangles that cross, touch or lie in each other meet; a hair apart they do not") {
+TEST_CASE("triangles that cross, touch or contain each other meet; triangles 1e-300 apart do not") {
   const Vec3 a(0, 0, 0), b(1, 0, 0), c(0, 1, 0);
   const auto meets = [&](const Vec3& p, const Vec3& q, const Vec3& r) {
     const bool one = triangles_meet(a, b, c, p, q, r), other = triangles_meet(r, p, q, b, c, a);
@@ -65,7 +65,7 @@ TEST_CASE("triangles that cross, touch or lie in each other meet; a hair apart t
   CHECK(meets({0.2, 0.2, -1}, {0.2, 0.2, 1}, {0.2, 0.2, 2}));  // degenerate, piercing
 }
 
-TEST_CASE("intersecting pairs are those of all pairs, and none share a vertex") {
+TEST_CASE("intersecting pairs agree with a test of all pairs, and none share a vertex") {
   TestScene scene =
       make_scene({{icosphere(0.1, 2)}, {grid_cells(0.3, 0.3, 12, 12).moved(Vec3(0, 0, 0.013))}});
   const Points x = shaken(scene.x, 0.01, 5);

@@ -70,7 +70,7 @@ TEST_CASE("every edge that pierces a triangle is found, with the point both shar
   }
 }
 
-TEST_CASE("what has come through goes back the way it came") {
+TEST_CASE("untangling moves vertices back the way they came") {
   for (const TestScene& scene : {bump(0.0), bump(0.0013), leaning()}) {
     const Index n_flat = scene.model.surfaces[0].n_vertices;
     const Tangle tangle = TangleFinder(scene.model).find(scene.x);
@@ -87,9 +87,7 @@ TEST_CASE("what has come through goes back the way it came") {
   }
 }
 
-TEST_CASE(
-    "surfaces that do not intersect are not tangled, and one that is not held against itself "
-    "neither") {
+TEST_CASE("surfaces that do not intersect are not tangled, nor is one without self-collision") {
   TestScene scene = bump(0.0);
   TangleFinder finder(scene.model);
   Points apart = scene.x;

@@ -90,7 +90,7 @@ TEST_CASE("expanded fields and gradients are those of all cells within the toler
   }
 }
 
-TEST_CASE("the value at a point does not depend on the points beside it") {
+TEST_CASE("the value at a point does not depend on the other points") {
   const CellMagnet cells(*ring(), 1e7, 3.0);
   const SourcePtr sources[] = {std::make_shared<ExpandedMesh>(ring(), 1e-4),
                                std::make_shared<CellMagnet>(cells.expanded(1e-3))};
@@ -109,8 +109,8 @@ TEST_CASE("the value at a point does not depend on the points beside it") {
 }
 
 TEST_CASE(
-    "cells keep their fronts, their moment and the forces between them where their field is "
-    "expanded") {
+    "expanding the field of cells changes neither their fronts nor their moment nor the forces "
+    "between them") {
   const CellMagnet exact(*ring(), 5e5, 3.0);
   const MagneticBody a{std::make_shared<CellMagnet>(exact), {}},
       b{std::make_shared<CellMagnet>(exact.expanded(1e-2)), {}};

@@ -30,7 +30,8 @@ double by_projections(const RigidPose& pose) {
 
 }  // namespace
 
-TEST_CASE("boxes face to face, edge to edge and corner to corner have the distance of these") {
+TEST_CASE(
+    "boxes face to face, edge to edge and corner to corner have the distance of these features") {
   CHECK(distance({5.0, 0.3, 0.2}) == Approx(3.0));
   CHECK(distance({5.0, 8.0, 0.0}) == Approx(5.0));
   CHECK(distance({4.0, 7.0, 12.0}) == Approx(7.0));
@@ -47,7 +48,7 @@ TEST_CASE("boxes that overlap have no distance") {
   CHECK(distance({1.9, 3.9, 5.9}) == Approx(0.0).margin(1e-6));
 }
 
-TEST_CASE("random boxes have the distance that projections in turn find") {
+TEST_CASE("distances of random boxes agree with alternating projections") {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   for (int k = 0; k < 200; ++k) {

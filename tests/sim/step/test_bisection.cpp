@@ -49,7 +49,8 @@ TEST_CASE("parts in which the solver fails are halved, and cover the step once i
   CHECK(lengths == std::vector<int>{4, 4, 8, 16, 32});
 }
 
-TEST_CASE("impacts halve parts until one of the least length has them; the rest is accepted") {
+TEST_CASE(
+    "impacts halve parts down to the least length; then all parts with impacts are accepted") {
   const std::vector<int> lengths = accepted(true, [](StepPart) { return with_impacts(); });
   CHECK(lengths == std::vector<int>{1, 1, 2, 4, 8, 16, 32});
 }
@@ -71,7 +72,7 @@ TEST_CASE("broken limits halve down to quarters where sweeps alone limit, furthe
   CHECK(accepted(true, broken) == std::vector<int>{1, 1, 2, 4, 8, 16, 32});
 }
 
-TEST_CASE("cloth stopped for its limits halves parts whoever enforces them") {
+TEST_CASE("cloth stopped by its limits halves parts, with limits in the solve or not") {
   const auto stopped = [](StepPart) {
     PartResult result;
     result.stopped_for_limits = true;

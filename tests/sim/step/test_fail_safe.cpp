@@ -75,9 +75,7 @@ Scene press(double gap, double duration, bool turning = false, double offset = 0
 
 }  // namespace
 
-TEST_CASE(
-    "a heavy ball that hits a small drum at a large step is caught, whole and without "
-    "intersection") {
+TEST_CASE("a heavy ball that hits a small drum at a large step is caught without intersection") {
   for (const double speed : {5.0, 30.0}) {
     Scene scene = drum(0.2, 10);
     scene.bodies.push_back(
@@ -133,8 +131,8 @@ TEST_CASE("a light ball squeezed between cloth and floor stays between them") {
 }
 
 TEST_CASE(
-    "plates that leave the cloth room never make it intersect, whatever the room, the step and the "
-    "way they come") {
+    "plates that leave the cloth room never make it intersect, at any gap and with or without "
+    "rotation") {
   for (const bool turning : {false, true})
     for (const double gap :
          {3e-3, 0.6e-3, 1e-4,

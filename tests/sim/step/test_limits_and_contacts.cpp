@@ -89,7 +89,7 @@ TEST_CASE("at the end of every step limits hold and nothing intersects, at 1 and
   }
 }
 
-TEST_CASE("limits inside the solve leave little to sweeps, and come to the same drape") {
+TEST_CASE("limits inside the solve leave little work to sweeps and give the same drape") {
   StrainLimit limit;
   limit.weft = limit.warp = 0.02, limit.shear = 0.05;
   Points rest[2];
@@ -110,8 +110,8 @@ TEST_CASE("limits inside the solve leave little to sweeps, and come to the same 
 }
 
 TEST_CASE(
-    "a script that leaves limits no room is followed, reported by its triangles, and tears nothing "
-    "else") {
+    "scripted motion that leaves limits no room is followed, reported by triangle, and affects no "
+    "other cloth") {
   const int cells = 10;
   const Scene scene = stretched_beyond_limits(cells);
   const std::shared_ptr<const TriangleMesh> free = scene.cloths[1].mesh,
@@ -189,7 +189,7 @@ TEST_CASE(
 
 // A soft, heavy cloth with a much lower limit along weft than along warp. When it falls into its
 // pins, all of it reaches the limits in one step.
-TEST_CASE("a step that breaks limits is taken in halves, so that they hold") {
+TEST_CASE("a step that breaks limits is taken in halves, which satisfy them") {
   Scene scene;
   scene.collisions = false;
   Cloth cloth;
@@ -213,9 +213,7 @@ TEST_CASE("a step that breaks limits is taken in halves, so that they hold") {
   CHECK(halved > 0);
 }
 
-TEST_CASE(
-    "with limits and contacts one and three threads give the same bits, and a resumed run goes on "
-    "with them") {
+TEST_CASE("with limits and contacts, one and three threads and a resumed run give the same bits") {
   StrainLimit limit;
   limit.weft = limit.warp = 0.03, limit.shear = 0.05;
   const Scene scene = draped(10, limit, true);

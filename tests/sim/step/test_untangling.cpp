@@ -43,7 +43,7 @@ int come_apart(Simulation& sim, int most) {
 
 }  // namespace
 
-TEST_CASE("layers that start through each other come apart and stay apart") {
+TEST_CASE("layers that start intersecting come apart and stay apart") {
   for (const auto height : {bump, waves, slope})
     for (const char* response : {"implicit", "impulse"}) {
       Scene scene = layers(height);
