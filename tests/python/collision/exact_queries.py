@@ -1,5 +1,4 @@
 """Degenerate continuous queries and their exact verdicts in integer arithmetic, by Sturm's theorem.
-
 The method and the language differ from the library's.
 """
 
@@ -254,10 +253,8 @@ FAMILIES = (
 
 
 def degenerate_queries(random: np.random.Generator, kind: str, family: str, n: int) -> np.ndarray:
-    """Returns n queries (n x 8 x 3) of a family.
-
-    A third of them are off by one unit in the last place of one coordinate. A third are scaled,
-    mostly by extreme factors.
+    """Returns n queries (n x 8 x 3) of a family. A third of them are off by one unit in the last
+    place of one coordinate. A third are scaled, mostly by extreme factors.
     """
     size = int(random.integers(2, 6))
     q = random.integers(-size, size + 1, size=(n, 8, 3)).astype(float)

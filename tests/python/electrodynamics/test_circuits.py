@@ -183,9 +183,8 @@ RADIUS, TURNS, MOMENT, SPEED = 0.02, 50, 0.5, 3.0
 
 
 def scripted(**what) -> ls.Scene:
-    """A dipole and a loop on one stand each, one of which is moved by script.
-
-    A distant weight, on which no force acts, is the only rigid body.
+    """A dipole and a loop on one stand each, one of which is moved by script. A distant weight, on
+    which no force acts, is the only rigid body.
     """
     stands = {"magnet": {}, "loop": {}} | what.pop("scripts")
     obstacles = [
@@ -292,9 +291,8 @@ def test_a_loop_turned_by_script_in_a_uniform_field_is_a_generator():
 
 
 def series_force(radius: float, distance: float, ball: float, chi: float, current: float) -> float:
-    """Axial force [N] on a linear ball by a multipole series.
-
-    The ball is on the axis of a loop, at a distance below its plane.
+    """Axial force [N] on a linear ball by a multipole series. The ball is on the axis of a loop, at
+    a distance below its plane.
     """
     s = np.hypot(radius, distance)
     n = np.arange(60)

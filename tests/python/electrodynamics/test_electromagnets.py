@@ -116,9 +116,8 @@ def test_a_bar_is_drawn_into_a_solenoid_as_its_inductance_grows():
 
 
 def falling(magnets=(), **given) -> ls.Scene:
-    """A soft ball flies through a loop with a circuit.
-
-    A carrier of magnets and an optional second coil is next to them. All bodies are free.
+    """A soft ball flies through a loop with a circuit. A carrier of magnets and an optional second
+    coil is next to them. All bodies are free.
     """
     places = {
         "ball": (0, 0, 0),

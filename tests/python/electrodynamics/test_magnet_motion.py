@@ -81,9 +81,8 @@ def test_free_spheres_pass_each_other_keeping_energy_and_momenta(case):
 
 
 def uneven_magnets(step: float) -> ls.Scene:
-    """Three free magnets, one of which is a long box with three different moments of inertia.
-
-    The box carries two magnets away from its axis.
+    """Three free magnets, one of which is a long box with three different moments of inertia. The
+    box carries two magnets away from its axis.
     """
     box, ball = (
         ls.meshes.box(size=(0.02, 0.01, 0.004)),
@@ -193,7 +192,6 @@ def test_the_energy_of_a_swinging_magnet_does_not_drift():
 @pytest.mark.parametrize("what", ["compass", "pair"])
 def test_magnets_that_swing_keep_their_energy_for_a_thousand_periods(what):
     """With the default sub-steps, energy stays within 1e-3 and does not drift.
-
     tests/benchmarks/librations.py simulates ten times as many periods.
     """
     swing, drift = librations.energies(*getattr(librations, what)(), 1000)
@@ -288,10 +286,7 @@ def test_balls_that_have_snapped_together_come_to_rest():
 
 
 def iron_balls(n: int, magnet: ls.Magnet, radius: float = 0.005, **scene) -> ls.Scene:
-    """Iron balls in two layers above `magnet`.
-
-    `scene` must contain the magnet's carrier.
-    """
+    """Iron balls in two layers above `magnet`. `scene` must contain the magnet's carrier."""
     ball, random = ls.meshes.sphere(radius=radius, subdivisions=2), np.random.default_rng(3)
     places = np.array(
         [

@@ -44,9 +44,8 @@ def sources():
 
 
 def outside(source, scale, count=40, seed=1):
-    """Returns points at distances of about `scale` [m].
-
-    No point is closer to the source's bounding ball than 5 % of its radius.
+    """Returns points at distances of about `scale` [m]. No point is closer to the source's bounding
+    ball than 5 % of its radius.
     """
     points = np.random.default_rng(seed).normal(size=(count, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
@@ -340,9 +339,8 @@ def test_values_on_faces_edges_corners_wires_and_axes_are_finite():
 
 
 def test_near_an_edge_the_field_grows_as_the_logarithm_of_the_distance():
-    """Two faces with charge density j.n meet at a right angle.
-
-    B along (1, 1, 0) grows by 2 j/(4 pi) sqrt 2 per factor e of the distance.
+    """Two faces with charge density j.n meet at a right angle. B along (1, 1, 0) grows by 2 j/(4
+    pi) sqrt 2 per factor e of the distance.
     """
     distances = 10.0 ** -np.arange(4.0, 12.0)
     corner = np.array([0.01, 0.005, 0.0])

@@ -34,9 +34,8 @@ def test_parallel_cuboids_agree_with_the_closed_form_at_every_gap_and_in_contact
     "offset", [(0.003, -0.002, 0.018), (-0.004, 0.014, 0.001), (0.011, 0.0, 0.012), (0, 0, 0.0165)]
 )
 def test_the_closed_form_of_parallel_cuboids_is_what_integration_finds(offset):
-    """Covers all directions of magnetisation and quarter turns.
-
-    An additional rotation of 1e-9 rad makes the engine integrate.
+    """Covers all directions of magnetisation and quarter turns. An additional rotation of 1e-9 rad
+    makes the engine integrate.
     """
     a = M.cuboid(size=(0.012, 0.01, 0.015), polarization=(0.4, -0.6, 0.8))
     for turn in ((0, 0, 0), (np.pi / 2, 0, 0), (0, 0, -np.pi / 2), (0, np.pi, 0)):
@@ -147,9 +146,8 @@ KINDS = ["cuboid", "cylinder", "ring", "sphere", "mesh", "loop", "solenoid", "po
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_either_side_may_be_integrated(kind):
-    """Takes a cuboid as the field's source, and then as dipoles in the other body's field.
-
-    The third law is not built in for dipoles.
+    """Takes a cuboid as the field's source, and then as dipoles in the other body's field. The
+    third law is not built in for dipoles.
     """
     a, b = pair("cuboid", kind)
     whole = M.force(on=b, by=a, tolerance=1e-9)
@@ -189,9 +187,8 @@ def test_linear_and_angular_momentum_are_kept_to_rounding(kind_a, kind_b):
     [("cuboid", "cuboid"), ("cuboid", "cylinder"), ("ring", "mesh"), ("cylinder", "sphere")],
 )
 def test_force_and_torque_are_minus_the_gradient_of_the_energy(kinds):
-    """Compares with E = - integral of J_b . H_a over b, summed over dipoles in b's volume.
-
-    b is a cuboid or cylinder filled with dipoles.
+    """Compares with E = - integral of J_b . H_a over b, summed over dipoles in b's volume. b is a
+    cuboid or cylinder filled with dipoles.
     """
     b, a = pair(*kinds)  # b is at the origin
     nodes, weights = np.polynomial.legendre.leggauss(14)

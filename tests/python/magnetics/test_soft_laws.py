@@ -61,12 +61,11 @@ def test_diamagnetic_balls_are_pushed_from_a_magnet_as_their_table_says():
 
 
 def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
-    """Uses plates that are six heights wide and one height thick.
-
-    The force comes from a spot of about one height, which the cells must resolve. With a focus on
-    the spot, only the error of the finite width remains. It is 0.9 % for a moment along the plate,
-    with 24 as with 32 cells. Without a focus the error is no larger, because the charge varies
-    within panels like the magnet's field.
+    """Uses plates that are six heights wide and one height thick. The force comes from a spot of
+    about one height, which the cells must resolve. With a focus on the spot, only the error of the
+    finite width remains. It is 0.9 % for a moment along the plate, with 24 as with 32 cells.
+    Without a focus the error is no larger, because the charge varies within panels like the
+    magnet's field.
     """
     height = 0.015
     plates = [
@@ -93,10 +92,9 @@ def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
 
 
 def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
-    """Compares the pull with an image force and a catalogue.
-
-    The catalogue's flux densities follow the same formula with 1.24 T to 0.1 %. Its pulls are
-    measured or follow rules of thumb, so they deviate more.
+    """Compares the pull with an image force and a catalogue. The catalogue's flux densities follow
+    the same formula with 1.24 T to 0.1 %. Its pulls are measured or follow rules of thumb, so they
+    deviate more.
     """
     spec = spec_from_file_location("pull", Path(__file__).parents[3] / "scenes" / "pull.py")
     assert spec is not None and spec.loader is not None
@@ -127,9 +125,8 @@ def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
 
 
 def test_a_soft_body_cut_in_two_is_drawn_as_the_whole():
-    """Two touching halves act like the whole body.
-
-    Their charges on the cut cancel as far as the panels resolve them.
+    """Two touching halves act like the whole body. Their charges on the cut cancel as far as the
+    panels resolve them.
     """
     magnet = M.cuboid(size=(0.01, 0.01, 0.01), polarization=(0.3, 0, 1)).moved(
         (0.004, 0.002, 0.014)
@@ -160,9 +157,7 @@ def stiffness_sum(bodies_at, place, step=1e-5):
 
 def test_hard_magnets_have_no_stable_place_and_superconductors_do():
     """Earnshaw's theorem: div F = 0 between hard magnets, so no position is stable in all
-    directions.
-
-    A superconductor has div F < 0.
+    directions. A superconductor has div F < 0.
     """
     ball = M.sphere(radius=0.003, polarization=(1.2, 0, 0))
     place = np.array((0.001, 0.0005, 0.012))
@@ -200,10 +195,9 @@ def test_forces_follow_from_the_energy():
 
 @pytest.mark.parametrize("gap", [2e-3, 2e-4, 0.0])
 def test_the_energy_of_what_magnetises_is_that_of_the_magnets_dipoles(gap):
-    """Compares the energy with that of dipoles in the magnet's volume, also in contact.
-
-    In contact, the field of a charged face is unbounded, and its integral over the magnet's surface
-    takes minutes.
+    """Compares the energy with that of dipoles in the magnet's volume, also in contact. In contact,
+    the field of a charged face is unbounded, and its integral over the magnet's surface takes
+    minutes.
     """
     size, polarization = np.array((0.008, 0.006, 0.005)), np.array((0.2, 0, 1.2))
     magnet = M.cuboid(size=size, polarization=polarization).moved((0.001, 0.0005, 0.0055 + gap))
