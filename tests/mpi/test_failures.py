@@ -153,7 +153,7 @@ def test_what_a_rank_writes_counts_for_the_rows_it_owns(tmp_path):
     assert len(said) == 2 and said[0] == said[1] and said[0][0] == "forces 0.0 1.0"
 
 
-def test_a_rank_that_fails_where_the_others_do_not_listen_ends_them(tmp_path):
+def test_a_rank_that_fails_outside_a_collective_step_ends_the_others(tmp_path):
     began = time.perf_counter()
     done, _ = program(tmp_path, """
         from loomstone.ranks import share_failure

@@ -77,7 +77,7 @@ def test_a_step_taken_in_parts_has_the_same_bits_on_all_ranks(tmp_path):
     assert len(digests) == 1
 
 
-def test_a_run_of_two_ranks_resumes_on_one_and_the_other_way(scene, tmp_path):
+def test_a_run_of_two_ranks_resumes_on_one_and_vice_versa(scene, tmp_path):
     for first, second in [(2, 1), (1, 2)]:
         out = tmp_path / f"{first}then{second}"
         assert ranks(first, "-m", "loomstone", "run", scene, "--out", out).returncode == 0

@@ -121,7 +121,7 @@ def test_a_room_includes_only_rooms_below_it(own: str) -> None:
 
 
 @pytest.mark.parametrize("header", DOORS)
-def test_an_outside_library_has_one_door(header: str) -> None:
+def test_an_external_library_is_included_only_by_its_files(header: str) -> None:
     for path in sources("core", "renderer", "bindings"):
         lines = [line for line in path.read_text().splitlines() if line.lstrip().startswith("#")]
         if any(re.search(header, line) for line in lines):

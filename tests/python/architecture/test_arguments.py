@@ -62,7 +62,7 @@ def test_a_misspelt_keyword_is_refused_with_the_right_one(function):
         (lambda: ls.garments.Cylinder(radius=1, center=(0, 0, 0)), "centre"),
     ],
 )
-def test_the_other_spelling_is_answered_by_ours(call, right):
+def test_the_other_spelling_is_refused_with_ours(call, right):
     with pytest.raises(TypeError, match=f"did you mean '{right}'"):
         call()
 

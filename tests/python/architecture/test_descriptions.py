@@ -26,7 +26,7 @@ ALL = [
 
 
 @pytest.mark.parametrize("description", ALL)
-def test_every_description_can_be_made_from_nothing_compared_and_listed(description):
+def test_every_description_can_be_made_without_arguments_compared_and_listed(description):
     made = description()
     assert made == description()
     assert not made != description()  # noqa: SIM202
@@ -131,7 +131,7 @@ def test_each_error_is_a_standard_one_and_one_of_ours(error, standard):
     assert issubclass(getattr(ls, error), standard) and issubclass(getattr(ls, error), ls.Error)
 
 
-def test_another_method_on_the_command_line_keeps_what_it_has_use_for():
+def test_another_method_on_the_command_line_keeps_the_options_that_it_has():
     scene = ls.BackwardEuler(step=2e-3, linear_solver="direct", jacobian="exact")
     assert with_method(scene, "symplectic-euler") == ls.SymplecticEuler(step=2e-3)
     assert with_method(scene, "bdf2") == ls.BDF2(

@@ -76,7 +76,7 @@ def test_a_room_imports_only_rooms_before_it(module):
         assert ORDER.index(room(other)) <= ORDER.index(room(module)), f"{module} imports {other}"
 
 
-def test_no_import_goes_in_a_circle():
+def test_no_imports_are_circular():
     graph = {module: imports(module) & set(MODULES) for module in MODULES}
     done: set[str] = set()
 
@@ -94,7 +94,7 @@ def test_no_import_goes_in_a_circle():
 @pytest.mark.parametrize(
     "module", [name for name, path in MODULES.items() if path.stem == "__init__"]
 )
-def test_nothing_has_the_name_of_a_module_beside_it(module):
+def test_no_attribute_hides_a_module_of_the_same_name(module):
     package = importlib.import_module(f"loomstone.{module}".rstrip("."))
     for found in pkgutil.iter_modules(package.__path__):
         if found.name.startswith("lib") or found.name == "units":

@@ -53,7 +53,7 @@ def test_keyword_only_parameters_and_self_are_not_counted_in_python(tmp_path):
     assert measured("python_functions", "a.py", PYTHON, tmp_path) == (13, 4, 2)
 
 
-def test_what_breaks_a_rule_is_said_in_words():
+def test_broken_rules_are_reported_in_words():
     function = SIZES["Function"]("a.py", "f", line=1, lines=61, nesting=5, parameters=6)
     assert function.excesses() == [
         "61 lines (at most 60)",

@@ -39,7 +39,7 @@ def pairs(found):
 
 @hypothesis.settings(max_examples=300, deadline=None)
 @hypothesis.given(scenes())
-def test_all_engines_name_the_pairs_of_brute_force(scene):
+def test_all_engines_find_the_pairs_of_brute_force(scene):
     x0, x1, triangles, inflation = scene
     expected = pairs(collision.candidates(x0, x1, triangles, inflation, engine="brute-force"))
     for engine in ("clusters", "embree"):
@@ -56,7 +56,7 @@ def test_all_engines_name_the_pairs_of_brute_force(scene):
     st.sampled_from([0.0, 1e-3, 0.02]),
     st.sampled_from([0.01, 0.05, 0.2]),
 )
-def test_all_engines_name_the_pairs_of_brute_force_among_many_triangles(seed, n, inflation, size):
+def test_all_engines_find_the_pairs_of_brute_force_among_many_triangles(seed, n, inflation, size):
     """Uses enough triangles for trees of three levels."""
     random = np.random.default_rng(seed)
     centres = random.random((n, 1, 3)) * random.choice(

@@ -102,7 +102,7 @@ def test_two_coupled_circuits_follow_the_closed_form_with_second_order():
     assert sim.currents[1] < -0.2, "the second opposes what the first does"
 
 
-def test_a_given_current_that_changes_drives_a_circuit_beside_it():
+def test_a_changing_given_current_drives_a_nearby_circuit():
     frequency, times = 50.0, np.linspace(0, 0.1, 2001)
     given = np.sin(2 * np.pi * frequency * times)
     scene = transformer(times=times.tolist(), currents=given.tolist())
@@ -369,7 +369,7 @@ def test_energy_balances_where_coil_and_magnet_magnetise_a_ball():
     )
 
 
-def test_circuits_that_cannot_be_are_refused():
+def test_invalid_circuits_are_refused():
     bad = transformer(resistance=0.8, inductance=1e-4)
     with pytest.raises(ls.InvalidInput, match="M\\^2 < L_1 L_2"):
         ls.Simulation(bad)

@@ -211,7 +211,7 @@ def push(sim: ls.Simulation) -> None:
 @pytest.mark.parametrize(
     "case", ["beside a magnet and a growing current", "beside another circuit"]
 )
-def test_forces_at_the_end_of_a_step_serve_the_next_where_nothing_has_changed(case, write):
+def test_forces_at_the_end_of_a_step_are_reused_if_nothing_has_changed(case, write):
     scene = falling(**CASES[case])
     stand = ls.obstacles.box(
         name="stand",
@@ -258,7 +258,7 @@ def half_ring(inner: float, outer: float, width: float, parts: int = 8) -> ls.Tr
     )
 
 
-def test_a_bow_round_a_loop_lies_beside_its_winding():
+def test_a_bow_around_a_loop_is_outside_its_winding():
     """The middle of the bow crosses the loop's axis, but no part of it is inside the loop."""
 
     def added(z: float, winding: ls.magnetics.MagneticBody) -> float:
@@ -313,7 +313,7 @@ def test_balls_in_the_field_of_a_coil_move_in_sub_steps_that_resolve_their_pull(
 
 
 @pytest.mark.parametrize("soft", [True, False])
-def test_a_strong_coil_draws_in_what_it_pulls_with_the_speed_of_short_steps(soft):
+def test_a_strong_coil_draws_in_a_body_with_the_speed_of_short_steps(soft):
     ball = (
         M.soft_sphere(radius=0.004, susceptibility=1000.0, degree=1)
         if soft
@@ -382,7 +382,7 @@ def horseshoe(width: float) -> ls.TriangleMesh:
     return ls.TriangleMesh(vertices, np.vstack([side, side[:, ::-1] + 8, np.array(around)]))
 
 
-def test_circuits_beside_bodies_that_they_cannot_magnetise_linearly_are_refused():
+def test_circuits_with_bodies_that_do_not_magnetise_linearly_are_refused():
     bar = plunger(0.0, cells=8, resistance=1.0, inductance=1e-3)
     saturated = M.soft_cuboid(size=(0.008, 0.008, 0.03), susceptibility=1e3, saturation=2, cells=8)
     for soft, coil, error, message in (

@@ -401,7 +401,7 @@ def test_a_field_without_magnets_is_refused():
         ls.Simulation(on_the_floor().replace(magnets=[], magnetic_field=(0, 0, 1)))
 
 
-def test_point_dipoles_that_fall_into_each_other_are_told():
+def test_point_dipoles_that_fall_into_each_other_are_reported():
     ball = ls.meshes.sphere(radius=1e-5, subdivisions=1)
     bodies = [
         ls.RigidBody(name=n, mesh=ball, position=(x, 0, 0)) for n, x in (("a", 0), ("b", 1e-4))
@@ -411,7 +411,7 @@ def test_point_dipoles_that_fall_into_each_other_are_told():
         simulation(ls.Scene(bodies=bodies, magnets=magnets), 1e-3).step()
 
 
-def test_after_a_failed_step_bodies_go_on_as_if_it_had_not_been_tried():
+def test_a_failed_step_does_not_change_the_motion_of_bodies():
     cube, tables = (
         ls.meshes.box(size=(0.02, 0.02, 0.02)),
         ("body_centres", "body_orientations", "body_velocities"),

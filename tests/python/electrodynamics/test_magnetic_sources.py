@@ -58,7 +58,7 @@ def test_a_source_comes_back_from_a_pickle_with_the_same_bits(kind):
 
 
 @pytest.mark.parametrize("kind", sources())
-def test_a_source_is_written_down_by_its_kind_and_numbers(kind):
+def test_a_source_is_written_as_its_kind_and_numbers(kind):
     source = sources()[kind]
     plain = ls.Magnet(body="a", source=source).to_dict()["source"]
     assert plain["kind"] == kind and plain["position"] == source.position.tolist()
@@ -88,7 +88,7 @@ def test_descriptions_with_sources_are_compared_pickled_and_replaced():
     assert ls.Magnet(body="a") != magnet and ls.Magnet(body="a").source is None
 
 
-def test_what_was_found_by_induction_is_not_pickled():
+def test_results_of_induction_are_not_pickled():
     body = M.induce(sources()["soft_sphere"], field=(0, 0, 1)).bodies[0]
     with pytest.raises(ls.Unsupported, match="pickle the body that magnetises"):
         pickle.dumps(body)

@@ -75,7 +75,7 @@ def test_a_magnet_floats_above_a_superconducting_plate():
     assert np.abs(places[:, :2]).max() < 1e-3, "and stays above the middle"
 
 
-def test_above_a_permanent_plate_it_falls_or_turns():
+def test_a_magnet_above_a_permanent_plate_falls_or_turns():
     case = next(
         c for c in cases("v_levitation_above_plane") if c["angle_from_vertical_deg"] == 90.0
     )
@@ -187,7 +187,7 @@ def test_a_bad_soft_magnet_is_refused(message):
         ls.Simulation(scene.replace(magnets=[bad, *scene.magnets[1:]]))
 
 
-def test_soft_bodies_that_begin_in_one_another_are_refused():
+def test_soft_bodies_that_start_inside_each_other_are_refused():
     scene = iron_and_magnet()
     inside = scene.bodies[0].replace(position=(0, 0, 0.004))
     with pytest.raises(ls.InvalidInput, match=r"magnets\[0\] must lie apart .* magnets\[1\]"):

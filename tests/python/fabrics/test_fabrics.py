@@ -159,7 +159,7 @@ def test_levels_of_bending_are_percentiles_of_the_collection(published):
     )  # values are rounded to two digits
 
 
-def test_every_fabric_names_its_source_its_licence_and_what_to_beware_of():
+def test_every_fabric_names_its_source_its_licence_and_its_caveats():
     for fabric in ls.fabrics.values():
         assert (
             fabric.source in {source.citation for source in SOURCES.values()}
@@ -192,7 +192,7 @@ def test_a_fabric_is_a_material_and_says_what_it_is():
     assert kept["t-shirt"]["limits"] == {"weft": None, "warp": 0.1553, "shear": None}
 
 
-def test_an_unknown_fabric_is_refused_with_near_ones():
+def test_an_unknown_fabric_is_refused_with_similar_names():
     with pytest.raises(ls.InvalidInput, match="there is no fabric 'deni'; did you mean 'denim'"):
         ls.fabrics["deni"]
     with pytest.raises(ls.InvalidInput, match="there is no fabric 'velvet'; known: cotton, wool"):
@@ -313,7 +313,7 @@ def test_a_strip_takes_the_shape_of_least_energy_under_its_moment():
         )
 
 
-def test_strips_that_no_plate_has_are_refused():
+def test_strip_rigidities_that_no_plate_has_are_refused():
     with pytest.raises(
         ls.InvalidInput, match=r"no plate has a bias rigidity of 3e-05 .* bias must be below 2e-05"
     ):

@@ -197,7 +197,7 @@ def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_clo
     assert folds[1] == pytest.approx(folds[0], rel=0.1)  # six specimens: 11.3 and 11.0
 
 
-def test_conforming_triangles_do_not_lock_at_limits_of_a_hundredth_in_all_directions_both_ways():
+def test_conforming_triangles_do_not_lock_at_limits_of_a_hundredth_in_stretch_and_compression():
     # At limits of 0.1 % they do lock, and the coefficient exceeds 65 %. docs/performance.md lists
     # both limits over mesh sizes.
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
@@ -224,7 +224,7 @@ def test_a_limp_fabric_drapes_and_card_does_not():
     assert limp.drape_coefficient < 60 and limp.folds >= 4
 
 
-def test_resting_is_told_from_moving():
+def test_rest_is_distinguished_from_motion():
     scene = drape_scene(isotropic(1e-5), specimen(600))
     sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=4e-3))
     short = bring_to_rest(sim, longest=0.1)
@@ -272,7 +272,7 @@ def test_a_report_measures_and_writes_tables_and_pictures(tmp_path):
     )
 
 
-def test_mistakes_are_told_before_anything_is_computed(tmp_path):
+def test_mistakes_are_reported_before_anything_is_computed(tmp_path):
     with pytest.raises(ls.InvalidInput, match="there is no fabric 'velvet'"):
         report_fabrics(["velvet"])
     with pytest.raises(ls.InvalidInput, match="at least one fabric"):

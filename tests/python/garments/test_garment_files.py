@@ -139,7 +139,7 @@ def test_units_are_those_of_the_file(tmp_path):
         (lambda s: s["pattern"]["stitches"][0][0].update(edge=9), "no edge 'edge_9'"),
     ],
 )
-def test_what_is_wrong_in_a_pattern_is_told(tmp_path, change, message):
+def test_mistakes_in_a_pattern_are_reported(tmp_path, change, message):
     content = skirt()
     change(content)
     with pytest.raises(ls.InvalidInput) as error:
@@ -147,7 +147,7 @@ def test_what_is_wrong_in_a_pattern_is_told(tmp_path, change, message):
     assert message in str(error.value)
 
 
-def test_what_is_no_json_is_told(tmp_path):
+def test_files_that_are_not_json_are_reported(tmp_path):
     path = tmp_path / "a.json"
     path.write_text("{")
     with pytest.raises(ls.InvalidInput, match="is not JSON"):
@@ -174,7 +174,7 @@ def test_json_that_is_no_pattern_is_refused(tmp_path, content):
         ({"ease": float("nan")}, "ease must be in"),
     ],
 )
-def test_closing_refuses_times_and_ease_that_are_none(wrong, said):
+def test_closing_refuses_invalid_times_and_ease(wrong, said):
     with pytest.raises(ls.InvalidInput, match=said):
         g.close_seams(g.tshirt_pattern(), triangles=300, places=apart(0.3), threads=1, **wrong)
 

@@ -89,7 +89,7 @@ def test_panels_with_notches_and_curves_have_no_angle_below_25_degrees(triangles
     assert flat_area(garment) == pytest.approx(panel.area, abs=2.0 * edge**2), "chords of curves"
 
 
-def test_the_outline_decides_where_it_has_sharper_corners():
+def test_sharp_corners_of_the_outline_limit_the_angles():
     panel = g.Panel.polygon("sharp", [(0, 0), (0.5, 0), (0, 0.15)], names="abc")
     corner = np.degrees(np.arctan2(0.15, 0.5))
     # The mesh cannot avoid the sharp corner, because the sampled outline keeps its angle.

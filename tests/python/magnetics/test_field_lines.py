@@ -48,7 +48,7 @@ def test_seeds_share_the_flux():
         assert (cosine > c).sum() / n == pytest.approx(1 - c * c, abs=2.0 / np.sqrt(40 * n))
 
 
-def test_every_line_of_two_magnets_leaves_north_and_enters_south_or_the_distance():
+def test_every_line_of_two_magnets_leaves_north_and_enters_south_or_leaves_the_extent():
     a = m.cuboid(size=(0.01, 0.02, 0.04), polarization=(0, 0, 1))
     b = m.cylinder(radius=0.006, height=0.01, polarization=(0.5, 0, 0.5)).moved((0.03, 0, 0.01))
     found = m.field_lines([a, b], 80, threads=2)
@@ -117,7 +117,7 @@ def test_bad_requests_are_refused():
         m.plot_slice(SPHERE, "never.png", plane="zz")
 
 
-def test_a_frame_tells_where_its_magnets_are_and_draws_their_lines(tmp_path):
+def test_a_frame_gives_the_poses_of_its_magnets_and_draws_their_lines(tmp_path):
     mesh = ls.meshes.box(size=(0.01, 0.01, 0.02))
     bar = ls.RigidBody(
         name="bar", mesh=mesh, shape="box", position=(0.02, 0, 0), angular_velocity=(0, 30.0, 0)

@@ -145,7 +145,7 @@ KINDS = ["cuboid", "cylinder", "ring", "sphere", "mesh", "loop", "solenoid", "po
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_either_side_may_be_integrated(kind):
+def test_integration_over_either_body_gives_the_same_force(kind):
     """Takes a cuboid as the field's source, and then as dipoles in the other body's field. The
     third law is not built in for dipoles.
     """

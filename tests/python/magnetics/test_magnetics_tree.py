@@ -80,7 +80,7 @@ def test_field_gradient_forces_and_torques_keep_the_tolerance(dipoles, tolerance
         )  # div B = 0 holds for each term
 
 
-def test_one_set_feels_another():
+def test_forces_of_one_set_of_dipoles_on_another_keep_the_tolerance():
     points, moments = shaken_lattice()
     others, other_moments = clustered()
     others = others + (0.005, 0.003, 0.001)
@@ -138,7 +138,7 @@ def test_tolerances_out_of_range_are_named():
             M.dipole_forces(points, moments, tolerance=tolerance)
 
 
-def test_of_very_many_dipoles_the_setting_is_found_on_samples_first():
+def test_very_many_dipoles_keep_the_tolerance_on_any_number_of_threads():
     points, moments = aligned(200_000)
     rows = np.random.default_rng(8).choice(len(points), 200, replace=False)
     forces, _ = M.dipole_forces(points[rows], moments[rows], points, moments)

@@ -194,7 +194,7 @@ def test_two_crossing_triangles_are_found_and_two_apart_are_not():
         ls.collision.intersecting_pairs([1, 2, 3], [[0, 1, 2]])
 
 
-def test_obstacles_stand_or_move_where_they_are_told():
+def test_obstacles_stand_or_move_as_given():
     ball = ls.sphere(radius=0.1, centre=(1, 2, 3), friction=0.5)
     assert (
         ball.mesh.vertices.mean(0) == pytest.approx((1, 2, 3))

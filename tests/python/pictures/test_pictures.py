@@ -154,7 +154,7 @@ def test_other_options_neither_delete_nor_mix_pictures(scene, copied):
     assert len(pictures(copied / "frames")) == 7 and shapes == {(54, 64, 3)}
 
 
-def test_pictures_of_which_nothing_is_known_are_not_touched(copied):
+def test_pictures_of_unknown_origin_are_not_touched(copied):
     (copied / "frames" / "options.json").write_text("{")
     code, said = render(copied)
     assert code == 1 and "no options.json" in said and len(pictures(copied / "frames")) == 5

@@ -47,7 +47,7 @@ def scene(tmp_path):
     return tmp_path / "scene.py"
 
 
-def test_help_teaches_every_command():
+def test_help_gives_an_example_of_every_command():
     listed = {
         line.split()[0]
         for line in command("--help").stdout.splitlines()

@@ -10,7 +10,9 @@ from loomstone.cli import inspection
 from loomstone.runs.steps import read_steps
 
 
-def test_forced_intersections_are_recorded_with_their_triangles_and_told(pressed, tmp_path, capsys):
+def test_forced_intersections_are_recorded_with_their_triangles_and_reported(
+    pressed, tmp_path, capsys
+):
     sim = ls.Simulation(
         pressed.replace(
             cloths=[pressed.cloths[0].replace(mesh=pressed.cloths[0].mesh.moved((0, 0, -0.01)))]
@@ -45,7 +47,7 @@ def test_forced_intersections_are_recorded_with_their_triangles_and_told(pressed
     )
 
 
-def test_a_run_sums_what_truncation_withheld(falling, euler, tmp_path):
+def test_a_run_sums_the_withheld_motion(falling, euler, tmp_path):
     report = ls.Simulation(falling, integrator=euler, threads=1).run(
         out=tmp_path / "r", duration=0.2
     )
@@ -58,7 +60,7 @@ def test_a_run_sums_what_truncation_withheld(falling, euler, tmp_path):
     assert "certification withheld" in inspection.report_text(report)
 
 
-def test_wanted_motion_and_acceleration_are_those_of_the_vertices():
+def test_requested_motion_and_acceleration_are_those_of_the_vertices():
     # One sheet falls and one lies on the floor. Only touching vertices count for the acceleration
     # in contact.
     mesh = ls.grid(size=(0.1, 0.1), cells=(4, 4))

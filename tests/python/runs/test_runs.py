@@ -213,7 +213,7 @@ def test_a_run_is_not_continued_as_another(run, hanging, euler):
     assert len(ls.Run(run)) == 4
 
 
-def test_a_checkpoint_cut_short_is_passed_over_for_the_one_before(run):
+def test_a_truncated_checkpoint_is_skipped_for_the_previous_one(run):
     newest = checkpoints.checkpoint_files(run)[-1]
     newest.write_bytes(newest.read_bytes()[:200])
     assert checkpoints.latest_checkpoint(run) is not None
@@ -243,7 +243,7 @@ def test_control_acts_before_every_step(hanging, euler, tmp_path):
     assert len(times) == 10 and times[0] == 0
 
 
-def test_frame_writer_refuses_a_directory_that_cannot_be(tmp_path, hanging):
+def test_frame_writer_refuses_an_impossible_directory(tmp_path, hanging):
     sim = ls.Simulation(hanging)
     (tmp_path / "file").write_text("")
     with pytest.raises(ls.CacheError):
@@ -405,7 +405,7 @@ def test_a_signal_does_not_wait_long_for_a_step_that_can_be_saved(tmp_path, monk
         ls.Scene(bodies=[ball], rigid_rebuild_interval=100_000)
 
 
-def test_a_damaged_table_of_steps_is_told_with_its_line(run):
+def test_a_damaged_table_of_steps_is_reported_with_its_line(run):
     path = run / "steps.csv"
     whole = path.read_text()
     path.write_text(whole[:-40])  # as after a kill

@@ -149,7 +149,7 @@ def test_no_cloth_intersects_in_any_frame(name):
 
 
 @pytest.mark.parametrize(("speed", "step"), [(8.0, 8e-3), (16.0, 4e-3)])
-def test_a_step_that_truncation_would_freeze_is_taken_in_halves(speed, step):
+def test_a_step_whose_motion_would_be_withheld_is_taken_in_halves(speed, step):
     """A wall hits the edges of eight separate sheets.
 
     Without halving, certification would withhold all motion of the first step.
@@ -182,7 +182,7 @@ def test_a_step_that_truncation_would_freeze_is_taken_in_halves(speed, step):
     assert not sim.intersecting_pairs()
 
 
-def test_a_count_tells_cloth_from_bodies_and_finds_what_intersects():
+def test_a_count_distinguishes_cloth_and_bodies_and_finds_all_intersections():
     mesh = ls.grid(size=(0.2, 0.2), cells=(4, 4))
     through = [
         ls.obstacles.box(name=n, size=(0.05, 0.05, 0.05), centre=(0.0, 0.0, z))

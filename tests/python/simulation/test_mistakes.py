@@ -191,7 +191,7 @@ def test_a_mistake_in_python_is_one_sentence(mistake, said, tmp_path, monkeypatc
     assert "\n" not in str(told.value)
 
 
-def test_arguments_of_the_wrong_kind_are_told_in_one_line():
+def test_arguments_of_the_wrong_kind_are_reported_in_one_line():
     for mistake in (
         lambda: ls.sphere(radius="big"),
         lambda: ls.floor(cells="many"),
@@ -293,7 +293,7 @@ def test_a_mistake_on_the_command_line_is_one_sentence(loomstone, arguments, sai
         ),
     ],
 )
-def test_a_mistake_in_a_scene_file_is_told_with_its_line(loomstone, tmp_path, text, said):
+def test_a_mistake_in_a_scene_file_is_reported_with_its_line(loomstone, tmp_path, text, said):
     (tmp_path / "broken.py").write_text(text)
     code, told = loomstone("run", "broken.py")
     assert (
@@ -325,7 +325,7 @@ def test_files_that_are_something_else_are_refused(loomstone, tmp_path):
         assert code == 1 and told.err.count("\n") == 1 and said in told.err, told.err
 
 
-def test_mistakes_about_a_run_are_told(loomstone, tmp_path):
+def test_mistakes_about_a_run_are_reported(loomstone, tmp_path):
     assert loomstone("run", "scene.py", "--out", "out", "--threads", 1)[0] == 0
     for arguments, said in [
         (["run", "scene.py", "--out", "out"], "must hold no run yet"),

@@ -53,7 +53,7 @@ def test_a_soft_body_magnetises_again_as_it_did(kind):
         assert np.array_equal(M.field(new, POINTS), M.field(old, POINTS))
 
 
-def test_what_was_given_may_be_written_afterwards():
+def test_inputs_can_be_changed_afterwards():
     size = np.array([0.01, 0.01, 0.01])
     made = M.cuboid(size=size, polarization=(0, 0, 1))
     before = M.field(made, POINTS)
@@ -61,7 +61,7 @@ def test_what_was_given_may_be_written_afterwards():
     assert np.array_equal(M.field(pickle.loads(pickle.dumps(made)), POINTS), before)
 
 
-def test_bodies_that_no_function_has_made_say_why_they_cannot_be_pickled():
+def test_bodies_not_made_by_a_function_refuse_pickling_with_the_reason():
     magnet = M.sphere(radius=0.005, polarization=(0, 0, 1)).moved((0, 0, 0.03))
     (induced,) = M.induce(SOFT["sphere"](), by=magnet).bodies
     with pytest.raises(ls.Unsupported, match="pickle the body that magnetises"):

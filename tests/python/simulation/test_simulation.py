@@ -108,7 +108,7 @@ def test_positions_velocities_and_forces_can_be_read_and_written(hanging, euler)
         sim.set_pin_targets([[0, 0, 0], [1, 1, 1]])
 
 
-def test_an_external_force_moves_the_cloth_its_way(hanging, euler):
+def test_an_external_force_moves_the_cloth_in_its_direction(hanging, euler):
     sim = ls.Simulation(hanging.replace(gravity=(0, 0, 0)), integrator=euler)
     sim.external_forces = np.tile([0.0, 0.0, 1e-4], (81, 1))
     for _ in range(5):
@@ -116,7 +116,7 @@ def test_an_external_force_moves_the_cloth_its_way(hanging, euler):
     assert sim.positions[9:, 2].min() > 0
 
 
-def test_pins_go_where_they_are_told(hanging, euler):
+def test_pins_move_to_their_targets(hanging, euler):
     sim = ls.Simulation(hanging, integrator=euler)
     start = sim.positions
     for i in range(5):
@@ -125,7 +125,7 @@ def test_pins_go_where_they_are_told(hanging, euler):
     assert sim.positions[[0, 8]] == pytest.approx(start[[0, 8]] + [0, 0, 5e-3], abs=1e-12)
 
 
-def test_obstacles_go_where_they_are_told(falling, euler):
+def test_obstacles_move_to_their_given_poses(falling, euler):
     sim = ls.Simulation(
         falling.replace(
             cloths=[
@@ -152,7 +152,7 @@ def test_the_number_of_threads_changes_no_bit(falling, euler):
     assert len(digests) == 1
 
 
-def test_throwing_the_stages_away_changes_no_bit(falling, euler):
+def test_rebuilding_the_stages_changes_no_bit(falling, euler):
     sims = [ls.Simulation(falling, integrator=euler) for _ in range(2)]
     for step in range(20):
         for sim in sims:

@@ -73,7 +73,7 @@ def test_positions_are_a_copy_in_the_users_order_and_state_the_internal_table(si
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=lambda options: options.method)
-def test_writing_a_view_and_assigning_a_copy_have_the_same_future(falling, integrator):
+def test_writing_a_view_and_assigning_a_copy_have_the_same_effect(falling, integrator):
     sims = [ls.Simulation(falling, integrator=integrator, threads=1) for _ in range(2)]
     for sim in sims:
         advance(sim, 3)
@@ -100,7 +100,7 @@ def test_a_checkpoint_taken_after_writing_continues_as_the_simulation_does(falli
     assert other.digest() == sim.digest()
 
 
-def test_looking_at_the_state_changes_no_bit(falling, euler):
+def test_reading_the_state_changes_no_bit(falling, euler):
     sims = [ls.Simulation(falling, integrator=euler, threads=1) for _ in range(2)]
     for _ in range(10):
         for sim in sims:
