@@ -5,8 +5,8 @@
 
 The scene `drape` runs with air drag and damped bending until no vertex moves farther than 0.1 mm in
 0.2 s. Each run appends one row to the table; runs already in the table are skipped. Folds form by
-chance, so the summary gives means over the runs with their standard errors. It lists the heights
-above the sphere's centre of the centre of mass, the lowest vertex and the cloth's middle vertex.
+chance, so the summary gives means over the runs with their standard errors. Heights are measured
+from the centre of the sphere, for the centre of mass, the lowest vertex and the middle vertex.
 """
 
 import argparse

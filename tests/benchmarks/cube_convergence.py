@@ -1,5 +1,5 @@
-"""Figure 6.7: force between two cubes of 1 cm and 1 T, by ever finer cells and by the accurate
-engine.
+"""Figure 6.7: force between two cubes of 1 cm and 1 T, computed with finer and finer cells
+and with the accurate engine.
 
     python tests/benchmarks/cube_convergence.py [--most 100] [--tree 100] [--out cubes.png]
 

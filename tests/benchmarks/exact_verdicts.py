@@ -1,4 +1,4 @@
-"""Compares the verdicts and times of random degenerate continuous queries with integer arithmetic
+"""Compares verdicts and times of random degenerate continuous queries with exact integer arithmetic
 in Python (minutes to hours).
 
     python tests/benchmarks/exact_verdicts.py --queries 1000000 [--seed 0]

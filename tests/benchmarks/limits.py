@@ -1,5 +1,5 @@
-"""Strain limits over mesh sizes (table 3.1 of the thesis): sweeps, times and remaining excess of
-each method.
+"""Strain limits at several mesh sizes (table 3.1 of the thesis): sweeps, times and remaining excess
+of each method.
 
     python tests/benchmarks/limits.py --triangles 900 3600 14400 --duration 1.0
     python tests/benchmarks/limits.py --triangles 900 3600 14400 36000 100000 --start 0.32
@@ -11,8 +11,9 @@ state. The cloth first reaches its limits after a fall of 0.28 s.
 
 Rows: edges (ESL), coloured and random Gauss-Seidel, and Jacobi (one and two threads), each after an
 implicit step without limits, as in the thesis. The last row is the default, coloured Gauss-Seidel
-after a solve with limits. Times are processor times of a step. The time of limiting is the share of
-a step measured by wall clock. Only ratios within a block of rows are meaningful.
+after a solve with limits. Times are processor times of a step. The time of limiting is this time
+multiplied by the share of limiting in the wall time. Only ratios within a block of rows are
+meaningful.
 """
 
 from __future__ import annotations

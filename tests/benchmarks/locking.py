@@ -1,5 +1,5 @@
 """Tests whether conforming triangles lock when weft, warp and shear are all limited to 1 %: drapes
-over mesh sizes.
+at several mesh sizes.
 
     python tests/benchmarks/locking.py --triangles 900 1800 3600 7200 --seeds 1 2 3
 

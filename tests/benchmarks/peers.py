@@ -62,8 +62,7 @@ def ours(name: str, options: argparse.Namespace) -> Seen:
 
 
 def looked_at(path: Path) -> Seen:
-    """Evaluates another program's file: uv (n x 2), faces (m x 3), X (frames x n x 3) and its own
-    time per frame."""
+    """Evaluates another program's file: uv (n x 2), faces (m x 3), X (frames x n x 3), its time."""
     run = np.load(path)
     uv, faces = run["uv"], run["faces"]
     rest = np.linalg.inv(

@@ -1,5 +1,4 @@
-"""Cases of the digests: every scene at a small size, and one scene with every integrator and
-variant."""
+"""Cases of the digests: every scene at small size, one scene with all integrators and variants."""
 
 from __future__ import annotations
 

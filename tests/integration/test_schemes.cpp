@@ -225,8 +225,8 @@ TEST_CASE("pinned vertices do not move by one bit, scripted ones end exactly at 
 }
 
 // Length [m] of a strip that hangs under its own weight with uniaxial stress. The stretch lambda
-// satisfies E lambda (lambda^2 - 1) / 2 = rho g s, where s is the length below, and the hanging
-// length is its integral. weight: rho g [N/m^2], modulus: E [N/m].
+// satisfies E lambda (lambda^2 - 1) / 2 = rho g s, where s is the length below. The hanging length
+// is the integral of lambda. weight: rho g [N/m^2], modulus: E [N/m].
 double hung_length(double length, double weight, double modulus) {
   const int parts = 2000;
   double hang = 0.0;

@@ -26,7 +26,7 @@ bool same_bits(const Points& a, const Points& b) {
   return a.rows() == b.rows() && std::memcmp(a.data(), b.data(), sizeof(double) * a.size()) == 0;
 }
 
-// Dense factorisation in which identity rows and columns replace the fixed ones.
+// Solves by dense factorisation, with identity rows and columns in place of the fixed ones.
 Points dense_solution(const RandomSystem& system) {
   Eigen::MatrixXd a = testing::dense_matrix(system.view());
   Points x = system.x;

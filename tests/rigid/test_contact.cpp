@@ -215,8 +215,8 @@ TEST_CASE("a rotating floor carries a brick round") {
 }
 
 TEST_CASE("a rising surface throws a ball up at the speed of the point of contact") {
-  // The plane z = c t^2 (x + 1/2) rotates about an edge and stretches. Under the ball it rises at c
-  // t.
+  // The plane z = c t^2 (x + 1/2) rotates about an edge and stretches. Below the ball it
+  // rises at a speed of c t.
   const RigidObstacle flat = floor_of(1.0, 4);
   RigidBody ball = body_of(icosphere(0.05, 3), "sphere", Vec3(0, 0, 0.05));
   RigidWorld world({ball}, {deforming(flat)}, gravity);

@@ -13,8 +13,8 @@ using namespace loomstone::test;
 
 namespace {
 
-// Tip height of an inextensible cantilever under dead load w per unit length: B theta'' = -w (L -
-// s) cos(theta), solved by shooting.
+// Tip height of an inextensible cantilever under dead load w per unit length. Solves
+// B theta'' = -w (L - s) cos(theta) by shooting.
 double elastica_tip(double w, double& tip_x) {
   double low = 0.0, high = 20.0;
   double x = 0.0, z = 0.0;

@@ -45,7 +45,7 @@ Eigen::MatrixXd dense(const Bending& bending, const Points& x, double scale_k, d
 
 Vector flat(const Points& p) { return Eigen::Map<const Vector>(p.data(), p.size()); }
 
-// A damped jittered sheet of 1 x 0.8 with full rigidity and random rest angles.
+// A damped jittered sheet of 1 x 0.8 with a full rigidity matrix and random rest angles.
 BendingSetup general_setup() {
   BendingSetup setup = flat_setup(jittered_grid(1.0, 0.8, 5, 4, 0.2), some_rigidity(), 0.4);
   setup.damping.assign(setup.triangles.rows(), 0.01);

@@ -17,8 +17,8 @@ TEST_CASE("the membrane force is minus the gradient of its energy, with error of
     const double difference =
         (s.membrane.energy({}, x + step * d) - s.membrane.energy({}, x - step * d)) / (2 * step);
     const double error = std::abs(difference - exact) / std::abs(exact);
-    // Central differences: a tenth of the step gives a hundredth of the error until rounding (1e-16
-    // / 1e-5) dominates.
+    // Central differences: a tenth of the step gives a hundredth of the error until rounding,
+    // 1e-16 / 1e-5, dominates.
     if (previous > 1e-9) CHECK(error < previous / 90.0 + 1e-10);
     previous = error;
   }

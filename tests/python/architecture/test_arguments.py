@@ -1,5 +1,4 @@
-"""Arguments of public functions: numbers have units, and misspelt keywords are refused with a
-suggestion."""
+"""Arguments of public functions have units; misspelt keywords are refused with a suggestion."""
 
 import dataclasses
 import importlib

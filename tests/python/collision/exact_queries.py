@@ -166,8 +166,7 @@ class Hull:
         self.dot = {(i, j): dot(corners[i], corners[j]) for i, j in self.cross}
 
     def holds_origin(self, time: Time) -> bool:
-        """Tests by Caratheodory's theorem, at a time when the corners and the origin lie in one
-        plane."""
+        """Tests by Caratheodory's theorem, at a time when corners and origin lie in one plane."""
         if any(all(time.sign_of(x) == 0 for x in corner) for corner in self.corners):
             return True
         known: dict[tuple[int, int, int], int] = {}

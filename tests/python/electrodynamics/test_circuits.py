@@ -122,8 +122,7 @@ def test_a_changing_given_current_drives_a_nearby_circuit():
 
 
 def moving(step: float, steps: int) -> ls.Simulation:
-    """A driven coil, a short-circuited coil and one with a given current pass each other and
-    rotate."""
+    """A driven, a short-circuited and a prescribed-current coil pass each other and rotate."""
     places = {"a": (0, 0, 0), "b": (0.02, 0, 0.05), "c": (-0.03, 0.02, -0.05)}
     bodies = [
         ls.RigidBody(
@@ -265,8 +264,8 @@ def test_the_charge_that_a_passing_magnet_moves_is_the_change_of_flux_over_the_r
     ):  # the magnet stops in the middle at 0.05 s, and the current decays within 3.3 ms
         sim.step()
         charge, before = charge + 5e-4 * 0.5 * (before + sim.current), sim.current
-    # The current decays within 3 ms. Linear interpolation over 0.5 ms causes an error of (h /
-    # tau)^2 / 12 where the magnet stops.
+    # The current decays within 3 ms. Where the magnet stops, linear interpolation over
+    # 0.5 ms causes an error of (h / tau)^2 / 12.
     assert charge == pytest.approx((flux(0.15) - flux(0.0)) / 0.3, rel=2e-3)
     assert sim.circuit_supply == pytest.approx(
         sim.circuit_heat + sim.report.circuits.energy, rel=1e-12
