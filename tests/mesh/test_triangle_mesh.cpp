@@ -25,7 +25,6 @@ struct Square {
   }
 };
 
-// Returns the array with one row appended.
 template <class Array, class... Values>
 Array with_row(const Array& array, Values... values) {
   Array result(array.rows() + 1, array.cols());

@@ -22,7 +22,6 @@ DrapedScene flat_scene(Index cells = 8);
 // Options for pictures that are smaller and cheaper than the default.
 RenderOptions small_options();
 
-// Number of differing pixels.
 std::size_t n_different(const Image& a, const Image& b);
 
 }  // namespace loomstone

@@ -10,7 +10,6 @@
 
 namespace loomstone::test {
 
-// Returns one triangle with rest corners, masses and a limit.
 inline LimitedCloth one_triangle(const Corners2& corners, const Vec3& mass,
                                  const StrainLimit& limit) {
   LimitedCloth cloth;

@@ -64,8 +64,8 @@ def test_a_garmentcode_pattern_is_sewn_in_metres_with_z_up(tmp_path):
     assert garment.panel_names == ("front", "back")
     assert len(garment.openings()) == 2, "waist and hem"
     low, high = garment.mesh.vertices.min(0), garment.mesh.vertices.max(0)
-    # The relaxed skirt is 40 cm wide, with front and back 2 cm apart. Its hem is at a height of 1
-    # m.
+    # The relaxed skirt is 40 cm wide, with front and back 2 cm apart. The hem is at
+    # 1 m.
     assert high[2] - low[2] == pytest.approx(0.5, rel=0.02) and low[2] == pytest.approx(
         1.0, abs=0.02
     )
@@ -188,7 +188,7 @@ def test_a_sewn_mesh_is_read_back_with_its_panels_and_seams(tmp_path):
         np.bincount(shirt.panel_of_triangle)
     )
     assert len(again.seam_edges) == len(shirt.seam_edges)
-    # The mesh deviates from its pattern as the original does.
+    # The stretch relative to the pattern is that of the original mesh.
     assert np.allclose(again.stretches(), shirt.stretches(), atol=1e-5)
     assert len([name for name in again.groups if name.startswith("opening")]) == 4
 

@@ -172,7 +172,7 @@ def test_hard_magnets_have_no_stable_place_and_superconductors_do():
         return M.force(on=there, by=M.induce(plate, by=there).bodies[0]).force
 
     size = np.linalg.norm(by_hard(place)) / 0.01
-    assert abs(stiffness_sum(by_hard, place)) < 1e-5 * size  # error: 1e-10 / step, second order
+    assert abs(stiffness_sum(by_hard, place)) < 1e-5 * size  # error 1e-10 / step and second order
     assert (
         stiffness_sum(by_superconductor, place)
         < -0.1 * np.linalg.norm(by_superconductor(place)) / 0.01
@@ -182,7 +182,7 @@ def test_hard_magnets_have_no_stable_place_and_superconductors_do():
 def test_forces_follow_from_the_energy():
     ball = M.soft_sphere(radius=0.005, susceptibility=50.0)
 
-    def energy(x):  # the other half is stored in the induced body
+    def energy(x):  # half, because the other half is stored in the induced body
         there = ball.at((x, 0.002, 0.012))
         return 0.5 * M.energy(
             [MAGNET, *M.induce(there, by=MAGNET, tolerance=1e-9).bodies], tolerance=1e-9
