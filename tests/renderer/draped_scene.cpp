@@ -114,7 +114,7 @@ void add_fields(DrapedScene& scene) {
 // its side and then hangs, with folds that grow downwards.
 DrapedScene draped_scene(Index cells, int subdivisions) {
   DrapedScene scene;
-  const double side = 0.62, leaves_at = 1.45;  // angle from the top where cloth leaves the ball
+  const double side = 0.62, leaves_at = 1.45;  // leaves_at: angle from the top [rad]
   add_cloth(scene.topology, cells, side);
   const Index row = cells + 1;
   scene.frame.positions.resize(row * row, 3);

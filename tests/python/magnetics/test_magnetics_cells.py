@@ -168,7 +168,7 @@ def test_fronts_refine_towards_the_other_body_and_save_cells():
     assert sizes[near].max() == pytest.approx(sizes.min()) and sizes[~near].max() > 3 * sizes.min()
     far, _ = M.cell_front(long, other.moved((1.0, 0, 0)))
     assert len(far) == 1
-    # Fronts cost less than 1 % of the force of all leaves.
+    # Fronts change the force by less than 1 % of that of all leaves.
     every = [
         M.cells(M.cuboid(size=size, polarization=(0, 0, 1)), density=8e6, separation=1e6)
         for size in ((0.1, 0.01, 0.01), (0.01, 0.01, 0.01))
