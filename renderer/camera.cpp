@@ -1,7 +1,7 @@
-// Fit of the camera: every corner of the framing box must project into the picture. In camera
-// coordinates (a right, b up, c into the picture) a point is inside horizontally when |a - eye_a|
-// <= t (c - eye_c), two half-planes of the eye's position; the eye nearest to the scene that
-// satisfies all of them is found in closed form, for each axis alone.
+// Fits the camera so that every corner of the framing box projects into the picture. In camera
+// coordinates (a right, b up, c into the picture), a point is inside horizontally if
+// |a - eye_a| <= t (c - eye_c). This restricts the eye to two half-planes; the vertical condition
+// is analogous. The closest eye that satisfies all conditions of an axis has a closed form.
 #include "renderer/camera.h"
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace loomstone {
 namespace {
 
-constexpr double margin = 0.92;  // share of the picture the box may fill; our choice
+constexpr double margin = 0.92;  // fraction of the picture that the box may fill (our choice)
 constexpr double pi = 3.14159265358979323846;
 
 void include(const Points& positions, Index vertex, Framing& box) {
@@ -43,7 +43,7 @@ Framing make_framing(const FrameTopology& topology, const Frame& first) {
     if (lowest < box.low.z()) box.low.z() = lowest;
   }
   const double least =
-      std::max(1e-6, 0.02 * (box.high - box.low).norm());  // a flat or empty box still has a size
+      std::max(1e-6, 0.02 * (box.high - box.low).norm());  // minimum edge of a flat or empty box
   for (int axis = 0; axis < 3; ++axis) {
     const double missing = std::max(0.0, least - (box.high[axis] - box.low[axis]));
     box.low[axis] -= 0.5 * missing;
@@ -67,7 +67,7 @@ View make_view(const Camera& camera, double aspect, const Framing& framing) {
   view.eye = camera.eye;
   if (camera.fit) {
     std::array<double, 2> low,
-        high;  // of +-a - t c over the corners, for a horizontal and vertical
+        high;  // maxima of -a - t c and of a - t c over the corners, horizontally and vertically
     low.fill(-std::numeric_limits<double>::infinity());
     high = low;
     const std::array<double, 2> tangent = {margin * view.tangent_x, margin * view.tangent_y};

@@ -1,4 +1,4 @@
-// From a camera description to the matrices of a picture.
+// Converts a camera description to view and projection matrices.
 #pragma once
 
 #include "core/base/frame.h"
@@ -7,33 +7,33 @@
 
 namespace loomstone {
 
-// The region that a fitted camera shows, and the size that shading takes as its scale. Made once,
-// from the first frame, so that the picture does not wander while the cloth moves.
+// The region that a fitted camera shows. Its radius is the length scale of shading. It is computed
+// once, from the first frame, so that the view stays fixed while the cloth moves.
 struct Framing {
-  Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // axis-parallel box [m]
+  Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // axis-aligned box [m]
   Vec3 centre() const { return 0.5 * (low + high); }
   double radius() const { return 0.5 * (high - low).norm(); }
 };
 
-// The box of cloth and bodies (floors excluded), lowered to where the cloth may still fall: to a
-// floor below it, but by no more than the cloth's larger horizontal extent (a sheet held at one
-// side swings down by that; our choice).
+// Bounding box of cloth and bodies without floors, extended downwards to where the cloth may fall:
+// to the floor, or to one horizontal extent of the cloth below its top if that is higher. A sheet
+// held at one side swings down by that extent (our choice).
 Framing make_framing(const FrameTopology& topology, const Frame& first);
 
-// Where the camera stands and what it sees. Axes are unit vectors; `forward` points into the
+// Position, axes and field of view of the camera. Axes are unit vectors; `forward` points into the
 // picture.
 struct View {
   Vec3 eye, right, up, forward;
-  double tangent_x, tangent_y;   // of half the angles of view
+  double tangent_x, tangent_y;   // tangents of half the angles of view
   double near_depth, far_depth;  // [m]
-  Float4x4 view() const;         // world to eye
+  Float4x4 view() const;         // world to eye coordinates
   Float4x4 projection() const;
 };
 
 View make_view(const Camera& camera, double aspect, const Framing& framing);
 
-// Direction from the target to the eye, unit length; a camera whose eye is its target looks from
-// front right, above.
+// Unit vector from target to eye. If the two coincide, the camera looks from the front right and
+// from above.
 Vec3 viewing_direction(const Camera& camera);
 
 }  // namespace loomstone

@@ -1,5 +1,5 @@
-// Checks what the renderer is given; each message says what must hold, what came, where, and what
-// to do.
+// Checks the input of the renderer. Each message says what must hold, what was given, where, and
+// what to do.
 #include "renderer/check.h"
 
 #include <algorithm>

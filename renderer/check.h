@@ -1,4 +1,4 @@
-// Everything a user can get wrong about a picture is refused here.
+// Validates everything that users pass to the renderer; throws InvalidInput.
 #pragma once
 
 #include "renderer/renderer.h"

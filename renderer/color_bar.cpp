@@ -1,4 +1,4 @@
-// Drawn on the finished picture: no lighting touches the colours of the bar.
+// Draws the colour bar onto the finished picture, so that lighting does not change its colours.
 #include "renderer/color_bar.h"
 
 #include <algorithm>

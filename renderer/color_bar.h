@@ -1,4 +1,4 @@
-// The legend at the right edge: what the colours mean.
+// Colour legend at the right edge of the picture.
 #pragma once
 
 #include <string>
@@ -10,14 +10,14 @@
 namespace loomstone {
 
 struct ColorBarLabel {
-  double share;  // of the bar from its lower end
+  double share;  // position along the bar: 0 at its lower end, 1 at its upper end
   std::string text;
 };
-// Both ends of the range, and round numbers between them.
+// Labels at both ends of the range and at round numbers between them.
 std::vector<ColorBarLabel> color_bar_labels(const ColorRange& range);
 
 struct ColorBarPlace {
-  int left, top, width, height;  // pixels, of the coloured strip
+  int left, top, width, height;  // of the coloured strip [pixels]
 };
 ColorBarPlace color_bar_place(int image_width, int image_height);
 

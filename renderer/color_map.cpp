@@ -1,9 +1,7 @@
-// viridis and magma: polynomials of degree 6 in the position, fitted by Matt Zucker to the tables
-// of Smith and van der Walt
-// ("Polynomial colormaps", 2019, CC0),
-// within 5 of 255 of them. diverging: cool to warm of K. Moreland, "Diverging Color Maps for
-// Scientific Visualization", 2009: both ends are led through an unsaturated middle in polar CIELAB
-// coordinates.
+// viridis and magma are polynomials of degree 6 that Matt Zucker fitted to the tables of Smith and
+// van der Walt ("Polynomial colormaps", 2019, CC0). They deviate from the tables by at most 5 of
+// 255. diverging is the cool-to-warm map of K. Moreland, "Diverging Color Maps for Scientific
+// Visualization", 2009, which interpolates in polar CIELAB through an unsaturated middle.
 #include "renderer/color_map.h"
 
 #include <algorithm>
@@ -16,7 +14,7 @@
 namespace loomstone {
 namespace {
 
-using Coefficients = std::array<Vec3, 7>;  // of 1, t, t^2 ...
+using Coefficients = std::array<Vec3, 7>;  // RGB coefficients of 1, t, ..., t^6
 
 const Coefficients viridis = {Vec3(0.2777273272234177, 0.005407344544966578, 0.3340998053353061),
                               Vec3(0.1050930431085774, 1.404613529898575, 1.384590162594685),
@@ -56,7 +54,7 @@ const Mat3& xyz_of_rgb() {
   return matrix;
 }
 
-// Polar CIELAB: magnitude, saturation angle, hue angle.
+// Polar CIELAB coordinates (Msh): magnitude, saturation angle and hue angle.
 Vec3 msh_of_srgb(const Vec3& srgb) {
   const Vec3 xyz = (xyz_of_rgb() * srgb.unaryExpr(&to_linear)).cwiseQuotient(white);
   const Vec3 f = xyz.unaryExpr(
@@ -77,7 +75,7 @@ Vec3 srgb_of_msh(const Vec3& msh) {
   return (xyz_of_rgb().inverse() * xyz).unaryExpr(&to_srgb);
 }
 
-// Hue given to the unsaturated middle (Moreland, function AdjustHue).
+// Hue that the unsaturated middle takes from a saturated end (Moreland, function AdjustHue).
 double adjusted_hue(const Vec3& saturated, double middle_magnitude) {
   if (saturated[0] >= middle_magnitude) return saturated[2];
   const double spin = saturated[1] *
@@ -90,7 +88,7 @@ Vec3 cool_to_warm(double t) {
   const Vec3 end = msh_of_srgb(t < 0.5 ? Vec3(0.230, 0.299, 0.754) : Vec3(0.706, 0.016, 0.150));
   const double middle_magnitude = 88.0;
   const Vec3 middle(middle_magnitude, 0.0, adjusted_hue(end, middle_magnitude));
-  const double share = std::abs(2.0 * t - 1.0);  // 1 at the end
+  const double share = std::abs(2.0 * t - 1.0);  // 0 in the middle, 1 at the ends
   return srgb_of_msh(share * end + (1.0 - share) * middle);
 }
 

@@ -1,4 +1,4 @@
-// Perceptual colour maps: numbers in [0, 1] to colours.
+// Perceptual colour maps from [0, 1] to sRGB.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// The only file that knows OSMesa and EGL. Libraries are opened once and never closed: contexts of
-// several renderers and threads share them.
+// The only file that uses OSMesa and EGL. The libraries are opened once and never closed, because
+// the contexts of all renderers and threads share them.
 #include "renderer/context.h"
 
 #include <dlfcn.h>
@@ -69,7 +69,7 @@ class OsMesaContext final : public Context {
   std::string name_ = "osmesa";
   OSMesaContext handle_;
   std::array<unsigned char, 16 * 16 * 4>
-      pixels_{};  // OSMesa wants a picture of its own; we draw into framebuffers
+      pixels_{};  // required by OSMesa; drawing goes to framebuffers
 };
 
 std::unique_ptr<Context> create_osmesa() {
@@ -135,7 +135,7 @@ class EglContext final : public Context {
   const std::string& backend() const override { return name_; }
   void make_current() override {
     const Egl& egl = Egl::get();
-    egl.bind_api(EGL_OPENGL_API);  // per thread
+    egl.bind_api(EGL_OPENGL_API);  // the bound API is a property of the thread
     if (!egl.make_current(egl.display, EGL_NO_SURFACE, EGL_NO_SURFACE, handle_))
       throw Unsupported(
           "the EGL context could not be made current (is it in use in another thread?)");

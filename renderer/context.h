@@ -1,6 +1,6 @@
-// A headless OpenGL 3.3 core context: OSMesa, else EGL without a surface. Both are loaded at run
-// time, so a machine that has neither gets a sentence and no link error. The environment variable
-// LOOMSTONE_GL=osmesa|egl forces one.
+// A headless OpenGL 3.3 core context from OSMesa, or from surfaceless EGL if OSMesa is missing.
+// Both are loaded at run time, so a machine without them gets an error message instead of a link
+// error. The environment variable LOOMSTONE_GL=osmesa|egl selects one.
 #pragma once
 
 #include <memory>
@@ -15,16 +15,17 @@ class Context {
   virtual ~Context() = default;
   virtual const std::string& backend() const = 0;  // "osmesa" | "egl"
   virtual void make_current() = 0;
-  virtual void release() = 0;  // no context is current in this thread afterwards
+  virtual void release() = 0;  // leaves this thread without a current context
 };
 
-// Throws Unsupported naming what was tried and which packages help.
+// Throws Unsupported if no context can be created; the message names the libraries that were tried
+// and the packages that provide them.
 std::unique_ptr<Context> create_context();
 
-// The OpenGL functions of the context that is current.
+// Loads the OpenGL functions of the current context.
 GladGLContext load_functions(Context& context);
 
-// Makes a context current in this thread for as long as it lives.
+// Makes a context current in this thread during the lifetime of the object.
 class Current {
  public:
   explicit Current(Context& context) : context_(context) { context_.make_current(); }

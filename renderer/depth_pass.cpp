@@ -1,4 +1,4 @@
-// Normals and depths at half size.
+// Renders normals and depths at half size.
 #include "renderer/depth_pass.h"
 
 namespace loomstone {
@@ -53,7 +53,7 @@ void DepthPass::draw(const View& view, const MeshBuffers& cloth, const MeshBuffe
   program_.set("projection", view.projection());
   cloth.draw();
   bodies.draw();
-  gl_->Enable(GL_CULL_FACE);  // a floor seen from below hides nothing
+  gl_->Enable(GL_CULL_FACE);  // floors are invisible from below
   for (const SquareBuffers* floor : floors) floor->draw();
   gl_->Disable(GL_CULL_FACE);
 }

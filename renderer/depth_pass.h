@@ -1,4 +1,4 @@
-// Second pass, half size: normal and depth of what the camera sees, for the light pass.
+// Second pass, at half size: normal and depth of the visible surfaces, used by the light pass.
 #pragma once
 
 #include "renderer/camera.h"
@@ -8,12 +8,12 @@ namespace loomstone {
 
 class DepthPass {
  public:
-  DepthPass(const GL& gl, int width, int height);  // of this pass
+  DepthPass(const GL& gl, int width, int height);  // size of this pass [pixels]
   void draw(const View& view, const MeshBuffers& cloth, const MeshBuffers& bodies,
             const std::vector<const SquareBuffers*>& floors) const;
   GLuint surface() const {
     return surface_.name();
-  }  // xyz: unit normal in eye space, w: depth [m], 0 where nothing is
+  }  // xyz: unit normal in eye space; w: depth [m], 0 for background
   int width() const { return width_; }
   int height() const { return height_; }
 

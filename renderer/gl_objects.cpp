@@ -1,4 +1,4 @@
-// Owners of OpenGL objects.
+// Creates and deletes OpenGL objects, and compiles shader programs.
 #include "renderer/gl_objects.h"
 
 #include <utility>

@@ -1,4 +1,4 @@
-// OpenGL objects that end with their owner. All need their context current, also when they are
+// Owners of OpenGL objects. Their context must be current whenever they are created, used or
 // destroyed.
 #pragma once
 
@@ -14,7 +14,7 @@ namespace loomstone {
 using GL = GladGLContext;
 using Float4x4 = Eigen::Matrix4f;
 
-// An object name and the function that deletes it.
+// The name of an OpenGL object and the function that deletes it.
 class GlObject {
  public:
   using Delete = void (*)(const GL&, GLuint);
@@ -33,7 +33,7 @@ class GlObject {
 
 GlObject make_buffer(const GL& gl);
 GlObject make_vertex_array(const GL& gl);
-// A texture without mipmaps, clamped to the edge.
+// Description of a texture without mipmaps, clamped to its edge.
 struct Texture {
   GLenum format;
   int width, height;           // pixels
@@ -45,14 +45,14 @@ GlObject make_texture(const GL& gl, const Texture& texture);
 GlObject make_renderbuffer(const GL& gl, GLenum format, int width, int height, int samples);
 GlObject make_framebuffer(const GL& gl);
 
-// Compiled and linked; a failure is our own mistake and is thrown as Unsupported with the
-// compiler's words.
+// A compiled and linked shader program. Failure to compile is an internal error; it is thrown as
+// Unsupported with the compiler's message.
 class Program {
  public:
   Program(const GL& gl, const std::string& name, const std::string& vertex,
           const std::string& fragment);
   void use() const { gl_->UseProgram(object_.name()); }
-  // The program must be in use. A uniform that the compiler dropped is no error.
+  // Sets a uniform. The program must be in use. Uniforms removed by the compiler are ignored.
   void set(const char* name, int value) const;
   void set(const char* name, float value) const;
   void set(const char* name, int x, int y) const;
@@ -66,7 +66,7 @@ class Program {
   GlObject object_;
 };
 
-// Throws Unsupported when OpenGL cannot draw into the framebuffer that is bound.
+// Throws Unsupported if the bound framebuffer is incomplete.
 void check_framebuffer(const GL& gl, const char* what);
 
 }  // namespace loomstone

@@ -1,5 +1,5 @@
-// Third pass, half size: how much of the light and how much of the surroundings each point sees,
-// then smoothed.
+// Third pass, at half size: the visible fraction of the light and of the surroundings at each
+// point, smoothed.
 #pragma once
 
 #include "renderer/depth_pass.h"
@@ -9,7 +9,7 @@ namespace loomstone {
 
 struct LightPassOptions {
   bool shadows, ambient_occlusion;
-  double scale;  // radius of the scene [m]
+  double scale;  // radius of the framed region [m]
 };
 
 class LightPass {
@@ -19,7 +19,7 @@ class LightPass {
             const DepthPass& depth, const ShadowPass& shadow) const;
   GLuint result() const {
     return first_.name();
-  }  // x: light seen, y: surroundings seen, z: depth [m], 0 where nothing is
+  }  // x, y: visible fraction of light and surroundings; z: depth [m], 0 for background
 
  private:
   const GL* gl_;

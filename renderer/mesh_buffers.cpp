@@ -1,4 +1,4 @@
-// Splitting vertices, shading normals, upload.
+// Splits vertices, computes shading normals and uploads the buffers.
 #include "renderer/mesh_buffers.h"
 
 #include <algorithm>
@@ -13,8 +13,8 @@ namespace {
 
 constexpr int floats_per_vertex = 10;  // position 3, normal 3, uv 2, values 2
 
-// Rows of triangles ordered by part, and where each part begins. Parts that `keep` refuses get no
-// rows.
+// Returns the rows of triangles ordered by part and fills `first_of_part`. Parts that `keep`
+// rejects get no rows.
 template <class Keep>
 std::vector<Index> rows_by_part(const std::vector<Index>& part_of_triangle, Index n_parts,
                                 Keep keep, std::vector<Index>& first_of_part) {
@@ -34,8 +34,8 @@ Vec3 unit_or(const Vec3& a, const Vec3& otherwise) {
   return length > 0.0 ? Vec3(a / length) : otherwise;
 }
 
-// Groups of corners around each vertex, joined over edges whose two triangles nearly agree in
-// direction.
+// Disjoint sets (union-find) of triangle corners. Corners at the same vertex are joined across
+// edges that are not sharp.
 class CornerGroups {
  public:
   explicit CornerGroups(Index n_corners) : parent_(n_corners) {
@@ -89,7 +89,7 @@ DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& x, double cr
   const double cosine = std::cos(crease_degrees * 3.14159265358979323846 / 180.0);
   Points normal(n, 3);
   std::map<std::pair<Index, Index>, std::pair<Index, int>>
-      edge_seen;  // to triangle and corner before the edge
+      edge_seen;  // edge -> first triangle with this edge, and its corner where the edge starts
   CornerGroups groups(3 * n);
   for (Index i = 0; i < n; ++i) {
     const auto triangle = topology.body_triangles.row(rows[i]);
@@ -109,7 +109,7 @@ DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& x, double cr
     }
   }
 
-  std::map<Index, Index> drawn;  // by the root of the corner's group
+  std::map<Index, Index> drawn;  // root of a group of corners -> drawn vertex
   mesh.triangles.resize(n, 3);
   for (Index i = 0; i < n; ++i) {
     for (int corner = 0; corner < 3; ++corner) {

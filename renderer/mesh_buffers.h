@@ -1,6 +1,6 @@
-// Triangles as the graphics card wants them: every vertex with position, shading normal, cloth
-// coordinates and two values. Vertices are split where those differ between triangles: cloth along
-// seams of uv, bodies along sharp edges.
+// Triangle buffers for OpenGL. Every vertex has a position, a shading normal, cloth coordinates
+// (uv) and two values. A vertex is split where uv or normal differ between its triangles: along uv
+// seams of cloth and along sharp edges of bodies.
 #pragma once
 
 #include <vector>
@@ -10,33 +10,33 @@
 
 namespace loomstone {
 
-// Which vertices are drawn. A drawn vertex knows its vertex in the frame and the group whose
-// triangles make its normal.
+// Vertices and triangles to draw. Each drawn vertex refers to a vertex of the frame and to a normal
+// group: the drawn vertices whose triangles share one normal.
 struct DrawnMesh {
-  std::vector<Index> vertex;        // (k) of the frame, per drawn vertex
+  std::vector<Index> vertex;        // (k) vertex of the frame
   std::vector<Index> normal_group;  // (k)
   Index n_groups = 0;
-  Triangles triangles;               // (m x 3) drawn vertices; sorted by part
+  Triangles triangles;               // (m x 3) indices of drawn vertices, sorted by part
   std::vector<Eigen::Vector2f> uv;   // (k) [m]
-  std::vector<Index> first_of_part;  // (parts + 1) rows of `triangles`
+  std::vector<Index> first_of_part;  // (parts + 1) row of `triangles` where each part starts
 };
 
-// Parts are the cloths. Split by uv, smooth across seams.
+// One part per cloth. Vertices are split where uv differs; normals stay smooth across seams.
 DrawnMesh drawn_cloth(const FrameTopology& topology);
-// Parts are the bodies; floors are left out. Split where neighbouring triangles of `body_vertices`
-// meet at more than `crease_degrees`.
+// One part per body; the parts of floors are empty. Vertices are split where the normals of
+// neighbouring triangles of `body_vertices` differ by more than `crease_degrees`.
 DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& body_vertices,
                        double crease_degrees = 40.0);
 
-// (k x 3) unit normals of the drawn vertices: mean of their group's triangles, weighted by the
-// angle at the corner.
+// (k x 3) unit normals of the drawn vertices: the mean normal of the group's triangles, weighted by
+// the angles at their corners.
 Points shading_normals(const DrawnMesh& mesh, const Points& positions);
 
-// A drawn mesh in buffers.
+// OpenGL buffers of a drawn mesh.
 class MeshBuffers {
  public:
   MeshBuffers(const GL& gl, const DrawnMesh& mesh, bool with_edges);
-  // values, others: (number of frame vertices) or empty.
+  // `values` and `others` have one number per vertex of the frame, or are empty (zeros).
   void update(const Points& positions, const Vector& values, const Vector& others);
   Index n_parts() const { return static_cast<Index>(mesh_.first_of_part.size()) - 1; }
   void draw() const;
@@ -48,10 +48,10 @@ class MeshBuffers {
   DrawnMesh mesh_;
   GlObject vertex_array_, vertices_, indices_, edges_;
   GLsizei n_edge_indices_ = 0;
-  std::vector<float> floats_;  // scratch of update
+  std::vector<float> floats_;  // scratch of update()
 };
 
-// A square about `centre`; its uv run over [-1, 1] along both sides.
+// A square whose uv coordinates run over [-1, 1] along both sides.
 class SquareBuffers {
  public:
   explicit SquareBuffers(const GL& gl);

@@ -1,4 +1,4 @@
-// A picture: shadow map, depth at half size, light at half size, surfaces, colour bar.
+// Draws a picture in five stages: shadow map, depth, light, surfaces and colour bar.
 #include "renderer/renderer.h"
 
 #include <algorithm>
@@ -18,7 +18,7 @@
 namespace loomstone {
 namespace {
 
-// Edge of the square with the area of each cloth's uv box [m]; 1 where that vanishes.
+// Edge of the square with the area of each cloth's uv box [m]; 1 if that area is zero.
 std::vector<double> pattern_sizes(const FrameTopology& topology) {
   std::vector<double> sizes(topology.cloth_names.size(), 1.0);
   for (std::size_t cloth = 0; cloth < sizes.size(); ++cloth) {
@@ -34,7 +34,7 @@ std::vector<double> pattern_sizes(const FrameTopology& topology) {
   return sizes;
 }
 
-// The plane of a floor: mean of its vertices, mean normal of its triangles, upwards.
+// The plane of a floor: the mean of its vertices and the upward mean normal of its triangles.
 struct Plane {
   Vec3 point, normal;
 };
@@ -56,7 +56,7 @@ Plane floor_plane(const FrameTopology& topology, const Points& x, Index body) {
   return {sum / count, normal.normalized()};
 }
 
-// Without the triangles of what is hidden; its vertices stay, so that frames fit.
+// Removes the triangles of hidden bodies. Their vertices remain, so that frames still match.
 FrameTopology shown(const FrameTopology& topology, const RenderOptions& options) {
   FrameTopology rest = topology;
   if (options.hidden.empty()) return rest;
@@ -77,7 +77,7 @@ FrameTopology shown(const FrameTopology& topology, const RenderOptions& options)
   return rest;
 }
 
-// Pixels that the points can reach: all where one of them is behind the eye.
+// Bounding rectangle of points [pixels]; the whole picture if one is nearer than the near plane.
 class Reach {
  public:
   Reach(const View& view, int width, int height) : view_(view), width_(width), height_(height) {}
@@ -95,7 +95,7 @@ class Reach {
           std::clamp((0.5 * at + 0.5) * size + extra, 0.0, static_cast<double>(size)));
     };
     const int left = pixel(low_.x(), width_, -2),
-              bottom = pixel(low_.y(), height_, -2);  // 2: lines and rounding
+              bottom = pixel(low_.y(), height_, -2);  // 2 pixels for line width and rounding
     return {left, bottom, pixel(high_.x(), width_, 3) - left,
             pixel(high_.y(), height_, 3) - bottom};
   }
@@ -115,12 +115,12 @@ struct Renderer::Data {
   GL gl{};
   std::vector<double> pattern_size;
   ColorTable table;
-  std::optional<Framing> framing;  // this and the next from the first frame
-  Points first_bodies;             // (nb x 3) [m]
+  std::optional<Framing> framing;  // from the first frame
+  Points first_bodies;             // (nb x 3) body vertices of the first frame [m]
   std::optional<MeshBuffers> bodies;
-  bool with_curves = false;  // `bodies` holds the curves of a picture as well
+  bool with_curves = false;  // `bodies` also contains the curves of the last picture
 
-  // OpenGL objects: made and ended while the context is current.
+  // OpenGL objects, created and destroyed while the context is current.
   struct Passes {
     MeshBuffers cloth;
     ShadowPass shadow;
@@ -144,7 +144,7 @@ struct Renderer::Data {
 Renderer::Renderer(const FrameTopology& topology, const RenderOptions& options)
     : data_(std::make_unique<Data>()) {
   check_topology(topology);
-  check_options(options, 8, 16384);  // what no machine could draw, before OpenGL is asked for
+  check_options(options, 8, 16384);  // limits of any machine, checked before OpenGL is loaded
   check_hidden(topology, options);
   Data& d = *data_;
   d.topology = shown(topology, options);
@@ -181,7 +181,7 @@ const std::string& Renderer::backend() const { return data_->context->backend();
 std::vector<const SquareBuffers*> Renderer::Data::place_floors(const Frame& frame) {
   std::vector<const SquareBuffers*> placed;
   if (!options.floor) return placed;
-  const double reach = 6.0 * framing->radius();  // the floor shader counts on 6
+  const double reach = 6.0 * framing->radius();  // the floor shader assumes 6
   std::size_t next = 0;
   for (std::size_t body = 0; body < topology.body_is_floor.size(); ++body) {
     if (!topology.body_is_floor[body]) continue;
@@ -198,7 +198,7 @@ std::vector<const SquareBuffers*> Renderer::Data::place_floors(const Frame& fram
   return placed;
 }
 
-// Curves differ from frame to frame, so that buffers with them serve one picture.
+// Curves differ from frame to frame, so buffers that contain them serve only one picture.
 void Renderer::Data::place_bodies(const Frame& frame, const Curves* curves) {
   if (curves) {
     const BodiesAndTubes all =
@@ -216,7 +216,7 @@ void Renderer::Data::place_bodies(const Frame& frame, const Curves* curves) {
                  Vector());
 }
 
-// Columns in the middle of what each cloth covers [pixels].
+// Middle of the range of columns that each cloth covers [pixels].
 std::vector<double> Renderer::Data::middles(const Frame& frame, const View& view) const {
   const std::size_t n = topology.cloth_names.size();
   std::vector<double> low(n, 1.0), high(n, -1.0);
@@ -242,7 +242,7 @@ void Renderer::Data::draw(const Frame& frame, const std::array<Vector, 2>& value
 
   const View view =
       make_view(options.camera, static_cast<double>(options.width) / options.height, *framing);
-  Vec3 low = framing->centre(), high = low;  // of what casts shadows
+  Vec3 low = framing->centre(), high = low;  // box of everything that casts shadows [m]
   Reach reach(view, options.width, options.height);
   const auto include = [&](const Vec3& p) {
     low = low.cwiseMin(p);

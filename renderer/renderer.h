@@ -1,4 +1,5 @@
-// Headless pictures of frames: OSMesa, else EGL surfaceless, loaded at run time.
+// Headless rendering of frames with OSMesa, or with surfaceless EGL if OSMesa is missing. Both are
+// loaded at run time.
 #pragma once
 
 #include <array>
@@ -13,14 +14,14 @@
 
 namespace loomstone {
 
-// Description.
+// Description of the camera.
 struct Camera {
   Vec3 eye = Vec3(0, 0, 0);
   Vec3 target = Vec3(0, 0, 0);
   Vec3 up = Vec3(0, 0, 1);
   double field_of_view_degrees = 35.0;
-  bool fit = true;  // eye and target are chosen so that the first frame fills the picture, seen
-                    // from `eye` - `target`'s direction
+  bool fit = true;  // move the eye so that the first frame fills the picture; only the direction
+                    // from `target` to `eye` is used
 
   static auto fields() {
     using C = Camera;
@@ -36,27 +37,27 @@ struct Camera {
   }
 };
 
-enum class ClothPattern { Plain, Weave, Checker };  // numbers as in the shader
+enum class ClothPattern { Plain, Weave, Checker };  // the shader uses the same numbers
 constexpr auto choices(ClothPattern) {
   return std::array{ChoiceName{ClothPattern::Weave, "weave"},
                     ChoiceName{ClothPattern::Checker, "checker"},
                     ChoiceName{ClothPattern::Plain, "plain"}};
 }
 
-// Description.
+// Description of a picture.
 struct RenderOptions {
   int width = 1280, height = 720;
-  int samples = 4;  // MSAA
+  int samples = 4;  // per pixel (MSAA)
   ClothPattern pattern = ClothPattern::Weave;
   std::string color_by =
-      "cloth";  // "cloth" or a scalar field; several joined by + lie one below another
-  double color_low = 0.0, color_high = 0.0;  // equal: taken from what is drawn
+      "cloth";  // "cloth" or a scalar field; fields joined by + become rows of the picture
+  double color_low = 0.0, color_high = 0.0;  // if equal, the drawn values define the range
   ColorMap color_map = ColorMap::Viridis;
   bool wireframe = false;
   bool shadows = true, ambient_occlusion = true;
   bool floor = true;    // draw bodies that are floors as a large ground plane
-  std::string hidden;   // bodies and obstacles that are not drawn, joined by +
-  int field_lines = 0;  // of magnets
+  std::string hidden;   // names of bodies and obstacles to hide, joined by +
+  int field_lines = 0;  // number of magnetic field lines
   Vec3 light_direction = Vec3(-0.5, -0.6, 1.0);  // towards the light
   Camera camera;
 
@@ -92,17 +93,17 @@ struct RenderOptions {
   }
 };
 
-// Curves drawn as tubes in a picture, end to end.
+// Curves drawn as tubes, stored one after another.
 struct Curves {
   Points points;             // (n x 3) [m]
-  std::vector<Index> first;  // (curves + 1) rows of `points`
+  std::vector<Index> first;  // (curves + 1) row of `points` where each curve starts
   Vector value;              // (n) colour: 1 red, 0 yellow, -1 blue
   double radius = 0.0;       // of the tubes [m]
 };
 
 struct Image {
   int width = 0, height = 0;
-  std::vector<std::uint8_t> rgb;  // rows from the top, 3 bytes a pixel
+  std::vector<std::uint8_t> rgb;  // rows from the top, 3 bytes per pixel
 };
 
 struct ColorRange {
@@ -111,18 +112,18 @@ struct ColorRange {
 
 class Renderer {
  public:
-  // Throws Unsupported with one sentence where neither OSMesa nor EGL can be loaded.
+  // Throws Unsupported if neither OSMesa nor EGL can be loaded.
   Renderer(const FrameTopology& topology, const RenderOptions& options);
   ~Renderer();
-  // What a fitted camera shows, the scale of shading and which edges of bodies are sharp follow
-  // from this frame: the first of a sequence, so that no picture depends on what was drawn before
-  // it. Without it from the first frame that is drawn.
+  // Takes the region of a fitted camera, the length scale of shading and the sharp edges of bodies
+  // from this frame. With the first frame of a sequence, a picture does not depend on which frames
+  // were drawn earlier. If fit() is not called, the first rendered frame is used.
   void fit(const Frame& first);
-  // Least and greatest value that each row of color_by shows in a frame; 0 and 0 where it shows the
-  // cloth.
+  // Minimum and maximum value that each row of color_by shows in a frame; 0 and 0 for "cloth".
   std::vector<ColorRange> value_ranges(const Frame& frame) const;
-  // `values`: what automatic colours span, one range a row, as of all frames of a run; without it
-  // those of this frame. One thread at a time may use a Renderer; several may live at once.
+  // `values` holds the range of automatic colours for each row of color_by, for example over all
+  // frames of a run. If null, the values of this frame define the range. Only one thread at a time
+  // may use a Renderer, but several Renderers may exist at once.
   Image render(const Frame& frame, const Curves* curves = nullptr,
                const std::vector<ColorRange>* values = nullptr);
   const std::string& backend() const;  // "osmesa" | "egl"
@@ -133,6 +134,6 @@ class Renderer {
 };
 
 void write_png(const std::string& path,
-               const Image& image);  // libpng; under another name, then renamed
+               const Image& image);  // writes to a temporary name, then renames
 
 }  // namespace loomstone

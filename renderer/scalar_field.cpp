@@ -1,4 +1,4 @@
-// Fields at vertices and their ranges.
+// Scalar fields at vertices and the ranges of their colours.
 #include "renderer/scalar_field.h"
 
 #include <algorithm>
@@ -29,8 +29,8 @@ std::array<std::string, 2> halves(const std::string& name) {
 
 namespace {
 
-// U - I from the Green strain E: C = I + 2 E, U = (C + d I) / sqrt(tr C + 2 d) with d = sqrt(det C)
-// (docs/method.md, M21).
+// Component of U - I (column 0 weft, 1 warp, 2 shear) from the Green strain E, with C = I + 2 E,
+// U = (C + d I) / sqrt(tr C + 2 d) and d = sqrt(det C) (docs/method.md, M21).
 double corotational(const Eigen::RowVector3d& green, int column) {
   const double c11 = 1.0 + 2.0 * green[0], c22 = 1.0 + 2.0 * green[1], c12 = 2.0 * green[2];
   const double d = std::sqrt(std::max(0.0, c11 * c22 - c12 * c12)),
@@ -103,8 +103,7 @@ ColorRange color_range(const RenderOptions& options, const std::string& row,
     const double reach = std::max(neutral - range.low, range.high - neutral);
     range = {neutral - reach, neutral + reach};
   }
-  const double least =
-      1e-6 * std::max(1.0, std::abs(range.low));  // a uniform field is one colour, not noise
+  const double least = 1e-6 * std::max(1.0, std::abs(range.low));  // keeps rounding noise invisible
   if (range.high - range.low < least) range = {range.low - 0.5 * least, range.low + 0.5 * least};
   return range;
 }

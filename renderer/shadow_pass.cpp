@@ -1,4 +1,4 @@
-// Depth from the light.
+// Renders the shadow map.
 #include "renderer/shadow_pass.h"
 
 #include <cmath>

@@ -1,19 +1,19 @@
-// First pass: depth as the light sees it.
+// First pass: the shadow map, which stores depth as seen from the light.
 #pragma once
 
 #include "renderer/mesh_buffers.h"
 
 namespace loomstone {
 
-// A parallel light that covers a ball.
+// A directional light whose shadow map covers a ball.
 struct LightView {
-  Float4x4 matrix;          // world to the cube [-1, 1]^3; depth is linear, 2 radius deep
-  Eigen::Vector3f towards;  // unit vector to the light, world
-  float radius;             // [m]
+  Float4x4 matrix;          // world to the cube [-1, 1]^3; depth is linear over 2 `radius`
+  Eigen::Vector3f towards;  // unit vector towards the light, world frame
+  float radius;             // of the ball [m]
 };
 
-// Covers the box of what casts shadows. Moves in whole texels and grows in steps, so that shadows
-// do not crawl from frame to frame.
+// Covers the bounding box of everything that casts shadows. The map moves by whole texels and grows
+// in steps of 10 %, so that the edges of shadows do not shimmer between frames.
 LightView make_light_view(const Vec3& direction, const Vec3& low, const Vec3& high);
 
 class ShadowPass {

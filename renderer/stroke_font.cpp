@@ -1,5 +1,5 @@
-// Glyphs are lines "l x0 y0 x1 y1" and arcs "a x y rx ry from to" (degrees) in a box where figures
-// are 1 high, y upwards, after the width of the glyph. A pixel's coverage is taken from its
+// Each glyph is its width, followed by lines "l x0 y0 x1 y1" and arcs "a x y rx ry from to"
+// (degrees). Digits are 1 high and y points upwards. The coverage of a pixel follows from its
 // distance to the nearest stroke.
 #include "renderer/stroke_font.h"
 
@@ -61,8 +61,8 @@ const std::map<char, const char*> glyph_texts = {
     {'y', "0.50 l .01 .68 .25 0 l .49 .68 .2 -.15 l .2 -.15 .06 -.28"},
     {'z', "0.48 l .04 .68 .44 .68 l .44 .68 .04 0 l .04 0 .45 0"}};
 
-constexpr double gap = 0.14;     // between glyphs
-constexpr double weight = 0.12;  // of strokes
+constexpr double gap = 0.14;     // between glyphs, as a fraction of a digit's height
+constexpr double weight = 0.12;  // stroke width, as a fraction of a digit's height
 
 struct Glyph {
   double width = 0.0;

@@ -1,4 +1,4 @@
-// A small font of our own, drawn as smooth strokes: digits, small letters, and . - + [ ].
+// A small built-in font of smooth strokes: digits, lower-case letters and . - + / [ ].
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace loomstone {
 
-// Width of a line of text whose figures are `height` high [pixels]. Signs that the font lacks are
-// left blank.
+// Width of a line of text with digits of the given height [pixels]. Characters that the font lacks
+// are drawn as blanks.
 double text_width(const std::string& text, double height);
-// `left` and `baseline` in pixels from the upper left corner. What lies outside the picture is left
-// out.
+// `left` and `baseline` are measured from the upper left corner [pixels]. Text is clipped to the
+// picture.
 void draw_text(Image& image, const std::string& text, double left, double baseline, double height,
                const Color& color);
 

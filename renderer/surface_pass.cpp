@@ -1,4 +1,4 @@
-// Draws the picture itself and reads it back.
+// Draws the final picture and reads it back.
 #include "renderer/surface_pass.h"
 
 #include <array>
@@ -11,7 +11,7 @@ namespace {
 
 using Rgb = Eigen::Vector3f;
 
-// Linear colours of cloths in turn, front; the back is paler. Our choice.
+// Linear front colours that cloths take in turn; the back is paler (our choice).
 const std::array<Rgb, 6> palette = {Rgb(0.055f, 0.135f, 0.27f), Rgb(0.50f, 0.155f, 0.085f),
                                     Rgb(0.245f, 0.31f, 0.185f), Rgb(0.56f, 0.36f, 0.11f),
                                     Rgb(0.25f, 0.115f, 0.215f), Rgb(0.60f, 0.55f, 0.455f)};
@@ -80,7 +80,7 @@ void SurfacePass::set_common(const Program& program, const SurfaceShading& shadi
 }
 
 void SurfacePass::draw_floors(const std::vector<const SquareBuffers*>& floors) const {
-  gl_->Enable(GL_CULL_FACE);  // seen from below a floor hides nothing
+  gl_->Enable(GL_CULL_FACE);  // floors are invisible from below
   for (const SquareBuffers* floor : floors) floor->draw();
   gl_->Disable(GL_CULL_FACE);
 }
@@ -89,7 +89,7 @@ void SurfacePass::draw_surroundings(const SurfaceShading& shading,
                                     const std::vector<const SquareBuffers*>& floors) const {
   set_common(floor_program_, shading);
   draw_floors(floors);
-  // The backdrop last and at the far end, where nothing was drawn: each pixel is shaded once.
+  // The backdrop lies on the far plane and is drawn last, so each pixel is shaded only once.
   set_common(background_program_, shading);
   gl_->BindVertexArray(empty_.name());
   gl_->DepthFunc(GL_LEQUAL);
@@ -100,7 +100,7 @@ void SurfacePass::draw_surroundings(const SurfaceShading& shading,
 void SurfacePass::draw_things(const SurfaceShading& shading, const SurfaceThings& things) const {
   const SurfaceOptions& options = shading.options;
   set_common(floor_program_, shading);
-  gl_->ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);  // floors only hide here
+  gl_->ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);  // floors only write depth here
   draw_floors(things.floors);
   gl_->ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
 
@@ -163,7 +163,7 @@ void SurfacePass::draw(const SurfaceShading& shading, const SurfaceThings& thing
   overlay_program_.set_texture("things", 0, resolved_color_.name());
   gl_->Disable(GL_DEPTH_TEST);
   gl_->Enable(GL_BLEND);
-  // The mean over samples is already weighted by what they cover.
+  // Resolved colours are premultiplied by their coverage.
   gl_->BlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   gl_->BindVertexArray(empty_.name());
   gl_->DrawArrays(GL_TRIANGLES, 0, 3);
@@ -178,7 +178,7 @@ Image SurfacePass::read() const {
   gl_->PixelStorei(GL_PACK_ALIGNMENT, 1);
   gl_->ReadPixels(0, 0, width_, height_, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
   Image image{width_, height_, std::vector<std::uint8_t>(3 * n)};
-  for (int row = 0; row < height_; ++row) {  // OpenGL counts rows from below
+  for (int row = 0; row < height_; ++row) {  // OpenGL stores rows from the bottom
     const std::uint8_t* from =
         rgba.data() + 4 * static_cast<std::size_t>(height_ - 1 - row) * width_;
     std::uint8_t* to = image.rgb.data() + 3 * static_cast<std::size_t>(row) * width_;

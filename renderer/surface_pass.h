@@ -1,5 +1,6 @@
-// Last pass, full size: backdrop and floor, which have no edges, with one sample a pixel; over them
-// bodies, cloth and its edges with several, only within the rectangle that they reach.
+// Last pass, at full size. The backdrop and the floor have no visible edges and take one sample per
+// pixel. Bodies, cloth and wireframe are drawn over them with several samples per pixel, only
+// inside their bounding rectangle in the picture.
 #pragma once
 
 #include "renderer/color_map.h"
@@ -15,13 +16,13 @@ struct Rectangle {
 struct SurfaceOptions {
   ClothPattern pattern;
   bool wireframe;
-  bool colored;  // by values between low and high
+  bool colored;  // by values in `range`
   ColorRange range;
-  std::vector<double> split;  // of each cloth: column from which on its other values are shown
-                              // [pixels]; or empty: all ones
+  std::vector<double> split;  // per cloth: column right of which its second value is shown
+                              // [pixels]; if empty, the first value is shown everywhere
 };
 
-// Inputs that every surface is shaded with.
+// Inputs of shading that all surfaces share.
 struct SurfaceShading {
   const View& view;
   const LightView& light;
@@ -35,7 +36,7 @@ struct SurfaceThings {
   const MeshBuffers& bodies;
   const std::vector<const SquareBuffers*>& floors;
   const std::vector<double>&
-      pattern_size;  // edge of the square each cloth would fill, by its uv [m]
+      pattern_size;  // per cloth: edge of the square with the area of its uv box [m]
 };
 
 class SurfacePass {
@@ -56,8 +57,8 @@ class SurfacePass {
   int width_, height_;
   Program background_program_, floor_program_, cloth_program_, body_program_, edge_program_,
       overlay_program_;
-  GlObject picture_color_, picture_depth_, picture_;  // one sample
-  GlObject things_color_, things_depth_, things_;  // several samples; alpha tells what is covered
+  GlObject picture_color_, picture_depth_, picture_;  // one sample per pixel
+  GlObject things_color_, things_depth_, things_;     // several samples; alpha is the coverage
   GlObject resolved_color_, resolved_;
   GlObject color_table_, empty_;
 };

@@ -1,6 +1,6 @@
-// Look of things. All colours are linear until encode(). The numbers were chosen by eye on draped
-// cloth (our choice): one warm key light, a sky that is brighter and cooler than the ground, a
-// backdrop without a horizon.
+// GLSL shading of all surfaces. Colours are linear until encode() converts them to sRGB. The
+// constants were chosen by eye on draped cloth (our choice). They describe a warm key light, a sky
+// that is brighter and cooler than the ground, and a backdrop without a horizon.
 #include "renderer/surface_shaders.h"
 
 namespace loomstone {
@@ -29,7 +29,7 @@ void main() {
 }
 )";
 
-// Shared by all materials.
+// Declarations and functions that all materials share.
 const char* common = R"(
 out vec4 color;
 uniform vec2 size;                 // of the picture in pixels
@@ -86,7 +86,7 @@ const char* background_text = R"(
 void main() { color = encode(backdrop()); }
 )";
 
-// The floor is the backdrop itself, darkened by what it does not see: so it has no edge.
+// The floor shows the backdrop, darkened by shadows and occlusion, so its border is invisible.
 const char* floor_text = R"(
 void main() {
   float distance = length(surface_uv) * 6.0;   // in radii of the scene

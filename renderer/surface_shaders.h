@@ -1,4 +1,4 @@
-// GLSL of the surface pass, put together from the parts that materials share.
+// GLSL sources of the surface pass, assembled from parts that the materials share.
 #pragma once
 
 #include <string>

@@ -7,7 +7,7 @@
 namespace loomstone {
 namespace {
 
-constexpr Index sides = 10;  // 36 degrees from one to the next: drawn smooth
+constexpr Index sides = 10;  // 36 degrees apart, which is less than the crease angle
 
 Vec3 any_normal(const Vec3& tangent) {
   const Vec3 aside = std::abs(tangent.x()) < 0.8 ? Vec3::UnitX() : Vec3::UnitY();
@@ -45,7 +45,7 @@ BodiesAndTubes bodies_and_tubes(const FrameTopology& bodies, const Points& first
   std::vector<std::array<Index, 3>> triangles;
   for (std::size_t c = 0; c + 1 < curves.first.size(); ++c) {
     const Index begin = curves.first[c], end = curves.first[c + 1];
-    Vec3 normal = Vec3::Zero();  // carried along without twist
+    Vec3 normal = Vec3::Zero();  // transported along the curve without twist
     for (Index i = begin; i < end; ++i) {
       Vec3 tangent =
           (curves.points.row(std::min(i + 1, end - 1)) - curves.points.row(std::max(i - 1, begin)))
@@ -78,8 +78,7 @@ BodiesAndTubes bodies_and_tubes(const FrameTopology& bodies, const Points& first
   shape.topRows(n_bodies) = first_bodies;
   all.mesh = drawn_bodies(topology, shape);
   for (std::size_t i = 0; i < all.mesh.vertex.size(); ++i)
-    if (all.mesh.vertex[i] >= n_bodies)
-      all.mesh.uv[i].x() = -1.0f;  // the shader knows curves by it
+    if (all.mesh.vertex[i] >= n_bodies) all.mesh.uv[i].x() = -1.0f;  // marks curves for the shader
   return all;
 }
 

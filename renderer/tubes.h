@@ -1,4 +1,4 @@
-// Curves drawn as round tubes among the bodies, field lines above all.
+// Curves, such as field lines, drawn as round tubes together with the bodies.
 #pragma once
 
 #include "renderer/mesh_buffers.h"
@@ -6,15 +6,14 @@
 
 namespace loomstone {
 
-// Bodies and tubes as one drawn mesh: rows of the tubes' vertices and values follow those of the
-// bodies.
+// Bodies and tubes as one drawn mesh. Vertices and values of the tubes follow those of the bodies.
 struct BodiesAndTubes {
   DrawnMesh mesh;
   Points positions;  // [m]
-  Vector values;     // poles of bodies; of tubes the curves' own
+  Vector values;     // poles of bodies, then values of curves
 };
 
-// Edges are sharp where those of `first_bodies` are.
+// Which edges are sharp follows from `first_bodies`, the bodies' vertices in the first frame.
 BodiesAndTubes bodies_and_tubes(const FrameTopology& topology, const Points& first_bodies,
                                 const Points& body_vertices, const Curves& curves);
 
