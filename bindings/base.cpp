@@ -1,4 +1,4 @@
-// Errors, reports, frames.
+// Binds errors, reports and frames.
 #include "core/base/frame.h"
 
 #include "bindings/bindings.h"
@@ -22,10 +22,12 @@ void bind_errors(py::module_& m) {
   static py::exception<SolverFailure> solver(m, "SolverFailure", bases_solver);
   static py::exception<CacheError> cache(m, "CacheError", bases_cache);
   static py::exception<Unsupported> unsupported(m, "Unsupported", bases_unsupported);
-  input.attr("__doc__") = "Something given cannot be simulated (a ValueError).";
-  solver.attr("__doc__") = "A solve or a step failed; names stage, step and time (a RuntimeError).";
-  cache.attr("__doc__") = "A file could not be written, read or understood (an OSError).";
-  unsupported.attr("__doc__") = "Not offered in this build or combination (a NotImplementedError).";
+  input.attr("__doc__") = "Input that cannot be simulated (a ValueError).";
+  solver.attr("__doc__") =
+      "A solve or a step failed. The message names stage, step and time (a RuntimeError).";
+  cache.attr("__doc__") = "A file could not be written, read or interpreted (an OSError).";
+  unsupported.attr("__doc__") =
+      "Not available in this build or combination (a NotImplementedError).";
   py::register_exception_translator([](std::exception_ptr failure) {
     try {
       if (failure) std::rethrow_exception(failure);
@@ -57,7 +59,7 @@ void bind_report(py::module_& m, const char* name, const char* meaning) {
   c.def("__repr__", [name](const Report& report) { return repr_description(report, name); });
 }
 
-// All numbers by their path, as columns of a table.
+// All numbers by their path, which names the column in tables.
 py::dict numbers(const StepReport& report) {
   py::dict dict;
   for_each_number(report, [&](const std::string& path, const auto&, const auto& value) {
@@ -70,16 +72,16 @@ void bind_reports(py::module_& m) {
   bind_report<StageSeconds>(m, "StageSeconds", "Wall time of each stage of a step [s].");
   bind_report<ThreadReport>(m, "ThreadReport",
                             "Time of threads in the loops of collision handling [s].");
-  bind_report<SolverReport>(m, "SolverReport", "The solves of the integrator.");
+  bind_report<SolverReport>(m, "SolverReport", "Solves of the integrator.");
   bind_report<ContactReport>(m, "ContactReport", "Contacts and intersections.");
-  bind_report<WithheldReport>(m, "WithheldReport", "Motion that certification withholds.");
+  bind_report<WithheldReport>(m, "WithheldReport", "Motion withheld by certification.");
   bind_report<StrainLimitReport>(m, "StrainLimitReport", "Strain limits.");
   bind_report<StrainReport>(m, "StrainReport",
                             "Strain U - I of all triangles at the end of the step [1].");
   bind_report<EnergyReport>(m, "EnergyReport", "Energies at the end of the step [J].");
-  bind_report<MagnetReport>(m, "MagnetReport", "The motion of magnets.");
+  bind_report<MagnetReport>(m, "MagnetReport", "Motion of magnets.");
   bind_report<CircuitReport>(m, "CircuitReport", "Electric circuits and bearings.");
-  bind_report<StepReport>(m, "StepReport", "What happened in a step; never decides anything.");
+  bind_report<StepReport>(m, "StepReport", "Record of a step. It never influences the simulation.");
   py::class_<StepReport> report = m.attr("StepReport");
   static_assert(std::is_trivially_copyable_v<StepReport>);
   report.def(py::pickle(
@@ -100,8 +102,8 @@ void bind_reports(py::module_& m) {
 void bind_frame_topology(py::module_& m) {
   using T = FrameTopology;
   py::class_<T> c(m, "FrameTopology",
-                  "What stays the same over a run: cloths end to end, then rigid bodies and "
-                  "obstacles end to end.");
+                  "Data that stay constant over a run: the concatenated cloths, then the "
+                  "concatenated rigid bodies and obstacles.");
   const auto array = [&](const char* name, auto member, const char* text) {
     c.def_property_readonly(
         name, [member](const T& self) -> const auto& { return self.*member; },
@@ -116,14 +118,14 @@ void bind_frame_topology(py::module_& m) {
   array("corner_uv", &T::corner_uv, "(3m x 2) rest coordinates of each triangle corner [m]");
   list("cloth_of_triangle", &T::cloth_of_triangle, "(m) index into cloth_names");
   list("cloth_of_vertex", &T::cloth_of_vertex, "(n) index into cloth_names");
-  c.def_readonly("cloth_names", &T::cloth_names, "in the order of the scene");
+  c.def_readonly("cloth_names", &T::cloth_names, "names of the cloths in the order of the scene");
   array("body_triangles", &T::body_triangles, "(mb x 3) triangles of rigid bodies and obstacles");
   list("body_of_triangle", &T::body_of_triangle, "(mb) index into body_names");
   list("body_of_vertex", &T::body_of_vertex, "(nb) index into body_names");
   c.def_readonly("body_names", &T::body_names, "rigid bodies first, then obstacles");
   list("body_pole", &T::body_pole,
-       "(nb) 1 at north, -1 at south poles of magnets, 0 where there is none; or empty");
-  list("body_is_floor", &T::body_is_floor, "(bodies) 1 where drawn as ground");
+       "(nb) 1 at north poles of magnets, -1 at south poles, 0 elsewhere; may be empty");
+  list("body_is_floor", &T::body_is_floor, "(bodies) 1 if the body is drawn as ground");
   c.def(py::pickle(
       [](const T& self) {
         return py::make_tuple(self.triangles, self.corner_uv, self.cloth_of_triangle,
@@ -152,7 +154,7 @@ void bind_frame_topology(py::module_& m) {
 
 void bind_frame(py::module_& m) {
   py::class_<Frame> c(
-      m, "Frame", "One instant of a run, in the user's vertex order; arrays are read-only views.");
+      m, "Frame", "A run at one instant, in the user's vertex order. Arrays are read-only views.");
   const auto array = [&](const char* name, auto member, const char* text) {
     c.def_property_readonly(
         name, [member](const Frame& self) -> const auto& { return self.*member; },
@@ -160,16 +162,17 @@ void bind_frame(py::module_& m) {
   };
   c.def_readonly("time", &Frame::time, "[s]");
   c.def_readonly("step", &Frame::step, "number of the last step");
-  array("positions", &Frame::positions, "(n x 3) of the cloth vertices [m]");
+  array("positions", &Frame::positions, "(n x 3) positions of the cloth vertices [m]");
   array("velocities", &Frame::velocities, "(n x 3) [m/s]");
-  array("strain", &Frame::strain, "(m x 3) Green strain weft, warp, shear (E12) [1]");
+  array("strain", &Frame::strain, "(m x 3) Green strain: weft, warp and shear (E12) [1]");
   array("stretch", &Frame::stretch, "(m) largest principal stretch [1]");
   c.def_property_readonly(
       "contact", [](py::object self) { return view(self.cast<const Frame&>().contact, self); },
-      "(n) 1 where the vertex took part in a contact, 2 where it was forced to intersect");
+      "(n) 1 if the vertex took part in a contact, 2 if it was forced to intersect");
   array("body_vertices", &Frame::body_vertices,
         "(nb x 3) vertices of rigid bodies and obstacles [m]");
-  array("coil_currents", &Frame::coil_currents, "(coils) in all coils, given or of circuits [A]");
+  array("coil_currents", &Frame::coil_currents,
+        "(coils) currents in all coils, given or from circuits [A]");
   c.def_readonly("report", &Frame::report, "StepReport of the last step");
   c.def(
       "with_contact",
@@ -177,7 +180,8 @@ void bind_frame(py::module_& m) {
         self.contact = std::move(contact);
         return self;
       },
-      py::arg("contact"), "A copy with other contact flags, to mark vertices in a picture.");
+      py::arg("contact"),
+      "A copy with the given contact flags, for marking vertices in a picture.");
   c.def(py::pickle(
       [](const Frame& self) {
         return py::make_tuple(self.time, self.step, self.positions, self.velocities, self.strain,

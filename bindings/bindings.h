@@ -1,5 +1,5 @@
-// Shared by the files of this directory: one function a module of the core, called in order by
-// module.cpp, and the ways arrays go to numpy.
+// Declarations shared by all bindings: one bind function per module of the core, called in order by
+// module.cpp, and conversions between numpy arrays and C++ types.
 #pragma once
 
 #include <algorithm>
@@ -39,10 +39,10 @@ void bind_cache(py::module_& m);
 void bind_renderer(py::module_& m);
 void bind_simulation(py::module_& m);
 
-// As many threads as asked for; 0 means one a processor.
+// Team of the given number of threads; 0 means one per processor.
 Team team_of(int threads);
 
-// (element, "weft" | "warp" | "shear", excess); see strain_limiter.h.
+// Converts broken limits to tuples (element, "weft" | "warp" | "shear", excess).
 std::vector<std::tuple<Index, std::string, double>> named(const std::vector<BrokenLimit>& broken);
 
 // A read-only numpy view of a vector that lives as long as `owner`.
@@ -54,15 +54,15 @@ py::array_t<T> view(const std::vector<T>& values, py::handle owner) {
   return array;
 }
 
-// Name of an argument, and the unit it is taken in; "1" where it is pure.
+// Name of an argument and its unit; "1" if it is dimensionless.
 struct Argument {
   Argument(const char* argument, const char* its_unit = "1") : name(argument), unit(its_unit) {}
   const char* name;
   const char* unit;
 };
 
-// Numbers that carry a unit (loomstone.units, or any other registry of Pint) as plain ones in
-// `unit`; anything else as it is.
+// Converts numbers with a unit (loomstone.units or any other Pint registry) to plain numbers in
+// `unit`. Returns other values unchanged.
 inline py::object in_unit(const py::object& value, const char* unit, const std::string& where) {
   return py::module_::import("loomstone.base.quantities").attr("in_unit")(value, unit, where);
 }
@@ -73,15 +73,15 @@ struct Text {
   char value[n];
 };
 
-// A number argument that may carry a unit.
+// A number argument that may have a unit.
 template <Text unit>
 struct In {
   double value = 0.0;
   operator double() const { return value; }
 };
 
-// Numbers of a numpy-like object; text, complex numbers and, where integers are wanted, fractions
-// are refused.
+// Converts a numpy-like object to numbers. Rejects text and complex numbers, and also fractions if
+// Scalar is an integer.
 template <class Scalar>
 py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py::object& object,
                                                                        const Argument& argument) {
@@ -113,7 +113,7 @@ py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py:
   return array;
 }
 
-// Numbers as a vector of fixed length.
+// Converts an object to a vector of fixed length.
 template <class Fixed>
 Fixed as_vector(const py::object& object, const Argument& argument) {
   const auto array = numbers<double>(object, argument);
@@ -124,7 +124,8 @@ Fixed as_vector(const py::object& object, const Argument& argument) {
   return Eigen::Map<const Fixed>(array.data());
 }
 
-// Numbers as (n x columns), or InvalidInput that names the shape they have.
+// Converts an object to an (n x columns) array. Throws InvalidInput that names the actual shape
+// otherwise.
 template <class Array>
 Array as_rows(const py::object& object, const Argument& argument, Eigen::Index rows = -1) {
   using Scalar = typename Array::Scalar;

@@ -1,4 +1,4 @@
-// Frames and checkpoints in files.
+// Binds files of frames and checkpoints.
 #include "bindings/bindings.h"
 #include "core/base/message.h"
 #include "core/cache/checkpoint_file.h"
@@ -42,9 +42,11 @@ Checkpoint unpickled(const py::tuple& state) {
 }
 
 void bind_checkpoint(py::module_& m) {
-  py::class_<Checkpoint> c(m, "Checkpoint", "A state, exactly: named arrays and texts.");
+  py::class_<Checkpoint> c(
+      m, "Checkpoint",
+      "An exact state of a simulation: arrays, bytes, integers and texts by name.");
   c.def_property_readonly("arrays", &arrays, "copies of the arrays by name");
-  c.def_property_readonly("bytes", &bytes, "opaque parts by name");
+  c.def_property_readonly("bytes", &bytes, "opaque data by name");
   c.def_readonly("integers", &Checkpoint::integers, "lists of integers by name");
   c.def_readonly("texts", &Checkpoint::texts, "texts by name");
   c.def(py::pickle(
@@ -59,36 +61,36 @@ void bind_checkpoint(py::module_& m) {
                                                    self.arrays.size(), step->second.at(0));
   });
   m.def("write_checkpoint", &write_checkpoint, py::arg("path"), py::arg("checkpoint"),
-        "Writes under another name, then renames.");
+        "Writes a checkpoint to a temporary file, then renames it.");
   m.def("read_checkpoint", &read_checkpoint, py::arg("path"),
-        "Checkpoint from a file; CacheError says what is wrong.");
+        "Reads a checkpoint. Raises CacheError with the reason if that fails.");
 }
 
 }  // namespace
 
 void bind_cache(py::module_& m) {
-  py::class_<FrameWriter> writer(
-      m, "FrameWriter",
-      "Writes run.vtkhdf (cloth) and bodies.vtkhdf into a directory, readable at any moment.");
+  py::class_<FrameWriter> writer(m, "FrameWriter",
+                                 "Writes run.vtkhdf (cloth) and bodies.vtkhdf into a directory. "
+                                 "The files can be read at any time.");
   writer.def(py::init<const std::string&, const FrameTopology&, const std::string&>(),
              py::arg("directory"), py::arg("topology"), py::arg("metadata"));
   writer.def_static("reopen", &FrameWriter::reopen, py::arg("directory"), py::arg("after_time"),
-                    "Continues existing files; frames later than after_time [s] are dropped.");
+                    "Continues existing files. Frames later than after_time [s] are removed.");
   writer.def("write", &FrameWriter::write, py::arg("frame"),
              py::call_guard<py::gil_scoped_release>());
   writer.def_property_readonly("n_frames", &FrameWriter::n_frames);
 
   py::class_<FrameReader> reader(m, "FrameReader",
-                                 "Frames of a run: a directory or its run.vtkhdf.");
+                                 "Reads the frames of a run from its directory or its run.vtkhdf.");
   reader.def(py::init<const std::string&>(), py::arg("path"));
   reader.def_property_readonly("n_frames", &FrameReader::n_frames);
   reader.def_property_readonly("topology", &FrameReader::topology,
                                py::return_value_policy::reference_internal);
   reader.def_property_readonly("metadata", &FrameReader::metadata,
-                               "free text, JSON where loomstone wrote it");
+                               "arbitrary text; JSON in files written by loomstone");
   reader.def_property_readonly(
       "times", [](py::object self) { return view(self.cast<const FrameReader&>().times(), self); },
-      "(frames) [s]");
+      "(frames) times [s]");
   reader.def("frame", &FrameReader::frame, py::arg("index"),
              py::call_guard<py::gil_scoped_release>());
   bind_checkpoint(m);

@@ -1,4 +1,4 @@
-// Choices (core/base/choice.h) in Python: strings, typed Literal[...].
+// Converts choices (core/base/choice.h) to and from Python strings of the type Literal[...].
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace loomstone {
 
-// "typing.Literal['a', 'b']", for signatures.
+// Text such as "typing.Literal['a', 'b']", for signatures.
 template <Choice Enum>
 struct LiteralText {
   static constexpr std::string_view begin = "typing.Literal[", end = "]";

@@ -1,5 +1,4 @@
-// Candidate pairs, exact continuous collision detection, and exact intersections of a
-// configuration.
+// Binds candidate pairs, exact continuous collision detection and exact intersection tests.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,7 +19,7 @@ namespace loomstone {
 
 namespace {
 
-// Hands the pairs over without a copy.
+// Transfers the pairs to numpy without a copy.
 py::array_t<Index> as_array(std::vector<std::array<Index, 2>>&& pairs) {
   auto* const kept = new std::vector<std::array<Index, 2>>(std::move(pairs));
   const py::capsule owner(
@@ -43,7 +42,7 @@ py::array_t<Index> view_of_rows(const Edges& edges, py::handle owner) {
   return array;
 }
 
-// A detector with its threads.
+// A detector and its threads.
 struct BoundDetector {
   Detector detector;
   Team team;
@@ -55,7 +54,7 @@ void check_indices(const Triangles& triangles, Eigen::Index n) {
                        triangles.minCoeff(), triangles.maxCoeff());
 }
 
-// Exact tests of n queries of eight points; times are infinity for queries without a hit.
+// Runs the exact test on n queries of eight points. The time of a query without a hit is infinity.
 void test_queries(bool vertex_face, py::ssize_t n, const double* queries, bool* hits,
                   double* times) {
   std::fill_n(hits, n, false);
@@ -92,18 +91,19 @@ void bind_candidates(py::module_& m) {
       },
       py::arg("x0"), py::arg("x1"), py::arg("triangles"), py::arg("inflation") = 0.0,
       py::arg("engine") = "clusters", py::arg("threads") = 0,
-      "Pairs of features of a surface that may collide while it moves from x0 to x1 on straight "
-      "lines.\n\n"
-      "x0, x1 (n, 3) [m], triangles (m, 3), inflation [m]: every box grows by it, so all pairs "
-      "that come closer than twice\n"
-      "as much are named. Returns vertex_face (k, 2) of vertex and triangle, and edge_edge (l, 2) "
-      "of edges, which are rows of\n"
-      "the sorted unique vertex pairs; both ascending, without pairs that share a vertex. engine: "
-      "\"clusters\" (own tree),\n"
-      "\"embree\", \"brute-force\": the same pairs, those whose 18-DOPs (2.56) overlap. threads 0: "
-      "all processors.\n"
-      "Raises InvalidInput for other shapes or engines, indices out of range, and coordinates that "
-      "are not finite.");
+      "Pairs of features of a surface that may collide while it moves from x0 to x1 along "
+      "straight lines.\n\n"
+      "x0, x1 (n, 3) [m], triangles (m, 3). inflation [m]: every bounding box grows by this "
+      "length, so the result contains\n"
+      "all pairs that come closer than twice the inflation. Returns vertex_face (k, 2), a "
+      "vertex and a triangle, and\n"
+      "edge_edge (l, 2), two edges given as rows of the sorted unique vertex pairs. Both are "
+      "in ascending order and exclude\n"
+      "pairs that share a vertex. engine: \"clusters\" (own tree), \"embree\" or "
+      "\"brute-force\"; all return the same pairs,\n"
+      "those whose 18-DOPs (2.56) overlap. threads 0: all processors.\n"
+      "Raises InvalidInput for other shapes or engines, indices out of range, and "
+      "coordinates that are not finite.");
 }
 
 void bind_intersecting_pairs(py::module_& m) {
@@ -117,8 +117,8 @@ void bind_intersecting_pairs(py::module_& m) {
         return intersecting_pairs(vertices, faces);
       },
       py::arg("points"), py::arg("triangles"),
-      "Pairs of triangles that intersect and share no vertex, ascending. points (n x 3) [m], "
-      "triangles (m x 3).");
+      "Pairs of triangles that intersect and share no vertex, in ascending order. points (n x 3) "
+      "[m], triangles (m x 3).");
 }
 
 void bind_continuous(py::module_& m) {
@@ -146,47 +146,49 @@ void bind_continuous(py::module_& m) {
         return py::make_tuple(hit, time);
       },
       py::arg("kind"), py::arg("queries"),
-      "Exact continuous collision tests of points that move on straight lines over a step, times "
-      "in [0, 1].\n\n"
+      "Exact continuous collision tests for points that move along straight lines over a "
+      "step, with time in [0, 1].\n\n"
       "kind: \"vertex-face\" (vertex, three corners) or \"edge-edge\" (two ends, two ends). "
       "queries (n, 8, 3) [m]: the four\n"
-      "points at the start, then the same at the end. Returns hit (n) bool, exact and with "
-      "touching counted, and time (n),\n"
-      "a lower bound of the first contact [1], infinity where there is none. Raises InvalidInput "
-      "for another kind or shape,\n"
-      "or numbers that are not finite.");
+      "points at the start, then the same points at the end. Returns hit (n) and time (n). "
+      "hit is exact, and touching counts\n"
+      "as a hit. time is a lower bound of the first contact time [1], or infinity without a "
+      "hit. Raises InvalidInput for\n"
+      "another kind or shape, and for numbers that are not finite.");
 }
 
 void bind_collisions(py::module_& m) {
-  py::class_<Collisions>(m, "Collisions",
-                         "Colliding pairs of a motion, with times. Made by Detector.collisions().")
+  py::class_<Collisions>(
+      m, "Collisions",
+      "Colliding pairs of a motion and their times. Created by Detector.collisions().")
       .def_property_readonly(
           "vertex_face",
           [](const py::object& self) {
             return view_of_pairs(self.cast<const Collisions&>().pairs.vertex_face, self);
           },
-          "Vertex and triangle (k, 2), ascending.")
+          "(k, 2) vertex and triangle of each pair, ascending.")
       .def_property_readonly(
           "edge_edge",
           [](const py::object& self) {
             return view_of_pairs(self.cast<const Collisions&>().pairs.edge_edge, self);
           },
-          "Edges (l, 2), rows of Detector.edges, smaller first, ascending.")
+          "(l, 2) edges of each pair as rows of Detector.edges, the smaller first; pairs "
+          "ascending.")
       .def_property_readonly(
           "vertex_face_time",
           [](const py::object& self) {
             return view(self.cast<const Collisions&>().vertex_face_time, self);
           },
-          "Lower bounds of the first contacts (k) [1].")
+          "(k) lower bounds of the first contact times [1].")
       .def_property_readonly(
           "edge_edge_time",
           [](const py::object& self) {
             return view(self.cast<const Collisions&>().edge_edge_time, self);
           },
-          "Lower bounds of the first contacts (l) [1].")
+          "(l) lower bounds of the first contact times [1].")
       .def_property_readonly(
           "time", &Collisions::time,
-          "Lower bound of the first contact of all; infinity where there is none [1].")
+          "Lower bound of the earliest contact time of all pairs [1]; infinity without collisions.")
       .def("__len__", [](const Collisions& c) {
         return c.pairs.vertex_face.size() + c.pairs.edge_edge.size();
       });
@@ -195,16 +197,17 @@ void bind_collisions(py::module_& m) {
 void bind_detector(py::module_& m) {
   py::class_<BoundDetector>(
       m, "Detector",
-      "Collisions of one surface with itself, found again and again while it moves.\n\n"
-      "A tree is formed at the first call and follows the positions from then on. A detector "
-      "serves one\n"
-      "Python thread at a time.")
+      "Self-collisions of one surface, for repeated queries while it moves.\n\n"
+      "The first call builds a tree, which later calls refit to the positions. Only one "
+      "Python thread at a time may use a\n"
+      "detector.")
       .def(py::init([](const py::object& triangles, int threads) {
              return std::make_unique<BoundDetector>(BoundDetector{
                  Detector(as_rows<Triangles>(triangles, "triangles")), team_of(threads)});
            }),
            py::arg("triangles"), py::kw_only(), py::arg("threads") = 0,
-           "triangles (m, 3); threads 0: all processors. No result depends on their number.")
+           "triangles (m, 3); threads 0: all processors. Results do not depend on the number of "
+           "threads.")
       .def(
           "candidates",
           [](BoundDetector& self, const py::object& x0, const py::object& x1, In<"m"> inflation,
@@ -221,8 +224,8 @@ void bind_detector(py::module_& m) {
           },
           py::arg("x0"), py::arg("x1"), py::arg("inflation") = 0.0, py::kw_only(),
           py::arg("ordered") = true,
-          "The pairs that collision.candidates() names. ordered: ascending; otherwise in an order "
-          "that depends on the tree.")
+          "Returns the same pairs as collision.candidates(). ordered: ascending; otherwise the "
+          "order depends on the tree.")
       .def(
           "collisions",
           [](BoundDetector& self, const py::object& x0, const py::object& x1) {
@@ -232,21 +235,23 @@ void bind_detector(py::module_& m) {
             return self.detector.collisions(self.team, start, end);
           },
           py::arg("x0"), py::arg("x1"),
-          "Every pair of features without a common vertex that touches while the points move from "
-          "x0 to x1 on straight lines.\n\n"
-          "x0, x1 (n, 3) [m]. Exact: none is missed and none is false, touching counts.")
+          "Finds all pairs of features without a common vertex that touch while the points move "
+          "from x0 to x1 along straight\n"
+          "lines.\n\n"
+          "x0, x1 (n, 3) [m]. The result is exact: no pair is missed and none is false. Touching "
+          "counts.")
       .def(
           "forget_trees", [](BoundDetector& self) { self.detector.forget_trees(); },
-          "Forms the tree anew at the next call. It changes speed at most, no result.")
+          "Makes the next call build the tree again. This affects speed only, not results.")
       .def_property_readonly(
           "edges",
           [](const py::object& self) {
             return view_of_rows(self.cast<const BoundDetector&>().detector.edges(), self);
           },
-          "Sorted unique vertex pairs (k, 2).")
+          "(k, 2) sorted unique vertex pairs.")
       .def_property_readonly(
           "tree_bytes", [](const BoundDetector& self) { return self.detector.tree_bytes(); },
-          "Memory of the tree [byte].");
+          "Memory used by the tree [byte].");
 }
 
 }  // namespace

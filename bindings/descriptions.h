@@ -1,5 +1,6 @@
-// Binds a description from its fields(): keyword-only constructor with the C++ defaults, read-only
-// properties whose text is the C++ one, equality by value, repr, to_dict() and replace().
+// Binds a description from its fields(). The Python class has a keyword-only constructor with the
+// C++ defaults, read-only properties with the C++ texts, equality by value, repr, to_dict() and
+// replace().
 #pragma once
 
 #include <array>
@@ -146,7 +147,7 @@ py::object plain(const D& value) {
   return dict;
 }
 
-// --- repr: only what differs from the default ---
+// --- repr, which lists only the fields that differ from their defaults ---
 template <class T>
 std::string repr_of(const T& value) {
   if constexpr (EigenArray<T>) {
@@ -171,7 +172,7 @@ std::string repr_description(const D& value, const char* name) {
   return text + ")";
 }
 
-// "meaning [unit]: choices; limits; default ..."
+// Help text of a field: "meaning [unit]; limits; default ..." or "meaning: choices; default ...".
 template <class D, class F>
 std::string field_text(const F& each) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
@@ -189,8 +190,7 @@ std::string field_text(const F& each) {
   return text;
 }
 
-// The unit of a field: its own, else that which its meaning names in brackets; "1" where there is
-// none.
+// Unit of a field. If the field has none, the unit is the one in brackets in its meaning, or "1".
 template <class F>
 std::string unit_of(const F& each) {
   if (*each.unit) return each.unit;
@@ -204,7 +204,8 @@ constexpr bool may_carry_unit = (std::is_arithmetic_v<Member> && !std::is_same_v
                                 std::is_same_v<Member, std::optional<double>> ||
                                 std::is_same_v<Member, std::vector<double>> || EigenArray<Member>;
 
-// Numbers that carry a unit in the unit of their field; anything else as it is.
+// Converts numbers with a unit to plain numbers in the unit of the field. Returns other values
+// unchanged.
 template <class D, class F>
 py::object plain_number(const py::object& value, const F& each, const char* name) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
@@ -213,8 +214,8 @@ py::object plain_number(const py::object& value, const F& each, const char* name
   return in_unit(value, unit_of(each).c_str(), std::string(name) + "." + each.name);
 }
 
-// Why these keyword arguments make no D: an unknown name (TypeError) or a value of the wrong kind
-// or shape.
+// Throws an error that explains why these keyword arguments do not form a D: an unknown name, or a
+// value of the wrong type or shape.
 template <Description D>
 [[noreturn]] void explain_arguments(const char* name, const py::kwargs& arguments) {
   py::list known;
@@ -256,7 +257,7 @@ template <Description D>
   throw py::type_error(std::string(name) + ": takes keyword arguments only");
 }
 
-// Throws TypeError where a field without a default is not given.
+// Throws TypeError if a field without a default is missing.
 template <Description D>
 void require_arguments(const char* name, const py::kwargs& arguments) {
   for_each_field<D>([&](const auto& each) {
@@ -284,8 +285,8 @@ D from_arguments(const char* name, D value, const py::kwargs& arguments) {
   return value;
 }
 
-// The constructor is bound twice: for keywords, which may carry units and are refused with a
-// reason, and with its full signature (stubs, help, arguments without names).
+// Binds two constructors. The first takes keywords, converts units and explains errors. The second
+// has the full signature for stubs and help, and takes positional arguments.
 template <Description D, class Class, std::size_t... P, std::size_t... K, class... F>
 void bind_constructor(Class& c, const char* name, std::index_sequence<P...>,
                       std::index_sequence<K...>, const std::tuple<F...>& fields) {
@@ -311,12 +312,13 @@ void bind_constructor(Class& c, const char* name, std::index_sequence<P...>,
         argument(std::get<sizeof...(P) + K>(fields))...);
 }
 
-// The first n_positional fields may also be given without their names. Bases are bound classes.
+// The first n_positional fields may also be given by position. Bases are bound classes.
 template <Description D, std::size_t n_positional = 0, class... Bases>
 py::class_<D, Bases...> bind_description(py::module_& m, const char* name,
                                          const std::string& meaning) {
   std::string doc =
-      meaning + "\n\nFrozen; compared by value.\n\nParameters (keywords)\n---------------------\n";
+      meaning +
+      "\n\nImmutable; compared by value.\n\nParameters (keywords)\n---------------------\n";
   for_each_field<D>([&](const auto& each) {
     doc += std::string(each.name) + " : " + field_text<D>(each) + "\n";
   });
@@ -338,10 +340,11 @@ py::class_<D, Bases...> bind_description(py::module_& m, const char* name,
       [name](const D& self, const py::kwargs& changes) {
         return from_arguments(name, self, changes);
       },
-      "A copy in which the given fields have other values.");
+      "Returns a copy with the given fields changed.");
   c.def(
       "to_dict", [](const D& self) { return plain(self); },
-      "Plain values for JSON; meshes by their counts.");
+      "Returns plain values for JSON. A mesh is replaced by its numbers of vertices and "
+      "triangles.");
   py::list names;
   for_each_field<D>([&](const auto& each) { names.append(each.name); });
   c.attr("field_names") = py::tuple(names);

@@ -1,4 +1,4 @@
-// One class for each integrator, with the fields it has.
+// Binds one class per integrator.
 #include "bindings/integrators.h"
 
 #include "bindings/descriptions.h"
@@ -13,23 +13,23 @@ void bind_method(py::module_& m, const char* name, const char* meaning) {
   c.attr("method") = py::str(Method::name.data(), Method::name.size());
 }
 
-// The common part of all integrators; each class binds all of its own fields.
+// Binds the base class of all integrators. Each derived class binds all of its fields.
 void bind_common(py::module_& m) {
-  py::class_<IntegratorCommon> c(m, "Integrator",
-                                 "Which integrator advances the cloth, and how: the base of "
-                                 "SemiImplicitEuler and the others.");
+  py::class_<IntegratorCommon> c(
+      m, "Integrator",
+      "Base class of the integrators that advance the cloth, such as SemiImplicitEuler.");
   c.def_property_readonly(
       "step", [](const IntegratorCommon& self) { return self.step; }, "time step [s]");
-  c.attr("method") = "";  // of each class: its name on the command line and in files
+  c.attr("method") = "";  // overridden by each class: its name on the command line and in files
   c.def(
       "replace",
       [](const py::object& self, const py::kwargs& changes) {
         return self.attr("replace")(**changes);
       },
-      "A copy in which the given fields have other values.");
+      "Returns a copy with the given fields changed.");
   c.def(
       "to_dict", [](const py::object& self) { return self.attr("to_dict")().cast<py::dict>(); },
-      "Plain values for JSON.");
+      "Returns plain values for JSON.");
 }
 
 }  // namespace
@@ -38,29 +38,27 @@ void bind_integrators(py::module_& m) {
   bind_common(m);
   bind_method<ExplicitEuler>(
       m, "ExplicitEuler",
-      "Explicit Euler, order 1: gains energy, needs tiny steps; for comparison.");
-  bind_method<SymplecticEuler>(
-      m, "SymplecticEuler",
-      "Symplectic Euler, order 1: velocities first; keeps energy in the mean, stable for small "
-      "steps only.");
+      "Explicit Euler, order 1. Gains energy and needs tiny steps; for comparison.");
+  bind_method<SymplecticEuler>(m, "SymplecticEuler",
+                               "Symplectic Euler, order 1, which updates velocities first. "
+                               "Conserves energy on average; stable for small steps only.");
   bind_method<SemiImplicitEuler>(
       m, "SemiImplicitEuler",
-      "Backward Euler with one linear solve a step (Baraff and Witkin 1998), order 1: robust, "
-      "damps. The default.");
-  bind_method<BackwardEuler>(
-      m, "BackwardEuler",
-      "Backward Euler solved by Newton's method with line search, order 1: the semi-implicit one, "
-      "converged.");
-  bind_method<ImplicitMidpoint>(
-      m, "ImplicitMidpoint",
-      "Implicit midpoint rule, linearised: one linear solve a step, order 2, hardly damps.");
-  bind_method<NonlinearMidpoint>(
-      m, "NonlinearMidpoint",
-      "Implicit midpoint rule solved by Newton's method with line search, order 2, hardly damps.");
-  bind_method<Bdf2>(
-      m, "BDF2",
-      "Second-order backward differences, linearised (Choi and Ko 2002), order 2: damps less than "
-      "Euler.");
+      "Backward Euler with one linear solve per step (Baraff and Witkin 1998), order 1. "
+      "Robust, with numerical damping.\n"
+      "The default.");
+  bind_method<BackwardEuler>(m, "BackwardEuler",
+                             "Backward Euler solved by Newton's method with line search, order 1. "
+                             "The converged form of SemiImplicitEuler.");
+  bind_method<ImplicitMidpoint>(m, "ImplicitMidpoint",
+                                "Linearised implicit midpoint rule with one linear solve per step, "
+                                "order 2. Little numerical damping.");
+  bind_method<NonlinearMidpoint>(m, "NonlinearMidpoint",
+                                 "Implicit midpoint rule solved by Newton's method with line "
+                                 "search, order 2. Little numerical damping.");
+  bind_method<Bdf2>(m, "BDF2",
+                    "Linearised second-order backward differences (Choi and Ko 2002), order 2. "
+                    "Less numerical damping than Euler.");
 }
 
 }  // namespace loomstone

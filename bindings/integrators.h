@@ -1,4 +1,4 @@
-// IntegratorOptions in Python: objects of one class for each integrator, with a common base.
+// Converts IntegratorOptions to and from Python, where each integrator has its own class.
 #pragma once
 
 #include "bindings/bindings.h"

@@ -1,4 +1,4 @@
-// Strain limiting on arrays, without a scene.
+// Binds strain limiting of arrays, without a scene.
 #include "core/cloth/limits/strain_limiter.h"
 
 #include <cmath>
@@ -92,21 +92,22 @@ std::vector<std::tuple<Index, std::string, double>> named(const std::vector<Brok
 }
 
 void bind_limits(py::module_& m) {
-  py::class_<LimitReport> c(m, "LimitReport", "What strain limiting did, and what it left.");
+  py::class_<LimitReport> c(m, "LimitReport",
+                            "Record of strain limiting and of the remaining excess.");
   c.def_readonly("sweeps", &LimitReport::sweeps,
-                 "sweeps over the elements, or over the active ones");
+                 "sweeps over all elements or over the active ones");
   c.def_readonly("evaluations", &LimitReport::evaluations,
-                 "elements whose strain was computed in the sweeps");
+                 "strain evaluations of elements in the sweeps");
   c.def_readonly("excess", &LimitReport::excess,
-                 "largest strain beyond its limit along weft, warp and in shear [1]");
+                 "largest excess along weft, along warp and in shear [1]");
   c.def_readonly("beyond", &LimitReport::beyond,
-                 "elements beyond a limit by more than the tolerance");
-  c.def_readonly("worst", &LimitReport::worst, "the element most beyond its limits; -1: none");
+                 "elements that exceed a limit by more than the tolerance");
+  c.def_readonly("worst", &LimitReport::worst, "element with the largest excess; -1: none");
   c.def_property_readonly(
       "broken", [](const LimitReport& r) { return named(r.broken); },
-      "(element, \"weft\" | \"warp\" | \"shear\", excess) of all that is beyond a limit by more "
-      "than 0.01 (a fifth of limits below\n"
-      "0.05), the worst first");
+      "(element, \"weft\" | \"warp\" | \"shear\", excess) for each limit that is exceeded by "
+      "more than 0.01, or by more than a\n"
+      "fifth of a limit below 0.05. The largest excess comes first.");
   c.def("__repr__", [](const LimitReport& r) {
     return formatted("LimitReport(sweeps={}, evaluations={}, excess={}, beyond={}, worst={})",
                      r.sweeps, r.evaluations, py::str(py::cast(r.excess)).cast<std::string>(),
@@ -114,10 +115,11 @@ void bind_limits(py::module_& m) {
   });
   m.def("corotational_strain", &strain_of, py::arg("points"), py::arg("mesh"), py::kw_only(),
         py::arg("rest") = "uv", py::arg("threads") = 0,
-        "Co-rotational strain U - I of each triangle of `mesh` with its vertices at `points` (n, "
-        "3) [m]: (m, 3) of weft, warp and\n"
-        "shear e12, half the engineering shear. rest: \"uv\" (uv are the pattern [m]) or \"mesh\" "
-        "(lengths of the mesh).");
+        "Co-rotational strain U - I of each triangle of `mesh` with its vertices at `points` "
+        "(n, 3) [m]. Returns (m, 3): weft,\n"
+        "warp and shear e12, which is half the engineering shear. rest: \"uv\" (uv are the "
+        "pattern [m]) or \"mesh\" (lengths of\n"
+        "the mesh).");
   m.def(
       "limit_strain",
       [](const py::object& points, const TriangleMesh& mesh, const StrainLimit& strain_limit,
@@ -133,12 +135,12 @@ void bind_limits(py::module_& m) {
       py::arg("masses") = py::none(), py::arg("fixed") = std::vector<Index>{},
       py::arg("options") = LimitOptions{}, py::arg("rest") = "uv", py::arg("threads") = 0,
       "Moves `points` (n, 3) [m], the vertices of `mesh`, so that no triangle strains beyond "
-      "`strain_limit`: the new points and\n"
-      "a LimitReport. Linear and angular momentum of the change are zero but for what holds the "
-      "fixed vertices.\n"
-      "masses (n) [kg], None: a third of the areas around each vertex; fixed: vertices that do "
-      "not move; options: LimitOptions\n"
-      "(strain_rate has no meaning here).");
+      "`strain_limit`. Returns the new\n"
+      "points and a LimitReport. The change preserves linear and angular momentum, except "
+      "for reactions at fixed vertices.\n"
+      "masses (n) [kg]; None: a third of the areas around each vertex. fixed: indices of "
+      "vertices that do not move.\n"
+      "options: LimitOptions (strain_rate has no effect here).");
 }
 
 }  // namespace loomstone

@@ -1,4 +1,4 @@
-// Magnetic sources at poses, their fields, and forces between them.
+// Binds magnetic sources at poses, their fields and the forces between them.
 #include <optional>
 
 #include "bindings/descriptions.h"
@@ -30,17 +30,17 @@ py::array_t<double> as_tensors(const Gradients& rows) {
 void bind_body(py::module_& m) {
   py::class_<MagneticBody> c(
       m, "MagneticBody",
-      "Magnet or current at a pose; made by the functions of loomstone.magnetics; immutable.");
+      "Magnet or current at a pose. Immutable; created by the functions of loomstone.magnetics.");
   c.def_property_readonly(
       "position", [](const MagneticBody& b) { return b.pose.position; }, "(3) centre [m]");
   c.def_property_readonly(
       "orientation", [](const MagneticBody& b) { return b.pose.orientation; },
-      "(4) quaternion (w, x, y, z), own axes to world");
+      "(4) quaternion (w, x, y, z) from body axes to world axes");
   c.def_property_readonly("moment", &MagneticBody::moment,
                           "(3) dipole moment in world axes [A m^2]");
   c.def_property_readonly(
       "radius", [](const MagneticBody& b) { return b.source->radius(); },
-      "radius of the ball about the centre that holds the body [m]");
+      "radius of a ball about the centre that contains the body [m]");
   c.def(
       "at",
       [](const MagneticBody& b, const py::object& position, const py::object& orientation) {
@@ -48,7 +48,7 @@ void bind_body(py::module_& m) {
                                                    as_vector<Vec4>(orientation, "orientation"))};
       },
       py::arg("position"), py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
-      "The same body at another pose: centre (3) [m], quaternion (w, x, y, z), normalised.");
+      "A copy at another pose: centre (3) [m] and quaternion (w, x, y, z), which is normalised.");
   c.def(
       "moved",
       [](const MagneticBody& b, const py::object& by) {
@@ -56,7 +56,7 @@ void bind_body(py::module_& m) {
             b.source,
             checked_pose(b.pose.position + as_vector<Vec3>(by, {"by", "m"}), b.pose.orientation)};
       },
-      py::arg("by"), "A copy displaced by (3) [m].");
+      py::arg("by"), "A copy displaced by a vector (3) [m].");
   c.def(
       "rotated",
       [](const MagneticBody& b, const py::object& by) {
@@ -65,7 +65,7 @@ void bind_body(py::module_& m) {
             b.source, checked_pose(b.pose.position, quaternion_product(turn, b.pose.orientation))};
       },
       py::arg("by"),
-      "A copy turned about its own centre by a rotation vector (3) in world axes [rad].");
+      "A copy rotated about its own centre by a rotation vector (3) in world axes [rad].");
   c.def(
       "__eq__", [](const MagneticBody& a, const MagneticBody& b) { return equal(a, b); },
       py::is_operator());
@@ -172,7 +172,7 @@ void bind_fields(py::module_& m) {
          const py::object& by_moments, const std::optional<double>& tolerance, int threads) {
         const Points x = as_rows<Points>(points, "points"),
                      own = as_rows<Points>(moments, "moments");
-        const DipoleSet on(x, own);  // checks them
+        const DipoleSet on(x, own);  // validates both arrays
         const DipoleSet by(as_rows<Points>(by_points, "by_points"),
                            as_rows<Points>(by_moments, "by_moments"));
         const Team team = team_of(threads);

@@ -1,4 +1,4 @@
-// Triangle meshes, their generators and files, queries on surfaces.
+// Binds triangle meshes, mesh generators, mesh files and surface queries.
 #include "core/mesh/triangle_mesh.h"
 
 #include "bindings/bindings.h"
@@ -28,11 +28,13 @@ bool equal_meshes(const TriangleMesh& a, const TriangleMesh& b) {
 void bind_triangle_mesh(py::module_& m) {
   py::classh<TriangleMesh> c(
       m, "TriangleMesh",
-      "Immutable triangle mesh, validated once.\n\n"
-      "vertices : (n x 3) positions [m]\ntriangles : (m x 3) vertex indices\n"
+      "Immutable triangle mesh, validated when it is created.\n\n"
+      "vertices : (n x 3) positions [m]\n"
+      "triangles : (m x 3) vertex indices\n"
       "uv : (k x 2) rest coordinates, weft and warp [m], or None\n"
-      "uv_triangles : (m x 3) indices into uv, or None: the triangles themselves\n\n"
-      "Raises InvalidInput naming the item: NaN, zero area, duplicate or inverted faces,\n"
+      "uv_triangles : (m x 3) indices into uv; None: the same as triangles\n\n"
+      "Raises InvalidInput that names the faulty item: NaN, zero area, duplicate or inverted "
+      "faces,\n"
       "non-manifold edges, isolated vertices, indices out of range.");
   c.def(py::init([](const py::object& vertices, const py::object& triangles, const py::object& uv,
                     const py::object& uv_triangles) {
@@ -50,12 +52,13 @@ void bind_triangle_mesh(py::module_& m) {
   };
   array("vertices", &TriangleMesh::vertices, "(n x 3) [m], read-only view");
   array("triangles", &TriangleMesh::triangles, "(m x 3), read-only view");
-  array("uv", &TriangleMesh::uv, "(k x 2) rest coordinates [m], read-only view; 0 rows: none");
+  array("uv", &TriangleMesh::uv,
+        "(k x 2) rest coordinates [m], read-only view; no rows if the mesh has none");
   array("uv_triangles", &TriangleMesh::uv_triangles, "(m x 3) indices into uv, read-only view");
   c.def_property_readonly("n_vertices", &TriangleMesh::n_vertices, "number of vertices");
   c.def_property_readonly("n_triangles", &TriangleMesh::n_triangles, "number of triangles");
-  c.def_property_readonly("closed", &TriangleMesh::closed, "every edge has two faces");
-  c.def_property_readonly("flat", &TriangleMesh::flat, "all vertices lie in one plane");
+  c.def_property_readonly("closed", &TriangleMesh::closed, "True if every edge has two faces");
+  c.def_property_readonly("flat", &TriangleMesh::flat, "True if all vertices lie in one plane");
   c.def_property_readonly("mean_edge", &TriangleMesh::mean_edge, "mean length of the edges [m]");
   c.def_property_readonly(
       "edges",
@@ -73,7 +76,8 @@ void bind_triangle_mesh(py::module_& m) {
       py::arg("translation") = py::make_tuple(0, 0, 0), py::kw_only(),
       py::arg("rotation") =
           py::make_tuple(py::make_tuple(1, 0, 0), py::make_tuple(0, 1, 0), py::make_tuple(0, 0, 1)),
-      py::arg("scale") = 1.0, "A copy at rotation * scale * x + translation [m]; uv unchanged.");
+      py::arg("scale") = 1.0,
+      "A copy with vertices at rotation * scale * x + translation [m]; uv unchanged.");
   c.def("__eq__", &equal_meshes, py::is_operator());
   c.def("__repr__", &repr);
 }
@@ -81,35 +85,39 @@ void bind_triangle_mesh(py::module_& m) {
 void bind_generators(py::module_& m) {
   m.def("grid_cells", &grid_cells, py::arg("width"), py::arg("height"), py::arg("nx"),
         py::arg("ny"), py::kw_only(), py::arg("pattern") = "alternating",
-        "Rectangle [m] of nx x ny cells, two triangles each: alternating | diagonal.");
+        "Rectangle [m] of nx x ny cells with two triangles each. pattern: alternating | diagonal.");
   m.def("grid", &grid, py::arg("width"), py::arg("height"), py::arg("triangles"), py::kw_only(),
         py::arg("pattern") = "alternating",
         "Rectangle [m] of about `triangles` triangles in square cells.");
   m.def("jittered_grid", &jittered_grid, py::arg("width"), py::arg("height"), py::arg("nx"),
         py::arg("ny"), py::kw_only(), py::arg("amount"), py::arg("seed") = 1,
-        "Grid whose interior vertices are displaced by up to `amount` of a cell.");
+        "Grid with interior vertices displaced at random by up to `amount` of a cell.");
   m.def("icosphere", &icosphere, py::arg("radius"), py::kw_only(), py::arg("subdivisions"),
-        "Sphere [m].");
+        "Sphere with the given radius [m], a subdivided icosahedron.");
   m.def("box", &box, py::arg("x"), py::arg("y"), py::arg("z"), py::kw_only(),
         py::arg("cells_per_side") = 1, "Box with the given sides [m].");
   m.def("capsule", &capsule, py::arg("radius"), py::arg("length"), py::kw_only(),
-        py::arg("segments") = 32, "Capsule along z, `length` between the centres of its caps [m].");
+        py::arg("segments") = 32,
+        "Capsule along z with `length` between the centres of its caps [m].");
   m.def("cylinder", &cylinder, py::arg("radius"), py::arg("length"), py::kw_only(),
-        py::arg("segments") = 32, "Cylinder along z, a prism of `segments` sides [m].");
+        py::arg("segments") = 32,
+        "Cylinder along z [m], approximated by a prism with `segments` sides.");
   m.def("funnel", &funnel, py::arg("top_radius"), py::arg("bottom_radius"), py::arg("height"),
         py::arg("tube_length"), py::arg("wall"), py::kw_only(), py::arg("segments") = 64,
-        "Cone from top_radius at z = height to bottom_radius at z = 0, then a tube below; closed, "
-        "with a wall [m].");
+        "Closed surface of a funnel with a wall [m]: a cone from top_radius at z = height to "
+        "bottom_radius at z = 0, and a\n"
+        "tube below it.");
   m.def("wave_bar", &wave_bar, py::arg("length"), py::arg("radius"), py::arg("amplitude"),
         py::arg("wavelength"), py::kw_only(), py::arg("segments") = 24,
-        "Tube along y whose centre line waves in z [m].");
+        "Tube along y with a centre line that is a wave in z [m].");
   m.def("floor_square", &floor_square, py::arg("size"), py::kw_only(), py::arg("cells") = 8,
         "Open square in z = 0 with normal +z [m].");
 }
 
 void bind_queries(py::module_& m) {
-  py::class_<ClosestPoint> point(m, "ClosestPoint", "Nearest point of a surface.");
-  point.def_readonly("triangle", &ClosestPoint::triangle, "index, -1: nothing within the radius");
+  py::class_<ClosestPoint> point(m, "ClosestPoint", "Closest point of a surface.");
+  point.def_readonly("triangle", &ClosestPoint::triangle,
+                     "index of its triangle; -1: no point within the radius");
   point.def_readonly("point", &ClosestPoint::point, "[m]");
   point.def_readonly("barycentric", &ClosestPoint::barycentric, "[1]");
   point.def_readonly("normal", &ClosestPoint::normal,
@@ -120,7 +128,7 @@ void bind_queries(py::module_& m) {
                      py::str(py::cast(self.distance)).cast<std::string>());
   });
   py::class_<SpatialQuery> c(m, "SpatialQuery",
-                             "Closest points and inside tests on a triangle surface.");
+                             "Closest-point queries and inside tests for a triangle surface.");
   c.def(py::init([](const TriangleMesh& mesh) {
           return SpatialQuery(mesh.vertices(), mesh.triangles());
         }),
@@ -130,13 +138,13 @@ void bind_queries(py::module_& m) {
       [](const SpatialQuery& self, const py::object& point, In<"m"> radius) {
         return self.closest(as_vector<Vec3>(point, {"point", "m"}), radius);
       },
-      py::arg("point"), py::arg("radius"), "ClosestPoint to a point (3) [m] within a radius [m].");
+      py::arg("point"), py::arg("radius"), "ClosestPoint of a point (3) [m] within a radius [m].");
   c.def(
       "inside",
       [](const SpatialQuery& self, const py::object& point) {
         return self.inside(as_vector<Vec3>(point, {"point", "m"}));
       },
-      py::arg("point"), "True where the point (3) [m] lies inside a closed surface.");
+      py::arg("point"), "True if the point (3) [m] lies inside a closed surface.");
 }
 
 }  // namespace
@@ -146,10 +154,11 @@ void bind_mesh(py::module_& m) {
   bind_generators(m);
   bind_queries(m);
   m.def("read_mesh", &read_mesh, py::arg("path"), py::kw_only(), py::arg("with_uv") = true,
-        "TriangleMesh from an OBJ or PLY file; with_uv=False leaves rest coordinates out.");
+        "Reads a TriangleMesh from an OBJ or PLY file. with_uv=False omits rest coordinates.");
   m.def("write_mesh", &write_mesh, py::arg("path"), py::arg("mesh"), py::kw_only(),
         py::arg("text") = false,
-        "Writes an OBJ or PLY file, by the path's ending; text: PLY as text.");
+        "Writes an OBJ or PLY file, depending on the extension of the path. text: write PLY as "
+        "text.");
 }
 
 }  // namespace loomstone

@@ -1,4 +1,4 @@
-// The Python module loomstone._core: converts and forwards, nothing more.
+// The Python module loomstone._core, which only converts arguments and forwards calls.
 #include "bindings/bindings.h"
 #include "core/base/simd.h"
 

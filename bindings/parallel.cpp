@@ -1,4 +1,4 @@
-// Communicators: one rank, or MPI by a plug-in that is loaded when asked for.
+// Binds communicators: a single rank, or MPI through a plug-in that is loaded on request.
 #include "core/parallel/communicator.h"
 
 #include "bindings/bindings.h"
@@ -14,10 +14,10 @@ Team team_of(int threads) {
 
 void bind_parallel(py::module_& m) {
   py::classh<Communicator> c(m, "Communicator", "The ranks of one simulation.");
-  c.def_property_readonly("rank", &Communicator::rank, "number of this rank, from 0");
+  c.def_property_readonly("rank", &Communicator::rank, "index of this rank, from 0");
   c.def_property_readonly("size", &Communicator::size, "number of ranks");
   c.def("barrier", &Communicator::barrier, py::call_guard<py::gil_scoped_release>(),
-        "Waits until all ranks are here.");
+        "Waits until all ranks have reached this call.");
   c.def("maximum", &Communicator::maximum, py::arg("value"),
         py::call_guard<py::gil_scoped_release>(), "Largest value over all ranks.");
   c.def(
@@ -28,27 +28,29 @@ void bind_parallel(py::module_& m) {
         return std::pair(kind, text);
       },
       py::arg("kind"), py::arg("text"),
-      "Kind (0: none) and text of the failure of the lowest rank that has one, on all ranks. Where "
-      "this rank failed and the\n"
-      "others do not come within ten seconds, ends them all.");
+      "Returns, on all ranks, the kind (0: none) and text of the failure of the lowest rank "
+      "that has failed. If this rank has\n"
+      "failed and the others do not call within ten seconds, all ranks are terminated.");
   c.def_property_readonly("agreed", &Communicator::agreed,
-                          "Text of the last failure that ranks agreed on.");
-  c.def("abort", &Communicator::abort, py::arg("code"), "Ends all ranks at once.");
+                          "Text of the last failure that the ranks agreed on.");
+  c.def("abort", &Communicator::abort, py::arg("code"), "Terminates all ranks immediately.");
   c.def("__repr__", [](const Communicator& self) {
     return formatted("Communicator(rank {} of {})", self.rank(), self.size());
   });
   m.def(
       "single_communicator",
       [] { return std::const_pointer_cast<Communicator>(single_communicator()); },
-      "One rank, no MPI.");
+      "Communicator of a single rank, without MPI.");
   m.def(
       "mpi_communicator",
       [](int handle) { return std::const_pointer_cast<Communicator>(mpi_communicator(handle)); },
       py::arg("fortran_handle") = -1,
-      "Ranks of an MPI communicator (mpi4py: comm.py2f()); -1: all ranks started.");
+      "Communicator for the ranks of an MPI communicator (mpi4py: comm.py2f()); -1: all ranks that "
+      "were started.");
   m.def("launched_by_mpi", &launched_by_mpi,
-        "True where an MPI launcher started this process as one of several ranks.");
-  m.def("default_thread_count", &default_thread_count, "Processors this process may run on.");
+        "True if an MPI launcher started this process as one of several ranks.");
+  m.def("default_thread_count", &default_thread_count,
+        "Number of processors that this process may use.");
 }
 
 }  // namespace loomstone

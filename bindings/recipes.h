@@ -1,4 +1,4 @@
-// Sources and bodies that magnetise, pickled by their recipes.
+// Pickles magnetic sources and magnetisable bodies by their recipes.
 #pragma once
 
 #include "bindings/bindings.h"

@@ -1,4 +1,4 @@
-// Headless pictures.
+// Binds the headless renderer.
 #include "renderer/renderer.h"
 
 #include <optional>
@@ -13,7 +13,7 @@ namespace {
 using Pairs = std::vector<std::pair<double, double>>;
 
 void bind_curves(py::module_& m) {
-  py::class_<Curves>(m, "Curves", "Curves that a picture shows as tubes.")
+  py::class_<Curves>(m, "Curves", "Curves that are drawn as tubes in a picture.")
       .def(py::init([](const py::object& points, const std::vector<Index>& first,
                        const std::vector<double>& value, double radius) {
              const Points x = as_rows<Points>(points, "points");
@@ -22,8 +22,9 @@ void bind_curves(py::module_& m) {
                            radius};
            }),
            py::arg("points"), py::arg("first"), py::arg("value"), py::arg("radius"),
-           "(n x 3) points [m] of all curves end to end, (curves + 1) first rows, (n) values from "
-           "1 (red) to -1 (blue), radius [m].");
+           "points (n x 3) of all curves, concatenated [m]; first (curves + 1), the row where "
+           "each curve starts; value (n), from\n"
+           "1 (red) to -1 (blue); radius of the tubes [m].");
 }
 
 void bind_write_png(py::module_& m) {
@@ -39,23 +40,23 @@ void bind_write_png(py::module_& m) {
         const py::gil_scoped_release release;
         write_png(path, image);
       },
-      py::arg("path"), py::arg("image"), "Writes (height x width x 3) bytes as PNG.");
+      py::arg("path"), py::arg("image"), "Writes an image of (height x width x 3) bytes as PNG.");
 }
 
 }  // namespace
 
 void bind_renderer(py::module_& m) {
-  bind_description<Camera>(m, "Camera", "Where the picture is taken from.");
-  bind_description<RenderOptions>(m, "RenderOptions", "How a picture looks.");
+  bind_description<Camera>(m, "Camera", "Position and view of the camera.");
+  bind_description<RenderOptions>(m, "RenderOptions", "Options of a picture.");
   bind_curves(m);
   bind_write_png(m);
-  py::class_<Renderer> c(m, "Renderer",
-                         "Draws frames of one run without a display (OSMesa, else EGL).");
+  py::class_<Renderer> c(
+      m, "Renderer", "Draws frames of one run without a display, with OSMesa or else with EGL.");
   c.def(py::init<const FrameTopology&, const RenderOptions&>(), py::arg("topology"),
         py::arg("options") = RenderOptions{});
   c.def("fit", &Renderer::fit, py::arg("first"), py::call_guard<py::gil_scoped_release>(),
-        "A fitted camera shows what it would of this frame, the first of a run; without it of the "
-        "first that is drawn.");
+        "Fits the camera to this frame, usually the first of a run. Without this call, the first "
+        "rendered frame is used.");
   c.def(
       "render",
       [](Renderer& self, const Frame& frame, const Curves* curves,
@@ -71,10 +72,10 @@ void bind_renderer(py::module_& m) {
         return py::array_t<std::uint8_t>({image.height, image.width, 3}, image.rgb.data());
       },
       py::arg("frame"), py::arg("curves") = py::none(), py::arg("value_ranges") = py::none(),
-      "Picture of a frame, with curves if given: (height x width x 3) bytes, rows from the top. "
-      "Automatic colours span\n"
-      "value_ranges, one (least, greatest) for each row of color_by; without them the values of "
-      "this frame.");
+      "Renders a frame, with curves if given, to (height x width x 3) bytes with rows from "
+      "the top. Automatic colours span\n"
+      "value_ranges, one (minimum, maximum) for each row of color_by. By default they span "
+      "the values of this frame.");
   c.def(
       "value_ranges",
       [](const Renderer& self, const Frame& frame) {
@@ -84,8 +85,8 @@ void bind_renderer(py::module_& m) {
         return pairs;
       },
       py::arg("frame"),
-      "Least and greatest value that each row of color_by shows in a frame; (0, 0) where it shows "
-      "the cloth.");
+      "Minimum and maximum value that each row of color_by shows in a frame; (0, 0) for a row that "
+      "shows the cloth.");
   c.def_property_readonly("backend", &Renderer::backend, "osmesa | egl");
 }
 

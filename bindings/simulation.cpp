@@ -1,4 +1,4 @@
-// A built scene that advances.
+// Binds Simulation, a scene that advances in time, and views of its state.
 #include "core/sim/simulation.h"
 
 #include "bindings/bindings.h"
@@ -22,18 +22,19 @@ void bind_results(py::class_<State>& c);
 void bind_state(py::module_& m) {
   py::class_<State> c(
       m, "State",
-      "The tables that change, as numpy views without copy.\n\n"
-      "Rows of the cloth's tables are permuted: row sim.vertex_order[i] is vertex i of the scene. "
-      "sim.positions and its like are in the order of the scene.\n\n"
-      "A view keeps its simulation alive and shows the present after every step and restore. "
-      "Between steps\n"
-      "tables may be written in place or assigned; not from another thread while a step runs. "
-      "Every step\n"
-      "first checks that what was written is finite (InvalidInput). Positions and velocities "
-      "written here\n"
-      "start the history of multi-step schemes anew. Ranks hold all rows; what a rank writes "
-      "counts for the\n"
-      "rows it owns (sim.owned_rows), what it writes about obstacles counts on rank 0.");
+      "State tables as numpy views, without copies.\n\n"
+      "Rows of the cloth's tables are permuted: row sim.vertex_order[i] belongs to vertex i "
+      "of the scene. sim.positions and\n"
+      "similar properties of Simulation use the order of the scene.\n\n"
+      "A view keeps its simulation alive and shows the current state after every step and "
+      "restore. Between steps, tables may\n"
+      "be written in place or assigned, but not from another thread while a step runs. Every "
+      "step first checks that written\n"
+      "values are finite (InvalidInput). Writing positions or velocities discards the "
+      "history of multistep schemes.\n\n"
+      "Every rank stores all rows. Values that a rank writes take effect in the rows it owns "
+      "(sim.owned_rows). Values written\n"
+      "for obstacles take effect on rank 0 only.");
   bind_tables(c);
   bind_results(c);
   c.def("__repr__", [](const State& s) {
@@ -42,7 +43,7 @@ void bind_state(py::module_& m) {
   });
 }
 
-// Tables that may be written.
+// Binds the tables that users may write.
 void bind_tables(py::class_<State>& c) {
   const auto table = [&](const Argument& argument, auto get, const char* text) {
     c.def_property(
@@ -60,35 +61,36 @@ void bind_tables(py::class_<State>& c) {
   };
   table(
       {"positions", "m"}, [](State& s) -> Points& { return s.cloth.x; },
-      "(n x 3) [m]; written by the integrator, then certify");
+      "(n x 3) [m]; written by the integrator, then by certification");
   table(
       {"velocities", "m/s"}, [](State& s) -> Points& { return s.cloth.v; },
-      "(n x 3) [m/s]; written by the integrator, then certify");
+      "(n x 3) [m/s]; written by the integrator, then by certification");
   table(
       {"external_forces", "N"}, [](State& s) -> Points& { return s.external_force; },
-      "(n x 3) [N]; added to every step until changed");
+      "(n x 3) [N]; applied in every step until changed");
   table(
       {"pin_targets", "m"}, [](State& s) -> Points& { return s.pin_target; },
-      "(n x 3) [m] where flagged pins are at the end of the next step");
-  flag("pin_flags", &State::pin_override,
-       "(n) 1: pin_targets hold for this pin instead of its script");
+      "(n x 3) positions of flagged pins at the end of the next step [m]");
+  flag("pin_flags", &State::pin_override, "(n) 1: pin_targets replaces the script of this pin");
   table(
       {"obstacle_positions", "m"}, [](State& s) -> Points& { return s.pose_position; },
-      "(o x 3) [m] where flagged obstacles are at the end of the next step");
+      "(o x 3) positions of flagged obstacles at the end of the next step [m]");
   table(
       "obstacle_orientations", [](State& s) -> auto& { return s.pose_orientation; },
-      "(o x 4) unit quaternions (w, x, y, z)");
-  flag("obstacle_flags", &State::pose_override, "(o) 1: the pose above holds instead of keyframes");
+      "(o x 4) orientations of flagged obstacles at the end of the next step: unit quaternions (w, "
+      "x, y, z)");
+  flag("obstacle_flags", &State::pose_override,
+       "(o) 1: obstacle_positions and obstacle_orientations replace the keyframes");
 }
 
-// Tables that only steps write.
+// Binds the tables that only steps write.
 void bind_results(py::class_<State>& c) {
   const auto result = [&](const char* name, auto get, const char* text) {
     c.def_property_readonly(name, get, text);
   };
   result(
       "obstacle_vertices", [](const State& s) -> const Points& { return s.obstacle_vertices; },
-      "(k x 3) all obstacles end to end [m], read-only");
+      "(k x 3) vertices of all obstacles, concatenated [m], read-only");
   result(
       "body_centres", [](const State& s) -> const Points& { return s.rigid.positions; },
       "(b x 3) centres of mass [m], read-only");
@@ -117,23 +119,25 @@ void bind_stepping(py::class_<S>& c) {
         py::arg("scene"), py::arg("integrator") = IntegratorOptions{}, py::kw_only(),
         py::arg("threads") = 0, py::arg("communicator") = py::none());
   c.def("step", &S::step, Released(),
-        "Advances by one step; SolverFailure leaves the last good state.");
+        "Advances by one step. After SolverFailure the state is that of the last successful step.");
   c.def_property_readonly("time", &S::time, "[s]");
-  c.def_property_readonly("step_index", &S::step_index, "steps done");
+  c.def_property_readonly("step_index", &S::step_index, "number of completed steps");
   c.def_property_readonly("step_size", &S::step_size, "[s]");
   c.def_property_readonly("report", &S::report, "StepReport of the last step");
   c.def("rebuild_stages", &S::rebuild_stages, Released(),
-        "Throws all stages away; where a checkpoint may be taken it changes no bit of the future.");
-  c.def_property_readonly("may_checkpoint", &S::may_checkpoint,
-                          "False between rebuilds of the rigid-body world.");
-  c.def("checkpoint", &S::checkpoint, Released(), "The state, exactly.");
+        "Discards all stages and builds them again. If may_checkpoint is True, this does not "
+        "change any later result.");
+  c.def_property_readonly(
+      "may_checkpoint", &S::may_checkpoint,
+      "Whether a checkpoint may be taken now; False between rebuilds of the rigid-body world.");
+  c.def("checkpoint", &S::checkpoint, Released(), "Checkpoint with the exact state.");
   c.def("restore", &S::restore, py::arg("checkpoint"), Released(),
-        "Continues from a checkpoint of the same scene.");
+        "Restores the state from a checkpoint of the same scene.");
   c.def_property_readonly("topology", &S::topology, py::return_value_policy::reference_internal);
-  c.def("frame", &S::frame, Released(), "Frame of the present state.");
+  c.def("frame", &S::frame, Released(), "Frame of the current state.");
   c.def(
       "frame_at", [](S& self, In<"s"> time) { return self.frame_at(time); }, py::arg("time"),
-      Released(), "Frame between the last two steps, interpolated.");
+      Released(), "Frame at a time [s] within the last step, interpolated.");
 }
 
 void bind_ranks(py::class_<S>& c) {
@@ -146,14 +150,15 @@ void bind_ranks(py::class_<S>& c) {
   c.def_property_readonly(
       "owned_rows",
       [](const S& self) { return std::pair(self.owned_rows()[0], self.owned_rows()[1]); },
-      "(first, end) internal rows of the cloth that this rank computes.");
+      "Range (first, end) of internal cloth rows that this rank computes.");
   c.def("gather", &S::gather, Released(),
-        "Makes what each rank wrote into its own rows known to all ranks now instead of at the "
-        "next step. Collective.\n\n"
-        "Without writes there is nothing to gather: after every step all ranks hold all rows.");
-  c.def_property_readonly(
-      "loop_iterations", &S::loop_iterations,
-      "Iterations of the loops this rank has run within steps: how work is shared.");
+        "Shares the values that each rank has written into its own rows with all ranks, "
+        "without waiting for the next step.\n"
+        "Collective.\n\n"
+        "This is needed only after writes. After every step all ranks have all rows.");
+  c.def_property_readonly("loop_iterations", &S::loop_iterations,
+                          "Number of loop iterations that this rank has run within steps. It shows "
+                          "how the work is divided.");
 }
 
 void bind_positions(py::class_<S>& c) {
@@ -161,10 +166,9 @@ void bind_positions(py::class_<S>& c) {
       "vertex_order",
       [](py::object self) { return view(self.cast<const S&>().vertex_order(), self); },
       "(n) internal row of each vertex");
-  c.def_property_readonly(
-      "state", &S::state,
-      "State: the internal tables as views, to be read and written between steps; their rows are "
-      "permuted: row vertex_order[i] is vertex i.");
+  c.def_property_readonly("state", &S::state,
+                          "State: views of the internal tables, for reading and writing between "
+                          "steps. Row vertex_order[i] belongs to vertex i.");
   const auto array = [&](const Argument& argument, auto get, auto set, const char* text) {
     c.def_property(
         argument.name, get,
@@ -177,15 +181,16 @@ void bind_positions(py::class_<S>& c) {
   array({"velocities", "m/s"}, &S::velocities, &S::set_velocities,
         "(n x 3) [m/s], a copy; assignable");
   array({"external_forces", "N"}, &S::external_forces, &S::set_external_forces,
-        "(n x 3) [N], a copy; assignable; added to every step until changed");
+        "(n x 3) [N], a copy; assignable; applied in every step until changed");
   c.def(
       "set_pin_targets",
       [](S& self, const py::object& targets) {
         self.set_pin_targets(as_rows<Points>(targets, {"targets", "m"}, self.positions().rows()));
       },
       py::arg("targets"),
-      "Where pinned vertices are at the end of the next step, (n x 3) [m]; other rows are ignored. "
-      "Replaces the script.");
+      "Sets the positions of pinned vertices at the end of the next step, (n x 3) [m]. Other "
+      "rows are ignored.\n"
+      "The targets replace the script.");
   c.def(
       "set_obstacle_pose",
       [](S& self, int obstacle, const py::object& position, const py::object& orientation) {
@@ -193,46 +198,51 @@ void bind_positions(py::class_<S>& c) {
                                as_vector<Vec4>(orientation, "orientation"));
       },
       py::arg("obstacle"), py::arg("position"), py::arg("orientation") = py::make_tuple(1, 0, 0, 0),
-      "Pose of an obstacle at the end of the next step: position [m], quaternion (w, x, y, z). "
-      "Replaces its keyframes.");
+      "Sets the pose of an obstacle at the end of the next step: position [m] and quaternion "
+      "(w, x, y, z).\n"
+      "The pose replaces the keyframes.");
   c.def_property_readonly("body_centres", &S::body_centres, "(b x 3) centres of mass [m], a copy");
 }
 
 void bind_circuits(py::class_<S>& c) {
   c.def("magnetic_forces", &S::magnetic_forces, Released(),
-        "Forces [N] and torques about the centres [N m] on the bodies by magnets and currents now, "
-        "each (b x 3).");
+        "Forces [N] and torques about the centres [N m] that magnets and currents now exert on the "
+        "bodies, each (b x 3).");
   const auto electric = [&](const char* name, double CircuitState::* member, const char* text) {
     c.def_property_readonly(
         name, [member](const S& self) { return self.circuits().*member; }, text);
   };
-  c.def_property_readonly("current", &S::current, "[A] in the first circuit now");
+  c.def_property_readonly("current", &S::current, "present current of the first circuit [A]");
   c.def_property_readonly("currents", &S::currents,
-                          "(coils) [A] in all coils now, given or of circuits");
-  electric("circuit_heat", &CircuitState::heat, "[J] in the circuits' resistances since the start");
+                          "(coils) present currents of all coils, given or from circuits [A]");
+  electric("circuit_heat", &CircuitState::heat,
+           "heat released in the resistances of the circuits since the start [J]");
   electric("circuit_supply", &CircuitState::supply,
-           "[J] by the sources of all coils since the start");
+           "energy supplied by the sources of all coils since the start [J]");
   electric("bearing_work", &CircuitState::bearings,
-           "[J] taken out by friction and torques of bearings since the start");
+           "energy removed by friction and torques of bearings since the start [J]");
   c.def("magnets", &S::magnets, py::arg("frame"), Released(),
-        "Magnets where a frame of this scene shows them, in the scene's order, spheres that "
-        "magnetise as what they are there; then\n"
-        "the coils that carry a current.");
+        "Magnets at their poses in a frame of this scene, in the order of the scene, then the "
+        "coils that carry a current.\n"
+        "Magnetisable spheres have the magnetisation of that frame.");
 }
 
 void bind_failures(py::class_<S>& c) {
-  c.def_property_readonly("forced_pairs", &S::forced_pairs,
-                          "Pairs of triangles, all surfaces end to end, that the last step had to "
-                          "leave intersecting because\n"
-                          "what moves by script left the cloth no room.");
+  c.def_property_readonly(
+      "forced_pairs", &S::forced_pairs,
+      "Pairs of triangles that the last step had to leave intersecting because scripted "
+      "motion left the cloth no room.\n"
+      "Triangles of all surfaces are numbered consecutively.");
   c.def_property_readonly(
       "broken_limits", [](const S& self) { return named(self.broken_limits()); },
-      "(triangle, \"weft\" | \"warp\" | \"shear\", excess) of all that the last step left beyond a "
-      "limit of strain by\n"
-      "more than 0.01 (a fifth of limits below 0.05), the worst first; triangles of all cloths end "
-      "to end.");
+      "(triangle, \"weft\" | \"warp\" | \"shear\", excess) for each strain limit that the "
+      "last step left exceeded by more than\n"
+      "0.01, or by more than a fifth of a limit below 0.05. The largest excess comes first. "
+      "Triangles of all cloths are\n"
+      "numbered consecutively.");
   c.def("intersecting_pairs", &S::intersecting_pairs, Released(),
-        "Pairs of triangles that intersect now, all surfaces end to end.");
+        "Pairs of triangles that intersect in the current state. Triangles of all surfaces are "
+        "numbered consecutively.");
 }
 
 }  // namespace

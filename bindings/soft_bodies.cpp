@@ -1,4 +1,4 @@
-// Bodies that magnetise in the field they are in.
+// Binds bodies that are magnetised by the field around them.
 #include "bindings/descriptions.h"
 #include "bindings/recipes.h"
 #include "core/base/message.h"
@@ -18,14 +18,14 @@ SoftBody soft_body(SoftShapePtr shape, double saturation, const RigidPose& pose 
   return {std::move(shape), pose, saturation};
 }
 
-// The same body of another susceptibility.
+// A copy with another susceptibility.
 SoftBody with_susceptibility(const SoftBody& b, double susceptibility) {
   check_susceptibility(susceptibility);
   const py::gil_scoped_release release;
   return soft_body(b.shape->with_susceptibility(susceptibility), b.saturation, b.pose);
 }
 
-// Copies at other poses, or of another susceptibility.
+// Binds methods that return copies with another pose or susceptibility.
 void bind_copies(py::class_<SoftBody>& c) {
   c.def(
       "at",
@@ -35,11 +35,10 @@ void bind_copies(py::class_<SoftBody>& c) {
         return SoftBody{b.shape, pose, b.saturation};
       },
       py::arg("position"), py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
-      "The same body at another pose: centre (3) [m], quaternion (w, x, y, z), normalised.");
-  c.def(
-      "with_susceptibility", &with_susceptibility, py::arg("susceptibility"),
-      "The same body of another susceptibility >= -1 [1]; what was computed for its shape is used "
-      "again.");
+      "A copy at another pose: centre (3) [m] and quaternion (w, x, y, z), which is normalised.");
+  c.def("with_susceptibility", &with_susceptibility, py::arg("susceptibility"),
+        "A copy with another susceptibility >= -1 [1]. Results that depend on the shape only are "
+        "reused.");
   c.def(
       "moved",
       [](const SoftBody& b, const py::object& by) {
@@ -48,7 +47,7 @@ void bind_copies(py::class_<SoftBody>& c) {
             checked_pose(b.pose.position + as_vector<Vec3>(by, {"by", "m"}), b.pose.orientation),
             b.saturation};
       },
-      py::arg("by"), "A copy displaced by (3) [m].");
+      py::arg("by"), "A copy displaced by a vector (3) [m].");
   c.def(
       "rotated",
       [](const SoftBody& b, const py::object& by) {
@@ -58,22 +57,26 @@ void bind_copies(py::class_<SoftBody>& c) {
                         b.saturation};
       },
       py::arg("by"),
-      "A copy turned about its own centre by a rotation vector (3) in world axes [rad].");
+      "A copy rotated about its own centre by a rotation vector (3) in world axes [rad].");
 }
 
 void bind_soft_body(py::module_& m) {
-  py::class_<SoftBody> c(m, "SoftBody",
-                         "Linear body at a pose that magnetises in the field it is in; made by the "
-                         "functions soft_... of loomstone.magnetics; immutable.");
+  py::class_<SoftBody> c(
+      m, "SoftBody",
+      "Magnetisable body at a pose, magnetised by the field around it. Immutable; created by "
+      "the functions soft_... of\n"
+      "loomstone.magnetics.");
   c.def_property_readonly(
       "position", [](const SoftBody& b) { return b.pose.position; }, "(3) centre [m]");
   c.def_property_readonly(
       "orientation", [](const SoftBody& b) { return b.pose.orientation; },
-      "(4) quaternion (w, x, y, z), own axes to world");
+      "(4) quaternion (w, x, y, z) from body axes to world axes");
   c.def_property_readonly(
-      "susceptibility", [](const SoftBody& b) { return b.shape->susceptibility(); }, "chi [1]");
+      "susceptibility", [](const SoftBody& b) { return b.shape->susceptibility(); },
+      "susceptibility chi [1]");
   c.def_property_readonly(
-      "saturation", [](const SoftBody& b) { return b.saturation; }, "mu0 M_s [T], 0: none");
+      "saturation", [](const SoftBody& b) { return b.saturation; },
+      "saturation polarization mu0 M_s [T]; 0: no saturation");
   c.def_property_readonly("volume", [](const SoftBody& b) { return b.shape->volume(); }, "[m^3]");
   c.def(
       "__eq__", [](const SoftBody& a, const SoftBody& b) { return equal(a, b); },

@@ -132,22 +132,22 @@ class Error(Exception):
 
 class InvalidInput(Error, ValueError):
     """
-    Something given cannot be simulated (a ValueError).
+    Input that cannot be simulated (a ValueError).
     """
 
 class SolverFailure(Error, RuntimeError):
     """
-    A solve or a step failed; names stage, step and time (a RuntimeError).
+    A solve or a step failed. The message names stage, step and time (a RuntimeError).
     """
 
 class CacheError(Error, OSError):
     """
-    A file could not be written, read or understood (an OSError).
+    A file could not be written, read or interpreted (an OSError).
     """
 
 class Unsupported(Error, NotImplementedError):
     """
-    Not offered in this build or combination (a NotImplementedError).
+    Not available in this build or combination (a NotImplementedError).
     """
 
 class StageSeconds:
@@ -224,7 +224,7 @@ class ThreadReport:
 
 class SolverReport:
     """
-    The solves of the integrator.
+    Solves of the integrator.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -291,7 +291,7 @@ class ContactReport:
 
 class WithheldReport:
     """
-    Motion that certification withholds.
+    Motion withheld by certification.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -480,7 +480,7 @@ class EnergyReport:
 
 class MagnetReport:
     """
-    The motion of magnets.
+    Motion of magnets.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -537,7 +537,7 @@ class CircuitReport:
 
 class StepReport:
     """
-    What happened in a step; never decides anything.
+    Record of a step. It never influences the simulation.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -617,13 +617,13 @@ class StepReport:
 
 class FrameTopology:
     """
-    What stays the same over a run: cloths end to end, then rigid bodies and obstacles end to end.
+    Data that stay constant over a run: the concatenated cloths, then the concatenated rigid bodies and obstacles.
     """
     def __repr__(self) -> str: ...
     @property
     def body_is_floor(self) -> numpy.typing.NDArray[numpy.uint8]:
         """
-        (bodies) 1 where drawn as ground
+        (bodies) 1 if the body is drawn as ground
         """
     @property
     def body_names(self) -> list[str]:
@@ -643,7 +643,7 @@ class FrameTopology:
     @property
     def body_pole(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (nb) 1 at north, -1 at south poles of magnets, 0 where there is none; or empty
+        (nb) 1 at north poles of magnets, -1 at south poles, 0 elsewhere; may be empty
         """
     @property
     def body_triangles(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 3]"]:
@@ -653,7 +653,7 @@ class FrameTopology:
     @property
     def cloth_names(self) -> list[str]:
         """
-        in the order of the scene
+        names of the cloths in the order of the scene
         """
     @property
     def cloth_of_triangle(self) -> numpy.typing.NDArray[numpy.int32]:
@@ -678,12 +678,12 @@ class FrameTopology:
 
 class Frame:
     """
-    One instant of a run, in the user's vertex order; arrays are read-only views.
+    A run at one instant, in the user's vertex order. Arrays are read-only views.
     """
     def __repr__(self) -> str: ...
     def with_contact(self, contact: numpy.typing.ArrayLike) -> Frame:
         """
-        A copy with other contact flags, to mark vertices in a picture.
+        A copy with the given contact flags, for marking vertices in a picture.
         """
     @property
     def body_vertices(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -693,17 +693,17 @@ class Frame:
     @property
     def coil_currents(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
-        (coils) in all coils, given or of circuits [A]
+        (coils) currents in all coils, given or from circuits [A]
         """
     @property
     def contact(self) -> numpy.typing.NDArray[numpy.uint8]:
         """
-        (n) 1 where the vertex took part in a contact, 2 where it was forced to intersect
+        (n) 1 if the vertex took part in a contact, 2 if it was forced to intersect
         """
     @property
     def positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) of the cloth vertices [m]
+        (n x 3) positions of the cloth vertices [m]
         """
     @property
     def report(self) -> StepReport:
@@ -718,7 +718,7 @@ class Frame:
     @property
     def strain(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (m x 3) Green strain weft, warp, shear (E12) [1]
+        (m x 3) Green strain: weft, warp and shear (E12) [1]
         """
     @property
     def stretch(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
@@ -738,14 +738,14 @@ class Frame:
 
 class TriangleMesh:
     """
-    Immutable triangle mesh, validated once.
+    Immutable triangle mesh, validated when it is created.
 
     vertices : (n x 3) positions [m]
     triangles : (m x 3) vertex indices
     uv : (k x 2) rest coordinates, weft and warp [m], or None
-    uv_triangles : (m x 3) indices into uv, or None: the triangles themselves
+    uv_triangles : (m x 3) indices into uv; None: the same as triangles
 
-    Raises InvalidInput naming the item: NaN, zero area, duplicate or inverted faces,
+    Raises InvalidInput that names the faulty item: NaN, zero area, duplicate or inverted faces,
     non-manifold edges, isolated vertices, indices out of range.
     """
 
@@ -768,12 +768,12 @@ class TriangleMesh:
         scale: typing.SupportsFloat | typing.SupportsIndex = 1.0,
     ) -> TriangleMesh:
         """
-        A copy at rotation * scale * x + translation [m]; uv unchanged.
+        A copy with vertices at rotation * scale * x + translation [m]; uv unchanged.
         """
     @property
     def closed(self) -> bool:
         """
-        every edge has two faces
+        True if every edge has two faces
         """
     @property
     def edges(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 2]"]:
@@ -783,7 +783,7 @@ class TriangleMesh:
     @property
     def flat(self) -> bool:
         """
-        all vertices lie in one plane
+        True if all vertices lie in one plane
         """
     @property
     def mean_edge(self) -> float:
@@ -808,7 +808,7 @@ class TriangleMesh:
     @property
     def uv(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]:
         """
-        (k x 2) rest coordinates [m], read-only view; 0 rows: none
+        (k x 2) rest coordinates [m], read-only view; no rows if the mesh has none
         """
     @property
     def uv_triangles(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 3]"]:
@@ -823,7 +823,7 @@ class TriangleMesh:
 
 class ClosestPoint:
     """
-    Nearest point of a surface.
+    Closest point of a surface.
     """
     def __repr__(self) -> str: ...
     @property
@@ -849,23 +849,23 @@ class ClosestPoint:
     @property
     def triangle(self) -> int:
         """
-        index, -1: nothing within the radius
+        index of its triangle; -1: no point within the radius
         """
 
 class SpatialQuery:
     """
-    Closest points and inside tests on a triangle surface.
+    Closest-point queries and inside tests for a triangle surface.
     """
     def __init__(self, mesh: TriangleMesh) -> None: ...
     def closest(
         self, point: typing.Any, radius: typing.SupportsFloat | typing.SupportsIndex
     ) -> ClosestPoint:
         """
-        ClosestPoint to a point (3) [m] within a radius [m].
+        ClosestPoint of a point (3) [m] within a radius [m].
         """
     def inside(self, point: typing.Any) -> bool:
         """
-        True where the point (3) [m] lies inside a closed surface.
+        True if the point (3) [m] lies inside a closed surface.
         """
 
 class Communicator:
@@ -875,16 +875,16 @@ class Communicator:
     def __repr__(self) -> str: ...
     def abort(self, code: typing.SupportsInt | typing.SupportsIndex) -> None:
         """
-        Ends all ranks at once.
+        Terminates all ranks immediately.
         """
     def agree(self, kind: typing.SupportsInt | typing.SupportsIndex, text: str) -> tuple[int, str]:
         """
-        Kind (0: none) and text of the failure of the lowest rank that has one, on all ranks. Where this rank failed and the
-        others do not come within ten seconds, ends them all.
+        Returns, on all ranks, the kind (0: none) and text of the failure of the lowest rank that has failed. If this rank has
+        failed and the others do not call within ten seconds, all ranks are terminated.
         """
     def barrier(self) -> None:
         """
-        Waits until all ranks are here.
+        Waits until all ranks have reached this call.
         """
     def maximum(self, value: typing.SupportsInt | typing.SupportsIndex) -> int:
         """
@@ -893,12 +893,12 @@ class Communicator:
     @property
     def agreed(self) -> str:
         """
-        Text of the last failure that ranks agreed on.
+        Text of the last failure that the ranks agreed on.
         """
     @property
     def rank(self) -> int:
         """
-        number of this rank, from 0
+        index of this rank, from 0
         """
     @property
     def size(self) -> int:
@@ -908,9 +908,9 @@ class Communicator:
 
 class RigidBody:
     """
-    A solid body that moves, falls, and feels the cloth.
+    A rigid body that moves under gravity, contact and other forces, in two-way coupling with cloth.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -978,11 +978,11 @@ class RigidBody:
         thickness: typing.SupportsFloat | typing.SupportsIndex = ...,
     ) -> RigidBody:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def angular_velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1047,18 +1047,18 @@ class RigidBody:
 
 class MassProperties:
     """
-    Mass, centre and inertia of a closed mesh of uniform density.
+    Mass, centre of mass and inertia of a closed mesh with uniform density.
     """
     def __repr__(self) -> str: ...
     @property
     def centre(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        (3) in the mesh's frame [m]
+        (3) centre of mass in mesh coordinates [m]
         """
     @property
     def inertia(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
         """
-        (3 x 3) about the centre, mesh axes [kg m^2]
+        (3 x 3) inertia about the centre of mass, in mesh axes [kg m^2]
         """
     @property
     def mass(self) -> float:
@@ -1068,7 +1068,7 @@ class MassProperties:
 
 class MagneticBody:
     """
-    Magnet or current at a pose; made by the functions of loomstone.magnetics; immutable.
+    Magnet or current at a pose. Immutable; created by the functions of loomstone.magnetics.
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1078,15 +1078,15 @@ class MagneticBody:
         self, position: typing.Any, orientation: typing.Any = (1.0, 0.0, 0.0, 0.0)
     ) -> MagneticBody:
         """
-        The same body at another pose: centre (3) [m], quaternion (w, x, y, z), normalised.
+        A copy at another pose: centre (3) [m] and quaternion (w, x, y, z), which is normalised.
         """
     def moved(self, by: typing.Any) -> MagneticBody:
         """
-        A copy displaced by (3) [m].
+        A copy displaced by a vector (3) [m].
         """
     def rotated(self, by: typing.Any) -> MagneticBody:
         """
-        A copy turned about its own centre by a rotation vector (3) in world axes [rad].
+        A copy rotated about its own centre by a rotation vector (3) in world axes [rad].
         """
     @property
     def moment(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1096,7 +1096,7 @@ class MagneticBody:
     @property
     def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
         """
-        (4) quaternion (w, x, y, z), own axes to world
+        (4) quaternion (w, x, y, z) from body axes to world axes
         """
     @property
     def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1106,12 +1106,13 @@ class MagneticBody:
     @property
     def radius(self) -> float:
         """
-        radius of the ball about the centre that holds the body [m]
+        radius of a ball about the centre that contains the body [m]
         """
 
 class SoftBody:
     """
-    Linear body at a pose that magnetises in the field it is in; made by the functions soft_... of loomstone.magnetics; immutable.
+    Magnetisable body at a pose, magnetised by the field around it. Immutable; created by the functions soft_... of
+    loomstone.magnetics.
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1119,26 +1120,26 @@ class SoftBody:
     def __repr__(self) -> str: ...
     def at(self, position: typing.Any, orientation: typing.Any = (1.0, 0.0, 0.0, 0.0)) -> SoftBody:
         """
-        The same body at another pose: centre (3) [m], quaternion (w, x, y, z), normalised.
+        A copy at another pose: centre (3) [m] and quaternion (w, x, y, z), which is normalised.
         """
     def moved(self, by: typing.Any) -> SoftBody:
         """
-        A copy displaced by (3) [m].
+        A copy displaced by a vector (3) [m].
         """
     def rotated(self, by: typing.Any) -> SoftBody:
         """
-        A copy turned about its own centre by a rotation vector (3) in world axes [rad].
+        A copy rotated about its own centre by a rotation vector (3) in world axes [rad].
         """
     def with_susceptibility(
         self, susceptibility: typing.SupportsFloat | typing.SupportsIndex
     ) -> SoftBody:
         """
-        The same body of another susceptibility >= -1 [1]; what was computed for its shape is used again.
+        A copy with another susceptibility >= -1 [1]. Results that depend on the shape only are reused.
         """
     @property
     def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
         """
-        (4) quaternion (w, x, y, z), own axes to world
+        (4) quaternion (w, x, y, z) from body axes to world axes
         """
     @property
     def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1148,12 +1149,12 @@ class SoftBody:
     @property
     def saturation(self) -> float:
         """
-        mu0 M_s [T], 0: none
+        saturation polarization mu0 M_s [T]; 0: no saturation
         """
     @property
     def susceptibility(self) -> float:
         """
-        chi [1]
+        susceptibility chi [1]
         """
     @property
     def volume(self) -> float:
@@ -1163,9 +1164,9 @@ class SoftBody:
 
 class ClothMaterial:
     """
-    What a cloth is made of; axes 1 = weft, 2 = warp. A surface, so stiffness is in N/m.
+    Material of a cloth. Axis 1 is weft and axis 2 is warp. Cloth is a surface, so stiffness is in N/m.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -1233,11 +1234,11 @@ class ClothMaterial:
         bending_damping: typing.SupportsFloat | typing.SupportsIndex = ...,
     ) -> ClothMaterial:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def bending_coupling(self) -> float:
@@ -1302,10 +1303,10 @@ class ClothMaterial:
 
 class StrainLimit:
     """
-    How far cloth may strain along weft, warp and in shear: U - I with F = R U, in weft/warp axes. The first three may be
-    given without their names.
+    Limits of the strain U - I (F = R U) along weft, along warp and in shear. The first three fields may be
+    given by position.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -1353,11 +1354,11 @@ class StrainLimit:
         edge: typing.SupportsFloat | typing.SupportsIndex | None = ...,
     ) -> StrainLimit:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def edge(self) -> float | None:
@@ -1397,9 +1398,9 @@ class StrainLimit:
 
 class LimitOptions:
     """
-    How strain limits are enforced, step by step.
+    Options for enforcing strain limits.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -1449,11 +1450,11 @@ class LimitOptions:
         seed: typing.SupportsInt | typing.SupportsIndex = ...,
     ) -> LimitOptions:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def active_set(self) -> bool:
@@ -1493,9 +1494,9 @@ class LimitOptions:
 
 class Cloth:
     """
-    A piece of cloth: mesh, material, and what holds it.
+    A piece of cloth: mesh, material, pins and strain limits.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -1571,11 +1572,11 @@ class Cloth:
         strain_limit: StrainLimit | None = ...,
     ) -> Cloth:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def bending(self) -> typing.Literal["mid-edge", "hinge"]:
@@ -1650,9 +1651,9 @@ class Cloth:
 
 class Obstacle:
     """
-    A surface that cloth cannot pass: static, moved by keyframes, or a vertex sequence.
+    A surface that cloth cannot pass. It is static, moves by keyframes or deforms by a vertex sequence.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -1708,11 +1709,11 @@ class Obstacle:
         floor: bool = ...,
     ) -> Obstacle:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def axis_angles(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -1762,9 +1763,9 @@ class Obstacle:
 
 class Attachment:
     """
-    Ties cloth vertices to a rigid body, both ways. Implicit integrators only: others refuse it (Unsupported).
+    Two-way coupling that ties cloth vertices to a rigid body. It needs an implicit integrator; others raise Unsupported.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -1784,11 +1785,11 @@ class Attachment:
         self, *, cloth: str = ..., body: str = ..., vertices: numpy.typing.ArrayLike = ...
     ) -> Attachment:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def body(self) -> str:
@@ -1808,9 +1809,9 @@ class Attachment:
 
 class Magnet:
     """
-    What makes a rigid body or an obstacle magnetic; give several for one that carries several.
+    A magnet or magnetisable body that is carried by a rigid body or an obstacle, which may carry several.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -1841,11 +1842,11 @@ class Magnet:
         density: typing.SupportsFloat | typing.SupportsIndex = ...,
     ) -> Magnet:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def body(self) -> str:
@@ -1872,7 +1873,7 @@ class Coil:
     """
     A winding on a body or an obstacle, with a given current or a circuit.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -1924,11 +1925,11 @@ class Coil:
         commutator: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
     ) -> Coil:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def body(self) -> str:
@@ -1973,9 +1974,9 @@ class Coil:
 
 class Bearing:
     """
-    Lets a rigid body turn about an axis through its centre, and nothing else.
+    Restricts a rigid body to rotation about an axis through its centre.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -2006,11 +2007,11 @@ class Bearing:
         torque: typing.SupportsFloat | typing.SupportsIndex = ...,
     ) -> Bearing:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def axis(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -2035,9 +2036,9 @@ class Bearing:
 
 class Air:
     """
-    Drag of air at rest or in wind, per triangle.
+    Aerodynamic drag on each triangle, in air at rest or in wind.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -2077,11 +2078,11 @@ class Air:
         gust: typing.SupportsFloat | typing.SupportsIndex = ...,
     ) -> Air:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def density(self) -> float:
@@ -2111,9 +2112,9 @@ class Air:
 
 class Scene:
     """
-    Everything a simulation starts from.
+    Everything that a simulation starts from.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -2209,11 +2210,11 @@ class Scene:
         rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = ...,
     ) -> Scene:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def air(self) -> Air:
@@ -2313,17 +2314,17 @@ class Scene:
 
 class Integrator:
     """
-    Which integrator advances the cloth, and how: the base of SemiImplicitEuler and the others.
+    Base class of the integrators that advance the cloth, such as SemiImplicitEuler.
     """
 
     method: typing.ClassVar[str] = ""
     def replace(self, *, step: typing.SupportsFloat | typing.SupportsIndex = ...) -> Integrator:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> dict[str, typing.Any]:
         """
-        Plain values for JSON.
+        Returns plain values for JSON.
         """
     @property
     def step(self) -> float:
@@ -2333,9 +2334,9 @@ class Integrator:
 
 class ExplicitEuler(Integrator):
     """
-    Explicit Euler, order 1: gains energy, needs tiny steps; for comparison.
+    Explicit Euler, order 1. Gains energy and needs tiny steps; for comparison.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -2350,11 +2351,11 @@ class ExplicitEuler(Integrator):
     def __repr__(self) -> str: ...
     def replace(self, *, step: typing.SupportsFloat | typing.SupportsIndex = ...) -> ExplicitEuler:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def step(self) -> float:
@@ -2364,9 +2365,9 @@ class ExplicitEuler(Integrator):
 
 class SymplecticEuler(Integrator):
     """
-    Symplectic Euler, order 1: velocities first; keeps energy in the mean, stable for small steps only.
+    Symplectic Euler, order 1, which updates velocities first. Conserves energy on average; stable for small steps only.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -2383,11 +2384,11 @@ class SymplecticEuler(Integrator):
         self, *, step: typing.SupportsFloat | typing.SupportsIndex = ...
     ) -> SymplecticEuler:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def step(self) -> float:
@@ -2397,9 +2398,10 @@ class SymplecticEuler(Integrator):
 
 class SemiImplicitEuler(Integrator):
     """
-    Backward Euler with one linear solve a step (Baraff and Witkin 1998), order 1: robust, damps. The default.
+    Backward Euler with one linear solve per step (Baraff and Witkin 1998), order 1. Robust, with numerical damping.
+    The default.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -2444,11 +2446,11 @@ class SemiImplicitEuler(Integrator):
         max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
     ) -> SemiImplicitEuler:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
@@ -2483,9 +2485,9 @@ class SemiImplicitEuler(Integrator):
 
 class BackwardEuler(Integrator):
     """
-    Backward Euler solved by Newton's method with line search, order 1: the semi-implicit one, converged.
+    Backward Euler solved by Newton's method with line search, order 1. The converged form of SemiImplicitEuler.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -2538,11 +2540,11 @@ class BackwardEuler(Integrator):
         max_newton_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
     ) -> BackwardEuler:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
@@ -2587,9 +2589,9 @@ class BackwardEuler(Integrator):
 
 class ImplicitMidpoint(Integrator):
     """
-    Implicit midpoint rule, linearised: one linear solve a step, order 2, hardly damps.
+    Linearised implicit midpoint rule with one linear solve per step, order 2. Little numerical damping.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -2634,11 +2636,11 @@ class ImplicitMidpoint(Integrator):
         max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
     ) -> ImplicitMidpoint:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
@@ -2673,9 +2675,9 @@ class ImplicitMidpoint(Integrator):
 
 class NonlinearMidpoint(Integrator):
     """
-    Implicit midpoint rule solved by Newton's method with line search, order 2, hardly damps.
+    Implicit midpoint rule solved by Newton's method with line search, order 2. Little numerical damping.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -2728,11 +2730,11 @@ class NonlinearMidpoint(Integrator):
         max_newton_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
     ) -> NonlinearMidpoint:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
@@ -2777,9 +2779,9 @@ class NonlinearMidpoint(Integrator):
 
 class BDF2(Integrator):
     """
-    Second-order backward differences, linearised (Choi and Ko 2002), order 2: damps less than Euler.
+    Linearised second-order backward differences (Choi and Ko 2002), order 2. Less numerical damping than Euler.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -2824,11 +2826,11 @@ class BDF2(Integrator):
         max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
     ) -> BDF2:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
@@ -2863,84 +2865,84 @@ class BDF2(Integrator):
 
 class LimitReport:
     """
-    What strain limiting did, and what it left.
+    Record of strain limiting and of the remaining excess.
     """
     def __repr__(self) -> str: ...
     @property
     def beyond(self) -> int:
         """
-        elements beyond a limit by more than the tolerance
+        elements that exceed a limit by more than the tolerance
         """
     @property
     def broken(self) -> list[tuple[int, str, float]]:
         """
-        (element, "weft" | "warp" | "shear", excess) of all that is beyond a limit by more than 0.01 (a fifth of limits below
-        0.05), the worst first
+        (element, "weft" | "warp" | "shear", excess) for each limit that is exceeded by more than 0.01, or by more than a
+        fifth of a limit below 0.05. The largest excess comes first.
         """
     @property
     def evaluations(self) -> int:
         """
-        elements whose strain was computed in the sweeps
+        strain evaluations of elements in the sweeps
         """
     @property
     def excess(self) -> typing.Annotated[list[float], "FixedSize(3)"]:
         """
-        largest strain beyond its limit along weft, warp and in shear [1]
+        largest excess along weft, along warp and in shear [1]
         """
     @property
     def sweeps(self) -> int:
         """
-        sweeps over the elements, or over the active ones
+        sweeps over all elements or over the active ones
         """
     @property
     def worst(self) -> int:
         """
-        the element most beyond its limits; -1: none
+        element with the largest excess; -1: none
         """
 
 class Collisions:
     """
-    Colliding pairs of a motion, with times. Made by Detector.collisions().
+    Colliding pairs of a motion and their times. Created by Detector.collisions().
     """
     def __len__(self) -> int: ...
     @property
     def edge_edge(self) -> numpy.typing.NDArray[numpy.int32]:
         """
-        Edges (l, 2), rows of Detector.edges, smaller first, ascending.
+        (l, 2) edges of each pair as rows of Detector.edges, the smaller first; pairs ascending.
         """
     @property
     def edge_edge_time(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        Lower bounds of the first contacts (l) [1].
+        (l) lower bounds of the first contact times [1].
         """
     @property
     def time(self) -> float:
         """
-        Lower bound of the first contact of all; infinity where there is none [1].
+        Lower bound of the earliest contact time of all pairs [1]; infinity without collisions.
         """
     @property
     def vertex_face(self) -> numpy.typing.NDArray[numpy.int32]:
         """
-        Vertex and triangle (k, 2), ascending.
+        (k, 2) vertex and triangle of each pair, ascending.
         """
     @property
     def vertex_face_time(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        Lower bounds of the first contacts (k) [1].
+        (k) lower bounds of the first contact times [1].
         """
 
 class Detector:
     """
-    Collisions of one surface with itself, found again and again while it moves.
+    Self-collisions of one surface, for repeated queries while it moves.
 
-    A tree is formed at the first call and follows the positions from then on. A detector serves one
-    Python thread at a time.
+    The first call builds a tree, which later calls refit to the positions. Only one Python thread at a time may use a
+    detector.
     """
     def __init__(
         self, triangles: typing.Any, *, threads: typing.SupportsInt | typing.SupportsIndex = 0
     ) -> None:
         """
-        triangles (m, 3); threads 0: all processors. No result depends on their number.
+        triangles (m, 3); threads 0: all processors. Results do not depend on the number of threads.
         """
     def candidates(
         self,
@@ -2951,39 +2953,40 @@ class Detector:
         ordered: bool = True,
     ) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.int32]]:
         """
-        The pairs that collision.candidates() names. ordered: ascending; otherwise in an order that depends on the tree.
+        Returns the same pairs as collision.candidates(). ordered: ascending; otherwise the order depends on the tree.
         """
     def collisions(self, x0: typing.Any, x1: typing.Any) -> Collisions:
         """
-        Every pair of features without a common vertex that touches while the points move from x0 to x1 on straight lines.
+        Finds all pairs of features without a common vertex that touch while the points move from x0 to x1 along straight
+        lines.
 
-        x0, x1 (n, 3) [m]. Exact: none is missed and none is false, touching counts.
+        x0, x1 (n, 3) [m]. The result is exact: no pair is missed and none is false. Touching counts.
         """
     def forget_trees(self) -> None:
         """
-        Forms the tree anew at the next call. It changes speed at most, no result.
+        Makes the next call build the tree again. This affects speed only, not results.
         """
     @property
     def edges(self) -> numpy.typing.NDArray[numpy.int32]:
         """
-        Sorted unique vertex pairs (k, 2).
+        (k, 2) sorted unique vertex pairs.
         """
     @property
     def tree_bytes(self) -> int:
         """
-        Memory of the tree [byte].
+        Memory used by the tree [byte].
         """
 
 class FrameWriter:
     """
-    Writes run.vtkhdf (cloth) and bodies.vtkhdf into a directory, readable at any moment.
+    Writes run.vtkhdf (cloth) and bodies.vtkhdf into a directory. The files can be read at any time.
     """
     @staticmethod
     def reopen(
         directory: str, after_time: typing.SupportsFloat | typing.SupportsIndex
     ) -> FrameWriter:
         """
-        Continues existing files; frames later than after_time [s] are dropped.
+        Continues existing files. Frames later than after_time [s] are removed.
         """
     def __init__(self, directory: str, topology: FrameTopology, metadata: str) -> None: ...
     def write(self, frame: Frame) -> None: ...
@@ -2992,28 +2995,28 @@ class FrameWriter:
 
 class FrameReader:
     """
-    Frames of a run: a directory or its run.vtkhdf.
+    Reads the frames of a run from its directory or its run.vtkhdf.
     """
     def __init__(self, path: str) -> None: ...
     def frame(self, index: typing.SupportsInt | typing.SupportsIndex) -> Frame: ...
     @property
     def metadata(self) -> str:
         """
-        free text, JSON where loomstone wrote it
+        arbitrary text; JSON in files written by loomstone
         """
     @property
     def n_frames(self) -> int: ...
     @property
     def times(self) -> numpy.typing.NDArray[numpy.float64]:
         """
-        (frames) [s]
+        (frames) times [s]
         """
     @property
     def topology(self) -> FrameTopology: ...
 
 class Checkpoint:
     """
-    A state, exactly: named arrays and texts.
+    An exact state of a simulation: arrays, bytes, integers and texts by name.
     """
     def __repr__(self) -> str: ...
     @property
@@ -3024,7 +3027,7 @@ class Checkpoint:
     @property
     def bytes(self) -> dict[str, typing.Any]:
         """
-        opaque parts by name
+        opaque data by name
         """
     @property
     def integers(self) -> dict[str, list[int]]:
@@ -3039,9 +3042,9 @@ class Checkpoint:
 
 class Camera:
     """
-    Where the picture is taken from.
+    Position and view of the camera.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -3081,11 +3084,11 @@ class Camera:
         fit: bool = ...,
     ) -> Camera:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def eye(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -3115,9 +3118,9 @@ class Camera:
 
 class RenderOptions:
     """
-    How a picture looks.
+    Options of a picture.
 
-    Frozen; compared by value.
+    Immutable; compared by value.
 
     Parameters (keywords)
     ---------------------
@@ -3201,11 +3204,11 @@ class RenderOptions:
         camera: Camera = ...,
     ) -> RenderOptions:
         """
-        A copy in which the given fields have other values.
+        Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Plain values for JSON; meshes by their counts.
+        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def ambient_occlusion(self) -> bool:
@@ -3290,7 +3293,7 @@ class RenderOptions:
 
 class Curves:
     """
-    Curves that a picture shows as tubes.
+    Curves that are drawn as tubes in a picture.
     """
     def __init__(
         self,
@@ -3300,17 +3303,18 @@ class Curves:
         radius: typing.SupportsFloat | typing.SupportsIndex,
     ) -> None:
         """
-        (n x 3) points [m] of all curves end to end, (curves + 1) first rows, (n) values from 1 (red) to -1 (blue), radius [m].
+        points (n x 3) of all curves, concatenated [m]; first (curves + 1), the row where each curve starts; value (n), from
+        1 (red) to -1 (blue); radius of the tubes [m].
         """
 
 class Renderer:
     """
-    Draws frames of one run without a display (OSMesa, else EGL).
+    Draws frames of one run without a display, with OSMesa or else with EGL.
     """
     def __init__(self, topology: FrameTopology, options: RenderOptions = ...) -> None: ...
     def fit(self, first: Frame) -> None:
         """
-        A fitted camera shows what it would of this frame, the first of a run; without it of the first that is drawn.
+        Fits the camera to this frame, usually the first of a run. Without this call, the first rendered frame is used.
         """
     def render(
         self,
@@ -3325,12 +3329,12 @@ class Renderer:
         | None = None,
     ) -> numpy.typing.NDArray[numpy.uint8]:
         """
-        Picture of a frame, with curves if given: (height x width x 3) bytes, rows from the top. Automatic colours span
-        value_ranges, one (least, greatest) for each row of color_by; without them the values of this frame.
+        Renders a frame, with curves if given, to (height x width x 3) bytes with rows from the top. Automatic colours span
+        value_ranges, one (minimum, maximum) for each row of color_by. By default they span the values of this frame.
         """
     def value_ranges(self, frame: Frame) -> list[tuple[float, float]]:
         """
-        Least and greatest value that each row of color_by shows in a frame; (0, 0) where it shows the cloth.
+        Minimum and maximum value that each row of color_by shows in a frame; (0, 0) for a row that shows the cloth.
         """
     @property
     def backend(self) -> str:
@@ -3340,15 +3344,17 @@ class Renderer:
 
 class State:
     """
-    The tables that change, as numpy views without copy.
+    State tables as numpy views, without copies.
 
-    Rows of the cloth's tables are permuted: row sim.vertex_order[i] is vertex i of the scene. sim.positions and its like are in the order of the scene.
+    Rows of the cloth's tables are permuted: row sim.vertex_order[i] belongs to vertex i of the scene. sim.positions and
+    similar properties of Simulation use the order of the scene.
 
-    A view keeps its simulation alive and shows the present after every step and restore. Between steps
-    tables may be written in place or assigned; not from another thread while a step runs. Every step
-    first checks that what was written is finite (InvalidInput). Positions and velocities written here
-    start the history of multi-step schemes anew. Ranks hold all rows; what a rank writes counts for the
-    rows it owns (sim.owned_rows), what it writes about obstacles counts on rank 0.
+    A view keeps its simulation alive and shows the current state after every step and restore. Between steps, tables may
+    be written in place or assigned, but not from another thread while a step runs. Every step first checks that written
+    values are finite (InvalidInput). Writing positions or velocities discards the history of multistep schemes.
+
+    Every rank stores all rows. Values that a rank writes take effect in the rows it owns (sim.owned_rows). Values written
+    for obstacles take effect on rank 0 only.
     """
     def __repr__(self) -> str: ...
     @property
@@ -3376,59 +3382,59 @@ class State:
     @property
     def external_forces(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [N]; added to every step until changed
+        (n x 3) [N]; applied in every step until changed
         """
     @external_forces.setter
     def external_forces(self, arg1: typing.Any) -> None: ...
     @property
     def obstacle_flags(self) -> numpy.typing.NDArray[numpy.uint8]:
         """
-        (o) 1: the pose above holds instead of keyframes
+        (o) 1: obstacle_positions and obstacle_orientations replace the keyframes
         """
     @property
     def obstacle_orientations(
         self,
     ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 4]"]:
         """
-        (o x 4) unit quaternions (w, x, y, z)
+        (o x 4) orientations of flagged obstacles at the end of the next step: unit quaternions (w, x, y, z)
         """
     @obstacle_orientations.setter
     def obstacle_orientations(self, arg1: typing.Any) -> None: ...
     @property
     def obstacle_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (o x 3) [m] where flagged obstacles are at the end of the next step
+        (o x 3) positions of flagged obstacles at the end of the next step [m]
         """
     @obstacle_positions.setter
     def obstacle_positions(self, arg1: typing.Any) -> None: ...
     @property
     def obstacle_vertices(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (k x 3) all obstacles end to end [m], read-only
+        (k x 3) vertices of all obstacles, concatenated [m], read-only
         """
     @property
     def pin_flags(self) -> numpy.typing.NDArray[numpy.uint8]:
         """
-        (n) 1: pin_targets hold for this pin instead of its script
+        (n) 1: pin_targets replaces the script of this pin
         """
     @property
     def pin_targets(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [m] where flagged pins are at the end of the next step
+        (n x 3) positions of flagged pins at the end of the next step [m]
         """
     @pin_targets.setter
     def pin_targets(self, arg1: typing.Any) -> None: ...
     @property
     def positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [m]; written by the integrator, then certify
+        (n x 3) [m]; written by the integrator, then by certification
         """
     @positions.setter
     def positions(self, arg1: typing.Any) -> None: ...
     @property
     def velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [m/s]; written by the integrator, then certify
+        (n x 3) [m/s]; written by the integrator, then by certification
         """
     @velocities.setter
     def velocities(self, arg1: typing.Any) -> None: ...
@@ -3451,25 +3457,26 @@ class Simulation:
         """
     def checkpoint(self) -> Checkpoint:
         """
-        The state, exactly.
+        Checkpoint with the exact state.
         """
     def frame(self) -> Frame:
         """
-        Frame of the present state.
+        Frame of the current state.
         """
     def frame_at(self, time: typing.SupportsFloat | typing.SupportsIndex) -> Frame:
         """
-        Frame between the last two steps, interpolated.
+        Frame at a time [s] within the last step, interpolated.
         """
     def gather(self) -> None:
         """
-        Makes what each rank wrote into its own rows known to all ranks now instead of at the next step. Collective.
+        Shares the values that each rank has written into its own rows with all ranks, without waiting for the next step.
+        Collective.
 
-        Without writes there is nothing to gather: after every step all ranks hold all rows.
+        This is needed only after writes. After every step all ranks have all rows.
         """
     def intersecting_pairs(self) -> list[typing.Annotated[list[int], "FixedSize(2)"]]:
         """
-        Pairs of triangles that intersect now, all surfaces end to end.
+        Pairs of triangles that intersect in the current state. Triangles of all surfaces are numbered consecutively.
         """
     def magnetic_forces(
         self,
@@ -3477,20 +3484,20 @@ class Simulation:
         list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]], "FixedSize(2)"
     ]:
         """
-        Forces [N] and torques about the centres [N m] on the bodies by magnets and currents now, each (b x 3).
+        Forces [N] and torques about the centres [N m] that magnets and currents now exert on the bodies, each (b x 3).
         """
     def magnets(self, frame: Frame) -> list[MagneticBody]:
         """
-        Magnets where a frame of this scene shows them, in the scene's order, spheres that magnetise as what they are there; then
-        the coils that carry a current.
+        Magnets at their poses in a frame of this scene, in the order of the scene, then the coils that carry a current.
+        Magnetisable spheres have the magnetisation of that frame.
         """
     def rebuild_stages(self) -> None:
         """
-        Throws all stages away; where a checkpoint may be taken it changes no bit of the future.
+        Discards all stages and builds them again. If may_checkpoint is True, this does not change any later result.
         """
     def restore(self, checkpoint: Checkpoint) -> None:
         """
-        Continues from a checkpoint of the same scene.
+        Restores the state from a checkpoint of the same scene.
         """
     def set_obstacle_pose(
         self,
@@ -3499,20 +3506,22 @@ class Simulation:
         orientation: typing.Any = (1, 0, 0, 0),
     ) -> None:
         """
-        Pose of an obstacle at the end of the next step: position [m], quaternion (w, x, y, z). Replaces its keyframes.
+        Sets the pose of an obstacle at the end of the next step: position [m] and quaternion (w, x, y, z).
+        The pose replaces the keyframes.
         """
     def set_pin_targets(self, targets: typing.Any) -> None:
         """
-        Where pinned vertices are at the end of the next step, (n x 3) [m]; other rows are ignored. Replaces the script.
+        Sets the positions of pinned vertices at the end of the next step, (n x 3) [m]. Other rows are ignored.
+        The targets replace the script.
         """
     def step(self) -> None:
         """
-        Advances by one step; SolverFailure leaves the last good state.
+        Advances by one step. After SolverFailure the state is that of the last successful step.
         """
     @property
     def bearing_work(self) -> float:
         """
-        [J] taken out by friction and torques of bearings since the start
+        energy removed by friction and torques of bearings since the start [J]
         """
     @property
     def body_centres(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -3522,56 +3531,57 @@ class Simulation:
     @property
     def broken_limits(self) -> list[tuple[int, str, float]]:
         """
-        (triangle, "weft" | "warp" | "shear", excess) of all that the last step left beyond a limit of strain by
-        more than 0.01 (a fifth of limits below 0.05), the worst first; triangles of all cloths end to end.
+        (triangle, "weft" | "warp" | "shear", excess) for each strain limit that the last step left exceeded by more than
+        0.01, or by more than a fifth of a limit below 0.05. The largest excess comes first. Triangles of all cloths are
+        numbered consecutively.
         """
     @property
     def circuit_heat(self) -> float:
         """
-        [J] in the circuits' resistances since the start
+        heat released in the resistances of the circuits since the start [J]
         """
     @property
     def circuit_supply(self) -> float:
         """
-        [J] by the sources of all coils since the start
+        energy supplied by the sources of all coils since the start [J]
         """
     @property
     def current(self) -> float:
         """
-        [A] in the first circuit now
+        present current of the first circuit [A]
         """
     @property
     def currents(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
-        (coils) [A] in all coils now, given or of circuits
+        (coils) present currents of all coils, given or from circuits [A]
         """
     @property
     def external_forces(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [N], a copy; assignable; added to every step until changed
+        (n x 3) [N], a copy; assignable; applied in every step until changed
         """
     @external_forces.setter
     def external_forces(self, arg1: typing.Any) -> None: ...
     @property
     def forced_pairs(self) -> list[typing.Annotated[list[int], "FixedSize(2)"]]:
         """
-        Pairs of triangles, all surfaces end to end, that the last step had to leave intersecting because
-        what moves by script left the cloth no room.
+        Pairs of triangles that the last step had to leave intersecting because scripted motion left the cloth no room.
+        Triangles of all surfaces are numbered consecutively.
         """
     @property
     def loop_iterations(self) -> int:
         """
-        Iterations of the loops this rank has run within steps: how work is shared.
+        Number of loop iterations that this rank has run within steps. It shows how the work is divided.
         """
     @property
     def may_checkpoint(self) -> bool:
         """
-        False between rebuilds of the rigid-body world.
+        Whether a checkpoint may be taken now; False between rebuilds of the rigid-body world.
         """
     @property
     def owned_rows(self) -> tuple[int, int]:
         """
-        (first, end) internal rows of the cloth that this rank computes.
+        Range (first, end) of internal cloth rows that this rank computes.
         """
     @property
     def positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -3592,12 +3602,12 @@ class Simulation:
     @property
     def state(self) -> State:
         """
-        State: the internal tables as views, to be read and written between steps; their rows are permuted: row vertex_order[i] is vertex i.
+        State: views of the internal tables, for reading and writing between steps. Row vertex_order[i] belongs to vertex i.
         """
     @property
     def step_index(self) -> int:
         """
-        steps done
+        number of completed steps
         """
     @property
     def step_size(self) -> float:
@@ -3646,12 +3656,13 @@ def candidates(
     threads: typing.SupportsInt | typing.SupportsIndex = 0,
 ) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.int32]]:
     """
-    Pairs of features of a surface that may collide while it moves from x0 to x1 on straight lines.
+    Pairs of features of a surface that may collide while it moves from x0 to x1 along straight lines.
 
-    x0, x1 (n, 3) [m], triangles (m, 3), inflation [m]: every box grows by it, so all pairs that come closer than twice
-    as much are named. Returns vertex_face (k, 2) of vertex and triangle, and edge_edge (l, 2) of edges, which are rows of
-    the sorted unique vertex pairs; both ascending, without pairs that share a vertex. engine: "clusters" (own tree),
-    "embree", "brute-force": the same pairs, those whose 18-DOPs (2.56) overlap. threads 0: all processors.
+    x0, x1 (n, 3) [m], triangles (m, 3). inflation [m]: every bounding box grows by this length, so the result contains
+    all pairs that come closer than twice the inflation. Returns vertex_face (k, 2), a vertex and a triangle, and
+    edge_edge (l, 2), two edges given as rows of the sorted unique vertex pairs. Both are in ascending order and exclude
+    pairs that share a vertex. engine: "clusters" (own tree), "embree" or "brute-force"; all return the same pairs,
+    those whose 18-DOPs (2.56) overlap. threads 0: all processors.
     Raises InvalidInput for other shapes or engines, indices out of range, and coordinates that are not finite.
     """
 
@@ -3662,19 +3673,19 @@ def capsule(
     segments: typing.SupportsInt | typing.SupportsIndex = 32,
 ) -> TriangleMesh:
     """
-    Capsule along z, `length` between the centres of its caps [m].
+    Capsule along z with `length` between the centres of its caps [m].
     """
 
 def continuous(
     kind: str, queries: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]
 ) -> tuple[numpy.typing.NDArray[numpy.bool], numpy.typing.NDArray[numpy.float64]]:
     """
-    Exact continuous collision tests of points that move on straight lines over a step, times in [0, 1].
+    Exact continuous collision tests for points that move along straight lines over a step, with time in [0, 1].
 
     kind: "vertex-face" (vertex, three corners) or "edge-edge" (two ends, two ends). queries (n, 8, 3) [m]: the four
-    points at the start, then the same at the end. Returns hit (n) bool, exact and with touching counted, and time (n),
-    a lower bound of the first contact [1], infinity where there is none. Raises InvalidInput for another kind or shape,
-    or numbers that are not finite.
+    points at the start, then the same points at the end. Returns hit (n) and time (n). hit is exact, and touching counts
+    as a hit. time is a lower bound of the first contact time [1], or infinity without a hit. Raises InvalidInput for
+    another kind or shape, and for numbers that are not finite.
     """
 
 def corotational_strain(
@@ -3685,8 +3696,9 @@ def corotational_strain(
     threads: typing.SupportsInt | typing.SupportsIndex = 0,
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
     """
-    Co-rotational strain U - I of each triangle of `mesh` with its vertices at `points` (n, 3) [m]: (m, 3) of weft, warp and
-    shear e12, half the engineering shear. rest: "uv" (uv are the pattern [m]) or "mesh" (lengths of the mesh).
+    Co-rotational strain U - I of each triangle of `mesh` with its vertices at `points` (n, 3) [m]. Returns (m, 3): weft,
+    warp and shear e12, which is half the engineering shear. rest: "uv" (uv are the pattern [m]) or "mesh" (lengths of
+    the mesh).
     """
 
 def cylinder(
@@ -3696,12 +3708,12 @@ def cylinder(
     segments: typing.SupportsInt | typing.SupportsIndex = 32,
 ) -> TriangleMesh:
     """
-    Cylinder along z, a prism of `segments` sides [m].
+    Cylinder along z [m], approximated by a prism with `segments` sides.
     """
 
 def default_thread_count() -> int:
     """
-    Processors this process may run on.
+    Number of processors that this process may use.
     """
 
 def dipole_energy(
@@ -3757,7 +3769,8 @@ def funnel(
     segments: typing.SupportsInt | typing.SupportsIndex = 64,
 ) -> TriangleMesh:
     """
-    Cone from top_radius at z = height to bottom_radius at z = 0, then a tube below; closed, with a wall [m].
+    Closed surface of a funnel with a wall [m]: a cone from top_radius at z = height to bottom_radius at z = 0, and a
+    tube below it.
     """
 
 def grid(
@@ -3780,7 +3793,7 @@ def grid_cells(
     pattern: str = "alternating",
 ) -> TriangleMesh:
     """
-    Rectangle [m] of nx x ny cells, two triangles each: alternating | diagonal.
+    Rectangle [m] of nx x ny cells with two triangles each. pattern: alternating | diagonal.
     """
 
 def icosphere(
@@ -3789,7 +3802,7 @@ def icosphere(
     subdivisions: typing.SupportsInt | typing.SupportsIndex,
 ) -> TriangleMesh:
     """
-    Sphere [m].
+    Sphere with the given radius [m], a subdivided icosahedron.
     """
 
 def induce(
@@ -3811,7 +3824,7 @@ def intersecting_pairs(
     points: typing.Any, triangles: typing.Any
 ) -> list[typing.Annotated[list[int], "FixedSize(2)"]]:
     """
-    Pairs of triangles that intersect and share no vertex, ascending. points (n x 3) [m], triangles (m x 3).
+    Pairs of triangles that intersect and share no vertex, in ascending order. points (n x 3) [m], triangles (m x 3).
     """
 
 def jittered_grid(
@@ -3824,12 +3837,12 @@ def jittered_grid(
     seed: typing.SupportsInt | typing.SupportsIndex = 1,
 ) -> TriangleMesh:
     """
-    Grid whose interior vertices are displaced by up to `amount` of a cell.
+    Grid with interior vertices displaced at random by up to `amount` of a cell.
     """
 
 def launched_by_mpi() -> bool:
     """
-    True where an MPI launcher started this process as one of several ranks.
+    True if an MPI launcher started this process as one of several ranks.
     """
 
 def limit_strain(
@@ -3844,10 +3857,10 @@ def limit_strain(
     threads: typing.SupportsInt | typing.SupportsIndex = 0,
 ) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], LimitReport]:
     """
-    Moves `points` (n, 3) [m], the vertices of `mesh`, so that no triangle strains beyond `strain_limit`: the new points and
-    a LimitReport. Linear and angular momentum of the change are zero but for what holds the fixed vertices.
-    masses (n) [kg], None: a third of the areas around each vertex; fixed: vertices that do not move; options: LimitOptions
-    (strain_rate has no meaning here).
+    Moves `points` (n, 3) [m], the vertices of `mesh`, so that no triangle strains beyond `strain_limit`. Returns the new
+    points and a LimitReport. The change preserves linear and angular momentum, except for reactions at fixed vertices.
+    masses (n) [kg]; None: a third of the areas around each vertex. fixed: indices of vertices that do not move.
+    options: LimitOptions (strain_rate has no effect here).
     """
 
 def magnetic_cell_front(
@@ -3956,14 +3969,14 @@ def mass_properties(
     mesh: TriangleMesh, density: typing.SupportsFloat | typing.SupportsIndex
 ) -> MassProperties:
     """
-    MassProperties of a closed mesh at a density [kg/m^3]; InvalidInput when open or inside out.
+    MassProperties of a closed mesh with a density [kg/m^3]. Raises InvalidInput if the mesh is open or inside out.
     """
 
 def mpi_communicator(
     fortran_handle: typing.SupportsInt | typing.SupportsIndex = -1,
 ) -> Communicator:
     """
-    Ranks of an MPI communicator (mpi4py: comm.py2f()); -1: all ranks started.
+    Communicator for the ranks of an MPI communicator (mpi4py: comm.py2f()); -1: all ranks that were started.
     """
 
 def mutual_inductance(
@@ -3974,17 +3987,17 @@ def mutual_inductance(
 ) -> float: ...
 def read_checkpoint(path: str) -> Checkpoint:
     """
-    Checkpoint from a file; CacheError says what is wrong.
+    Reads a checkpoint. Raises CacheError with the reason if that fails.
     """
 
 def read_mesh(path: str, *, with_uv: bool = True) -> TriangleMesh:
     """
-    TriangleMesh from an OBJ or PLY file; with_uv=False leaves rest coordinates out.
+    Reads a TriangleMesh from an OBJ or PLY file. with_uv=False omits rest coordinates.
     """
 
 def single_communicator() -> Communicator:
     """
-    One rank, no MPI.
+    Communicator of a single rank, without MPI.
     """
 
 def soft_cuboid(
@@ -4030,22 +4043,22 @@ def wave_bar(
     segments: typing.SupportsInt | typing.SupportsIndex = 24,
 ) -> TriangleMesh:
     """
-    Tube along y whose centre line waves in z [m].
+    Tube along y with a centre line that is a wave in z [m].
     """
 
 def write_checkpoint(path: str, checkpoint: Checkpoint) -> None:
     """
-    Writes under another name, then renames.
+    Writes a checkpoint to a temporary file, then renames it.
     """
 
 def write_mesh(path: str, mesh: TriangleMesh, *, text: bool = False) -> None:
     """
-    Writes an OBJ or PLY file, by the path's ending; text: PLY as text.
+    Writes an OBJ or PLY file, depending on the extension of the path. text: write PLY as text.
     """
 
 def write_png(path: str, image: typing.Annotated[numpy.typing.ArrayLike, numpy.uint8]) -> None:
     """
-    Writes (height x width x 3) bytes as PNG.
+    Writes an image of (height x width x 3) bytes as PNG.
     """
 
 __version__: str
