@@ -1,7 +1,7 @@
-"""Boxes are thrown on a cloth that is held by its corners.
+"""Boxes are thrown on a cloth that is pinned at its corners.
 
-See: the cloth gives way under each box, throws waves, and cradles the heap; the boxes tumble, hit
-one another and come to rest in the sag. The cloth moves the boxes as much as they move it.
+The cloth yields under each box, waves run through it, and it cradles the pile. The boxes tumble,
+collide and come to rest in the sag. Cloth and boxes are coupled two-way.
 """
 
 import loomstone as ls

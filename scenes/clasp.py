@@ -1,8 +1,8 @@
-"""Magnets sewn into cloth: two curtains that a magnetic clasp shuts.
+"""Magnets sewn into cloth: a magnetic clasp closes two curtains.
 
-See: two curtains hang side by side and overlap; one has a magnet sewn to the back of its edge, the
-other to the front. They find each other, snap together with both cloths between them, and the
-curtains stay shut. Red is north, blue south.
+Two curtains hang side by side and overlap. One has a magnet sewn to the back of its edge, the other
+to the front. The magnets attract each other, snap together with both cloths between them, and keep
+the curtains closed. Red is north and blue is south.
 """
 
 import loomstone as ls
@@ -19,13 +19,13 @@ render = ls.RenderOptions(
 
 WIDTH, HEIGHT = 0.24, 0.30
 OVERLAP = 0.05
-APART = 0.012  # of each curtain from the plane between them
+APART = 0.012  # distance of each curtain from the plane between them [m]
 MAGNET = (0.014, 0.004, 0.014)
-AT = -0.20  # height of the clasp below the rail
+AT = -0.20  # height of the clasp relative to the rail [m]
 
 
 def curtain(side: int, triangles: int) -> ls.TriangleMesh:
-    """side -1: left, behind; 1: right, in front. Hangs from z = 0."""
+    """A curtain that hangs from z = 0. side: -1 is left and behind, 1 is right and in front."""
     flat = ls.grid(size=(WIDTH, HEIGHT), triangles=triangles)
     upright = ((1, 0, 0), (0, 0, -1), (0, 1, 0))
     return flat.moved(
@@ -34,7 +34,7 @@ def curtain(side: int, triangles: int) -> ls.TriangleMesh:
 
 
 def scene(triangles: int = 1200, polarization: float = 1.2) -> ls.Scene:
-    """triangles: of each curtain; polarization: of the magnets [T]."""
+    """triangles: number per curtain; polarization: of the magnets [T]."""
     linen = ls.ClothMaterial(
         weft_stiffness=800,
         warp_stiffness=800,
@@ -48,8 +48,8 @@ def scene(triangles: int = 1200, polarization: float = 1.2) -> ls.Scene:
         mesh = curtain(side, triangles)
         x = np.asarray(mesh.vertices)
         place = np.array((0.0, -side * APART, AT))
-        # Sewn down one edge of the mesh beyond the magnet, so that no triangle that may bend
-        # reaches it.
+        # The cloth is sewn down up to one mesh edge beyond the magnet, so that no triangle that
+        # bends touches the magnet.
         beyond = np.maximum(
             np.abs(x[:, 0] - place[0]) - 0.5 * MAGNET[0],
             np.abs(x[:, 2] - place[2]) - 0.5 * MAGNET[2],

@@ -1,9 +1,9 @@
-"""Four discs of 1 m over small spheres: anisotropic limits, the same with weft and warp swapped,
-limits of edges, none. Example 3.2.
+"""Four discs of 1 m diameter over small spheres: anisotropic limits, the same limits with weft and
+warp swapped, limits of edges, and no limits (example 3.2 of the thesis).
 
-See: strain along weft (A) and along warp (B) stays tight where the other directions give way; with
-one bound for edges (C) strain is the same in all directions; without limits (D) it concentrates
-over the sphere. Figure 3.7 of the thesis.
+Strain along weft (A) and along warp (B) stays small although the other directions yield. With a
+single limit for edges (C), strain is the same in all directions. Without limits (D), strain
+concentrates over the sphere. Figure 3.7 of the thesis.
 
     loomstone run scenes/disc.py --out out/disc --render
     loomstone render out/disc --color-by strain_split+strain_shear --color-map diverging --color-low

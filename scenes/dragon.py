@@ -1,9 +1,9 @@
-"""Iron balls rain on a magnetised dragon, figure 6.3.
+"""Iron balls fall on a magnetised dragon (figure 6.3 of the thesis).
 
-See: balls that hit the coils of the snake-like dragon stick to it and to one another, along crests
-where the field is strong; those that miss roll away over the floor. Red is north, blue south. `-p
-mesh=FILE` takes any closed mesh for the dragon, `-p cells=1824` or `-p cells=3628` the cells of the
-thesis in place of exact fields.
+Balls that hit the coils of the serpentine dragon stick to it and to one another, along ridges where
+the field is strong. Balls that miss roll away over the floor. Red is north and blue is south. `-p
+mesh=FILE` uses any closed mesh as the dragon. `-p cells=1824` or `-p cells=3628` replaces exact
+fields by the dipole cells of the thesis.
 """
 
 from pathlib import Path
@@ -24,7 +24,7 @@ SIZE, BALL = 0.14, 0.005
 
 
 def serpent(segments: int = 90, sides: int = 10) -> ls.TriangleMesh:
-    """A tube along a rising coil, thick in the middle, with a raised head."""
+    """A tube along a rising spiral, thick in the middle, with a raised head."""
     t = np.linspace(0.0, 1.0, segments + 1)
     turn = 3.6 * np.pi * t
     wide = 0.34 * (1 - 0.45 * t)
@@ -58,8 +58,8 @@ def serpent(segments: int = 90, sides: int = 10) -> ls.TriangleMesh:
 def scene(
     spheres: int = 250, cells: int = 0, mesh: str = "", polarization: float = 0.6
 ) -> ls.Scene:
-    """cells: about so many dipoles stand for the dragon, 0: exact; mesh: file of a closed mesh;
-    polarization: of the dragon [T].
+    """cells: approximate number of dipoles that represent the dragon (0: exact field); mesh: file
+    with a closed mesh; polarization: of the dragon [T].
     """
     figure = ls.meshes.read(Path(mesh), with_uv=False) if mesh else serpent()
     x = np.asarray(figure.vertices)

@@ -1,12 +1,14 @@
-"""A dress hangs by its straps from a bar, is shaken and spun.
+"""A dress hangs by its straps from a bar, and is shaken and spun.
 
-See: the skirt falls from its cone into folds; from 1 s on the bar jerks forth and back and the
-dress swings after it; from 2.8 s on it turns ever faster, so that the skirt winds round itself,
-then flies out. Example 3.4 of the thesis (figure 3.9): the same stiffness and limits of strain,
-nearly the same number of triangles, own pattern of 13 panels.
+The skirt falls from a cone into folds. From 1 s on, the bar moves rapidly forth and back and the
+dress swings after it. From 2.8 s on, the bar turns ever faster: the skirt first winds round itself,
+then flies out. Example 3.4 of the thesis (figure 3.9) with the same stiffness and strain limits and
+nearly the same number of triangles. The pattern of 13 panels is our own.
 
-    loomstone run scenes/dress.py -p mesh=dress.obj    # hangs another garment, sewn, z up, its uv
-    the pattern in metres
+The following command hangs another garment, which must be sewn, with z up and with uv as the
+pattern in metres:
+
+    loomstone run scenes/dress.py -p mesh=dress.obj
 """
 
 import loomstone as ls
@@ -23,11 +25,11 @@ render = ls.RenderOptions(
 )
 
 BAR_RADIUS = 0.015
-SHAKEN, SPUN = 1.0, 2.8  # [s]
+SHAKEN, SPUN = 1.0, 2.8  # start of shaking and of spinning [s]
 
 
 def motion(times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of the bar: positions (k x 3) [m] and rotation vectors (k x 3) [rad]."""
+    """Motion of the bar: positions (k x 3) [m] and rotation vectors (k x 3) [rad]."""
     shaken = np.clip(times - SHAKEN, 0.0, 1.6)
     positions = np.zeros((len(times), 3))
     positions[:, 1] = 0.12 * np.sin(2.0 * np.pi * 1.25 * shaken)
@@ -39,7 +41,7 @@ def motion(times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def bar() -> ls.Obstacle:
     times = np.linspace(0.0, duration, 1 + round(1000 * duration))
     positions, turns = motion(times)
-    along = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])  # its axis from z to x
+    along = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])  # rotates z to x
     mesh = ls.meshes.capsule(radius=BAR_RADIUS, length=0.5).moved((0.0, 0.0, 0.0), rotation=along)
     return ls.obstacles.mesh(
         mesh, name="bar", times=times, positions=positions, axis_angles=turns, friction=0.6
@@ -49,13 +51,13 @@ def bar() -> ls.Obstacle:
 def scene(
     triangles: int = 8900, limited: bool = True, mesh: str = "", below: float = 0.048
 ) -> ls.Scene:
-    """mesh: a file; the bar runs along its y axis, `below` [m] under its highest point, as behind a
-    halter's neck.
+    """mesh: file of another garment. The bar runs along its y axis, `below` [m] under its highest
+    point, as at the neck of a halter.
     """
     if mesh:
         dress = ls.garments.read(mesh)
         highest = dress.mesh.vertices[np.argmax(dress.mesh.vertices[:, 2])]
-        quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # its y to x
+        quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # rotates y to x
         dress = dress.at((dress.mesh.vertices - highest + (0.0, 0.0, below)) @ quarter.T)
     else:
         dress = ls.garments.dress(triangles, bar_radius=BAR_RADIUS)

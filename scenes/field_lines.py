@@ -1,8 +1,9 @@
-"""Field lines of bodies that move: a bar magnet is caught by a horseshoe, figure 6.13 in motion.
+"""Field lines of moving bodies: a horseshoe magnet attracts a bar magnet (figure 6.13 of the
+thesis, in motion).
 
-See: lines leave red north poles, each with the same share of the flux, and end on blue south poles.
-The bar flies to the pole that attracts it, snaps on and stands up, and lines that closed through
-the air now begin at its far end. No gravity.
+Lines leave red north poles, each with the same share of the flux, and end on blue south poles. The
+bar flies to the pole that attracts it, snaps on and stands up. Lines that closed through the air
+then start at its far end. There is no gravity.
 """
 
 import loomstone as ls
@@ -18,13 +19,13 @@ render = ls.RenderOptions(
     ),
 )
 
-WIDE, LEG, THICK = 0.008, 0.03, 0.008  # of the horseshoe's legs
-GAP = 0.03  # between their middles
+WIDE, LEG, THICK = 0.008, 0.03, 0.008  # width, length and thickness of the horseshoe's legs [m]
+GAP = 0.03  # between the centres of the legs [m]
 BAR = (0.02, 0.006, 0.006)
 
 
 def horseshoe(bends: int = 16) -> ls.TriangleMesh:
-    """Two legs and half a ring between them, in the plane y = 0."""
+    """Two legs joined by half a ring, centred on the plane y = 0."""
     angles = np.linspace(0.0, np.pi, bends + 1)
     arc = np.stack([np.cos(angles), -np.sin(angles)], axis=1)
     half = 0.5 * WIDE

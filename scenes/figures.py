@@ -1,9 +1,11 @@
-"""A block magnet lifts four iron figures out of a tray of balls that are not magnetic, figure 6.11.
+"""A block magnet lifts four iron figures out of a tray of non-magnetic balls (figure 6.11 of the
+thesis).
 
-See: the magnet comes down over the tray; one after another the figures leap to it out of the balls
-and hang on it or on one another, by head or foot; the balls stay behind. Red is north, blue south.
-`-p response=explicit` takes the thesis' cells, which magnetise alone, in place of charge on the
-figures' surfaces that answers to one another's: a quarter of the time.
+The magnet comes down over the tray. One after another the figures jump to it out of the balls and
+hang on it or on one another, by head or foot. The balls stay in the tray. Red is north and blue is
+south. By default the surface charges of the figures respond to one another. `-p response=explicit`
+uses the cells of the thesis instead, which magnetise independently. This takes a quarter of the
+time.
 """
 
 import loomstone as ls
@@ -19,20 +21,22 @@ render = ls.RenderOptions(
 )
 
 BLOCK = (0.04, 0.02, 0.01)
-TRAY, WALL, RIM = (0.064, 0.044), 0.003, 0.012  # inside, thickness and height of its walls
+TRAY, WALL, RIM = (0.064, 0.044), 0.003, 0.012  # inner size, wall thickness and wall height [m]
 BALL = 0.003
 PROFILE = (
     (0.004, 0.0),
     (0.0018, 0.008),
     (0.0028, 0.0105),
     (0.0012, 0.0135),
-)  # radius and height of a figure's rings
+)  # radius and height of each ring of a figure [m]
 PLACES = ((-0.013, -0.006), (-0.012, 0.007), (0.012, -0.007), (0.013, 0.006))
-HIGH, LOW = 0.060, 0.026  # heights of the magnet's middle
+HIGH, LOW = 0.060, 0.026  # heights of the magnet's centre [m]
 
 
 def figure(sides: int = 8) -> ls.TriangleMesh:
-    """A man of a board game: few vertices, so that his hull collides as a polyhedron."""
+    """A pawn of a board game. It has few vertices, so that its convex hull collides as a
+    polyhedron.
+    """
     angles = 2 * np.pi * np.arange(sides) / sides
     vertices = [(r * np.cos(a), r * np.sin(a), z) for r, z in PROFILE for a in angles]
     bottom, top, last = len(vertices), len(vertices) + 1, (len(PROFILE) - 1) * sides
@@ -48,7 +52,7 @@ def figure(sides: int = 8) -> ls.TriangleMesh:
 
 
 def fill(balls: int) -> list[ls.RigidBody]:
-    """Balls in layers over the tray, where no figure stands."""
+    """Balls in layers over the tray, except where figures stand."""
     ball, bodies = ls.meshes.sphere(radius=BALL, subdivisions=2), []
     random, pitch = np.random.default_rng(4), 2.15 * BALL
     columns, rows = int(TRAY[0] / pitch), int(TRAY[1] / pitch)
@@ -80,7 +84,7 @@ def fill(balls: int) -> list[ls.RigidBody]:
 
 
 def walls() -> list[ls.Obstacle]:
-    """Of the tray."""
+    """Walls of the tray."""
     return [
         ls.obstacles.box(
             name=f"wall {k + 1}", size=(*size, RIM), centre=(x, y, 0.5 * RIM), friction=0.3
@@ -106,7 +110,8 @@ def scene(
 ) -> ls.Scene:
     """response: of the figures, mutual | explicit; polarization: of the block [T].
 
-    resolution: panels of a figure, 64: forces err by a fifth, 150: by a tenth.
+    resolution: panels per figure. The error of forces is a fifth with 64 panels and a tenth with
+    150.
     """
     man = figure()
     volume = ls.meshes.mass_properties(man, 1.0).mass

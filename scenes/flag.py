@@ -1,7 +1,7 @@
 """A flag in the wind.
 
-See: waves run from the pole to the free end, and the end flaps. The pole's edge is pinned; drag
-acts on every triangle, across it much more than along it.
+Waves run from the pole to the free end, which flaps. The edge at the pole is pinned. Drag acts on
+every triangle, much more strongly along its normal than along its plane.
 """
 
 import loomstone as ls
@@ -17,7 +17,7 @@ def scene(triangles: int = 4800, wind: float = 7.0, fabric: str = "silk") -> ls.
     flat = ls.meshes.irregular(size=(0.9, 0.6), triangles=triangles)
     upright = np.array(
         [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
-    )  # x along the wind, warp up
+    )  # x points downwind, warp points up
     mesh = flat.moved((0.45, 0.0, 0.0), rotation=upright)
     pole = [int(i) for i in np.flatnonzero(mesh.vertices[:, 0] < 1e-9)]
     air = ls.Air(normal_drag=1.0, tangential_drag=0.02, wind=(wind, 0.3 * wind, 0.0), gust=0.2)

@@ -1,8 +1,7 @@
 """A long sheet falls on its edge and folds into ten layers.
 
-See: the sheet stands on edge above the floor, creased slightly to and fro like a map. When its
-lower edge lands the creases close one after the other from below, and the layers come down on one
-another.
+The sheet stands on its edge above the floor, pleated like a map. After its lower edge lands, the
+creases close one after another from below and the layers settle on one another.
 """
 
 import loomstone as ls
@@ -25,12 +24,12 @@ def integrator(triangles: int = 6000, layers: int = 10) -> ls.Integrator:
 
 
 def scene(triangles: int = 6000, layers: int = 10, lean: float = 50.0) -> ls.Scene:
-    """lean: of each layer at the start, to and fro from upright [degrees]."""
+    """lean: initial angle of each layer from the vertical, with alternating sign [degrees]."""
     length = LAYER * layers
     edge = np.sqrt(2.0 * length * WIDTH / triangles)
     per_layer = max(2, round(LAYER / edge))
     flat = ls.grid(size=(WIDTH, length), cells=(max(2, round(WIDTH / edge)), per_layer * layers))
-    # Height and sideways place of each row: straight layers that lean to and fro.
+    # Height and sideways position of each row. Layers are straight and lean to alternating sides.
     along = flat.vertices[:, 1] + 0.5 * length
     place = along / LAYER
     upwards = along * np.cos(np.radians(lean))

@@ -1,8 +1,8 @@
-"""A square cloth is pushed through a narrow funnel by a sphere and falls on a floor.
+"""A sphere pushes a square cloth through a narrow funnel onto a floor.
 
-See: the cloth lines the cone, gathers into many layers before the sphere, squeezes through the tube
-and settles on the floor. After example 2.5 of the thesis (14,476 triangles, 4 s, steps of 1 ms);
-its measures of funnel and sphere are lost, these are our choice.
+The cloth lines the cone, gathers into many layers in front of the sphere, is squeezed through the
+tube and settles on the floor. Based on example 2.5 of the thesis (14,476 triangles, 4 s, steps of 1
+ms). The dimensions of its funnel and sphere are lost; those used here are our choice.
 """
 
 import loomstone as ls
@@ -29,7 +29,7 @@ def scene(triangles: int = 14476) -> ls.Scene:
         (0.004, 0.003, HEIGHT + 0.03)
     )
     material = ls.ClothMaterial(density=0.2, bending_weft=5e-6, bending_warp=5e-6)
-    # The sphere waits above, presses the cloth down through the tube, and sinks to just above the
+    # The sphere waits above the cloth, pushes it down through the tube, and stops just above the
     # floor.
     times = [0.0, 0.6, 2.2, 2.9]
     heights = [HEIGHT + 0.12, HEIGHT + 0.10, -TUBE - 0.07, FLOOR + BALL + 0.02]

@@ -1,9 +1,9 @@
 """A Halbach array: cubes whose magnetisation turns by 90 degrees from one to the next, with a
 strong and a weak side.
 
-See: field lines crowd above the array and nearly none are below. Of two equal little magnets, let
-go at the same distance above and below, the upper one turns and is snatched long before the lower
-one. No gravity. Red is north, blue south.
+Field lines are dense above the array and almost absent below it. Two equal small magnets are
+released at the same distance above and below the array. The upper one turns and is pulled in long
+before the lower one. There is no gravity. Red is north and blue is south.
 """
 
 import loomstone as ls
@@ -20,11 +20,11 @@ render = ls.RenderOptions(
 )
 
 CUBE, BALL = 0.01, 0.003
-DISTANCE = 0.016  # of each ball's middle from the array's
+DISTANCE = 0.016  # between the centres of each ball and the array [m]
 
 
 def directions(n: int) -> np.ndarray:
-    """(n x 3) unit vectors that turn counter-clockwise seen from -y: the strong side is +z."""
+    """(n x 3) unit vectors that turn counter-clockwise as seen from -y. The strong side is +z."""
     angles = 0.5 * np.pi * (np.arange(n) - n // 2 + 1)
     return np.stack([np.cos(angles), 0 * angles, np.sin(angles)], axis=1).round(12)
 
@@ -38,7 +38,7 @@ def array(n: int, polarization: float) -> list[ls.magnetics.MagneticBody]:
 
 
 def scene(cubes: int = 7, polarization: float = 1.2) -> ls.Scene:
-    """cubes: in the row; polarization: of each [T]."""
+    """cubes: number in the row; polarization: of each cube [T]."""
     cube = ls.meshes.box(size=(0.98 * CUBE, 0.98 * CUBE, 0.98 * CUBE), cells_per_side=8)
     held, magnets = [], []
     for i, source in enumerate(array(cubes, polarization)):
@@ -65,7 +65,7 @@ def scene(cubes: int = 7, polarization: float = 1.2) -> ls.Scene:
 
 
 def strengths(cubes: int = 7) -> tuple[float, float]:
-    """|B| at the balls' places above and below, averaged along the middle third [T]."""
+    """Mean |B| at the heights of the two balls, over the middle third of the array [T]."""
     sources = array(cubes, 1.2)
     x = np.linspace(-cubes * CUBE / 6, cubes * CUBE / 6, 41)
     sides = [np.stack([x, 0 * x, 0 * x + side * DISTANCE], axis=1) for side in (1, -1)]

@@ -1,7 +1,7 @@
 """A handkerchief hangs from two corners.
 
-See: the free edge sags into a curve between the pins and swings forth and back once.
-The first scene to read and to copy: a mesh, a material, pins, nothing else.
+The free edge sags into a curve between the pins and swings forth and back once. This is the first
+scene to read and to copy: it consists of a mesh and pins, with the default material.
 """
 
 import loomstone as ls

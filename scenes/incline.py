@@ -1,8 +1,8 @@
-"""Four sheets of growing friction lie on one slope: two slide down, two stay.
+"""Four sheets with increasing friction lie on one slope: two slide down, two stay.
 
-See: the tangent of the slope is 0.30. The sheets' friction with it is 0.15, 0.29, 0.31 and 0.45;
-Coulomb's law lets the first two go, with the acceleration g (sin - mu cos), and holds the others,
-however near the limit.
+The tangent of the slope is 0.30. The friction coefficients of the sheets on it are 0.15, 0.29, 0.31
+and 0.45. By Coulomb's law the first two slide with the acceleration g (sin - mu cos). The other two
+stay at rest, even the one that is close to the limit.
 """
 
 import loomstone as ls
@@ -18,7 +18,7 @@ render = ls.RenderOptions(
 )
 
 SLOPE, PLANE = 0.30, 0.3
-FRICTION = (0.15, 0.29, 0.31, 0.45)  # of each sheet on the slope
+FRICTION = (0.15, 0.29, 0.31, 0.45)  # friction coefficient of each sheet on the slope
 GAP = 1e-3
 
 
@@ -34,7 +34,7 @@ def scene(triangles: int = 400, slope: float = SLOPE) -> ls.Scene:
     for i, friction in enumerate(FRICTION):
         start = -0.35 * down + 0.16 * (i - 1.5) * np.array([0.0, 1.0, 0.0]) + 0.999 * GAP * normal
         mesh = ls.grid(size=(0.12, 0.12), cells=(cells, cells)).moved(start, rotation=frame)
-        # A pair's friction is the geometric mean of both sides'.
+        # The friction coefficient of a pair is the geometric mean of both coefficients.
         cloths.append(
             ls.Cloth(
                 name=f"friction {friction}", mesh=mesh, thickness=GAP, friction=friction**2 / PLANE

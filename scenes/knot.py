@@ -1,7 +1,7 @@
 """A ribbon is tied in an overhand knot and pulled tight.
 
-See: the ends are drawn apart, the loop runs smaller, the ribbon folds where it turns, and in the
-end the knot is a tight lump that friction holds. Every strand is in contact with every other.
+The ends are drawn apart, the loop shrinks and the ribbon folds where it turns. In the end friction
+holds a tight knot. Every strand is in contact with every other.
 """
 
 import loomstone as ls
@@ -17,7 +17,7 @@ render = ls.RenderOptions(
 )
 
 WIDTH, SCALE, REACH = 0.025, 0.042, 2.35
-HEIGHT = -0.06  # of the ends when they have been drawn apart [m]
+HEIGHT = -0.06  # of the ends after they have been drawn apart [m]
 
 
 def integrator(triangles: int = 6000) -> ls.Integrator:
@@ -25,11 +25,11 @@ def integrator(triangles: int = 6000) -> ls.Integrator:
 
 
 def centre_line(n: int) -> np.ndarray:
-    """(n + 1 x 3) points of an open trefoil, evenly spaced [m]: flat but for the crossings, where
-    strands pass by one another.
+    """Evenly spaced points (n + 1 x 3) of an open trefoil [m]. The curve is flat except at the
+    crossings, where strands pass one another.
 
-    In the plane of the picture x = t^3 - 3 t, z = t^4 - 4 t^2; crossings lie at t = +-0.518,
-    +-1.732, +-1.932, and the strand is in turn before and behind.
+    In the plane of the picture, x = t^3 - 3 t and z = t^4 - 4 t^2. The crossings lie at t =
+    +-0.518, +-1.732 and +-1.932. The strand passes alternately in front and behind.
     """
     t = np.linspace(-REACH, REACH, 20001)
     crossings = np.array([-REACH, -1.932, -1.732, -0.518, 0.518, 1.732, 1.932, REACH])
@@ -45,13 +45,13 @@ def centre_line(n: int) -> np.ndarray:
 
 
 def scene(triangles: int = 6000, slack: float = 8.0, friction: float = 0.2) -> ls.Scene:
-    """slack: length of ribbon that is left to the knot [widths]."""
+    """slack: length of ribbon left in the knot [widths]."""
     length = float(np.linalg.norm(np.diff(centre_line(4000), axis=0), axis=1).sum())
     edge = np.sqrt(2.0 * length * WIDTH / triangles)
     columns, rows = max(3, round(WIDTH / edge)), max(20, round(length / edge))
     flat = ls.grid(size=(WIDTH, length), cells=(columns, rows))
-    # The ribbon stands on its edge, its width along y: so its plane lines stay as long as the
-    # middle one.
+    # The ribbon stands on its edge with its width along y, so all lines along it have the length
+    # of the centre line.
     line = np.repeat(centre_line(rows), columns + 1, axis=0)
     mesh = ls.TriangleMesh(
         line + flat.vertices[:, :1] * [[0.0, 1.0, 0.0]], flat.triangles, flat.vertices[:, :2]

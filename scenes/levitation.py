@@ -1,10 +1,10 @@
-"""A superconductor floats over a magnetised ring, example 6.5: a ball, or with `shape="cube"` the
-thesis' cube (a minute and a half).
+"""A superconductor floats over a magnetised ring (example 6.5 of the thesis). It is a ball or, with
+`shape="cube"`, the cube of the thesis, which takes a minute and a half.
 
-See: let go beside and above its place, it swings about it and never touches the ring: on the axis
-there is a point without field, and a superconductor is driven to where the field is weak. The cube
-turns as well, as its corners are driven out first. A permanent magnet would fall or flip
-(`material="magnet"`). Red is north, blue south.
+It is released beside and above its equilibrium, oscillates about it and never touches the ring. The
+field vanishes at a point on the axis, and a superconductor is driven towards weak field. The cube
+also turns, because its corners are driven out first. A permanent magnet would fall or flip
+(`material="magnet"`). Red is north and blue is south.
 """
 
 from typing import Any
@@ -50,9 +50,7 @@ def ring_mesh(sides: int = 64) -> ls.TriangleMesh:
 
 
 def balance(material: str = "superconductor", density: float = 6000.0) -> float:
-    """Height on the axis where the ball's weight is carried, from below the point without field
-    [m].
-    """
+    """Height of the lowest stable equilibrium of the ball on the axis [m]."""
     ring = ls.magnetics.cylinder(**RING, polarization=(0, 0, 1.2))
     z = np.linspace(0.004, 0.03, 2000)
     axis = np.stack([0 * z, 0 * z, z], axis=1)
@@ -60,15 +58,15 @@ def balance(material: str = "superconductor", density: float = 6000.0) -> float:
     volume = 4 / 3 * np.pi * BALL**3
     moment = (
         -1.5 * volume * field if material == "superconductor" else 0.05 * volume + 0 * z
-    )  # mu0 m
+    )  # mu0 times the dipole moment [T m^3]
     force = moment / ls.magnetics.MU0 * slope - density * volume * 9.81
     crossings = np.flatnonzero((force[:-1] > 0) & (force[1:] <= 0))
     return float(z[crossings[0]])
 
 
 def scene(material: str = "superconductor", shape: str = "ball") -> ls.Scene:
-    """material: superconductor | magnet (J = 0.05 T along that of the ring); shape: ball | cube of
-    the same volume, turned a little
+    """material: superconductor | magnet (J = 0.05 T, parallel to that of the ring); shape: ball |
+    cube of the same volume, slightly rotated.
     """
     if shape not in ("ball", "cube") or material not in ("superconductor", "magnet"):
         raise ls.InvalidInput(

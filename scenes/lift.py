@@ -1,8 +1,8 @@
-"""A permanent magnet lifts soft iron balls out of a bowl, figure 6.2.
+"""A permanent magnet lifts soft iron balls out of a bowl (figure 6.2 of the thesis).
 
-See: the magnet comes down, five balls jump to it and to one another, and hang below it when it goes
-up again; one touches the magnet, the others hang on balls. Two that are too far stay in the bowl.
-Red is north, blue south.
+The magnet comes down. Five balls jump to it and to one another, and hang below it when it rises
+again. One ball touches the magnet; the others hang on balls. Two balls are too far away and stay in
+the bowl. Red is north and blue is south.
 """
 
 from typing import Any
@@ -19,15 +19,15 @@ render = ls.RenderOptions(
     )
 )
 
-BOWL, DEPTH, WALL = 0.035, 0.02, 0.004  # radius of the rim, depth inside
+BOWL, DEPTH, WALL = 0.035, 0.02, 0.004  # rim radius, inner depth and wall thickness [m]
 BALL = 0.004
 MAGNET: dict[str, Any] = {"radius": 0.004, "height": 0.02}
-LOW, HIGH = 0.0235, 0.065  # heights of the magnet's middle
+LOW, HIGH = 0.0235, 0.065  # heights of the magnet's centre [m]
 TIMES = [0.0, 0.5, 1.1, 1.3, 2.4]
 
 
 def bowl(segments: int = 48, rings: int = 10) -> ls.TriangleMesh:
-    """Shell between two paraboloids, closed, its lowest inner point at the origin."""
+    """Closed shell between two paraboloids, with its lowest inner point at the origin."""
     radii = BOWL * np.arange(rings + 1) / rings
     profile = [(r, DEPTH * (r / BOWL) ** 2) for r in radii] + [
         (r, DEPTH * (r / BOWL) ** 2 - WALL) for r in radii[::-1]
@@ -51,7 +51,7 @@ def bowl(segments: int = 48, rings: int = 10) -> ls.TriangleMesh:
 def scene(spheres: int = 7, polarization: float = 0.66) -> ls.Scene:
     """polarization: of the magnet [T]."""
     ball = ls.meshes.sphere(radius=BALL, subdivisions=2)
-    turn = 2.399963  # the golden angle spreads them evenly
+    turn = 2.399963  # golden angle [rad], which spreads the balls evenly
     bodies = []
     for i in range(spheres):
         r = 2.1 * BALL * np.sqrt(i)

@@ -1,8 +1,9 @@
-"""A cloth pinned at two corners swings for a second, its strain limited by the method named: what
-limits cost on growing meshes.
+"""A cloth pinned at two corners swings for a second, with a selectable method of strain limiting.
+It measures the cost of limits on growing meshes.
 
-See: the same motion from every method but edges, which cannot tell shear from stretch. Table 3.1 of
-the thesis; tests/benchmarks/limits.py makes it, with times and what each method leaves.
+All methods produce the same motion, except edges, which cannot distinguish shear from stretch.
+tests/benchmarks/limits.py reproduces table 3.1 of the thesis with this scene, including times and
+the excess that each method leaves.
 
     loomstone run scenes/limit_scaling.py -p triangles=3600 -p method=jacobi -p in_solve=no
 """
@@ -27,7 +28,9 @@ def scene(
     in_solve: bool = True,
     max_sweeps: int = 100,
 ) -> ls.Scene:
-    """method: as LimitOptions.method, or none. in_solve: implicit limits before the sweeps."""
+    """method: as LimitOptions.method, or none; in_solve: whether the solve treats limits implicitly
+    before the sweeps.
+    """
     mesh = ls.meshes.irregular(size=(0.5, 0.5), triangles=triangles)
     material = ls.ClothMaterial(
         weft_stiffness=500.0,

@@ -1,9 +1,9 @@
-"""A brushed motor: a coil between two poles, turned by a current that a commutator reverses every
-half turn.
+"""A brushed motor: a coil between two poles, with a commutator that reverses its current every half
+turn.
 
-See: the rotor starts from rest and spins up until its back-EMF leaves just the current that
-friction and load take. Red is north, blue south. `python scenes/motor.py` prints speed, current and
-efficiency over the load.
+The rotor starts from rest and speeds up until its back-EMF leaves only the current that friction
+and load require. Red is north and blue is south. `python scenes/motor.py` prints speed, current and
+efficiency as functions of the load.
 """
 
 from typing import Any
@@ -21,8 +21,8 @@ render = ls.RenderOptions(
     ),
 )
 
-POLE, GAP = (0.012, 0.03, 0.03), 0.04  # size of each pole magnet, and clear distance between them
-ROTOR = (0.026, 0.008, 0.02)  # an oblong block; the coil's axis lies along its short side
+POLE, GAP = (0.012, 0.03, 0.03), 0.04  # size of each pole magnet, and distance between them [m]
+ROTOR = (0.026, 0.008, 0.02)  # size of the block [m]; the coil's axis is parallel to its short side
 WINDING: dict[str, Any] = {"radius": 0.008, "length": 0.006, "turns": 150}
 RESISTANCE, INDUCTANCE, FRICTION = 2.0, 5e-4, 2e-6
 
@@ -30,7 +30,7 @@ RESISTANCE, INDUCTANCE, FRICTION = 2.0, 5e-4, 2e-6
 def scene(
     voltage: float = 3.0, load: float = 0.0, polarization: float = 1.2, density: float = 3000.0
 ) -> ls.Scene:
-    """voltage: of the source [V]; load: torque that the shaft works against [N m]; density: of the
+    """voltage: of the source [V]; load: torque that opposes the rotation [N m]; density: of the
     rotor [kg/m^3].
     """
     poles = [
@@ -52,9 +52,9 @@ def scene(
         density=density,
         orientation=turned,
     )
-    to_y = (np.sqrt(0.5), -np.sqrt(0.5), 0, 0)  # takes the coil's z to the rotor's y
-    # The torque on a moment at angle a from the field (along x) is -sin a: reversed below the x
-    # axis it always drives one way.
+    to_y = (np.sqrt(0.5), -np.sqrt(0.5), 0, 0)  # rotates the coil's z axis to the rotor's y axis
+    # The torque on a moment at an angle a to the field (along x) is proportional to -sin a. Its
+    # sign stays the same if the current is reversed below the x axis.
     coil = ls.Coil(
         body="rotor",
         source=ls.magnetics.solenoid(**WINDING).at((0, 0, 0), to_y),
@@ -75,8 +75,8 @@ def scene(
 
 
 def speed_at(load: float, *, time: float = 1.5, step: float = 5e-4) -> tuple[float, float, float]:
-    """Speed [rad/s], mean current [A] and efficiency [1] in the last fifth of a run against a load
-    [N m].
+    """Speed [rad/s], root-mean-square current [A] and efficiency [1] over the last fifth of a run
+    with a load [N m].
     """
     sim = ls.Simulation(scene(load=load), integrator=ls.SemiImplicitEuler(step=step), threads=1)
     n = round(time / step)

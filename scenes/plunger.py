@@ -1,9 +1,9 @@
-"""An iron bar is drawn up into a coil when its circuit is closed, swings there, and drops when the
-voltage ends.
+"""An iron bar is pulled into a coil when its circuit is closed, oscillates there, and drops when
+the voltage is switched off.
 
-See: the bar leaps from the floor into the middle of the coil, swings up and down about it, and
-falls back. The current dips while the bar comes in, whose iron takes the coil's flux with it. Red
-is north, blue south; the lines are those of the field.
+The bar jumps from the floor into the middle of the coil, oscillates about it and falls back. The
+current dips while the bar enters, because the iron increases the flux through the coil. Red is
+north and blue is south. The lines are magnetic field lines.
 """
 
 from typing import Any
@@ -23,9 +23,9 @@ render = ls.RenderOptions(
 
 BAR = (0.008, 0.008, 0.03)
 COIL: dict[str, Any] = {"radius": 0.012, "length": 0.03, "turns": 400}
-HEIGHT = 0.036  # of the coil's middle over the floor
-FORMER = (0.0068, 0.0115)  # inner and outer radius of the tube that carries it
-ON, OFF = 0.04, 0.34  # [s]
+HEIGHT = 0.036  # of the coil's centre above the floor [m]
+FORMER = (0.0068, 0.0115)  # inner and outer radius of the tube that carries the coil [m]
+ON, OFF = 0.04, 0.34  # when the voltage is switched on and off [s]
 
 
 def tube(inner: float, outer: float, length: float, sides: int = 32) -> ls.TriangleMesh:
@@ -52,7 +52,7 @@ def tube(inner: float, outer: float, length: float, sides: int = 32) -> ls.Trian
 
 
 def scene(voltage: float = 18.0) -> ls.Scene:
-    """voltage: of the source while it is on [V]."""
+    """voltage: source voltage while it is on [V]."""
     bar = ls.RigidBody(
         name="bar",
         mesh=ls.meshes.box(size=BAR),

@@ -1,10 +1,10 @@
 """A catalogue magnet and an iron plate: a weight with the magnet in its top stands on the floor,
 and the plate comes down to it.
 
-See: the weight leaves the floor where the pull over the gap has grown to its weight, snaps to the
-plate and goes up with it. Red is north, blue south. `python scenes/pull.py` prints the pull on the
-plate over the gap, beside that of the magnet's image in a plane of ideal iron and the figures of a
-dealer's catalogue; `python scenes/pull.py FILE` draws it.
+The weight lifts off when the pull over the gap equals its weight, snaps to the plate and rises with
+it. Red is north and blue is south. `python scenes/pull.py` prints the pull on the plate as a
+function of the gap, the pull of the magnet's image in a plane of ideal iron, and the figures of a
+dealer's catalogue. `python scenes/pull.py FILE` also plots the pull on the plate.
 """
 
 import sys
@@ -21,7 +21,7 @@ render = ls.RenderOptions(
     )
 )
 
-# Block magnets of grade N38, edges [mm]: flux density at the middle of the pole [T] and pull on a
+# Block magnets of grade N38: edges [mm], flux density at the centre of the pole [T] and pull on a
 # thick steel plate in contact [N], from the data sheets at dhit.pl (MPL 10x5x1.5, 12x10x4, 40x10x5,
 # 40x20x10; 1.22 ... 1.26 T).
 CATALOGUE = {
@@ -32,9 +32,9 @@ CATALOGUE = {
 }
 POLARIZATION = 1.24
 MAGNET = (0.012, 0.010, 0.004)
-WEIGHT = (0.012, 0.010, 0.024)  # with the magnet in its top
+WEIGHT = (0.012, 0.010, 0.024)  # includes the magnet in its top [m]
 PLATE = (0.060, 0.060, 0.010)
-FOCUS = 0.007  # half the width of the magnet, and a little
+FOCUS = 0.007  # slightly more than half the width of the magnet [m]
 
 
 def block(size: tuple[float, float, float] = MAGNET) -> ls.magnetics.MagneticBody:
@@ -42,8 +42,8 @@ def block(size: tuple[float, float, float] = MAGNET) -> ls.magnetics.MagneticBod
 
 
 def image_pull(gap: float, size: tuple[float, float, float] = MAGNET) -> float:
-    """Force between a block and a plane of ideal iron over a gap [N]: that of its image, at twice
-    the distance.
+    """Force between a block and a plane of ideal iron at a gap [N]. It equals the force of the
+    magnet's image at twice the distance.
     """
     magnet = block(size)
     return float(
@@ -52,8 +52,8 @@ def image_pull(gap: float, size: tuple[float, float, float] = MAGNET) -> float:
 
 
 def plate_pull(gaps: np.ndarray, *, cells: int = 12, susceptibility: float = 1e3) -> np.ndarray:
-    """Force (n) of the magnet on the plate of the scene, over gaps (n) [m], from the charge on the
-    plate's surface [N].
+    """Forces (n) of the magnet on the plate of the scene at gaps (n) [m], computed from the charge
+    on the plate's surface [N].
     """
     plate = ls.magnetics.soft_cuboid(
         size=PLATE, susceptibility=susceptibility, cells=cells, focus=FOCUS
@@ -67,7 +67,7 @@ def plate_pull(gaps: np.ndarray, *, cells: int = 12, susceptibility: float = 1e3
 
 
 def reach(mass: float) -> float:
-    """Gap at which the pull of an ideal plane carries a mass [m]."""
+    """Gap [m] at which the pull of an ideal iron plane equals the weight of a mass [kg]."""
     low, high = 1e-4, 0.1
     while high - low > 1e-6:
         middle = 0.5 * (low + high)
@@ -76,7 +76,7 @@ def reach(mass: float) -> float:
 
 
 def scene(mass: float = 0.1, cells: int = 12) -> ls.Scene:
-    """mass: of the weight with its magnet [kg]; cells: of the plate along each edge."""
+    """mass: of the weight with its magnet [kg]; cells: number along each edge of the plate."""
     weight = ls.RigidBody(
         name="weight",
         mesh=ls.meshes.box(size=WEIGHT, cells_per_side=4),
@@ -109,8 +109,8 @@ def scene(mass: float = 0.1, cells: int = 12) -> ls.Scene:
 
 
 def gaps_of(run: ls.Run) -> tuple[np.ndarray, np.ndarray]:
-    """Height of the weight's foot over the floor, and gap between magnet and plate, in every frame
-    [m].
+    """Height of the weight's foot above the floor, and gap between magnet and plate, for every
+    frame [m].
     """
     owner = run.topology.body_of_vertex
     weight, plate = (

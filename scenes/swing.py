@@ -1,10 +1,11 @@
-"""A cloth pinned at two corners is released flat and swings for four seconds.
+"""A cloth pinned at two corners is released from the horizontal and swings for four seconds.
 
-See: it falls, whips through, and swings back; how high tells how much energy the integrator keeps.
-No damping, no collisions. Figure 4.1 of the thesis does the same with an unstructured mesh.
+The cloth falls, swings through and swings back. The height that it reaches shows how much energy
+the integrator preserves. There is no damping, and collisions are off. Figure 4.1 of the thesis
+shows the same motion with an unstructured mesh.
 
-    loomstone run scenes/swing.py --integrator implicit-midpoint; loomstone plot out/swing --what
-    energy
+    loomstone run scenes/swing.py --integrator implicit-midpoint
+    loomstone plot out/swing --what energy
 """
 
 import loomstone as ls

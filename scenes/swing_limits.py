@@ -1,12 +1,14 @@
-"""Seven soft cloths, pinned at two corners and released flat, that differ only in their limits of
-strain. Example 3.1.
+"""Seven soft cloths, pinned at two corners and released from the horizontal, which differ only in
+their strain limits (example 3.1 of the thesis).
 
-See: from left to right (weft, warp, shear) limits of (2, 2, 2) %, (2, 2, 20) %, (2, 20, 20) %, (20,
-2, 20) %, edges limited to 2 % and to 20 %, and no limit: the columns of figure 3.6 of the thesis.
-Loose shear lets a cloth hang in a bag that tight weft and warp allow; swapping weft and warp swaps
-width and length; one bound for edges only makes all softer or stiffer. The rows of the figure lie
-one below another: the cloths, weft strain on the left and warp strain on the right half of each,
-shear.
+From left to right, the limits of (weft, warp, shear) are (2, 2, 2) %, (2, 2, 20) %, (2, 20, 20) %
+and (20, 2, 20) %, followed by edges limited to 2 % and to 20 %, and by no limit. These are the
+columns of figure 3.6 of the thesis. With a loose shear limit, a cloth sags like a bag in spite of
+tight limits of weft and warp. Swapping weft and warp swaps width and length. A single limit for
+edges only makes the whole cloth softer or stiffer.
+
+The commands below draw the three rows of the figure: the cloths, strain (weft on the left half of
+each cloth, warp on the right half), and shear.
 
     loomstone run scenes/swing_limits.py --out out/swing_limits
     loomstone render out/swing_limits --color-by cloth+strain_split+strain_shear --color-map

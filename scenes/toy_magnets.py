@@ -1,11 +1,12 @@
-"""Two toy magnets and a steel ball, figures 6.1 and 6.8: plastic rods with a magnet in each end, on
-a table.
+"""Two toy magnets and a steel ball (figures 6.1 and 6.8 of the thesis). The toys are plastic rods
+on a table, with a magnet in each end.
 
-See: one rod is held, with the ball at its end; another comes. Antiparallel it is repelled, until
-the slide has pushed it so near that the ball, magnetised unevenly, draws it more than the rod
-behind the ball repels it: over the barrier it leaps from the slide. Parallel it is drawn in from
-afar and snaps to the ball. Free, antiparallel with nothing that guides it, it flees, turns, and
-snaps on by its other end. Red is north, blue south.
+One rod is held, with the ball at its end, and the other rod approaches. In the antiparallel case
+the rod is repelled until a slide has pushed it close enough. The unevenly magnetised ball then
+attracts it more strongly than the held rod repels it, and it jumps off the slide. In the parallel
+case the rod is attracted from a distance and snaps to the ball. In the free case the rod is
+antiparallel and unguided: it moves away, turns round and snaps on with its other end. Red is north
+and blue is south.
 """
 
 from typing import Any
@@ -25,18 +26,18 @@ render = ls.RenderOptions(
     )
 )
 
-LENGTH, RADIUS, SIDES = 0.027, 0.004, 14  # of a rod; few sides, so that it collides as a polyhedron
-DEEP = 0.0005  # plastic over the magnet's end
+LENGTH, RADIUS, SIDES = 0.027, 0.004, 14  # of a rod; with few sides it collides as a polyhedron
+DEEP = 0.0005  # thickness of the plastic over the magnet's end [m]
 MAGNET: dict[str, Any] = {"radius": 0.003, "height": 0.006}
 BALL = 0.005
 GAP = {"parallel": 0.018, "antiparallel": 0.009, "free": 0.011}
-ASKEW = {"parallel": 0.05, "antiparallel": 0.0, "free": 0.7}  # as things on a table are [rad]
-PUSHED = (0.1, 0.6)  # from when to when [s], up to 1 mm from the ball
+ASKEW = {"parallel": 0.05, "antiparallel": 0.0, "free": 0.7}  # initial misalignment [rad]
+PUSHED = (0.1, 0.6)  # start and end of the push [s], which ends 1 mm from the ball
 
 
 def rod_mesh() -> ls.TriangleMesh:
-    """Prism along x with rings where its magnets begin, so that the ends alone are coloured; it
-    lies on a face.
+    """Prism along x that lies on one of its faces. Rings at the ends of the magnets confine the
+    colours to the ends of the rod.
     """
     half = 0.5 * LENGTH
     inner = half - DEEP - MAGNET["height"]
@@ -57,7 +58,9 @@ def rod_mesh() -> ls.TriangleMesh:
 
 
 def rails_and_slide(start: float, path: float) -> list[ls.Obstacle]:
-    """Beside and behind a rod whose middle is at `start`."""
+    """Rails on both sides of a rod with its centre at `start`, and a slide that pushes it by `path`
+    [m].
+    """
     size, beside = (0.055, 0.002, 0.005), RADIUS + 0.00105
     rails = [
         ls.obstacles.box(
@@ -102,11 +105,11 @@ def scene(case: str = "antiparallel", polarization: float = 1.1) -> ls.Scene:
         friction=0.3,
         position=(0.0, 0.0, BALL),
     )
-    # One keyframe gives it a pose of its own, which its magnets take part in.
+    # The single keyframe gives the obstacle a pose, which also applies to its magnets.
     held = ls.obstacles.mesh(
         mesh, name="held", times=[0.0], positions=[(reach + 2e-5, 0.0, height)], friction=0.3
     )
-    along_x = (np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0)  # takes z there
+    along_x = (np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0)  # rotates z to x
     at = 0.5 * LENGTH - DEEP - 0.5 * MAGNET["height"]
     magnet = ls.magnetics.cylinder(**MAGNET, polarization=(0, 0, polarization))
     magnets = [
@@ -114,7 +117,7 @@ def scene(case: str = "antiparallel", polarization: float = 1.1) -> ls.Scene:
         for name in ("held", "rod")
         for x in (-at, at)
     ]
-    # Of degree 6: one dipole would not be drawn from both sides at once.
+    # Degree 6, because a single dipole cannot be attracted from both sides at once.
     iron = ls.magnetics.soft_sphere(radius=BALL, susceptibility=1000.0, degree=6)
     magnets.append(ls.Magnet(body="ball", source=iron))
     guides = rails_and_slide(start, GAP[case] - 0.001) if case == "antiparallel" else []
@@ -133,7 +136,9 @@ def check(run: ls.Run) -> None:
         return np.asarray(run[frame].body_vertices[owner == names.index(name)])
 
     def gaps(frame: int) -> np.ndarray:
-        """Of the rod's vertices to the ball; the middles of its ends come last."""
+        """Distances of the rod's vertices from the ball's surface [m]. The last two belong to the
+        centres of the rod's ends.
+        """
         apart = vertices("rod", frame) - vertices("ball", frame).mean(axis=0)
         return np.asarray(np.linalg.norm(apart, axis=1)) - BALL
 

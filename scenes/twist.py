@@ -1,10 +1,9 @@
-"""A square cloth is wrung out: two opposite edges turn against each other until it is packed into a
-rope.
+"""A square cloth is twisted into a rope by rotating two opposite edges against each other.
 
-See: folds run along the axis, lie down on one another, and from the first second on press tight;
-edges are driven at one turn a second against each other, so the cloth must stretch, but it neither
-tears nor passes through itself. No gravity. Start, material and motion are those on which loomstone
-is compared with other programs.
+Folds form along the axis, lie down on one another and press together tightly after one second. The
+edges rotate at one turn per second relative to each other, so the cloth must stretch, but it
+neither tears nor passes through itself. There is no gravity. Initial state, material and motion are
+those of the comparison with other programs.
 
     loomstone run scenes/twist.py --verify -p triangles=1800
 """
@@ -25,8 +24,8 @@ SIZE = 0.5
 
 
 def integrator(triangles: int = 7200) -> ls.Integrator:
-    """The contact distance is a tenth of an edge; below 1 mm the step shrinks with it (4 ms at 1
-    mm).
+    """The step is proportional to the contact distance, a tenth of an edge: 4 ms at 1 mm. It is
+    clamped to 0.5 to 4 ms.
     """
     edge = SIZE / np.sqrt(triangles / 2)
     return ls.SemiImplicitEuler(step=float(np.clip(4.0 * 0.1 * edge * 1.2, 5e-4, 4e-3)))
@@ -35,15 +34,14 @@ def integrator(triangles: int = 7200) -> ls.Integrator:
 def scene(
     triangles: int = 7200, turns: float = 0.5, friction: float = 0.3, collisions: bool = True
 ) -> ls.Scene:
-    """turns: of each edge in a second.
-
-    collisions=False shows what the driven edges stretch by themselves.
+    """turns: turns of each edge per second; collisions=False shows how much the driven edges alone
+    stretch the cloth.
     """
     cells = max(2, round(np.sqrt(triangles / 2)))
     mesh = ls.grid(size=(SIZE, SIZE), cells=(cells, cells))
     near, far = np.arange(cells + 1), np.arange(cells + 1) + cells * (cells + 1)
-    # The script is linear between its times: 1000 a second keep the edges within a micrometre of
-    # their circles.
+    # The script is linear between its times. With 1000 times per second the edges stay within a
+    # micrometre of their circles.
     times = np.linspace(0.0, duration, 1 + round(1000 * duration))
     angle = 2.0 * np.pi * turns * times[:, None]
     paths = []
@@ -80,5 +78,5 @@ def check(run: ls.Run) -> None:
     waist = np.abs(last.positions[:, 1]) < 0.05
     radius = np.hypot(last.positions[waist, 0], last.positions[waist, 2])
     assert radius.max() < 0.12, "the cloth is wound into a rope"
-    # Without collisions the driven edges alone stretch it 1.75 times.
+    # Without collisions the driven edges alone stretch the cloth by a factor of 1.75.
     assert max(frame.stretch.max() for frame in run) < 1.3 * 1.75, "contacts do not tear the cloth"

@@ -1,8 +1,8 @@
-"""A loudspeaker: a voice coil glued to a membrane of cloth, over a magnet, driven by an alternating
+"""A loudspeaker: a voice coil glued to a cloth membrane above a magnet, driven by an alternating
 current.
 
-See: the coil's disc and the membrane swing up and down with the current, waves run out to the rim,
-and the magnet below stands still. The cloth is the spring. Red is north, blue south.
+The disc of the coil and the membrane move up and down with the current, and waves run out to the
+rim. The magnet below stands still. The cloth acts as the spring. Red is north and blue is south.
 """
 
 from typing import Any
@@ -22,8 +22,8 @@ render = ls.RenderOptions(
 RIM = 0.05
 MAGNET: dict[str, Any] = {"radius": 0.010, "height": 0.012}
 COIL: dict[str, Any] = {"radius": 0.009, "length": 0.002, "turns": 60}
-DISC = (0.010, 0.002)  # radius and height of the coil's former
-ABOVE = 0.013  # the coil's middle over the magnet's face
+DISC = (0.010, 0.002)  # radius and height of the coil former [m]
+ABOVE = 0.013  # height of the coil's centre above the magnet's face [m]
 FREQUENCY = 20.0
 
 
