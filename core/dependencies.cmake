@@ -1,4 +1,4 @@
-# Every outside library is found here, and its absence is explained in one sentence.
+# Finds all external libraries. If one is missing, the error message names the package to install.
 function(loomstone_require found what package)
   if(NOT ${found})
     message(FATAL_ERROR "${what} was not found; install it (Debian: apt-get install ${package}).")
@@ -18,7 +18,7 @@ find_package(Threads QUIET)
 find_package(PkgConfig QUIET)
 loomstone_require(PkgConfig_FOUND "pkg-config" pkg-config)
 
-# CHOLMOD has neither a .pc nor a CMake file here.
+# On Debian 12 CHOLMOD has neither a pkg-config file nor a CMake file.
 find_path(CHOLMOD_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse)
 find_library(CHOLMOD_LIBRARY cholmod)
 if(NOT CHOLMOD_INCLUDE_DIR OR NOT CHOLMOD_LIBRARY)
@@ -37,21 +37,21 @@ add_library(loomstone_metis INTERFACE)
 target_include_directories(loomstone_metis SYSTEM INTERFACE ${METIS_INCLUDE_DIR})
 target_link_libraries(loomstone_metis INTERFACE ${METIS_LIBRARY})
 
-# The double-precision variant; find_package(Bullet) gives the float one.
+# This selects Bullet in double precision; find_package(Bullet) returns the float version.
 pkg_check_modules(BULLET QUIET IMPORTED_TARGET bullet-float64)
 loomstone_require(BULLET_FOUND "Bullet in double precision" "libbullet-dev libbullet-extras-dev")
 
 find_package(embree 3 QUIET CONFIG)
 loomstone_require(embree_FOUND "Embree 3" libembree-dev)
 
-# The serial variant by its own name; bare hdf5 may turn into the MPI one.
+# This selects serial HDF5; the name hdf5 may refer to the MPI version.
 pkg_check_modules(HDF5 QUIET IMPORTED_TARGET hdf5-serial)
 loomstone_require(HDF5_FOUND "HDF5 (serial)" libhdf5-dev)
 
 find_package(PNG QUIET)
 loomstone_require(PNG_FOUND "libpng" libpng-dev)
 
-# Optional: without MPI everything but several ranks works.
+# MPI is optional. Without it, everything except multiple ranks works.
 find_package(MPI QUIET COMPONENTS C)
 if(NOT MPI_C_FOUND)
   message(STATUS "MPI was not found: built without the several-ranks plug-in (Debian: apt-get install libopenmpi-dev).")

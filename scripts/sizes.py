@@ -1,7 +1,8 @@
-"""Functions beyond the size rules: 60 lines, 4 nested control structures, 6 parameters.
+"""Lists functions that exceed the size limits: 60 lines, 4 nested control structures, 6 parameters.
 
-Keyword-only parameters of Python are not counted, because a call names them like the fields of a
-struct; neither are those of commands of the command line, which are its options.
+Keyword-only parameters in Python do not count, because a call names them like the fields of a
+struct. Parameters of commands of the command line do not count either, because they are its
+options.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ class Function:
         return f"{self.path} {self.name}"
 
     def excesses(self) -> list[str]:
-        """What breaks a rule, in words."""
+        """Describes each exceeded limit."""
         measured = [
             (self.lines, LINES, "lines"),
             (self.nesting, NESTING, "nested control structures"),
@@ -45,7 +46,7 @@ class Function:
         return [f"{n} {what} (at most {limit})" for n, limit, what in measured if n > limit]
 
 
-# Python: the syntax tree says all.
+# Python: measured on the syntax tree.
 
 NESTING_NODES = (
     ast.For,
@@ -106,7 +107,7 @@ def python_functions(path: str) -> Iterator[Function]:
     yield from visit(ast.parse((ROOT / path).read_text()), "")
 
 
-# C++: lizard finds functions and parameters; nesting is counted on their tokens.
+# C++: lizard finds functions and parameters. Nesting is counted on the tokens of each function.
 
 TOKENS = re.compile(
     r"//[^\n]*|/\*.*?\*/|#[^\n]*|"  # comments, preprocessor
@@ -135,7 +136,7 @@ class CppNesting:
         return self.tokens[self.at - 1]
 
     def depth(self) -> int:
-        """Of the first block of the text, and of whatever stands before it."""
+        """Nesting depth of the first block of the text and of everything before it."""
         deepest = 0
         while self.peek():
             deepest = max(deepest, self.statement())
@@ -151,7 +152,7 @@ class CppNesting:
         return deepest
 
     def parentheses(self) -> int:
-        """Also those of lambdas among the arguments."""
+        """Nesting depth inside parentheses, where arguments may contain lambdas."""
         deepest, open_ = 0, 0
         while self.peek():
             if self.peek() == "{":
@@ -186,7 +187,7 @@ class CppNesting:
         return depth
 
     def expression(self) -> int:
-        """Up to the semicolon, the colon of a label, or the end of a block."""
+        """Reads up to the semicolon, the colon of a label, or the end of a block."""
         deepest = 0
         while self.peek() and self.peek() != "}":
             if self.peek() == "(":
