@@ -138,7 +138,7 @@ void bind_limits(py::module_& m) {
       "`strain_limit`. Returns the new\n"
       "points and a LimitReport. The change preserves linear and angular momentum, except "
       "for reactions at fixed vertices.\n"
-      "masses (n) [kg]; None: a third of the areas around each vertex. fixed: indices of "
+      "masses (n) [kg]; None: a third of the area around each vertex. fixed: indices of "
       "vertices that do not move.\n"
       "options: LimitOptions (strain_rate has no effect here).");
 }

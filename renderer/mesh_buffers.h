@@ -14,7 +14,7 @@ namespace loomstone {
 // group: the drawn vertices whose triangles share one normal.
 struct DrawnMesh {
   std::vector<Index> vertex;        // (k) vertex of the frame
-  std::vector<Index> normal_group;  // (k)
+  std::vector<Index> normal_group;  // (k) in [0, n_groups)
   Index n_groups = 0;
   Triangles triangles;               // (m x 3) indices of drawn vertices, sorted by part
   std::vector<Eigen::Vector2f> uv;   // (k) [m]

@@ -3859,7 +3859,7 @@ def limit_strain(
     """
     Moves `points` (n, 3) [m], the vertices of `mesh`, so that no triangle strains beyond `strain_limit`. Returns the new
     points and a LimitReport. The change preserves linear and angular momentum, except for reactions at fixed vertices.
-    masses (n) [kg]; None: a third of the areas around each vertex. fixed: indices of vertices that do not move.
+    masses (n) [kg]; None: a third of the area around each vertex. fixed: indices of vertices that do not move.
     options: LimitOptions (strain_rate has no effect here).
     """
 
