@@ -16,7 +16,7 @@ SPACING, SIZE, RADIUS = 0.42, 0.36, 0.07
 
 
 def integrator(triangles: int = 3600) -> ls.Integrator:
-    """The step is proportional to the contact distance, 4 ms at 1 mm, and clamped to 0.5 to 4 ms."""
+    """The step is proportional to the contact distance (4 ms at 1 mm), clamped to 0.5 to 4 ms."""
     return ls.SemiImplicitEuler(
         step=float(np.clip(0.4 * SIZE / np.sqrt(triangles / 2), 5e-4, 4e-3))
     )
