@@ -12,11 +12,11 @@ void add_coils(const MagneticScene& scene, MagneticModel& model);
 void check_magnets(const MagneticModel& model, const CarrierPlaces& start);
 void check_coils(const MagneticModel& model, const CarrierPlaces& start);
 
-// Carrier of a magnet or coil, and its pose on the carrier. find_stand() throws InvalidInput for
-// unknown names and Unsupported if the carrier deforms.
+// The carrier of a magnet or coil, and the pose of the magnet or coil on it. find_stand() throws
+// InvalidInput for unknown names and Unsupported if the carrier deforms.
 struct Stand {
   Index carrier = 0;
-  RigidPose local;  // from a body's centre of mass or an obstacle's origin
+  RigidPose local;  // relative to the body's centre of mass or the obstacle's origin
 };
 Stand find_stand(const MagneticScene& scene, const std::string& name, const RigidPose& in_mesh,
                  const std::string& where);

@@ -58,8 +58,8 @@ void check_coil(const Coil& coil, const std::string& where) {
                where);
 }
 
-// Checks that magnetisable bodies respond linearly and mutually, as circuits require. In the
-// presence of such bodies a circuit also needs a self-inductance.
+// Checks that magnetisable bodies respond linearly and mutually, as circuits require. Also checks
+// that a circuit has a self-inductance if there are such bodies.
 void check_circuit(const Coil& coil, const MagneticModel& model, const std::string& where) {
   for (const CarriedMagnet& magnet : model.magnets) {
     if (magnet.source) continue;

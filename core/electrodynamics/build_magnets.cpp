@@ -33,7 +33,7 @@ void carry_hard(const MagneticBody& magnet, const std::string& where, CarriedMag
 }
 
 // Spheres of degree 0 (automatic) or 1 are treated as point dipoles, unless they have saturation or
-// respond explicitly.
+// an explicit response.
 void carry_soft(const Magnet& magnet, const std::string& where, CarriedMagnet& carried) {
   const SoftBody& body = std::get<SoftBody>(magnet.source);
   const bool cells = magnet.response == "explicit";
@@ -71,10 +71,10 @@ void check_response(const Magnet& magnet, const std::string& where) {
               "cubic centimetre");
 }
 
-// Replaces the field of a magnet by a local expansion if many spheres are in the field of many
-// faces or cells. At the bound most_exact, building the expansion of a mesh takes as long as about
-// twenty evaluations of all its faces. For cells and 100 spheres it takes as long as about 1,400
-// evaluations of all cells, whatever their number.
+// Replaces the exact fields of meshes and cells by expansions if many spheres are in these fields.
+// At the bound most_exact, building the expansion of a mesh takes as long as about twenty
+// evaluations of all its faces. Building that of cells for 100 spheres takes as long as about 1,400
+// evaluations of all cells, for any number of cells.
 void expand_fields(MagneticModel& model) {
   constexpr std::size_t most_exact = 20000, few_spheres = 100;
   constexpr Index few_cells = 1000;
@@ -133,7 +133,7 @@ void add_magnets(const MagneticScene& scene, MagneticModel& model) {
 
 double pole_at(const MagneticModel& model, Index carrier, const Vec3& point) {
   double nearest = 1.3,
-         pole = 0.0;  // slightly outside the bounding ball, to include enclosing bodies
+         pole = 0.0;  // up to 1.3 magnet radii count as near, to include enclosing bodies
   for (const CarriedMagnet& magnet : model.magnets) {
     if (magnet.carrier != carrier || !magnet.source || magnet.source->moment().isZero(0.0))
       continue;

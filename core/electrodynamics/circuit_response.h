@@ -22,7 +22,7 @@ struct CircuitResponse {
   };
   std::vector<CarrierWrenches> linear;  // linear part for each circuit [N/A, N m/A]
   std::vector<Pair> quadratic;
-  Eigen::MatrixXd inductances;  // (circuits x coils) added by magnetised bodies [H]
+  Eigen::MatrixXd inductances;  // (circuits x coils) due to magnetised bodies [H]
 };
 
 // Wrenches and fluxes for given circuit currents.
@@ -31,9 +31,10 @@ struct CircuitTrial {
   Vector flux;  // (coils) flux of magnetised bodies through each coil that needs it [Wb]
 };
 
-// circuits: indices of the circuits among the coils. amperes: (circuits) probe currents [A], large
-// enough to have an effect comparable to `idle`, the wrenches without circuit currents. The two
-// values of each mutual inductance of circuits are averaged.
+// Determines the response. circuits: indices of the circuits among the coils. amperes: (circuits)
+// probe currents [A], large enough to have an effect comparable to `idle`, the wrenches without
+// circuit currents. The mutual inductances M_jk and M_kj of two circuits are replaced by their
+// mean.
 CircuitResponse circuit_response(const std::vector<std::size_t>& circuits, const Vector& amperes,
                                  const CarrierWrenches& idle,
                                  const std::function<CircuitTrial(const Vector&)>& trial);

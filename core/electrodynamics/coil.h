@@ -10,8 +10,8 @@
 
 namespace loomstone {
 
-// A winding with either a given current, or the current of a circuit that has a resistance, an
-// inductance and a voltage source.
+// A winding. Its current is either given or that of a circuit with a resistance, an inductance and
+// a voltage source.
 struct Coil {
   std::string body;
   std::optional<MagneticBody> source;

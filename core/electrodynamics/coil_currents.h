@@ -13,11 +13,11 @@ double given_current(const Coil& coil, double time);
 double source_voltage(const Coil& coil, double time);
 
 // Currents of all coils (coils) at `time` [s]: given currents and, in circuit order, the currents
-// `circuits` [A]. If `circuits` is empty, circuits have no current.
+// `circuits` [A]. If `circuits` is empty, all circuit currents are zero.
 Vector currents_at(const MagneticModel& model, double time, const Vector& circuits = {});
 // Currents of all coils (coils) at `time` [s], with the circuit currents of a state [A].
 Vector coil_currents(const MagneticModel& model, const CircuitState& circuits, double time);
-// Current of the first circuit; 0 if there is no circuit [A].
+// Current of the first circuit [A], or 0 if there is no circuit.
 double first_circuit_current(const MagneticModel& model, const CircuitState& circuits);
 
 // placed_coils() returns all coils, each with one ampere. carrying_coils() returns the coils whose

@@ -10,8 +10,9 @@ namespace loomstone {
 
 namespace {
 
-// Force between two dipoles with the moments of the bodies, at the distance of the bodies or at
-// their radius, whichever is larger. It sets the absolute scale of the force tolerance.
+// Force between two dipoles with the moments of the bodies. Their distance is that of the bodies or
+// the radius of one of them, whichever is largest. It sets the absolute scale of the force
+// tolerance.
 double scale_of_force(const MagneticBody& a, const MagneticBody& b) {
   const double apart = std::max(
       {(a.pose.position - b.pose.position).norm(), a.source->radius(), b.source->radius()});

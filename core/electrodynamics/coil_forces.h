@@ -16,7 +16,7 @@ struct CoilForces {
   std::vector<CarrierWrenches> per_ampere;   // wrenches of each coil [N/A, N m/A]
   std::vector<CircuitResponse::Pair> pairs;  // interactions of circuits on different carriers, and
                                              // of circuits through magnetised bodies
-  std::vector<double> sense;  // polarity of each coil's source: -1 if its commutator reverses it
+  std::vector<double> sense;  // polarity of each voltage source: -1 if a commutator reverses it
 };
 
 // Coils at their current poses, and the forces on them.

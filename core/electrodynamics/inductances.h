@@ -11,8 +11,8 @@
 namespace loomstone {
 
 struct Inductances {
-  Eigen::MatrixXd own;         // (circuits x circuits) [H]
-  Eigen::MatrixXd from_given;  // (circuits x coils with given currents) [H]
+  Eigen::MatrixXd own;         // of circuits (circuits x circuits) [H]
+  Eigen::MatrixXd from_given;  // with coils of given current (circuits x such coils) [H]
 };
 
 // Computes the inductances. The last mutual inductance of each pair of coils is cached together

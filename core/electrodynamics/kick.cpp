@@ -6,9 +6,9 @@ namespace loomstone {
 
 namespace {
 
-// Number of fixed-point iterations in a kick, because the wrenches between moving circuits depend
-// on their currents. Each iteration reduces the error by a factor equal to the relative change of a
-// current in the kick.
+// Number of fixed-point iterations in a kick. The iteration is needed because the wrenches between
+// moving circuits depend on their currents. It reduces the error each time by a factor equal to the
+// relative change of a current in the kick.
 constexpr int rounds = 4;
 
 // Wrenches per ampere of each circuit: `felt` determines the back-EMF, `exerted` acts on the
@@ -133,7 +133,7 @@ Vector Kick::middle_currents(const CircuitSystem& system, const Couplings& coupl
   std::vector<CarrierWrenches> with(m, wrenches);
   for (Eigen::Index k = 0; k < m; ++k) add_times(with[k], 1.0, couplings.exerted[k]);
   for (Eigen::Index j = 0; j < m; ++j) {
-    // Power without circuit currents. `matrix` gets its increase per ampere.
+    // Power without circuit currents. Its increase per ampere is added to `matrix`.
     const double idle = power(couplings.felt[j], wrenches);
     right[j] -= idle + scripted_power(couplings.felt[j]);
     for (Eigen::Index k = 0; k < m; ++k) matrix(j, k) += power(couplings.felt[j], with[k]) - idle;

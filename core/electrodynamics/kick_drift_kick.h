@@ -1,12 +1,12 @@
 // Stages of a sub-step in which bodies that carry magnets move. The integrator is kick-drift-kick
-// (Stoermer-Verlet) with angular momentum in world axes as variable. RigidWorld resolves contacts.
-// It has no influence on bodies without contact, so these conserve linear and angular momentum up
-// to rounding and follow paths of second-order accuracy.
+// (Stoermer-Verlet). Its rotational variable is the angular momentum in world axes. RigidWorld
+// resolves contacts and does not influence bodies that are not in contact. These conserve linear
+// and angular momentum up to rounding, and their trajectories are second-order accurate.
 //
 // Let a and a' be the accelerations at the start and end of a sub-step h. The velocity of a free
 // body changes by a h/2 before the drift and by a' h/2 after it. RigidWorld starts from the
-// velocity v + a h, so that resting bodies stay at rest. A body in contact takes the velocity of
-// RigidWorld plus (a' - a) h/2, which gives the same total momentum.
+// velocity v + a h, so that resting bodies stay at rest. A body in contact takes the velocity that
+// RigidWorld returns plus (a' - a) h/2, which gives the same total momentum.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,8 @@
 
 namespace loomstone {
 
-// Bodies during a step. The velocities of the state are up to date; its angular velocities are not.
+// Bodies during a step. The linear velocities of `state` are up to date, but its angular velocities
+// are not.
 struct MovingBodies {
   RigidState& state;
   Points momenta;  // angular momenta, world axes [kg m^2/s]
@@ -32,7 +33,8 @@ struct ContactAnswer {
   RigidState state;
   std::vector<std::uint8_t> touched;  // (b) 1: did not move freely
 };
-// end: positions of the obstacles at the end of the sub-step.
+// Resolves the contacts of a full kick by `wrenches`. end: positions of the obstacles at the end of
+// the sub-step.
 ContactAnswer answer_contacts(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
                               const ObstaclePlaces& end, const MovingBodies& bodies,
                               RigidWorld& world);

@@ -13,7 +13,7 @@ namespace loomstone {
 // A permanent magnet, or a body that is magnetised by the field in which it lies.
 using MagnetSource = std::variant<std::monostate, MagneticBody, SoftBody>;
 
-// A magnet on a rigid body or obstacle. A body with several magnets has one of these for each.
+// A magnet on a rigid body or obstacle. A body with several magnets has one Magnet for each.
 struct Magnet {
   std::string body;  // name of the rigid body or obstacle that carries it
   MagnetSource source;

@@ -36,7 +36,7 @@ struct MagneticScene {
   Index n_bodies = 0;
   Vec3 gravity = Vec3::Zero();  // [m/s^2]
   Vec3 field = Vec3::Zero();    // uniform flux density [T]
-  double tolerance = 1e-4;      // force error over the largest force between two magnets
+  double tolerance = 1e-4;      // force error, as a fraction of the largest force between magnets
   double substep = 0.15;        // sub-step length times largest angular frequency
 };
 
@@ -47,7 +47,7 @@ struct CarriedMagnet {
   SoftShapePtr soft;  // of induced bodies; null if all of them are spheres treated as point dipoles
   double saturation = 0.0;  // saturation polarization of `soft` [T]
   Points cells;             // positions of the cells of an explicit response [m]
-  RigidPose local;          // from a body's centre of mass or an obstacle's origin, mesh axes
+  RigidPose local;          // in mesh axes, from the body's centre of mass or obstacle's origin
   Index carrier = 0;        // body index, or number of bodies plus obstacle index
 };
 
@@ -63,7 +63,7 @@ struct CarriedCoil {
   bool wants_flux() const { return circuit() || !coil.times.empty(); }
 };
 
-// Properties of a rigid body that its motion under magnetic forces depends on.
+// Properties of a rigid body that determine its motion under magnetic forces.
 struct MagneticRotor {
   MassProperties mass;
   Rotor rotor;
@@ -75,7 +75,7 @@ struct MagneticModel {
   double tolerance = 1e-4, substep = 0.15;            // as in MagneticScene
   std::vector<CarriedMagnet> magnets;
   std::vector<CarriedCoil> coils;
-  std::vector<std::size_t> given, circuits;  // indices of coils with given currents; of circuits
+  std::vector<std::size_t> given, circuits;  // indices of coils: given currents, circuits
   std::vector<MagneticRotor> bodies;
   Index n_obstacles = 0;
 
@@ -94,9 +94,9 @@ MagneticModel build_magnetic_model(const MagneticScene& scene);
 // body reaches around the winding of a circuit.
 void check_magnetic_start(const MagneticModel& model, const CarrierPlaces& start);
 
-// Position of a point of the carrier [m] along the moment of its nearest hard magnet, relative to
-// the radius of the magnet: about 1 at the north pole, -1 at the south pole. 0 if no hard magnet is
-// near.
+// Returns the coordinate of a point of the carrier along the moment of the nearest hard magnet,
+// divided by the radius of that magnet. The result is about 1 at the north pole and -1 at the south
+// pole, and 0 if no hard magnet is near.
 double pole_at(const MagneticModel& model, Index carrier, const Vec3& point);
 
 }  // namespace loomstone

@@ -111,7 +111,7 @@ double MagneticMotion::frequency(const Team& team, const CarrierPlaces& places,
                                  const RigidWorld& world) const {
   const std::vector<MagneticBody>* magnets = &now.magnetised.magnets;
   Magnetised by_circuits;
-  if (!magnets_.induced().empty() && !model_.circuits.empty()) {  // circuits magnetise them too
+  if (!magnets_.induced().empty() && !model_.circuits.empty()) {  // circuits also magnetise
     by_circuits = magnets_.at(team, places, carrying_coils(model_, places, currents));
     magnets = &by_circuits.magnets;
   }

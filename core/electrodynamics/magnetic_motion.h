@@ -24,7 +24,7 @@ struct MagneticStep {
 // Cost and error of a step.
 struct MagneticEffort {
   int substeps = 0;
-  double error = 0.0;  // largest force error (estimate) at the end [N]
+  double error = 0.0;  // estimate of the largest force error at the end [N]
 };
 
 // The motion of bodies under magnetic forces. The actions at the end of a step are cached, because

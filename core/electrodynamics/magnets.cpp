@@ -54,7 +54,8 @@ Points Magnets::applied_field(const Team& team, const std::vector<MagneticBody>&
   return field;
 }
 
-// Bodies with explicit response do not contribute to the magnetisation of others.
+// Magnetises the bodies. Those with explicit response do not contribute to the magnetisation of
+// others.
 void Magnets::magnetise_bodies(const Team& team, const std::vector<MagneticBody>& coils,
                                Magnetised& magnetised) const {
   std::vector<MagneticBody>& magnets = magnetised.magnets;

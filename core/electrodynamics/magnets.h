@@ -9,10 +9,10 @@ namespace loomstone {
 
 // Magnets at one instant.
 struct Magnetised {
-  // In the order of the model. Induced dipoles have world axes.
+  // In the order of the model. The poses of induced dipoles have the axes of the world.
   std::vector<MagneticBody> magnets;
   std::vector<KnownField> known;  // fields of hard magnets at induced dipoles, reused for forces
-  Points moments;  // (k x 3) of induced dipoles; if there are none, the given ones [A m^2]
+  Points moments;  // (k x 3) of induced dipoles, or the initial guess if there are none [A m^2]
 };
 
 // Computes magnetisation, wrenches and energy. Contains only constant tables of the model.
@@ -33,7 +33,7 @@ class Magnets {
   const std::vector<Index>& hard() const { return hard_; }        // indices of hard magnets
   const std::vector<Index>& induced() const { return induced_; }  // indices of the other magnets
   const std::vector<Index>& groups() const { return groups_; }    // MagneticModel::group() of each
-  bool dipoles_only() const { return !soft_; }                    // true: all induced are dipoles
+  bool dipoles_only() const { return !soft_; }                    // true if all induced magnets are
   const Vector& polarizabilities() const { return polarizabilities_; }  // of induced dipoles
 
  private:

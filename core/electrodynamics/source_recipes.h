@@ -1,4 +1,5 @@
-// Compares recipes, and recreates sources and magnetisable bodies from them, bitwise identical.
+// Compares recipes, and recreates sources and magnetisable bodies from them. These are bitwise
+// identical to the original ones.
 #pragma once
 
 #include "core/magnetics/induction/soft_shape.h"

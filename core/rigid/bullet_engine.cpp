@@ -17,7 +17,7 @@ btDefaultCollisionConstructionInfo room_for_algorithms() {
 }  // namespace
 
 void BulletWorld::updateAabbs() {
-  constexpr btScalar room = 4.0;  // larger: boxes overlap more; smaller: boxes change more often
+  constexpr btScalar room = 4.0;  // in contact distances; larger boxes overlap more, change less
   auto& broadphase = static_cast<btDbvtBroadphase&>(*getBroadphase());
   for (int i = 0; i < m_collisionObjects.size(); ++i) {
     btCollisionObject& object = *m_collisionObjects[i];

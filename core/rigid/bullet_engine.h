@@ -11,15 +11,16 @@
 
 namespace loomstone {
 
-// Keeps bounding boxes tight. Each box is enlarged by the contact distance of its shape instead of
-// Bullet's 2 cm. This distance is proportional to the size of the shape. In the tree, the box of a
+// Keeps bounding boxes tight. Each box is enlarged by the contact distance of its shape, which is
+// proportional to the size of the shape. Bullet would enlarge it by 2 cm. In the tree, the box of a
 // body is larger by a few contact distances and is updated only when the body leaves it. Bullet
-// would enlarge the box of a moving body by 5 cm, which can include hundreds of neighbours of a
-// small body.
+// would enlarge the box of a moving body by 5 cm, so the box of a small body could overlap hundreds
+// of neighbours.
 //
-// Like the bodies, obstacles have their pose at the start of the step and the velocity that leads
-// to the pose at its end. These velocities are set explicitly. Bullet would compute them from pose
-// differences, and its arc cosine amplifies rounding errors to an angular velocity of 1e-8 / step.
+// During a step, obstacles have their initial pose and the velocity that leads to their pose at the
+// end of the step. These velocities are set explicitly. Bullet would compute them from pose
+// differences, and its arc cosine amplifies rounding errors to an angular velocity of 1e-8 rad per
+// step.
 class BulletWorld : public btDiscreteDynamicsWorld {
  public:
   using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;

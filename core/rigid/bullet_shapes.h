@@ -21,8 +21,8 @@ struct Shapes {
   btCollisionShape& whole() const { return *all.back(); }
 };
 
-// principal: Bullet's body axes in mesh axes (columns). Throws InvalidInput if the mesh does not
-// match the shape of the body.
+// Creates the shapes of a body. The columns of `principal` are Bullet's body axes in mesh axes.
+// Throws InvalidInput if the mesh does not match the shape of the body.
 Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal,
                    const std::string& where);
 

@@ -95,7 +95,7 @@ inline void write_places(ByteWriter& bytes, const ObstaclePlaces& places) {
     bytes.write(coordinate);
 }
 
-// Reads the positions of obstacles. `places` must already have the right number of obstacles and
+// Reads the positions of obstacles. `places` must already have the expected numbers of poses and
 // vertices.
 inline void read_places(ByteReader& bytes, ObstaclePlaces& places) {
   bytes.require(bytes.read<std::int32_t>() == static_cast<std::int32_t>(places.poses.size()));

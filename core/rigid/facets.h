@@ -24,10 +24,10 @@ struct Facet {
   double friction;
   std::unique_ptr<btTriangleShape> shape = std::make_unique<btTriangleShape>();
 
-  // Corner positions among the positions x (3 x 3), one corner per row.
+  // Returns the positions of the corners (3 x 3, one corner per row), given the vertex positions x.
   Mat3 at(const Points& x) const;
-  // Moves the body to its corners. The axes of the body rotate with the triangle, so contact points
-  // of the last step keep their position on it.
+  // Moves the triangle's Bullet body to the corners at x. The axes of the body rotate with the
+  // triangle, so contact points of the last step keep their position on the triangle.
   void put(btRigidBody& body, const Points& x) const;
 };
 

@@ -1,5 +1,5 @@
-// Free rotation of rigid bodies. The variable is the angular momentum in world axes. Torques add to
-// it, and a free body conserves it bitwise.
+// Free rotation of rigid bodies. The state variable is the angular momentum in world axes, to which
+// torques are added. A free body conserves it bitwise.
 #pragma once
 
 #include "core/base/rotation.h"
@@ -22,7 +22,7 @@ Vec3 angular_velocity(const Rotor& rotor, const Vec4& orientation, const Vec3& a
 // Orientation after `step` [s] of free rotation. The kinetic energy L.L/2B + (1/A - 1/B) L_a^2/2 +
 // (1/C - 1/B) L_c^2/2 is split into rotations about L, about axis a and about axis c, in the
 // symmetric order of [Dullweber1997]. The method is reversible, of second order, and exact for
-// bodies with two equal moments.
+// bodies with two equal moments of inertia.
 Vec4 freely_turned(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum,
                    double step);
 

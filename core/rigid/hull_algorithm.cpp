@@ -13,7 +13,7 @@ namespace {
 
 using Corners = HullOnTriangles::Corners;
 
-constexpr std::size_t most_planes = 4;  // contact planes of a hull with one obstacle
+constexpr std::size_t most_planes = 4;  // largest number of contact planes of a pair
 constexpr btScalar same_plane = 0.9;    // cosine of the largest rotation of a plane between steps
 
 bool is_triangle(const btCollisionObjectWrapper& object) {
@@ -45,7 +45,7 @@ class Collect : public btTriangleCallback {
   std::vector<Corners>& triangles_;
 };
 
-// Algorithm of one pair: a hull, which may be part of a body, and a mesh or a triangle.
+// Collision algorithm for one pair: a hull, which may be part of a body, and a mesh or a triangle.
 class HullAlgorithm : public btCollisionAlgorithm {
  public:
   HullAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
@@ -101,7 +101,7 @@ class HullAlgorithm : public btCollisionAlgorithm {
     return from_bullet(hull.getWorldTransform().invXform(body.getWorldTransform() * local));
   }
 
-  // Fills triangles_. Returns the number of triangles that can have contacts. They come first; the
+  // Fills triangles_. Returns the number of triangles that can have contacts. These come first. The
   // other triangles only share corners with them.
   std::size_t collect(const btCollisionObjectWrapper& hull, const btCollisionObjectWrapper& other,
                       double near) {
@@ -135,7 +135,8 @@ class HullAlgorithm : public btCollisionAlgorithm {
                        [&](const HullContact& c) { return (c.point - point).norm() < near; });
   }
 
-  // Removes contacts that do not touch yet. Bodies that bounce need contacts only where they touch.
+  // Removes new contacts with a positive gap. Bodies that bounce need contacts only where they
+  // touch.
   void remove_contacts_ahead(double near) {
     for (auto& plane : planes_)
       plane.erase(std::remove_if(plane.begin(), plane.end(),
@@ -148,8 +149,8 @@ class HullAlgorithm : public btCollisionAlgorithm {
                   planes_.end());
   }
 
-  // Returns the unused manifold with the closest plane, or else an empty one, or else any one after
-  // clearing it.
+  // Returns the unused manifold with the closest plane. If that plane is rotated too far, returns
+  // an empty manifold, or else clears and returns the closest one.
   std::size_t manifold_for(const btVector3& normal_on_second) const {
     std::size_t chosen = manifolds_.size();
     btScalar most = -2.0;

@@ -9,10 +9,10 @@
 namespace loomstone {
 
 // Replaces Bullet's algorithm, which searches for the penetration depth. If the triangle is much
-// larger than the hull, that search sometimes returns the size of the hull along an arbitrary
-// direction. It also blocks hulls at internal edges of a flat surface. This algorithm creates up to
-// four contact points in each of up to four planes per pair. Hulls without a Polyhedron use
-// Bullet's algorithm.
+// larger than the hull, that search sometimes returns a depth as large as the hull, in an arbitrary
+// direction. Bullet's algorithm also blocks hulls at internal edges of a flat surface. This
+// algorithm creates up to four contact points in each of up to four planes per pair. Hulls without
+// a Polyhedron use Bullet's algorithm.
 class HullAlgorithms {
  public:
   // Bytes that a dispatcher's configuration must reserve per algorithm.
@@ -22,7 +22,7 @@ class HullAlgorithms {
 
  private:
   struct Create : btCollisionAlgorithmCreateFunc {
-    btCollisionAlgorithmCreateFunc* others = nullptr;  // Bullet's, for hulls without a Polyhedron
+    btCollisionAlgorithmCreateFunc* others = nullptr;  // Bullet's, for hulls with no Polyhedron
     btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
                                                    const btCollisionObjectWrapper* first,
                                                    const btCollisionObjectWrapper* second) override;

@@ -17,9 +17,9 @@ using Contacts = HullOnTriangles::Contacts;
 
 // Reduces the contacts in one plane to four. Contacts within 0.02 `near` of the deepest one bear
 // the load. If at least four contacts bear the load, keeps the outermost one, the one farthest from
-// it, and the one farthest from the line through both on each side. Otherwise keeps all that bear
-// the load and adds the contacts farthest from those kept. Contacts of the last step count as
-// slightly deeper and farther out.
+// that, and the one farthest from the line through both on each side of it. Otherwise keeps all
+// that bear the load and adds the contacts farthest from those kept. Contacts of the last step
+// count as slightly deeper and farther out.
 void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
   if (contacts.size() <= 4) return;
   constexpr double bearing = 0.02, stays = 1.05;
@@ -63,7 +63,7 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
     contacts.resize(4);
     return;
   }
-  // Sort by gap. If upper and lower corners of a thin plate tie, the lower one is kept.
+  // Sort by gap. The lower one of two thin plate corners at nearly equal distances is then kept.
   for (std::size_t k = n + 1; k < contacts.size(); ++k)
     for (std::size_t j = k; j > n && contacts[j].gap < contacts[j - 1].gap; --j) swap(j, j - 1);
   for (std::size_t place = n; place < 4; ++place)
@@ -102,7 +102,7 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
   if (best.gap > near) return false;
   double apart = best.gap;  // the largest gap along any axis
   met = best;
-  // Only a clearly smaller overlap replaces an axis. This keeps the type of contact stable.
+  // Replace an axis only if the overlap is clearly smaller. This keeps the contact type stable.
   const auto better = [&](double gap, const Axis& than) {
     return gap > than.gap + 1e-3 * near + 0.05 * std::abs(than.gap);
   };
@@ -132,8 +132,8 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
       const Vec3 across = along.cross(reach);
       const double length = across.norm();
       if (length < same_plane * along.norm() * reach.norm()) continue;
-      // An edge of the hull has contacts in directions between the normals of its two faces. A side
-      // of the triangle has contacts in directions that point away from the triangle.
+      // An edge of the hull has contacts only in directions between the normals of its faces. A
+      // side of the triangle has contacts only in directions away from the triangle.
       const Vec3 direction = across / (across.dot(first + second) > 0.0 ? -length : length);
       if (turn * direction.cross(first).dot(along) < 0.0 ||
           turn * second.cross(direction).dot(along) < 0.0)
@@ -161,7 +161,7 @@ void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, dou
   for (const auto& edge : hull_->edges) {
     const Vec3 &from = hull_->points[edge.points[0]], &to = hull_->points[edge.points[1]];
     double low = 0.0, high = 1.0;
-    // Keeps the part where a linear function with these values at the ends is at most 0.
+    // Keeps the part of the edge where a linear function with these end values is at most 0.
     const auto keep_below = [&](double at_from, double at_to) {
       if (at_from > 0.0 && at_to > 0.0) high = -1.0;
       if (at_from > 0.0 && at_to <= 0.0) low = std::max(low, at_from / (at_from - at_to));
@@ -246,8 +246,8 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
 }
 
 // Other triangles may reach farther along a triangle's axis of least overlap. If the overlap with
-// all triangles along it is at most that along the best admissible axis, it is a candidate for a
-// single contact with all. Otherwise the triangle has contacts along the best admissible axis.
+// all triangles is no larger than that along the best admissible axis, the former axis is a
+// candidate for a single contact. Otherwise the contacts lie along the best admissible axis.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

@@ -16,8 +16,8 @@ struct HullContact {
   Vec3 on_hull() const { return point + gap * normal; }
 };
 
-// Finds the contacts of a hull with triangles that are given in the axes of the hull, by the
-// separating-axis test [Gottschalk1996] and face clipping. A triangle faces the side on which it
+// Finds the contacts of a hull with triangles by the separating-axis test [Gottschalk1996] and face
+// clipping. The triangles are given in the axes of the hull. A triangle faces the side on which it
 // touched the hull in the last step, or else the side of the hull's centre. An edge or corner of a
 // triangle has contacts only in directions in which no triangle that shares it reaches farther.
 // Shared corners have bitwise equal coordinates. Internal edges of a flat surface therefore do not
@@ -33,7 +33,7 @@ class HullOnTriangles {
     std::size_t n_met;  // the first n_met triangles can have contacts; the rest only share edges
     double near;        // largest gap of a contact [m]
     std::size_t most;   // largest number of planes
-    const Contacts& before;  // contacts of the last step, points on the hull; preferred in ties
+    const Contacts& before;  // contacts of the last step, points on the hull, preferred in ties
   };
   // Finds up to four well separated contacts in each plane. The deepest plane comes first.
   void find(const Query& query, std::vector<Contacts>& planes);
@@ -55,10 +55,10 @@ class HullOnTriangles {
   // The corner of all triangles that is farthest along a direction, or `from` if no corner is
   // farther.
   Vec3 farthest_corner(const Vec3& direction, const Vec3& from) const;
-  // Determines the axes of least overlap: `best` among all axes, and `met` among the axes that can
-  // have contacts. The normal of the triangle can always have contacts. Returns false if the gap
-  // along any axis exceeds `near`, or if hull and triangle are apart along some axis although they
-  // overlap along `best`.
+  // Determines the axes of least overlap: `best` among all axes, and `met` among the axes along
+  // which contacts are admissible. The normal of the triangle is always admissible. Returns false
+  // if the gap along any axis exceeds `near`, or if hull and triangle are apart along some axis
+  // although they overlap along `best`.
   bool least_overlap(const Corners& triangle, const Vec3& normal, double near, Axis& best,
                      Axis& met) const;
   // Fills contacts_.

@@ -67,7 +67,7 @@ struct MassProperties {
 // Throws InvalidInput for meshes that are open or inside out.
 MassProperties mass_properties(const TriangleMesh& mesh, double density);
 
-// State of all bodies. Positions are those of the centre of mass. Quaternions are (w, x, y, z).
+// State of all bodies. Positions are those of the centres of mass. Quaternions are (w, x, y, z).
 struct RigidState {
   Points positions;                                                        // (b x 3) [m]
   Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> orientations;  // (b x 4)
@@ -127,8 +127,8 @@ ObstaclePlaces between(const ObstaclePlaces& start, const ObstaclePlaces& end, d
 // Throws InvalidInput unless both have the same numbers of poses and vertices.
 void check_places(const ObstaclePlaces& given, const ObstaclePlaces& expected);
 
-// Returns (n) 1 for bodies that rest on an obstacle, directly or through other bodies. pressed:
-// pairs that press on each other; indices from n on are obstacles.
+// Returns an array (n) that is 1 for bodies that rest on an obstacle, directly or through other
+// bodies. pressed: pairs that press on each other. Indices from n on are obstacles.
 std::vector<std::uint8_t> bodies_on_obstacles(int n,
                                               const std::vector<std::array<int, 2>>& pressed);
 
@@ -157,14 +157,15 @@ class RigidWorld {
   void restore(const RigidState& state);
   // Applies impulses [N s] and angular impulses [N m s] about the centres (b x 3), then advances by
   // `step` [s]. obstacles: positions at the end of the step, which determine the velocities of the
-  // obstacles. touched: if given, receives (b) 1 for bodies that did not move freely.
+  // obstacles. touched: if given, is set to 1 for bodies that did not move freely, else to 0 (b).
   void advance(double step, const Points& impulses, const Points& angular_impulses,
                const ObstaclePlaces& obstacles, RigidState& state,
                std::vector<std::uint8_t>* touched = nullptr);
-  // (b) 1 for bodies with a contact point within Bullet's contact breaking threshold, a few
-  // hundredths of their size.
+  // Returns an array (b) that is 1 for bodies with a contact point closer than Bullet's contact
+  // breaking threshold, a few hundredths of their size.
   std::vector<std::uint8_t> touching() const;
-  // (b) 1 for bodies pressed on an obstacle in the last step, directly or through other bodies.
+  // Returns an array (b) that is 1 for bodies that were pressed on an obstacle in the last step,
+  // directly or through other bodies.
   std::vector<std::uint8_t> supported() const;
   // Writes the manifolds to `state`. A run that continues with restore() is then bitwise identical.
   void save(RigidState& state) const;

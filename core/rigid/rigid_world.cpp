@@ -3,7 +3,7 @@
 //
 // Bullet's contact cache, pair order and tree are hidden state. Therefore restore() always builds a
 // new world in the same order and restores the saved contact points. A run that calls restore()
-// continues bitwise like a run that loads the same state from a file.
+// continues bitwise identically to a run that loads the same state from a file.
 #include <array>
 #include <string>
 
@@ -173,8 +173,8 @@ void RigidWorld::restore(const RigidState& state) {
         engine.add(data.masses[i].mass, data.moments[i], shape, body.friction, body.restitution);
     if (!data.gyroscopic)
       moving.setFlags(moving.getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
-    // Continuous collision detection for bodies that move by more than half their inner radius in a
-    // step. It prevents them from passing through a floor.
+    // Use continuous collision detection for bodies that move by more than half their inner radius
+    // in a step. They could otherwise pass through a floor.
     moving.setCcdMotionThreshold(0.5 * data.inner_radii[i]);
     moving.setCcdSweptSphereRadius(0.5 * data.inner_radii[i]);
     data.set_body(i, state);

@@ -85,7 +85,7 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
   double size = 0.0;
   for (const Vec3& vertex : vertices) size = std::max(size, (vertex - centre).norm());
 
-  // Sums of area n n^T and of area n over the faces of each vertex.
+  // Area-weighted sums of n n^T and of the normals n over the faces at each vertex.
   std::vector<Mat3> products(vertices.size(), Mat3::Zero());
   std::vector<Vec3> sums(vertices.size(), Vec3::Zero());
   double inner_radius = size;

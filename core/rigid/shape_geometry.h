@@ -19,7 +19,8 @@ Mat3 principal_axes(const Mat3& inertia);
 // Vertices in principal axes relative to the centre of mass [m].
 std::vector<Vec3> body_points(const TriangleMesh& mesh, const Vec3& centre, const Mat3& principal);
 
-// Radius about the centre of mass [m]. Throws InvalidInput unless the mesh is a sphere within 1 %.
+// Returns the radius of a spherical mesh about its centre of mass [m]. Throws InvalidInput unless
+// the mesh is a sphere within 1 %.
 double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass, double density,
                      const std::string& where);
 
@@ -38,8 +39,8 @@ struct FacetFrame {
 };
 FacetFrame facet_frame(const Mat3& corners);
 
-// A shrunken convex polyhedron. Enlarged by `margin`, the core fills the polyhedron except at its
-// rounded edges.
+// A shrunken convex polyhedron. Enlarged by `margin`, the core fills the polyhedron except near the
+// edges, which it rounds.
 struct ConvexCore {
   std::vector<Vec3> points;
   double margin = 0.0;  // [m]
@@ -57,8 +58,8 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
 // vertices are round enough for Bullet's method.
 constexpr int most_polyhedron_vertices = 32;
 // Ratio of margin to inner radius. Polyhedra need a margin only in contact with other shapes. Round
-// hulls need one that avoids Bullet's slower and less accurate penetration search. Stacks behave
-// alike for ratios from 0.01 to 0.15.
+// hulls need a margin that is large enough to avoid Bullet's slower and less accurate penetration
+// search. Stacks behave alike for ratios from 0.01 to 0.15.
 constexpr double polyhedron_margin = 1e-4, round_margin = 0.05;
 
 // Throws InvalidInput if the shape is Parts but `parts` is empty or contains a null mesh.

@@ -13,8 +13,8 @@ namespace loomstone {
 
 namespace {
 
-// Largest squared difference between the normals of a contact in consecutive steps; equals 18
-// degrees.
+// Largest squared difference between the normals of a contact in consecutive steps. The value
+// corresponds to 18 degrees.
 constexpr btScalar same_contact = 0.1;
 
 bool touched_before(const btPersistentManifold& manifold, const SphereContact& contact) {
@@ -73,8 +73,8 @@ double radius(const btRigidBody& ball) {
   return static_cast<const btSphereShape*>(ball.getCollisionShape())->getRadius();
 }
 
-// near: largest gap of touching contacts. motion: motion of the ball relative to the other body in
-// this step, zero for balls that bounce.
+// Adds the contact between two balls, if there is one. near: largest gap of touching contacts.
+// motion: motion of `ball` relative to `other` in this step, zero for balls that bounce.
 void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion,
               std::vector<SphereContact>& contacts) {
   const Vec3 at = from_bullet(ball.getWorldTransform().getOrigin()),
@@ -83,7 +83,7 @@ void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, co
   if ((at - past).squaredNorm() > reach * reach) return;
   const SphereContact contact = sphere_contact(at, radius(ball), past, radius(other));
   // A contact that straight motion does not violate is kept, because the ball may be struck on its
-  // way. A contact that straight motion would violate counts only if it lies ahead on the path.
+  // way. Otherwise the contact is the first one on the path, if there is one.
   if (contact.gap <= 0.0 || -motion.dot(contact.normal) <= contact.gap)
     contacts.push_back(contact);
   else if (const auto ahead = contact_ahead(at, radius(ball), past, radius(other), motion))
@@ -121,7 +121,7 @@ class NearTriangles : btTriangleCallback {
   double reach_ = -1.0;        // reach of the last search; negative: none
 };
 
-// Algorithm of one pair. The first body is a sphere, the second a sphere or a mesh.
+// Collision algorithm for one pair. The first body is a sphere, the second a sphere or a mesh.
 class SphereAlgorithm : public btCollisionAlgorithm {
  public:
   SphereAlgorithm(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObject* ball,

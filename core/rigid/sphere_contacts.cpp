@@ -11,7 +11,8 @@ namespace loomstone {
 namespace {
 
 constexpr unsigned all_corners = 0b111;
-// Largest squared difference between the normals of identical contacts; equals 0.06 degrees.
+// Largest squared difference between the normals of identical contacts. The value corresponds to
+// 0.06 degrees.
 constexpr double same_normal = 1e-6;
 
 unsigned corners_of(const TrianglePoint& closest) {
@@ -24,8 +25,8 @@ double distance_to(const std::array<Vec3, 3>& triangle, const Vec3& point) {
   return (point - closest_on_triangle(point, triangle[0], triangle[1], triangle[2]).point).norm();
 }
 
-// True if the bounding boxes of a triangle and a sphere overlap. This test is cheaper than a
-// distance.
+// True if the bounding boxes of a triangle and a sphere overlap. This test is cheaper than
+// computing the distance.
 bool may_reach(const std::array<Vec3, 3>& triangle, const Vec3& centre, double reach) {
   for (int k = 0; k < 3; ++k) {
     const double a = triangle[0][k] - centre[k], b = triangle[1][k] - centre[k],

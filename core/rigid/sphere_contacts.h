@@ -12,14 +12,15 @@ namespace loomstone {
 
 struct SphereContact {
   Vec3 on_sphere, on_other;  // [m]
-  Vec3 normal;               // from the other to the sphere, unit length
+  Vec3 normal;               // from the other surface to the sphere, unit length
   double gap;                // along the normal, negative for overlaps [m]
 };
 
 // Contact with another sphere.
 SphereContact sphere_contact(const Vec3& centre, double radius, const Vec3& other_centre,
                              double other_radius);
-// First contact with another sphere during the relative `motion` [m]. Its gap is that at the start.
+// First contact with another sphere during the relative `motion` [m]. The gap of the result is that
+// at the start of the motion.
 std::optional<SphereContact> contact_ahead(const Vec3& centre, double radius,
                                            const Vec3& other_centre, double other_radius,
                                            const Vec3& motion);
