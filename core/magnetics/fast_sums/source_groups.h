@@ -1,5 +1,5 @@
 // A source as groups of eight parts, which are charged faces or dipoles. Groups provide the
-// multipole moments for expanded_field.h. Near a point they are summed exactly, with one part per
+// multipole moments for expanded_field.h. Groups near a point are summed exactly, with one part per
 // SIMD lane.
 #pragma once
 

@@ -103,7 +103,7 @@ bool few(const DipoleSet& by, Index observers) {
 // error of the samples. If a setting misses its predicted error by a factor, the next one is
 // assumed to miss by the same factor. With many observers, each setting is first tested on the
 // cells that contain samples. The setting that meets the tolerance is then applied to all cells.
-// Returns false if none does.
+// Returns false if no setting meets the tolerance.
 template <class Pass>
 bool controlled(double tolerance, const PointTree& observers, const std::vector<Index>& samples,
                 Pass&& pass) {

@@ -1,6 +1,7 @@
 // Treecode for sums over N dipoles to a given tolerance in O(N log N) time. It is a dual-tree fast
 // multipole method [GreengardRokhlin1987] with Cartesian Taylor expansions [Dehnen2002]. Cells that
-// are far apart relative to their sizes interact by expansions, neighbouring leaves directly.
+// are far apart relative to their sizes interact by expansions. Neighbouring leaves interact
+// directly.
 //
 // The error is the root mean square over observers, relative to that of the result. Field and
 // gradient, or forces and torques, must both meet the tolerance. The error is measured at 128
@@ -31,8 +32,8 @@ struct TreecodeField {
 TreecodeField treecode_field(const Team& team, const DipoleSet& by, const ConstPointsRef& points,
                              bool gradient, double tolerance);
 
-// Returns the forces (6.10) and torques (6.11) that the dipoles of `by` exert on the given dipoles,
-// as dipole_forces() does.
+// Returns the forces (6.10) and torques (6.11) of [Thomaszewski2010] that the dipoles of `by` exert
+// on the given dipoles, as dipole_forces() does.
 Wrenches treecode_forces(const Team& team, const Points& positions, const Points& moments,
                          const DipoleSet& by, double tolerance);
 

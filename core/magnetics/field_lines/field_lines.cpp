@@ -114,8 +114,8 @@ class LineTracing {
     return nullptr;
   }
 
-  // Evaluates one stage of all lines: the unit vectors along or against the field at at(line). Ends
-  // lines at points where the field vanishes.
+  // Evaluates one stage of all lines, which is the unit vector along or against the field at
+  // at(line). Ends lines at points where the field vanishes.
   template <class At>
   void directions(const std::vector<Tracer*>& lines, int stage, At&& at) {
     Points x(lines.size(), 3);
@@ -243,7 +243,7 @@ LineOptions checked_options(const std::vector<MagneticBody>& bodies, LineOptions
   return options;
 }
 
-// Returns one tracer for each direction from each seed, the one against the field first.
+// Returns one tracer for each direction from each seed. The one against the field comes first.
 std::vector<Tracer> tracers_from(const LineSeeds& seeds) {
   std::vector<Tracer> tracers;
   for (Index i = 0; i < seeds.points.rows(); ++i)
@@ -270,7 +270,7 @@ FieldLines joined(const std::vector<Tracer>& tracers) {
     if (line.sign < 0.0) {
       const bool both = t + 1 < tracers.size() && tracers[t + 1].origin == line.origin;
       if (both) ++t;
-      // A closed line is kept in one direction only. The other direction may have missed the seed.
+      // A closed line is kept in one direction only, because the other one may miss the seed.
       const bool only_onwards =
           both && line.end != LineEnd::closed && tracers[t].end == LineEnd::closed;
       begin = only_onwards ? LineEnd::closed : line.end;

@@ -41,17 +41,17 @@ struct FieldLines {
 FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& bodies,
                              const LineSeeds& seeds, const LineOptions& options);
 
-// Returns `lines` seeds that each represent the same flux. They lie on the surfaces of solid bodies
-// where flux leaves these, and on the discs bounded by loops, solenoids and closed polylines.
-// Throws InvalidInput if there are no such bodies.
+// Returns `lines` seeds that each represent the same flux. They lie where flux leaves the surfaces
+// of solid bodies, and on the discs bounded by loops, solenoids and closed polylines. Throws
+// InvalidInput if there are no such bodies.
 LineSeeds flux_seeds(const Team& team, const std::vector<MagneticBody>& bodies, const Vec3& uniform,
                      Index lines);
 
 // Returns the centre and radius [m] of a bounding sphere of all bodies.
 std::pair<Vec3, double> bounding_ball(const std::vector<MagneticBody>& bodies);
 
-// Returns the depth (n) of points below the surface of solid magnets [m], the largest over all
-// magnets. It is negative outside, and minus infinity if there are no solid magnets.
+// Returns the depth of each point below the surface of solid magnets (n) [m]. It is the largest
+// over all magnets, negative outside, and minus infinity if there are no solid magnets.
 Vector magnetic_depth(const std::vector<MagneticBody>& bodies, const ConstPointsRef& points);
 
 }  // namespace loomstone

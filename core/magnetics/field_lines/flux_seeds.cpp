@@ -44,7 +44,8 @@ std::vector<Piece> disc_pieces(double radius, int n) {
   return pieces;
 }
 
-// Returns a lattice of pieces on each panel. Their number is proportional to the area of the panel.
+// Returns a lattice of pieces on each panel. The number of pieces is proportional to the area of
+// the panel.
 std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
   std::vector<double> areas;
   for (const Panel& panel : panels) areas.push_back(panel.at(0.5, 0.5).area.norm());
@@ -53,7 +54,7 @@ std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
   for (std::size_t p = 0; p < panels.size(); ++p) {
     const Vec3 du = panels[p].at(0.51, 0.5).position - panels[p].at(0.49, 0.5).position;
     const Vec3 dv = panels[p].at(0.5, 0.51).position - panels[p].at(0.5, 0.49).position;
-    // Arc length, because chords of round panels are too short.
+    // Use the arc length, because chords of round panels are too short.
     const double turned = panels[p].turn * panels[p].radius1;
     const double wide = std::max({50.0 * du.norm(), std::abs(turned), 1e-300}),
                  high = std::max(50.0 * dv.norm(), 1e-300);

@@ -71,8 +71,8 @@ const CellMagnet* cells_of(const MagneticBody& body);
 struct CellTable {
   Points positions, moments;  // (n x 3) [m], [A m^2]
 };
-// Return all cells of one level, including leaves of coarser levels, or the front of `body` towards
-// `other`. Throw InvalidInput if a body has no cells.
+// cell_level() returns all cells of one level, including leaves of coarser levels. cell_front()
+// returns the front of `body` towards `other`. Both throw InvalidInput if a body has no cells.
 CellTable cell_level(const MagneticBody& body, Index level);
 CellTable cell_front(const MagneticBody& body, const MagneticBody& other);
 

@@ -1,8 +1,9 @@
 // With G such that d^2/dx^2 d^2/dy^2 d^2/dz^2 G = 1/R, the force on cuboid 2 is
 //   F_k = - 1/(4 pi mu0) sum_ij J1_i J2_j sum over corners s1 s2 T_ijk(R),   T_ijk = d_i d_j d_k G.
-// R is the arm, the vector from a corner of 1 to a corner of 2. s1 and s2 are the products of the
-// signs of the corners' coordinates. For torques, the lever y_a about the centre of 2 turns T into
-// y_a T - U with dU/dR_a = T. On faces normal to axis a, the lever is constant and there is no U.
+// R is the arm, the vector from a corner of cuboid 1 to a corner of cuboid 2. s1 and s2 are the
+// products of the signs of the corners' coordinates. For torques, the lever y_a about the centre of
+// cuboid 2 replaces T by y_a T - U, where dU/dR_a = T. On faces normal to axis a, the lever is
+// constant and there is no U.
 #include "core/magnetics/forces/cuboid_pair.h"
 
 #include <algorithm>
@@ -112,13 +113,13 @@ LOOMSTONE_INLINE void add_term(const Corners<Lanes>& c, Term t, Lanes* forces, L
   }
 }
 
-// Half edges a of 1 and b of 2 [m], vector d from the centre of 1 to that of 2 [m], and
-// polarisations [T].
+// Half edge lengths a of cuboid 1 and b of cuboid 2 [m], vector d from the centre of 1 to that of 2
+// [m], and polarisations [T].
 struct CuboidPair {
   Vec3 a, b, d, j1, j2;
 };
 
-// Returns the pairs of all corners of 1, in lanes, with one corner of 2.
+// Returns the pairs of all corners of cuboid 1 (one per lane) with one corner of cuboid 2.
 template <class Lanes>
 LOOMSTONE_INLINE Corners<Lanes> corners_of(const CuboidPair& pair, int corner, double least) {
   const double *a = pair.a.data(), *b = pair.b.data(), *d = pair.d.data();
@@ -141,8 +142,8 @@ LOOMSTONE_INLINE Corners<Lanes> corners_of(const CuboidPair& pair, int corner, d
   return result;
 }
 
-// Adds to `force` (3) the sums over corners of -T_ijk J1_i J2_j. Adds to `levers` (3 x 3: lever
-// axis, k) the sums of its moments about the centre of 2.
+// Adds to `force` (3) the sums over corners of -T_ijk J1_i J2_j. Adds to `levers` (3 x 3, lever
+// axis by component k) the sums of the moments of these forces about the centre of cuboid 2.
 template <class Lanes>
 LOOMSTONE_INLINE void corner_sums(const CuboidPair& pair, double* force, double* levers) {
   const double *a = pair.a.data(), *b = pair.b.data();

@@ -1,6 +1,6 @@
 // Force and torque between two cuboids with parallel edges in closed form [Akoun1984],
-// [Janssen2010]. They are sums of functions of the vectors between corners over 8 x 8 pairs of
-// corners.
+// [Janssen2010]. They are sums over 8 x 8 pairs of corners. Each term is a function of the vector
+// between the two corners.
 #pragma once
 
 #include <optional>

@@ -116,7 +116,7 @@ void check_tolerance(double tolerance) {
     fail<InvalidInput>("tolerance must be in [1e-12, 0.1] [1], got {}", tolerance);
 }
 
-// Adds the forces between bodies with one dipole, such as spheres. Returns marks of these bodies.
+// Adds the forces between bodies with one dipole, such as spheres. Returns a mask of these bodies.
 std::vector<bool> add_single_dipoles(const Team& team, const std::vector<MagneticBody>& bodies,
                                      std::vector<Wrench>& result) {
   std::vector<bool> single(bodies.size(), false);
@@ -231,7 +231,7 @@ double energy_integral(const MagneticBody& on, const MagneticBody& by, double to
   const std::vector<Panel> surface = on.source->surface();
   if (surface.empty())
     throw Unsupported("only magnets and dipoles have an energy here, got a current");
-  // Scale of the parts of the integral: a thousandth of the energy of the total moment in a typical
+  // Absolute scale of the tolerance: a thousandth of the energy of the total moment in a typical
   // field of the other body.
   const double least = 1e-3 * on.source->moment().norm() * by.source->moment().norm() * mu0 /
                        (4.0 * pi * std::pow(on.source->radius() + by.source->radius(), 3));

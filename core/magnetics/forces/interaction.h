@@ -1,6 +1,6 @@
 // Forces and torques between bodies. The charge or current of one body is integrated in the exact
 // field of the other. The reaction on the other body follows from the balance of linear and angular
-// momentum, which therefore holds to rounding.
+// momentum, which therefore holds up to rounding errors.
 //
 // Dipoles and spheres need no integral, parallel cuboids have a closed form, and other bodies are
 // integrated over their panels. Overlapping bodies exert the forces between their surface charges,

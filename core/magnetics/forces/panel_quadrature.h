@@ -37,7 +37,8 @@ struct PanelTask {
   PanelQuantity quantity;
 };
 
-// The error is at most `tolerance` times the larger of the value and `least`.
+// Integrates over the panels. The error is at most `tolerance` times the larger of the value and
+// `least`.
 PanelIntegral integrate_panels(const PanelTask& task, double tolerance, double least);
 
 }  // namespace loomstone

@@ -14,7 +14,7 @@ namespace loomstone {
 namespace {
 
 constexpr int most_parts = 64;
-constexpr double longest_part = 1.5;  // longest edge over the cube root of the volume
+constexpr double longest_part = 1.5;  // limit of the longest edge / cube root of the volume
 
 // Returns the centres of the parts of a box that is divided into `count` parts along each axis.
 Points part_middles(const Vec3& low, const Vec3& part, const int* count) {
@@ -107,7 +107,8 @@ constexpr int sphere_rows = 6;
 constexpr double neighbours = 1.6;
 
 // Returns the sum of the bound for any two dipoles over spheres far from sphere i, divided by the
-// moment of i and by mu0/4pi. `near` receives the indices of all other spheres, including i.
+// moment of i and by mu0/4pi. `near` receives the indices of the spheres that are not far,
+// including i.
 template <class Lanes>
 LOOMSTONE_INLINE double far_kernel(const double* table, Index padded, Index i, Index* near,
                                    Index* n_near) {
@@ -179,7 +180,7 @@ std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets,
   std::iota(all.begin(), all.end(), 0);
   std::copy_if(all.begin(), all.end(), std::back_inserter(others),
                [&](std::size_t k) { return !magnets[k].soft_sphere; });
-  // If all these magnets are fixed, soft spheres contribute nothing here.
+  // If all these magnets are fixed, soft spheres contribute nothing here and are skipped.
   if (std::all_of(others.begin(), others.end(),
                   [&](std::size_t k) { return fixed(carriers[carrier[k]]); }))
     all = others;

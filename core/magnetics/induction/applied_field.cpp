@@ -12,7 +12,7 @@ namespace {
 
 constexpr int order = 3, per_leaf = AppliedField::points;
 static_assert(order * order == per_leaf);
-constexpr std::size_t most_leaves = 4000;  // force error of 1e-3 in contact, at any angle
+constexpr std::size_t most_leaves = 4000;  // for a force error of 1e-3 in contact at any angle
 constexpr double worst = 0.1;  // parts with this fraction of the largest error are bisected
 
 using Leaf = AppliedField::Leaf;
@@ -24,8 +24,8 @@ struct Judged {
 };
 
 // Returns the error of the three-point rule in one direction. The rule is exact up to degree 5. Its
-// error is the Legendre coefficient of degree 6 of `sums`, the sums over the other direction.
-// Geometric decay gives an estimate of this coefficient from that of degree 2.
+// error is the Legendre coefficient of degree 6 of `sums`, the sums over the other direction. This
+// coefficient is estimated from that of degree 2 by assuming geometric decay.
 double rule_error(const Vec3* sums) {
   const GaussRule& rule = gauss_rule(order);
   double largest = 0.0, last = 0.0;

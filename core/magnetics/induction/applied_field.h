@@ -1,6 +1,6 @@
-// Normal component of the field that magnets apply to the panels of a body, at enough points to
-// integrate it. Panels are bisected where the field varies too much within them, for example under
-// the edges of a pole that touches the body.
+// Normal component of the field that magnets apply to the panels of a body, sampled at enough
+// points for integration. Panels are bisected where the field varies too much within them, for
+// example under the edges of a pole that touches the body.
 #pragma once
 
 #include <cstdint>

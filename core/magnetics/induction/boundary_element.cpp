@@ -16,8 +16,8 @@ namespace {
 // points.
 constexpr double near = 3.0;
 
-// Returns log(r - u) without cancellation, where r^2 = u^2 + rest. Where it is infinite, the
-// factors that multiply it vanish.
+// Returns log(r - u) without cancellation, where r^2 = u^2 + rest. Where the logarithm is infinite,
+// the factors that multiply it vanish.
 double log_below(double r, double u, double rest) {
   return std::log(std::max(u > 0.0 ? rest / (r + u) : r - u, 1e-300));
 }

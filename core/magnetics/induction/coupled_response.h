@@ -20,7 +20,7 @@ class CoupledResponse {
   CoupledResponse(const Team& team, const std::vector<SoftBody>& soft);
 
   // Returns what each body receives from magnets and a uniform field. For bodies made of panels,
-  // `applied` receives the field within the panels.
+  // `applied` is set to the field within the panels.
   std::vector<Vector> received(const std::vector<MagneticBody>& hard, const Vec3& field,
                                std::vector<AppliedField>& applied) const;
 

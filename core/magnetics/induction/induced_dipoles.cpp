@@ -37,7 +37,8 @@ LOOMSTONE_INLINE void distance_kernel(const double* x, const double* positions, 
   }
 }
 
-// Computes the flux density (6.5) of moments m (n x 3) at eight spheres, times 4 pi / mu0.
+// Computes the flux density of moments m (n x 3) at eight spheres by (6.5) of [Thomaszewski2010],
+// times 4 pi / mu0.
 template <class Lanes>
 LOOMSTONE_INLINE void moment_kernel(const double* x, const double* positions, const double* factors,
                                     const double* m, Index n, double* field) {
@@ -57,7 +58,8 @@ LOOMSTONE_INLINE void moment_kernel(const double* x, const double* positions, co
   lanes_store(field + 2 * n_lanes, sum.z);
 }
 
-// The operator T: the field of the spheres at one another, for changing moments.
+// The operator T, which maps the moments of the spheres to their fields at one another. It is
+// applied to many moments at the same positions.
 class MutualField {
  public:
   MutualField(const Team& team, const Points& positions) : team_(team), positions_(positions) {

@@ -1,6 +1,7 @@
 // Linear spheres as point dipoles that magnetise one another: m = alpha B with the polarisability
-// alpha of a sphere, (6.17) with its misprint corrected. B includes the field of all other spheres,
-// which leads to a linear system. In [Thomaszewski2010], only permanent magnets contribute to B.
+// alpha of a sphere. This is (6.17) of [Thomaszewski2010] with its misprint corrected. Here, B
+// includes the field of all other spheres, which leads to a linear system. In [Thomaszewski2010],
+// only permanent magnets contribute to B.
 #pragma once
 
 #include <vector>
@@ -20,7 +21,8 @@ double sphere_polarizability(double radius, double susceptibility);
 Points induced_moments(const Team& team, const Points& positions, const Vector& polarizabilities,
                        const Points& applied, double tolerance, const Points& start = {});
 
-// Returns the same for given radii [m] and susceptibilities [1]. Throws InvalidInput.
+// Returns the moments like induced_moments(), but for given radii [m] and susceptibilities [1].
+// Throws InvalidInput.
 Points sphere_moments(const Team& team, const Points& positions, const std::vector<double>& radii,
                       const std::vector<double>& susceptibilities, const Points& applied,
                       double tolerance);

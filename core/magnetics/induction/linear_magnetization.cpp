@@ -195,8 +195,8 @@ void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBo
         for (Eigen::Index k = 0; k < world.rows() && !overlap; ++k)
           overlap =
               other.source->depth(in_axes(other.pose, world.row(k).transpose())) > rounding * size;
-      // The centre or the dipoles of a source reveal an overlap if it has no interior or is inside
-      // the body.
+      // If a source has no interior or lies inside the body, its centre or its dipoles reveal the
+      // overlap.
       const SourcePtr solid = soft[i].shape->solid();
       const auto inside = [&](const Vec3& point) {
         return solid->depth(in_axes(soft[i].pose, point)) > rounding * soft[i].shape->radius();

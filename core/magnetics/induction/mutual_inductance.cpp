@@ -42,7 +42,7 @@ struct Path {
 };
 
 // Adds the integral of the vector potential of `by` along one circle of the path at the height z.
-// The midpoint rule has `around` points, and each stands for `share` of the winding [A m].
+// The midpoint rule has `around` points, each of which represents `share` of the winding [A m].
 void add_circle(const Path& path, double z, int around, double share, const Source& by,
                 Linkage& sum) {
   alignas(64) double x[3 * points_per_block], a[3 * points_per_block];

@@ -1,5 +1,5 @@
 // Linear bodies as boundary elements on flat panels. Cuboids and cylinders use Richardson
-// extrapolation over several grids, meshes use a single grid.
+// extrapolation over several grids. Meshes use a single grid.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -69,8 +69,8 @@ class SoftPanels final : public SoftShape {
     return std::make_shared<ChargedPanels>(form_->set, charges, form_->solid);
   }
   // On a flat face, the local part of the charge, sigma = n.H / (1/chi + 1/2), varies as rapidly as
-  // the applied field. It is put on the samples and leaves of the finest grid. The remainder is the
-  // response to charge on other faces. It is smooth and stays on the panels of all grids.
+  // the applied field. It is assigned to the samples and leaves of the finest grid. The remainder
+  // is the response to charge on other faces. It is smooth and stays on the panels of all grids.
   SourcePtr source(const Vector& charges, const AppliedField& applied) const override {
     const double slope = 1.0 / (1.0 / susceptibility_ + 0.5);
     const PanelSet& set = *form_->set;

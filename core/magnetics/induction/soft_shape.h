@@ -64,12 +64,12 @@ SoftShapePtr soft_sphere(double radius, double susceptibility, int degree);
 // Returns the degree at which the relative error of the force on a sphere is `tolerance` if the
 // nearest source is at `distance` from its centre.
 int sphere_degree(double radius, double distance, double tolerance);
-// Returns this degree for two soft spheres whose centres are `distance` apart.
+// Returns the degree for the force between two soft spheres whose centres are `distance` apart.
 int sphere_degree(double radius, double other_radius, double distance, double tolerance);
 
-// cells is the number of panels along each edge of the finest of three grids; see check_cells().
-// The responses of the grids are extrapolated (Richardson). If focus > 0 [m], panels are refined
-// near the middle of the wide faces, for a magnet of half width `focus` there.
+// Returns a cuboid. cells is the number of panels along each edge of the finest of three grids; see
+// check_cells(). Richardson extrapolation combines the responses of the grids. If focus > 0 [m],
+// panels are refined near the middle of the wide faces, for a magnet of half width `focus` there.
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,
                          double focus = 0.0);
 
@@ -86,7 +86,7 @@ struct SoftMesh {
   RigidPose pose;
 };
 SoftMesh soft_mesh(const Team& team, const TriangleMesh& mesh, double susceptibility, Index panels);
-// Returns the same for a mesh whose centre of volume is assumed to be at the origin.
+// Returns the shape of a mesh whose centre of volume is assumed to be at the origin.
 SoftShapePtr soft_mesh_shape(const Team& team, const TriangleMesh& mesh, double susceptibility,
                              Index panels);
 

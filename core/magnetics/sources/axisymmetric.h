@@ -5,18 +5,18 @@
 // of its volume. For a cylinder, all second derivatives of Psi follow from three functions of an
 // equivalent current sheet on its side: the field components b_z and b_rho, and t = A_phi / rho.
 // The third derivatives follow from current loops at its two ends. Near the axis and far away,
-// azimuthal integrals use the midpoint rule, which converges to rounding there. Differences between
-// the two ends are computed without cancellation. Near the rims, the integrals are elliptic, as in
-// [Derby2010] for the sheet.
+// azimuthal integrals use the midpoint rule, which converges to rounding accuracy there.
+// Differences between the two ends are computed without cancellation. Near the rims, they are
+// expressed by elliptic integrals, as in [Derby2010] for the sheet.
 //
-// The scalar potential Phi is homogeneous of degree 1 in the size of the body and the position of
-// the point together. By Euler's theorem, Phi = -x.mu0 H + dPhi/d(size). Growth of the body adds a
-// layer of thickness x.n. This layer changes Phi by the component along J of the field of a surface
-// charge x.n. On the end faces, this field follows from the end terms of the sheet. On the side, it
-// is expressed by complete elliptic integrals.
+// The scalar potential Phi is jointly homogeneous of degree 1 in the size of the body and the
+// position of the point. By Euler's theorem, Phi = -x.mu0 H + dPhi/d(size). Growth of the body adds
+// a layer of thickness x.n. This layer changes Phi by the component along J of the field of a
+// surface charge x.n. On the end faces, this field follows from the end terms of the sheet. On the
+// side, it is expressed by complete elliptic integrals.
 //
-// On a surface (closer than 1e-12 radii) the field is the outer limit. On a rim or wire it is
-// infinite. Points closer than 1e-15 radii are evaluated at that distance.
+// At points closer than 1e-12 radii to a surface, the field is the limit from outside. On a rim or
+// wire, it is infinite. Points closer to it than 1e-15 radii are evaluated at that distance.
 #pragma once
 
 #include "core/magnetics/sources/source.h"
@@ -25,8 +25,8 @@ namespace loomstone {
 
 class Loop final : public Source {
  public:
-  // `turns` coincident circles in the plane z = 0. current [A] per turn is counter-clockwise seen
-  // from +z.
+  // `turns` coincident circles in the plane z = 0. The current per turn [A] flows counter-clockwise
+  // as seen from +z.
   Loop(double radius, double current, double turns = 1.0);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
@@ -49,7 +49,7 @@ class Loop final : public Source {
 class Solenoid final : public Source {
  public:
   // Current sheet on the cylinder |z| <= length / 2. Its total current is `turns` times `current`
-  // [A], counter-clockwise seen from +z.
+  // [A] and flows counter-clockwise as seen from +z.
   Solenoid(double radius, double length, double turns, double current);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;

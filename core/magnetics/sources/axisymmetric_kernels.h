@@ -109,8 +109,8 @@ LOOMSTONE_INLINE SheetPoint<Lanes> sheet_point(const double* points, Index n, In
   return s;
 }
 
-// Field of a cylinder with polarisation j. jump is subtracted from B inside it: J to get mu0 H, 0
-// to get B.
+// Field of a cylinder with polarisation j. Inside the cylinder, `jump` is subtracted from B. It is
+// J for mu0 H and 0 for B.
 template <class Lanes>
 LOOMSTONE_INLINE void cylinder_field(Sheet sheet, const double* j, const double* jump,
                                      const double* points, Index n, double* out) {
@@ -180,8 +180,8 @@ LOOMSTONE_INLINE void cylinder_potential(Sheet sheet, const double* j, const dou
     const double jz = sheet.radius * j[2];
     const Lanes z_field = t.bz - lanes_select(s.inside, lanes_all<Lanes>(1.0), zero);
     const Lanes along = p.rho * ((t.t - t.bz) * jr + t.br * jz) + p.z * (t.br * jr + z_field * jz);
-    // Field of a unit charge density on both end faces: the end terms of the sheet, without the
-    // jump inside the cylinder.
+    // The field of a unit charge density on both end faces equals the end terms of the sheet,
+    // without the jump inside the cylinder.
     const SheetEnd<Lanes> e1 = sheet_end(p.rho, s.beyond, s.z1),
                           e0 = sheet_end(p.rho, s.beyond, s.z0);
     const Lanes below =
@@ -190,8 +190,8 @@ LOOMSTONE_INLINE void cylinder_potential(Sheet sheet, const double* j, const dou
                     lanes_select(s.z0 < -on_surface, lanes_all<Lanes>(-0.5), lanes_all<Lanes>(0.5));
     const Lanes ends_z = lanes_select(s.beyond < 0.0, below + above, zero) - e1.bz - e0.bz,
                 ends_r = -e1.br - e0.br;
-    // Field of a unit charge density on the side. rho times its radial component plus the sheet's
-    // bz equals z1 ring1 - z0 ring0.
+    // Field of a unit charge density on the side. The sum of rho times its radial component and the
+    // sheet's bz equals z1 ring1 - z0 ring0.
     const Lanes ring1 = ring_potential(p.rho, s.beyond, s.z1),
                 ring0 = ring_potential(p.rho, s.beyond, s.z0);
     const Lanes c1 = 1.0 / lanes_sqrt(1.0 + s.z1 * s.z1), c0 = 1.0 / lanes_sqrt(1.0 + s.z0 * s.z0);

@@ -202,8 +202,8 @@ LOOMSTONE_INLINE SheetTerms<Lanes> sheet_smooth(const Lanes& rho, const Lanes& b
   return out;
 }
 
-// z1 and z0 are the heights of the point above the lower and the upper end, so z1 - z0 = length.
-// beyond = rho - 1.
+// Returns the terms of a sheet. z1 and z0 are the heights of the point above the lower and the
+// upper end, so z1 - z0 = length. beyond = rho - 1.
 template <class Lanes>
 LOOMSTONE_INLINE SheetTerms<Lanes> sheet_terms(const Lanes& rho, const Lanes& beyond,
                                                const Lanes& z1, const Lanes& z0, double length,

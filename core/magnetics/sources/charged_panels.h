@@ -48,7 +48,7 @@ class ChargedPanels final : public Source {
     Vector at_samples;  // mu0 times the charge at each sample of the set [T m^2]
     std::vector<FlatPanel> parts;
     Vector charges;  // mean of mu0 sigma on each part [T]
-    // Samples of the total charge of the parts, the same number on each part.
+    // Samples of the total charge of the parts, with the same number on each part.
     std::vector<PanelSample> samples;
     SourcePtr panel_means;  // the same body with uniform charge on each panel
   };

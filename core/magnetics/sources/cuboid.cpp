@@ -11,7 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// Smallest distances from a face and from an edge, in units of half the diagonal.
+// Smallest distances from a face and from an edge at which the field is evaluated, in units of half
+// the diagonal.
 constexpr double on_face = 1e-12, on_edge = 1e-15;
 
 // Computes the signed distances x + a and x - a from the two faces perpendicular to an axis, in
@@ -24,8 +25,8 @@ LOOMSTONE_INLINE void across(const Lanes& x, double a, double scale, Lanes* out)
   out[1] = lanes_select(lanes_abs(out[1]) < on_face, lanes_all<Lanes>(on_face), out[1]);
 }
 
-// Sums the logarithms L (see polyhedron.h) of the four edges along axis w. Each term has the
-// product of the signs of its edge's u and v as its sign.
+// Sums the logarithms L (see polyhedron.h) of the four edges along axis w. The sign of each term is
+// the product of the signs of u and v at its edge.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes edges_along(const Lanes* u, const Lanes* v, const Lanes* w, double length,
                                    const Lanes r[2][2][2]) {
@@ -85,7 +86,7 @@ LOOMSTONE_INLINE void turn(const Lanes r[2][2][2], Lanes out[2][2][2]) {
 }
 
 struct CuboidTerms {
-  const double *half, *j, *inside_j;  // half edges [m], J [T], term added inside [T]
+  const double *half, *j, *inside_j;  // half edge lengths [m], J [T], term added inside [T]
   double scale;                       // inverse of half the diagonal [1/m]
 };
 

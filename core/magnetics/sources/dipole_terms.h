@@ -1,5 +1,6 @@
-// Field of a point dipole (6.5) and its gradient (6.10). The template parameter T selects between
-// one dipole at eight points (T is double) and eight dipoles at one point (T is a lane vector).
+// Field of a point dipole and its gradient, (6.5) and (6.10) of [Thomaszewski2010]. The template
+// parameter T selects between one dipole at eight points (T is double) and eight dipoles at one
+// point (T is a lane vector).
 #pragma once
 
 #include "core/magnetics/sources/lane_math.h"
@@ -38,7 +39,7 @@ LOOMSTONE_INLINE void add_dipole_field(const T* m, const DipoleArm<Lanes>& a, co
   b.z += (along * a.r.z - m[2]) * a.inverse3;
 }
 
-// Adds the gradient of this field, divided by 3 mu0 / 4 pi, as xx, xy, xz, yy, yz, zz.
+// Adds the gradient of the field of a dipole, divided by 3 mu0 / 4 pi, as xx, xy, xz, yy, yz, zz.
 template <class Lanes, class T>
 LOOMSTONE_INLINE void add_dipole_gradient(const T* m, const DipoleArm<Lanes>& a, const Lanes& mr,
                                           Lanes* sum) {

@@ -1,5 +1,5 @@
-// Sums over dipoles. Each lane holds one observer and visits all dipoles in the same order, so the
-// result does not depend on the number of threads.
+// Sums over dipoles. Each SIMD lane sums over all dipoles in the same order for one observer, so
+// the result does not depend on the number of threads.
 #include "core/magnetics/sources/dipoles.h"
 
 #include <algorithm>
@@ -83,7 +83,7 @@ LOOMSTONE_INLINE void field_and_gradient_kernel(DipoleTable by, const double* po
   }
 }
 
-// Computes field (6.5) and force (6.10).
+// Computes the field (6.5) and the force (6.10) of [Thomaszewski2010].
 template <class Lanes>
 LOOMSTONE_INLINE void force_kernel(DipoleTable by, DipoleColumns on, double nearest2, double* field,
                                    double* force) {

@@ -47,8 +47,8 @@ LOOMSTONE_INLINE EdgeTerms<Lanes> edge_terms(const Lanes3<Lanes>& p, const T* e,
   return t;
 }
 
-// Gradients of an edge's logarithm and of its contribution to the solid angle. The latter equals
-// the field of a unit current along the edge.
+// Gradients of an edge's logarithm and of its contribution to the solid angle. The gradient of this
+// contribution equals the field of a unit current along the edge.
 template <class Lanes>
 struct EdgeGradients {
   Lanes3<Lanes> log, angle;

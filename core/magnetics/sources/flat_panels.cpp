@@ -54,9 +54,9 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order) {
 }
 
 // Grading of half an edge. Returns the position s between the middle (0) and the end (1) below
-// which a fraction t of the cells lies. The number of cells below s is proportional to
-// 1 - sqrt(1 - s), which refines the end. With a focus of `width` half edges, asinh(s / width) is
-// added to refine the middle.
+// which a fraction t of the cells lies. The number of cells below s is proportional to 1 - sqrt(1 -
+// s), which refines the end. With a focus of `width` half edges, asinh(s / width) is added to this
+// number, which refines the middle.
 static double graded(double t, double width) {
   const double rest = 1.0 - t;
   if (width == 0.0) return 1.0 - rest * rest;
@@ -159,7 +159,7 @@ std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, doubl
         result.push_back(make_panel(corners, 3));
       };
       // The diagonals alternate, and so do the corners at which quadrature rules collapse. The
-      // panels thus keep the planes of symmetry.
+      // panels thus have the same planes of symmetry as the prism.
       if (profile[row][0] == 0.0)
         add(0, 2, 3);
       else if (profile[row + 1][0] == 0.0)

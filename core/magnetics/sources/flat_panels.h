@@ -30,7 +30,7 @@ struct PanelPoint {
 // unit square collapses to corner 0.
 std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order);
 
-// Panels of a cuboid about the origin, with `cells` (even) along every edge. They are refined
+// Panels of a cuboid centred at the origin, with `cells` (even) along every edge. They are refined
 // quadratically towards edges and corners, where the charge is singular. focus > 0 [m] also refines
 // the middle of wide faces, for magnets nearby. Within that distance of the middle, panels are
 // nearly equal in size. Farther out, their size grows in proportion to the distance. The first n/8
@@ -45,8 +45,8 @@ std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus);
 std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, double height,
                                        int cells);
 
-// Refines a closed mesh by bisecting its longest edges, and the two triangles at each of them,
-// until it has at least `panels` triangles.
+// Refines a closed mesh by bisecting its longest edges, together with the two triangles at each
+// edge, until it has at least `panels` triangles.
 std::vector<FlatPanel> mesh_panels(const TriangleMesh& mesh, Index panels);
 
 }  // namespace loomstone

@@ -1,5 +1,5 @@
-// Fields, fluxes and gradients of uniformly charged flat panels at blocks of points. Near a panel
-// they have closed forms. Far from it, 2 x 2 quadrature points replace them.
+// Fields, fluxes and gradients of uniformly charged flat panels at blocks of points. Near a panel,
+// closed forms are used. Far from it, 2 x 2 quadrature points replace them.
 #pragma once
 
 #include <vector>

@@ -74,8 +74,8 @@ LOOMSTONE_INLINE void gradient_kernel(const double* edges, Index n_edges, double
   }
 }
 
-// The closed form is accurate at any distance, because the terms that cancel grow only in
-// proportion to the distance.
+// Computes the potential. Its closed form is accurate at any distance, because the terms that
+// cancel grow only in proportion to the distance.
 template <class Lanes>
 LOOMSTONE_INLINE void potential_kernel(SurfaceTables surface, const double* points, Index n,
                                        double* out) {
@@ -228,7 +228,8 @@ MeshMagnet::MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization)
   if (!mesh.closed())
     throw InvalidInput(
         "mesh must be closed to be a magnet, got a surface with open edges; close its holes");
-  // The tolerance 1e-12 is far below the volume of the thinnest sheet and far above rounding.
+  // The tolerance 1e-12 is far below the volume of the thinnest sheet and far above rounding
+  // errors.
   if (volume() < 1e-12 * std::pow(radius(), 3))
     fail<InvalidInput>(
         "mesh must enclose a volume > 0 [m^3] with faces counter-clockwise seen from outside, got "

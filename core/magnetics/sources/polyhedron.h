@@ -1,5 +1,5 @@
 // Uniformly magnetised polyhedra, modelled by the surface charge J.n on their faces. They are
-// closed triangle meshes or cuboids, for which fewer terms suffice.
+// closed triangle meshes or cuboids. Cuboids need fewer terms.
 //
 // A face with charge sigma contributes sigma/4pi [n Omega + sum over its edges of m L] to the
 // field. Omega is the solid angle of the face seen from the point, positive on the side of its
@@ -9,9 +9,9 @@
 // drop out. The potential of a face is sigma/4pi [sum of (m.s) L - (n.r) Omega]. Here r points from
 // a corner to the point, and s from the point to an end of the edge.
 //
-// On a face (closer than 1e-12 radii) the field is the outer limit. On an edge it is infinite.
-// Points closer than 1e-15 radii are evaluated at that distance. Beyond 4 radii a multipole
-// expansion is used, because the closed form loses digits with distance.
+// At points closer than 1e-12 radii to a face, the field is the limit from outside. On an edge, it
+// is infinite. Points closer to it than 1e-15 radii are evaluated at that distance. Beyond 4 radii,
+// a multipole expansion is used, because the closed form loses digits with distance.
 #pragma once
 
 #include <mutex>

@@ -14,7 +14,7 @@ namespace loomstone {
 namespace {
 
 // Terms of one segment: c = l x r0, and (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2) = (i0 + i1) outer. The
-// factor `outer` is free of cancellation next to the wire.
+// factor `outer` is computed without cancellation next to the wire.
 template <class Lanes>
 struct Segment {
   Lanes3<Lanes> r0, r1, c;

@@ -89,7 +89,7 @@ class Source {
   // Dipoles that produce the same field everywhere outside the source (one for a sphere). Null if
   // there are none.
   virtual const DipoleSet* dipoles() const { return nullptr; }
-  // Set for shapes that have closed-form forces or inductances.
+  // These have a value for shapes with closed-form forces or inductances.
   virtual std::optional<CircularWinding> winding() const { return std::nullopt; }
   virtual std::optional<UniformCuboid> uniform_cuboid() const { return std::nullopt; }
   // The same winding with another current in each turn [A]. Null for all other sources.

@@ -3,7 +3,7 @@
 //   Y_lm = sqrt((l-m)! / (l+m)!) P_lm(cos theta) exp(i m phi),   m >= 0,
 // where P_lm omits the Condon-Shortley phase (-1)^m. About a sphere of radius a, the potential of
 // an applied field is a sum of Re(L_lm Y_lm) (r/a)^l. The outer potential of a charge on the sphere
-// is a sum of Re(c_lm Y_lm) (a/r)^(l+1). The coefficients L and c are in T (mu0 H).
+// is a sum of Re(c_lm Y_lm) (a/r)^(l+1). The coefficients L and c have the unit of mu0 H [T].
 #pragma once
 
 #include <cstddef>
