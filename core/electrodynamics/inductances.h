@@ -11,8 +11,8 @@
 namespace loomstone {
 
 struct Inductances {
-  Eigen::MatrixXd own;         // of circuits (circuits x circuits) [H]
-  Eigen::MatrixXd from_given;  // with coils of given current (circuits x such coils) [H]
+  Eigen::MatrixXd own;         // self and mutual inductances (circuits x circuits) [H]
+  Eigen::MatrixXd from_given;  // mutual inductances (circuits x coils with given currents) [H]
 };
 
 // Computes the inductances. The last mutual inductance of each pair of coils is cached together

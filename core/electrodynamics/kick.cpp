@@ -32,7 +32,7 @@ class Kick {
   // Power of the wrenches `felt` on bodies, at the midpoint velocities of a kick by `wrenches` [W].
   // The power is per ampere [W/A] if `felt` is.
   double power(const CarrierWrenches& felt, const CarrierWrenches& wrenches) const;
-  // Midpoint velocities of a body in a kick by `wrench`.
+  // Linear and angular velocity of a body at the midpoint of a kick by `wrench`.
   Twist middle(Index body, const Wrench& wrench) const;
 
  private:

@@ -41,7 +41,7 @@ struct KickStart {
   const Actions& actions;
 };
 
-// Returns the wrenches on bodies in a kick and advances the circuits by it.
+// Returns the wrenches on bodies in a kick and advances the circuits by the kick.
 CarrierWrenches kick_wrenches(const MagneticModel& model, const KickStart& start,
                               CircuitState& circuits);
 

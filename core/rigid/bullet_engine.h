@@ -17,8 +17,8 @@ namespace loomstone {
 // would enlarge the box of a moving body by 5 cm, so the box of a small body could overlap hundreds
 // of neighbours.
 //
-// During a step, obstacles have their initial pose and the velocity that leads to their pose at the
-// end of the step. These velocities are set explicitly. Bullet would compute them from pose
+// During a step, an obstacle has the pose of the start of the step and the velocity that leads to
+// its pose at the end. These velocities are set explicitly. Bullet would compute them from pose
 // differences, and its arc cosine amplifies rounding errors to an angular velocity of 1e-8 rad per
 // step.
 class BulletWorld : public btDiscreteDynamicsWorld {

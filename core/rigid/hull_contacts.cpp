@@ -17,9 +17,9 @@ using Contacts = HullOnTriangles::Contacts;
 
 // Reduces the contacts in one plane to four. Contacts within 0.02 `near` of the deepest one bear
 // the load. If at least four contacts bear the load, keeps the outermost one, the one farthest from
-// that, and the one farthest from the line through both on each side of it. Otherwise keeps all
-// that bear the load and adds the contacts farthest from those kept. Contacts of the last step
-// count as slightly deeper and farther out.
+// it, and on each side of the line through these two the one farthest from the line. Otherwise
+// keeps all that bear the load and adds the contacts farthest from those kept. Contacts of the last
+// step count as slightly deeper and farther out.
 void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
   if (contacts.size() <= 4) return;
   constexpr double bearing = 0.02, stays = 1.05;
@@ -293,7 +293,7 @@ void HullOnTriangles::find(const Query& query, std::vector<Contacts>& planes) {
       planes.push_back({contact});
     } else if (std::none_of(plane->begin(), plane->end(),
                             [&](const HullContact& c) { return c.point == contact.point; })) {
-      plane->push_back(contact);  // a corner of the hull is the end of several edges
+      plane->push_back(contact);  // edges that share a corner of the hull repeat its contact
     }
   }
   const auto deepest = [](const Contacts& plane) {

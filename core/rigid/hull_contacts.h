@@ -43,11 +43,11 @@ class HullOnTriangles {
   struct Axis {
     Vec3 direction;
     double gap;
-    Index face = -1, edge = -1;  // of the hull; both -1: the plane of the triangle
+    Index face = -1, edge = -1;  // of the hull; both are -1 for the triangle's normal
     bool met = true;             // false if a neighbour of the triangle reaches farther
-    Vec3 point = Vec3::Zero();   // contact point on the triangle; unused for its own plane
+    Vec3 point = Vec3::Zero();   // contact point on the triangle; unused for the triangle's normal
   };
-  // Unit normal of a triangle that points to the side of the hull.
+  // Returns the unit normal of a triangle, pointing to the side on which the hull is.
   Vec3 facing_normal(const Query& query, const Corners& triangle) const;
   // True if no triangle that shares the corners `among` (bit mask) of `triangle` reaches farther
   // along `direction`.

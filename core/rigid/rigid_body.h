@@ -101,7 +101,7 @@ Vec3 to_world(const RigidState& state, Index body, const Vec3& local);
 Vec3 to_body(const RigidState& state, Index body, const Vec3& world);
 // Velocity [m/s] of the body's material at a world position.
 Vec3 velocity_at(const RigidState& state, Index body, const Vec3& world);
-// (n x 3) world positions of the vertices of a body's mesh.
+// Returns the world positions (n x 3) of the vertices of a body's mesh.
 Points world_vertices(const RigidState& state, Index body, const TriangleMesh& mesh,
                       const MassProperties& mass);
 
@@ -167,7 +167,7 @@ class RigidWorld {
   // Returns an array (b) that is 1 for bodies that were pressed on an obstacle in the last step,
   // directly or through other bodies.
   std::vector<std::uint8_t> supported() const;
-  // Writes the manifolds to `state`. A run that continues with restore() is then bitwise identical.
+  // Writes the manifolds to `state`. A run that restore() continues from it is bitwise identical.
   void save(RigidState& state) const;
 
  private:

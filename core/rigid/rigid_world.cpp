@@ -30,7 +30,7 @@ struct RigidWorld::Data {
   std::vector<Shapes> shapes;       // of each body
   std::vector<double> inner_radii;  // half the smallest side of each body's bounding box [m]
   std::vector<std::size_t> stiff;   // indices of the obstacles of constant shape
-  std::vector<std::unique_ptr<ObstacleMesh>> obstacle_meshes;  // of the stiff obstacles
+  std::vector<std::unique_ptr<ObstacleMesh>> obstacle_meshes;  // of the obstacles in `stiff`
   std::vector<Facet> facets;                                   // of deforming obstacles
   ObstaclePlaces start_places, places;  // initial and current positions of obstacles
   std::unique_ptr<BulletEngine> engine;

@@ -16,11 +16,11 @@ struct SphereContact {
   double gap;                // along the normal, negative for overlaps [m]
 };
 
-// Contact with another sphere.
+// Returns the contact of a sphere with another sphere.
 SphereContact sphere_contact(const Vec3& centre, double radius, const Vec3& other_centre,
                              double other_radius);
-// First contact with another sphere during the relative `motion` [m]. The gap of the result is that
-// at the start of the motion.
+// Returns the first contact of a sphere with another sphere during the relative `motion` [m]. The
+// gap of the result is that at the start of the motion.
 std::optional<SphereContact> contact_ahead(const Vec3& centre, double radius,
                                            const Vec3& other_centre, double other_radius,
                                            const Vec3& motion);

@@ -40,7 +40,7 @@ DipoleGroups::DipoleGroups(const DipoleSet& dipoles, double radius)
       multipoles_(
           MultipoleExpansion::of_dipoles(dipoles.positions(), mu0 * dipoles.moments(), radius)) {}
 
-// Unused lanes repeat the first dipole with zero moment.
+// Adds a group of dipoles. Unused lanes repeat the first dipole with zero moment.
 void DipoleGroups::add(const Index* parts, Index n, const TaylorExpansion& expansion,
                        const Vec3& centre, double* moments) {
   tables_.resize(tables_.size() + group_size, 0.0);

@@ -21,7 +21,8 @@ class TaylorExpansion {
   explicit TaylorExpansion(int order) : tables_(order) {}  // order: 3 ... highest_order
 
   int order() const { return tables_.order; }
-  // Numbers of components, sorted by degree: moments have z <= 1, local coefficients have any z.
+  // Numbers of components, sorted by degree. Moments have z exponents of at most 1, local
+  // coefficients have any z exponent.
   int moments_size() const { return static_cast<int>(tables_.slim.size()); }
   int local_size() const { return static_cast<int>(tables_.powers.size()); }
 
@@ -39,12 +40,12 @@ class TaylorExpansion {
     const double* moments;
     double arm[3];  // from the far cell's centre to the centre of `local`
   };
-  // Adds the fields of n far cells to the components with z <= 1 of a local expansion
-  // (multipole-to-local). complete() computes the other components.
+  // Adds the fields of n far cells to those components of a local expansion that have a z exponent
+  // of at most 1 (multipole-to-local). complete() computes the other components.
   void add_far(const Far* far, Index n, double* local) const;
   void complete(double* local) const;
-  // Adds a complete expansion to the components with z <= 1 of another one (local-to-local). shift
-  // points from the parent's centre to the new centre.
+  // Adds a complete expansion to the same components of another one (local-to-local). shift points
+  // from the parent's centre to the new centre.
   void add_local(const double* parent, const Vec3& shift, double* local) const;
 
   // Computes -grad phi and its gradient (xx, xy, xz, yy, yz, zz) at n points, stored as coordinate

@@ -3,9 +3,9 @@
 // are far apart relative to their sizes interact by expansions. Neighbouring leaves interact
 // directly.
 //
-// The error is the root mean square over observers, relative to that of the result. Field and
-// gradient, or forces and torques, must both meet the tolerance. The error is measured at 128
-// observers, which are also summed directly. The order is raised until the error meets the
+// The error is the root mean square over observers, relative to the root mean square of the result.
+// Field and gradient, or forces and torques, must both meet the tolerance. The error is measured at
+// 128 observers, which are also summed directly. The order is raised until the error meets the
 // tolerance. If there are few pairs, all of them are summed directly. The result is bit-identical
 // for any number of threads.
 //

@@ -32,7 +32,7 @@ struct LineSeeds {
 
 struct FieldLines {
   Points points;             // points of all lines, line by line in the direction of B [m]
-  std::vector<Index> first;  // (lines + 1) first row of each line in `points`, and the total number
+  std::vector<Index> first;  // (lines + 1) first row in `points` of each line; last: number of rows
   std::vector<LineEnd> begins, ends;
 };
 

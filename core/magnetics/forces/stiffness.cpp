@@ -102,7 +102,7 @@ double driving_back(const Vec3& m, const Vec3& other, const Vec3& n) {
 
 // Number of values per soft sphere: position (3), radius, norm of the moment, mobility.
 constexpr int sphere_rows = 6;
-// Multiple of the contact distance of two spheres beyond which they use the bound for any two
+// Two spheres farther apart than this multiple of their contact distance use the bound for any two
 // dipoles.
 constexpr double neighbours = 1.6;
 

@@ -13,7 +13,7 @@ namespace {
 constexpr int order = 3, per_leaf = AppliedField::points;
 static_assert(order * order == per_leaf);
 constexpr std::size_t most_leaves = 4000;  // for a force error of 1e-3 in contact at any angle
-constexpr double worst = 0.1;  // parts with this fraction of the largest error are bisected
+constexpr double worst = 0.1;  // parts above this fraction of the largest error are bisected
 
 using Leaf = AppliedField::Leaf;
 

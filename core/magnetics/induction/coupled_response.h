@@ -43,7 +43,7 @@ class CoupledResponse {
   const std::vector<SoftBody>& soft_;
   std::vector<Points> world_;  // world positions of each body's samples [m]
   std::vector<Mat3> rotations_;
-  // The keys are (target, source).
+  // The keys are pairs (target, source) of body indices.
   std::map<std::pair<std::size_t, std::size_t>, CoaxialTranslation> coaxial_;
   std::map<std::pair<std::size_t, std::size_t>, FluxMatrix> fluxes_;
 };

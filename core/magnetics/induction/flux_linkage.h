@@ -1,8 +1,8 @@
-// Flux linkage of magnetised bodies with coils, by reciprocity. It is the integral of the
-// magnetisation times the field of a current of one ampere in the coil. For a body without volume
-// charge, it equals -mu0 times the sum of q psi, with its surface charge q and the scalar potential
-// psi of the coil. The branch of psi must be continuous in the body. For a body in the bore, psi
-// therefore increases along the bore.
+// Flux linkage of magnetised bodies with coils, by reciprocity. It is the integral of the dot
+// product of the magnetisation and the field of a current of one ampere in the coil. For a body
+// without volume charge, it equals -mu0 times the sum of q psi, where q is the surface charge of
+// the body and psi the scalar potential of the coil. The branch of psi must be continuous in the
+// body. For a body in the bore, psi therefore increases along the bore.
 #pragma once
 
 #include "core/magnetics/sources/body.h"

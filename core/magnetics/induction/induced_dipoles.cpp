@@ -119,7 +119,7 @@ class MutualField {
 }  // namespace
 
 double sphere_polarizability(double radius, double susceptibility) {
-  // This form of chi / (3 + chi) admits infinite chi.
+  // This form of chi / (3 + chi) is also valid for infinite chi.
   const double share = susceptibility > 1.0 ? 1.0 / (3.0 / susceptibility + 1.0)
                                             : susceptibility / (3.0 + susceptibility);
   return 4.0 * pi * radius * radius * radius / mu0 * share;

@@ -80,7 +80,7 @@ SoftShapePtr soft_cylinder(const Team& team, double radius, double height, doubl
                            double susceptibility, int cells);
 
 // A closed mesh about its centre of volume, and the pose of this centre. Its triangles are bisected
-// until there are at least `panels`.
+// until there are at least `panels` of them.
 struct SoftMesh {
   SoftShapePtr shape;
   RigidPose pose;

@@ -6,8 +6,8 @@
 // equivalent current sheet on its side: the field components b_z and b_rho, and t = A_phi / rho.
 // The third derivatives follow from current loops at its two ends. Near the axis and far away,
 // azimuthal integrals use the midpoint rule, which converges to rounding accuracy there.
-// Differences between the two ends are computed without cancellation. Near the rims, they are
-// expressed by elliptic integrals, as in [Derby2010] for the sheet.
+// Differences between the two ends are computed without cancellation. Near the rims, azimuthal
+// integrals are expressed by elliptic integrals, as in [Derby2010] for the sheet.
 //
 // The scalar potential Phi is jointly homogeneous of degree 1 in the size of the body and the
 // position of the point. By Euler's theorem, Phi = -x.mu0 H + dPhi/d(size). Growth of the body adds

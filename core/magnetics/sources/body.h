@@ -28,8 +28,8 @@ Points magnetic_field(const Team& team, const std::vector<MagneticBody>& bodies,
 Gradients magnetic_gradient(const Team& team, const std::vector<MagneticBody>& bodies,
                             const ConstPointsRef& points);
 
-// Computes B of one body and its gradient in one pass. The results are bit-identical to those of
-// the two functions above.
+// B of one body and its gradient, computed in one pass. The values are bit-identical to those of
+// magnetic_field() and magnetic_gradient().
 struct FieldAndGradient {
   Points field;        // (n x 3) [T]
   Gradients gradient;  // (n x 9) [T/m]

@@ -131,7 +131,8 @@ LOOMSTONE_INLINE void gradient_kernel(const double* const* coefficients, double 
   evaluate<6, Lanes>(coefficients, inverse_radius, points, n, MultipoleExpansion::degree + 2, out);
 }
 
-// Adds c conj(h) for each harmonic in h. Terms with m > 0 are doubled to include those with -m.
+// Adds c times the complex conjugates of the harmonics h to `moments`. Terms with m > 0 are doubled
+// to include those with -m.
 void add_moments(double c, const Coefficients& h, Coefficients& moments) {
   for (int l = 0; l <= MultipoleExpansion::degree; ++l)
     for (int m = 0; m <= l; ++m)
