@@ -55,7 +55,7 @@ std::string choices_text() {
   return choices_text(choice_names<Enum>(), meanings);
 }
 
-// Throws InvalidInput with all names and, if there is one, the name that `given` probably means.
+// Throws InvalidInput. The message lists all names and, if one is close to `given`, suggests it.
 [[noreturn]] void throw_no_choice(std::string_view where,
                                   const std::vector<std::string_view>& names,
                                   std::string_view given);

@@ -1,5 +1,6 @@
-// fields() declares each field of a description once, with name, unit, limits and meaning.
-// Validation, Python bindings, repr and cache metadata all read this list.
+// A description is a struct of user input. Its function fields() declares each field once, with
+// name, unit, limits and meaning. Validation, Python bindings, repr and cache metadata all read
+// this list.
 //
 //   struct Gas {
 //     double density = 1.2;
@@ -21,8 +22,8 @@
 
 namespace loomstone {
 
-// Interval of admissible numbers, closed or open at its lower end. NaN is never admissible;
-// infinity only if allow_infinite is set.
+// Interval of admissible numbers, closed or open at its lower end. NaN is never admissible.
+// Infinity is admissible only if allow_infinite is set.
 struct Limits {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
@@ -66,7 +67,7 @@ Field<Owner, Member> field(const char* name, Member Owner::* member, const char*
   return {name, member, "", {}, meaning};
 }
 
-// A field without a default value for users, who must set it.
+// A field that users must set, because it has no default value.
 template <class Owner, class Member>
 struct RequiredField : Field<Owner, Member> {};
 

@@ -1,5 +1,6 @@
-// A frame: the data of one instant of a run for cache and renderer. All arrays are in the user's
-// order. Cloths are concatenated, and so are bodies followed by obstacles.
+// A frame is the data of one instant of a run, for the cache and the renderer. All arrays are in
+// the user's order. Arrays of cloth concatenate all cloths. Arrays of bodies concatenate all rigid
+// bodies, followed by all obstacles.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +24,8 @@ struct FrameTopology {
   std::vector<Index> body_of_vertex;        // (nb)
   std::vector<std::string> body_names;      // rigid bodies first, then obstacles
   std::vector<std::uint8_t> body_is_floor;  // (bodies) 1: rendered as ground
-  // (nb) from -1 at south poles to 1 at north poles of magnets, 0 elsewhere; or empty.
+  // (nb) Magnetic polarity, from -1 at south poles to 1 at north poles of magnets, and 0 elsewhere.
+  // Empty if not given.
   std::vector<double> body_pole;
 };
 

@@ -1,7 +1,7 @@
-// A SIMD vector in two halves, each a native vector or again Halves. Arithmetic, comparisons and
-// bitwise operations are those of gcc's vector types. With registers of four doubles, gcc 12
-// compares vectors of eight doubles element by element and adds them through memory. Halves stay in
-// registers.
+// A SIMD vector in two halves, each of which is a native vector or itself a Halves. Arithmetic,
+// comparisons and bitwise operations behave as for gcc's vector types. With registers of four
+// doubles, gcc 12 compares vectors of eight doubles element by element and adds them through
+// memory. Halves stay in registers.
 #pragma once
 
 #include <type_traits>
@@ -16,7 +16,8 @@ struct VectorTypes {
   using Scalar = std::remove_cvref_t<decltype(Vector{}[0])>;
 };
 
-// Mask of a vector of doubles: 64-bit integers, with all bits set where true.
+// Mask type of a vector of doubles: 64-bit integers whose bits are all 1 for true and all 0 for
+// false.
 template <class Vector>
 struct MaskType {
   typedef long long type __attribute__((vector_size(sizeof(Vector))));
@@ -29,7 +30,7 @@ struct Halves {
   using Half = Half_;
   using Scalar = typename VectorTypes<Half>::Scalar;
   using Mask = MaskOf<Halves>;
-  static constexpr int size = sizeof(Half) / sizeof(Scalar);  // lanes of one half
+  static constexpr int size = sizeof(Half) / sizeof(Scalar);  // number of lanes of one half
   Half low, high;
 
   LOOMSTONE_INLINE Scalar operator[](int i) const { return i < size ? low[i] : high[i - size]; }

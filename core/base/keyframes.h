@@ -7,8 +7,8 @@
 
 namespace loomstone {
 
-// The keyframes before and after a time, and the fraction of the interval that has passed. Times
-// outside the range give the first or the last keyframe.
+// The two keyframes that enclose a time, and the fraction of the interval between them that has
+// passed. Times outside the range give the first or the last keyframe.
 struct Keyframes {
   std::size_t first, second;
   double fraction;

@@ -13,7 +13,7 @@ struct Lanes3 {
   Lanes x, y, z;
 };
 
-// Loads lanes from three columns of an array, which are n entries apart.
+// Loads eight 3-vectors whose x, y and z components are stored n entries apart.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes3<Lanes> lanes3_load(const double* p, Index n) {
   return {lanes_load<Lanes>(p), lanes_load<Lanes>(p + n), lanes_load<Lanes>(p + 2 * n)};

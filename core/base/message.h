@@ -16,7 +16,7 @@ namespace loomstone {
 
 std::string formatted_text(fmt::string_view text, fmt::format_args values);
 
-// Throws a Failure, an error class of error.h, with this text.
+// Throws a Failure, one of the error classes of error.h, with the formatted text.
 template <class Failure>
 [[noreturn]] void fail_formatted(fmt::string_view text, fmt::format_args values);
 
@@ -26,7 +26,8 @@ extern template void fail_formatted<SolverFailure>(fmt::string_view, fmt::format
 extern template void fail_formatted<CacheError>(fmt::string_view, fmt::format_args);
 extern template void fail_formatted<Unsupported>(fmt::string_view, fmt::format_args);
 
-// Throws a Failure with the formatted text. The compiler checks the text against the values.
+// Throws a Failure with the formatted text. The compiler checks that the format string fits the
+// values.
 template <class Failure, class... Values>
 [[noreturn]] void fail(fmt::format_string<Values...> text, Values&&... values) {
   fail_formatted<Failure>(text, fmt::make_format_args(values...));

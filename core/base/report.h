@@ -32,7 +32,7 @@ struct StageSeconds {
   }
 };
 
-// Time that threads spend in the loops of collision handling [s].
+// Time that each thread spends in the loops of collision handling: minimum, mean and maximum [s].
 struct ThreadReport {
   double least = 0.0, mean = 0.0, most = 0.0;
 
@@ -45,7 +45,7 @@ struct ThreadReport {
   }
 };
 
-// Solves of the integrator.
+// Newton and linear iterations of the integrator.
 struct SolverReport {
   int newton_iterations = 0, linear_iterations = 0;
   double residual = 0.0;
@@ -143,7 +143,8 @@ struct StrainLimitReport {
   }
 };
 
-// Strain U - I at the end of the step, over all triangles with or without limits.
+// Largest strains U - I and largest principal stretch at the end of the step, over all triangles
+// with or without strain limits.
 struct StrainReport {
   double weft = 0.0, warp = 0.0, shear = 0.0, stretch = 1.0;
 

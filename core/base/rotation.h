@@ -18,12 +18,13 @@ inline Vec4 quaternion_from_matrix(const Mat3& rotation) {
   return to_vector(Eigen::Quaterniond(rotation).normalized());
 }
 
-// Returns q or -q, which are the same rotation, whichever is closer to `reference`.
+// Returns `orientation` or its negative, whichever is closer to `reference`. Both quaternions
+// represent the same rotation.
 inline Vec4 nearer_sign(const Vec4& orientation, const Vec4& reference) {
   return orientation.dot(reference) < 0.0 ? Vec4(-orientation) : orientation;
 }
 
-// Rotates by `second`, then by `first`, like the product of their matrices.
+// Returns the rotation by `second` followed by `first`, like the product of their matrices.
 inline Vec4 quaternion_product(const Vec4& first, const Vec4& second) {
   return to_vector(to_quaternion(first) * to_quaternion(second));
 }
@@ -34,14 +35,15 @@ inline Vec4 quaternion_inverse(const Vec4& orientation) {
 
 inline Vec4 quaternion_from_rotation_vector(const Vec3& rotation) {
   const double half = 0.5 * rotation.norm();
-  // sin(half) / (2 half). The truncated series is exact in double precision below 1e-4.
+  // The factor is sin(half) / (2 half). Below 1e-4, the truncated series is exact in double
+  // precision.
   const double factor = half < 1e-4 ? 0.5 * (1.0 - half * half / 6.0) : 0.5 * std::sin(half) / half;
   Vec4 q;
   q << std::cos(half), factor * rotation;
   return q;
 }
 
-// Rotation vector along the shorter arc, of length in [0, pi].
+// Returns the rotation vector along the shorter arc. Its length is in [0, pi].
 inline Vec3 rotation_vector(const Vec4& orientation) {
   const Vec4 q = orientation[0] < 0.0 ? Vec4(-orientation) : orientation;
   const double sine = q.tail<3>().norm();
@@ -49,14 +51,15 @@ inline Vec3 rotation_vector(const Vec4& orientation) {
   return q.tail<3>() * (2.0 * std::atan2(sine, q[0]) / sine);
 }
 
-// Orientation after `step` [s] of constant angular velocity in world axes [rad/s].
+// Returns the orientation after a time `step` [s] at constant angular velocity in world axes
+// [rad/s].
 inline Vec4 turned(const Vec4& orientation, const Vec3& angular_velocity, double step) {
   return quaternion_product(quaternion_from_rotation_vector(angular_velocity * step), orientation)
       .normalized();
 }
 
-// Angular velocity in world axes [rad/s] that leads from `start` to `end` in `step` [s] along the
-// shorter arc.
+// Returns the constant angular velocity in world axes [rad/s] that leads from `start` to `end` in
+// `step` [s] along the shorter arc.
 inline Vec3 angular_velocity_between(const Vec4& start, const Vec4& end, double step) {
   return rotation_vector(quaternion_product(end, quaternion_inverse(start))) / step;
 }
@@ -72,7 +75,7 @@ inline Vec4 slerp(const Vec4& start, const Vec4& end, double share) {
 
 // Position and orientation of a rigid body or obstacle.
 struct RigidPose {
-  Vec3 position = Vec3::Zero();         // position of its origin [m]
+  Vec3 position = Vec3::Zero();         // position of the body's origin [m]
   Vec4 orientation = Vec4(1, 0, 0, 0);  // unit quaternion (w, x, y, z), body to world
 };
 

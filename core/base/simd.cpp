@@ -21,7 +21,8 @@ InstructionSet of_processor() {
   return InstructionSet::baseline;
 }
 
-// The widest instruction set that the environment allows; nullopt if its name is unknown.
+// Returns the widest instruction set that the environment variable allows, or nullopt if its value
+// is unknown.
 std::optional<InstructionSet> allowed() {
   const char* text = std::getenv(variable);
   const std::string name = text ? text : "x86-64-v4";

@@ -21,9 +21,9 @@ using Lanes128 = Halves<Halves<QuarterLanes>>;
 
 enum class InstructionSet { baseline, v3, v4 };
 // The widest instruction set of the processor. The environment variable LOOMSTONE_INSTRUCTIONS
-// restricts it to x86-64 or x86-64-v3, except for clones.
+// restricts it to x86-64 or x86-64-v3. LOOMSTONE_CLONES functions ignore the restriction.
 extern const InstructionSet instruction_set;
-// Throws InvalidInput if that variable has an unknown value.
+// Throws InvalidInput if the environment variable LOOMSTONE_INSTRUCTIONS has an unknown value.
 void check_instruction_set();
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || defined(__clang__) || \
@@ -36,7 +36,7 @@ void check_instruction_set();
   __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #endif
 
-// Calls a kernel, a function of (Lanes{}, arguments...), for the widest instruction set.
+// Calls a kernel with (Lanes{}, arguments...), compiled for the widest instruction set.
 template <class Kernel>
 class Widest {
  public:
@@ -81,7 +81,7 @@ LOOMSTONE_INLINE Widest<Kernel> widest(Kernel) {
                             return kernel<decltype(lanes)>(arguments...); \
                           })
 
-typedef Lanes512 Lanes;  // vector type in clones
+typedef Lanes512 Lanes;  // vector type in LOOMSTONE_CLONES functions
 
 template <class Lanes = Lanes512>
 LOOMSTONE_INLINE Lanes lanes_all(double a) {
@@ -131,7 +131,7 @@ LOOMSTONE_INLINE void lanes_put(Lanes& a, int lane, double value) {
     a[lane] = value;
 }
 
-// Selects eight or four lanes of a (indices 0 to 7) and b (indices 8 to 15).
+// Selects eight or four lanes by index. Indices 0 to 7 denote lanes of a, 8 to 15 lanes of b.
 template <int... index, class Lanes>
 LOOMSTONE_INLINE auto lanes_shuffle(const Lanes& a, const Lanes& b) {
   if constexpr (in_halves<Lanes>) {

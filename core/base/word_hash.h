@@ -1,5 +1,5 @@
-// FNV-1a hash over words of eight bytes. Each step is invertible, so a single changed word always
-// changes the sum.
+// FNV-1a hash over words of eight bytes. The hash is an invertible function of each word, so a
+// change of a single word always changes it.
 #pragma once
 
 #include <cstdint>

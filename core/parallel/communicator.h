@@ -20,10 +20,10 @@ class Communicator {
   virtual void barrier() const = 0;
   // Returns the largest value over all ranks.
   virtual std::int64_t maximum(std::int64_t value) const = 0;
-  // Sends the bytes of `root` to all ranks.
+  // Copies the data of rank `root` to all ranks.
   virtual void broadcast(void* data, std::size_t bytes, int root) const = 0;
-  // Every rank contributes bytes [offsets[rank], offsets[rank+1]) of `data` and receives all
-  // others.
+  // Every rank contributes bytes [byte_offsets[rank], byte_offsets[rank + 1]) of `data` and
+  // receives the other bytes.
   virtual void gather_all(void* data, const std::vector<std::size_t>& byte_offsets) const = 0;
   // A buffer that is sent to or received from a rank.
   struct Message {
@@ -31,12 +31,13 @@ class Communicator {
     void* data;
     std::size_t bytes;
   };
-  // Sends the buffers in `to` and receives the buffers in `from`, whose sizes the caller sets.
+  // Sends the buffers in `to` and receives data into the buffers in `from`. The caller sets the
+  // sizes of both.
   virtual void exchange(const std::vector<Message>& to, const std::vector<Message>& from) const = 0;
-  // Agrees on a failure, over a separate channel, because other ranks may wait in any call above.
-  // All ranks receive kind (0: no failure) and text of the lowest rank that failed. If this rank
-  // failed and the others do not call agree() within ten seconds, it aborts all ranks, because they
-  // wait for it elsewhere. A single rank leaves both arguments unchanged.
+  // Agrees on a failure. This uses a separate channel, because other ranks may be waiting in
+  // another call. All ranks receive the kind (0: no failure) and text of the lowest rank that
+  // failed. A failed rank aborts all ranks if the others do not call agree() within ten seconds. A
+  // single rank leaves both arguments unchanged.
   virtual void agree(int& kind, std::string& text) const {
     static_cast<void>(kind), static_cast<void>(text);
   }
@@ -50,9 +51,9 @@ class Communicator {
 // Communicator of a single rank, without MPI.
 std::shared_ptr<const Communicator> single_communicator();
 
-// Loads the MPI plug-in and duplicates the given communicator, a Fortran handle such as mpi4py's
+// Loads the MPI plug-in and duplicates a communicator, given by its Fortran handle such as mpi4py's
 // comm.py2f() (-1: MPI_COMM_WORLD). Initialises MPI if necessary. If MPI is missing, throws
-// Unsupported with the name of the package.
+// Unsupported with the name of the package to install.
 std::shared_ptr<const Communicator> mpi_communicator(int fortran_handle = -1);
 
 // True if an MPI launcher started this process with more than one rank, according to the

@@ -1,6 +1,6 @@
-// Finds and loads the MPI plug-in. The environment variable LOOMSTONE_MPI_PLUGIN gives its path, as
-// in the tests of the build tree. Without it, the plug-in is in the directory of the module or
-// program that contains this code, as in the Python package.
+// Finds and loads the MPI plug-in. The environment variable LOOMSTONE_MPI_PLUGIN gives its path,
+// for example in tests of the build tree. If the variable is not set, the plug-in is expected in
+// the directory of the module or program that contains this code, as in the Python package.
 #include <cstdlib>
 #include <filesystem>
 #include <string>

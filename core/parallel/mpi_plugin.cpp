@@ -16,10 +16,10 @@ namespace {
 
 constexpr int exchange_tag = 4711;
 constexpr std::chrono::seconds grace{10};  // time that a failed rank waits for the others
-// Largest size of a message [byte]. MPI counts are ints.
+// Largest size of a message [bytes]. Larger data is sent in parts, because MPI counts are ints.
 constexpr std::size_t largest_message = std::size_t{1} << 30;
 
-// Polling strategy while a rank waits for others: it polls without pause at first, then yields,
+// Polling strategy of a rank that waits for others. It polls without pause at first, then yields,
 // then sleeps for increasing times. Waits inside a linear solve end before the first sleep.
 class Patience {
  public:

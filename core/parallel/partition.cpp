@@ -1,6 +1,6 @@
-// Orders vertices by recursive bisection with METIS. Only this file includes METIS. Karypis and
-// Kumar, "A fast and high quality multilevel scheme for partitioning irregular graphs", SIAM J.
-// Sci. Comput. 20 (1998).
+// Orders vertices by recursive bisection with METIS (Karypis and Kumar, "A fast and high quality
+// multilevel scheme for partitioning irregular graphs", SIAM J. Sci. Comput. 20 (1998)). Only this
+// file includes METIS.
 #include "core/parallel/partition.h"
 
 #include <metis.h>
@@ -72,7 +72,7 @@ class Bisection {
                              nullptr, nullptr, nullptr, &n_parts, shares.data(), nullptr,
                              options.data(), &cut, part_.data());
     const Index first = n - std::accumulate(part_.begin(), part_.end(), Index{0});
-    if (first == 0 || first == n) return target;  // METIS found no cut; keeps the order
+    if (first == 0 || first == n) return target;  // METIS found no cut; the order is kept
     moved_.clear();
     for (const idx_t side : {0, 1})
       for (Index i = 0; i < n; ++i)
@@ -105,7 +105,7 @@ class Bisection {
   }
 
   const Graph& graph_;
-  std::vector<Index> local_;  // (vertices) local number in the current subgraph; -1: outside
+  std::vector<Index> local_;  // (vertices) local number in the current subgraph, -1 outside
   std::vector<Index> order_, moved_;
   std::vector<idx_t> sub_start_, sub_adjacent_, part_;
 };

@@ -2,7 +2,7 @@
 // only the contiguous range that it owns. Rows of other ranks are refreshed by exchanging halos
 // (few rows) or by gathering (all rows). Unlike in the common layout of owned rows followed by
 // ghosts, row numbers are the same on all ranks. Collision handling needs every position on every
-// rank, so full-length arrays exist anyway.
+// rank, so full-length arrays are required anyway.
 #pragma once
 
 #include <cstddef>
@@ -26,8 +26,8 @@ struct Halo {
 
 class RowLayout {
  public:
-  // Splits `n_rows` rows into contiguous ranges of nearly equal size, which start at multiples of
-  // rows_per_block.
+  // Splits `n_rows` rows into one contiguous range per rank. The ranges have nearly equal size and
+  // start at multiples of rows_per_block.
   RowLayout(Index n_rows, std::shared_ptr<const Communicator> communicator);
 
   Index n_rows() const { return starts_.back(); }
@@ -40,8 +40,8 @@ class RowLayout {
   bool single() const { return communicator_->size() == 1; }
 
   // Adds block sums over all ranks in block order, so that the result has the same bits on any
-  // number of ranks. `block_sums` has one entry per block of all rows. On entry the owned entries
-  // are set, on return all are.
+  // number of ranks. `block_sums` has one entry per block of all rows. On entry, the owned entries
+  // are set. On return, all entries are set.
   double ordered_sum(std::vector<double>& block_sums) const;
 
   // Refreshes halo rows of a row-major array with `stride` numbers per row.

@@ -17,8 +17,8 @@ namespace {
 std::atomic<bool> region_has_run{false};
 std::atomic<bool> forked_after_region{false};
 
-// The thread pool of libgomp does not survive a fork. The first parallel region of the child
-// process would wait for it forever.
+// The threads of libgomp do not survive a fork. The first parallel region of the child process
+// would wait for them forever.
 void in_forked_child() {
   if (region_has_run.load(std::memory_order_relaxed))
     forked_after_region.store(true, std::memory_order_relaxed);

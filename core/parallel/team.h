@@ -13,7 +13,7 @@
 
 namespace loomstone {
 
-// Number of rows per block of a sum. The row ranges of ranks start at multiples of it.
+// Number of rows per block of a sum. The row ranges of ranks start at multiples of this number.
 inline constexpr Index rows_per_block = 128;
 
 struct Team {
@@ -22,14 +22,15 @@ struct Team {
   double* busy = nullptr;  // (threads) time that each thread spends in loops [s]; may be null
 };
 
-// Default number of threads: the processors on which this process may run.
+// Returns the default number of threads, which is the number of processors available to this
+// process.
 int default_thread_count();
 
 // Throws Unsupported in a process that was forked after a parallel loop had run, because libgomp
 // would hang there.
 void check_not_forked();
 
-// Adds the time of its lifetime to the busy time of the calling thread.
+// Timer that adds its lifetime to the busy time of the calling thread.
 class BusyTimer {
  public:
   explicit BusyTimer(const Team& team);
