@@ -6,8 +6,9 @@ namespace loomstone {
 
 namespace {
 
-// Target number of rows of an aggregate. On draped cloth, 8, 12 and 16 rows need iterations in the
-// ratio 1 : 1 : 1.1. With 8 rows, the coarse level has 1.5 times as many nodes as with 12.
+// Target number of rows of an aggregate. On draped cloth, aggregates of 8, 12 and 16 rows lead to
+// iteration counts in the ratio 1 : 1 : 1.1. With 8 rows, the coarse level has 1.5 times as many
+// nodes as with 12.
 constexpr Index grown_size = 12;
 
 // Grows the aggregates of rows [begin, end).
@@ -16,7 +17,8 @@ class Block {
   Block(const BlockMatrix& matrix, Index begin, Index end, std::vector<Index>& of_row)
       : matrix_(matrix), begin_(begin), end_(end), of_row_(of_row), links_(end - begin) {}
 
-  // Numbers the new aggregates from `first` on. Returns the next free number.
+  // Groups the rows into aggregates, which are numbered from `first` on. Returns the next free
+  // number.
   Index grow(Index first) {
     Index next = first;
     for (Index seed = begin_; seed < end_; ++seed) {
@@ -53,7 +55,7 @@ class Block {
   }
 
   // Returns the aggregate of [first, last) with the most couplings to the current members, or -1 if
-  // there is none.
+  // none is coupled to them.
   Index neighbour(Index first, Index last) const {
     std::vector<Index> count(last - first, 0);
     for (const Index row : members_)

@@ -3,11 +3,11 @@
 // four blocks on the third, and so on. The coarse correction is added to the correction by inverse
 // diagonal blocks (additive, as in Bramble, Pasciak and Xu, Math. Comp. 55 (1990), with plain
 // aggregation). The coarse levels form a V-cycle with one damped Jacobi sweep before and one after
-// the coarser levels. The coarsest matrix is factorised. When the inverse diagonal blocks of the
-// aggregates replaced the V-cycle, solves took 1.03 times as long at 14,450 triangles and 1.15
-// times at 57,800. Single precision suffices for a preconditioner, but the factor is in double
-// precision. Every rank sums the coarse rows of its own rows. All ranks then gather all coarse rows
-// and do the same work.
+// the coarser levels. The coarsest matrix is factorised. Compared with the V-cycle, inverse
+// diagonal blocks of the aggregates made solves take 1.03 times as long at 14,450 triangles and
+// 1.15 times at 57,800. The levels use single precision, which suffices for a preconditioner, but
+// the coarsest matrix is factorised in double precision. Every rank sums the coarse rows of its own
+// rows. All ranks then gather all coarse rows and do the same work.
 #pragma once
 
 #include <vector>
@@ -22,10 +22,11 @@ namespace loomstone {
 
 class AggregationMultigrid {
  public:
-  // Builds the levels for this pattern.
+  // Builds the levels for the pattern of `matrix`.
   void set_pattern(const BlockMatrix& matrix);
-  // Computes the coarse matrices as sums of the blocks of free rows, terms included. Rebuilds the
-  // levels if terms couple aggregates that neither the matrix nor earlier terms couple. Collective.
+  // Computes the coarse matrices by summing the blocks of free rows, including those of terms.
+  // Rebuilds the levels if terms couple aggregates that neither the matrix nor earlier terms
+  // couple. Collective.
   void prepare(const Team& team, const LinearSystem& system);
 
   // Returns false if a coarse matrix is not positive definite up to rounding. There is then no
@@ -38,12 +39,13 @@ class AggregationMultigrid {
   Index slot(Index row) const { return slot_[row]; }
   Index unused_slot(Index block) const { return n_nodes_ + block; }
   void clear_residual(Index block);
-  // (slots x 4) Sums of the residuals of rows, filled by the caller.
+  // (slots x 4) Residual, which the caller sums over the rows of each slot.
   float* residual() { return residual_.data(); }
   // (slots x 4) Correction. The fourth column and the slots without an aggregate are zero.
   const float* correction() const { return correction_.data(); }
 
-  // Computes the correction for the residual. Returns the product of both. Collective.
+  // Computes the correction for the residual. Returns the dot product of residual and correction.
+  // Collective.
   double solve(const Team& team, const RowLayout& layout);
 
  private:
@@ -51,13 +53,13 @@ class AggregationMultigrid {
     BlockMatrix matrix;
     SlicedEllpack slices;             // layout of `matrix`; unused on the coarsest level
     CouplingMatrix<float> couplings;  // copy of `matrix` for the kernels
-    // (nodes of the next level + 1) First node of this level for each node of the next level. Empty
+    // (nodes of the next level + 1) First child on this level of each node of the next level. Empty
     // on the coarsest level.
     std::vector<Index> child_start;
     std::vector<Index> target;  // (blocks) block of the next level that receives each block
     // (nodes x 12) Damped inverse diagonal blocks. Columns are padded to four numbers.
     std::vector<float> inverse;
-    // (nodes + 1, x 4) The last row belongs to empty lanes.
+    // ((nodes + 1) x 4) The last row serves the empty lanes of the slices.
     std::vector<float> residual, solution, product;
   };
   void lay_out();
@@ -77,7 +79,7 @@ class AggregationMultigrid {
   Index n_nodes_ = 0, n_blocks_ = 0;
   using Couplings = std::vector<std::pair<Index, Index>>;
   BlockMatrix plain_;  // matrix of the aggregates without terms
-  // Pairs of aggregates that only terms couple, first < second, ascending.
+  // Pairs (first < second) of aggregates that only terms couple, in ascending order.
   Couplings couplings_;
   std::vector<Index> place_;  // (blocks of plain_) index of each block in the first level
   std::vector<Level> levels_;

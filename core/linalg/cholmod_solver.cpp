@@ -17,7 +17,7 @@ namespace loomstone {
 
 namespace {
 
-// Results of OpenBLAS depend on its number of threads.
+// Restricts OpenBLAS to one thread, because its results depend on the number of threads.
 void use_one_blas_thread() {
   if (void* set = dlsym(RTLD_DEFAULT, "openblas_set_num_threads"))
     reinterpret_cast<void (*)(int)>(set)(1);
@@ -156,7 +156,8 @@ class DirectSolver final : public LinearSolver {
       }
   }
 
-  // Computes right_ = b - A x_f, with x_f zero on free rows. Fixed rows of right_ are zero.
+  // Computes right_ = b - A x_f, where x_f is x on fixed rows and zero on free rows. Fixed rows of
+  // right_ are zero.
   void move_prescribed_to_right(const LinearSystem& system, const Points& b, const Points& x) {
     const Index rows = whole_.n_rows();
     padded_.setZero(4 * rows);
@@ -173,8 +174,8 @@ class DirectSolver final : public LinearSolver {
                                 : Vec3(b.row(row).transpose() - product_.segment<3>(4 * row));
   }
 
-  // Replaces fixed rows and columns by rows and columns of the identity. The pattern does not
-  // change.
+  // Copies the matrix to the compressed columns, with fixed rows and columns replaced by those of
+  // the identity. The pattern does not change.
   void fill_columns(const LinearSystem& system) {
     double* entry = entries_.data();
     for (Index j = 0; j < whole_.n_rows(); ++j)

@@ -23,8 +23,8 @@ LOOMSTONE_INLINE void store_as(Scalar* out, const Lanes& a) {
   }
 }
 
-// Copies n slots of eight blocks each and adds the blocks to `sums` (9 lanes). A negative source
-// denotes no block.
+// Copies n slots of eight blocks each. Adds the blocks of each lane to `sums`, which has one vector
+// for each of the 9 entries. A negative source denotes a missing block.
 template <class Scalar, class Lanes>
 LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* matrix,
                                  Scalar* values, Lanes sums[9]) {
@@ -41,8 +41,8 @@ LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* ma
   }
 }
 
-// Returns whether each R is a multiple of the identity, up to rounding to Scalar. This is the case
-// for masses.
+// Returns whether each row sum R is a multiple of the identity, up to rounding to Scalar. Masses
+// have this property.
 template <class Scalar, class Lanes>
 LOOMSTONE_INLINE bool is_scalar(const Lanes r[9]) {
   const Lanes rounding = 0.5 * std::numeric_limits<Scalar>::epsilon() * lanes_max(r[0], -r[0]);
@@ -55,8 +55,8 @@ LOOMSTONE_INLINE bool is_scalar(const Lanes r[9]) {
 }
 
 // Copies the blocks of a slice to `values`. Adds them to the diagonal blocks in `sums` and writes
-// the result R to `out`. Returns true if each R is a multiple of the identity; `out` then contains
-// only the factors.
+// the row sums R to `out`. Returns true if each R is a multiple of the identity. In this case,
+// `out` contains only the factors.
 template <class Lanes, class Scalar>
 LOOMSTONE_INLINE bool copy_slice(Index n, const Index* sources, const double* matrix,
                                  const double* sums, Scalar* values, Scalar* out) {

@@ -22,15 +22,15 @@ class CouplingMatrix {
   // Allocates the arrays for the slices. set_slices() fills them.
   void resize(const SlicedEllpack& slices);
   // Copies the slices [first, last). `body_blocks` (may be null) contains the diagonal blocks of
-  // the rows that follow the matrix.
+  // the body rows, which follow the rows of the matrix.
   void set_slices(const BlockMatrix* matrix, const std::vector<Mat3>* body_blocks,
                   const SlicedEllpack& slices, Index first, Index last);
 
-  // Computes y = A x for the slices [first, last). Returns x . y. x has four numbers per row, the
-  // fourth zero, and one row more than the matrix. y has the shape (slices x 3 x 8).
+  // Computes y = A x for the slices [first, last). Returns x . y. x has four numbers per row, of
+  // which the fourth is zero, and one row more than the matrix. y has the shape (slices x 3 x 8).
   double multiply(const SlicedEllpack& slices, Index first, Index last, const Scalar* x,
                   Scalar* y) const;
-  // Computes the same product with y stored by rows, like x.
+  // Computes the same product as multiply(), but stores y by rows, like x.
   void multiply_to_rows(const SlicedEllpack& slices, Index first, Index last, const Scalar* x,
                         Scalar* y) const
     requires std::is_same_v<Scalar, float>;

@@ -41,15 +41,16 @@ struct ExtraTerm {
   Mat3 hessian = Mat3::Zero();   // H [N/m], symmetric positive semidefinite
   Vec3 drift = Vec3::Zero();     // prescribed velocity (scripted motion) [m/s]
 
-  // Returns u' [m] `time` [s] after the start, for a `displacement` (rows x 3) of the rows [m].
+  // Returns the relative displacement u' [m] at `time` [s] after the start of the step, for the
+  // given displacement of the rows (rows x 3) [m].
   Vec3 relative_displacement(const Points& displacement, double time) const {
     Vec3 d = -time * drift;
     for (int e = 0; e < n_entries; ++e)
       d += entries[e].apply(displacement.row(entries[e].row).transpose());
     return d;
   }
-  // Updates the gradient for this displacement, with constant H. Returns the energy relative to
-  // that at the start [J].
+  // Updates the gradient for this displacement at constant H. Returns the resulting change of the
+  // energy [J].
   double move_linearly(const Points& displacement, double time) {
     const Vec3 d = relative_displacement(displacement, time), start = gradient;
     gradient += hessian * d;
@@ -57,10 +58,10 @@ struct ExtraTerm {
   }
 };
 
-// Kind of evaluation after rows have moved. Derivative: gradient and H are derivatives of the
-// potential. Secant: H is the curvature of a paraboloid that touches the potential from above, so
-// that steps are never too long. NewLimits: as Derivative, but with new friction limits. Between
-// two such requests the limits are constant, so the terms have a potential.
+// How terms are evaluated after the rows have moved. Derivative: gradient and H are derivatives of
+// the potential. Secant: H is the curvature of a paraboloid that touches the potential from above,
+// so that Newton steps are never too long. NewLimits: as Derivative, but with new friction limits.
+// The limits stay constant until the next NewLimits request, so the terms have a potential.
 enum class TermRequest { Derivative, Secant, NewLimits };
 
 // Terms of contacts are sorted by the (kind, a, b) of their contact.

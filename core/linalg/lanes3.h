@@ -37,7 +37,7 @@ LOOMSTONE_INLINE LanesOf<Scalar> load_lanes(const Scalar* p) {
   return r;
 }
 
-// Loads and stores a triple as eight x, eight y and eight z.
+// Load and store a triple in the order of eight x, eight y and eight z.
 template <class Scalar>
 LOOMSTONE_INLINE Triple<Scalar> load_triple(const Scalar* p) {
   return {load_lanes(p), load_lanes(p + 8), load_lanes(p + 16)};

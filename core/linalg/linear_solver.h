@@ -18,7 +18,7 @@ namespace loomstone {
 
 struct LinearSystem {
   const BlockMatrix* matrix = nullptr;  // cloth rows 0 to n - 1, mass plus stiffness
-  // Diagonal blocks of the body rows that follow, 2 per body; may be null.
+  // Diagonal blocks of the body rows, which follow the cloth rows (2 blocks per body). May be null.
   const std::vector<Mat3>* body_blocks = nullptr;
   const ExtraTerms* terms = nullptr;                 // may be null
   double term_scale = 0.0;                           // factor of every H (h^2 for backward Euler)
@@ -55,9 +55,10 @@ struct LinearOptions {
 
 struct PcgMemory;
 
-// Data that one solve leaves for the next: its preconditioner, and its iteration if a loose
-// tolerance ended it early. The memory belongs to the caller. It is empty at first and after a
-// solve that threw. Storage is reused, which does not change results.
+// Data that one solve leaves for the next. It consists of the preconditioner and, if a loose
+// tolerance ended the solve early, the state of the iteration. The memory belongs to the caller. It
+// is empty at first and after a solve that threw. Its storage is reused, which does not change
+// results.
 class SolveMemory {
  public:
   SolveMemory();
@@ -71,10 +72,10 @@ class SolveMemory {
   std::unique_ptr<PcgMemory> pcg_;
 };
 
-// The part of a system that has not changed since the solve that filled the memory. Nothing: no
-// part. Matrix: all but terms, right-hand side and tolerance. The preconditioner is reused, and the
-// iteration too if x is the solution that it left. System: all but the tolerance. The iteration
-// continues.
+// What has not changed since the solve that filled the memory. Nothing: everything may have
+// changed. Matrix: only terms, right-hand side and tolerance may have changed. The preconditioner
+// is reused, and so is A x if x is the solution of a solve that ended early. System: only the
+// tolerance may have changed. The iteration continues.
 enum class Unchanged { Nothing, Matrix, System };
 
 class LinearSolver {

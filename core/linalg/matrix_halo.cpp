@@ -6,7 +6,7 @@ namespace loomstone {
 
 namespace {
 
-// Collects the rows to send to and receive from each rank. halo() sorts them and removes
+// Collects the rows to send to and to receive from each rank. halo() sorts the rows and removes
 // duplicates.
 class HaloBuilder {
  public:

@@ -8,11 +8,12 @@
 
 namespace loomstone {
 
-// Returns the rows to which owned rows of `matrix` are coupled. Each rank derives them from the
+// Returns the rows of different ranks that `matrix` couples. Each rank derives its halo from the
 // pattern without communication.
 Halo matrix_halo(const BlockMatrix& matrix, const RowLayout& layout);
 
-// Returns the halo extended by the rows that terms couple. Every rank knows all terms.
+// Returns `halo` extended by the rows that terms couple. Every rank knows all terms, so no
+// communication is needed.
 Halo with_term_rows(const Halo& halo, const ExtraTerms& terms, const RowLayout& layout);
 
 }  // namespace loomstone

@@ -1,13 +1,14 @@
-// Preconditioned conjugate gradients (Hestenes and Stiefel, J. Res. NBS 49 (1952)) on threads and
-// ranks. Sums are formed by blocks of rows. Results are therefore bitwise independent of the number
-// of threads and ranks.
+// Preconditioned conjugate gradients (Hestenes and Stiefel, J. Res. NBS 49 (1952)) on several
+// threads and ranks. Sums add fixed blocks of rows in order. Results are therefore bitwise
+// independent of the number of threads and ranks.
 //
 // The matrix product is memory-bound. The iteration therefore works in single precision, in
 // difference form (coupling_matrix.h) and on eight rows at once (sliced_ellpack.h). The solution is
-// accumulated in double precision. The stopping criterion is the true residual in double precision,
-// in the norm of the diagonal blocks. If the true residual has drifted from the iterated one, the
-// iteration continues from the true residual (residual replacement [VanDerVorst2000]). Systems that
-// single precision cannot solve are solved in double precision.
+// accumulated in double precision. The stopping criterion is the true residual r in double
+// precision, in the norm sqrt(r . D^-1 r) with the diagonal blocks D. If the true residual has
+// drifted from the iterated one, the iteration continues from the true residual (residual
+// replacement [VanDerVorst2000]). Systems that single precision cannot solve are solved in double
+// precision.
 #include <algorithm>
 #include <cmath>
 
@@ -23,12 +24,12 @@ namespace loomstone {
 
 namespace {
 
-// Reduction of the iterated residual in single precision after which the true residual is computed.
-// The value is not tuned: the default tolerance takes one round. It affects the number of products,
-// not the accuracy.
+// Factor by which the iterated residual falls in single precision before the true residual is
+// computed. The value is not tuned, because the default tolerance is reached in one round. It
+// affects the number of matrix products, not the accuracy.
 constexpr double trusted_fall = 3e-5;
 
-// Sets the terms, and the halo including their rows.
+// Sets the terms and the halo, which includes the rows of the terms.
 void set_terms(PcgSolve& solve) {
   const LinearSystem& system = solve.system;
   const RowLayout& layout = solve.loops.layout();
@@ -58,10 +59,10 @@ void set_system(PcgSolve& solve, Preconditioner::Kind kind) {
   m.has_matrix = true;
 }
 
-// Sets other terms on the same matrix. Keeps the preconditioner unless it is Gauss-Seidel. Only
-// friction has changed, and a new preconditioner would cost more than the iterations it saves.
-// Keeping it takes 0.84 (stack) and 0.78 (fold) times as long, with 1.1 and 0.94 times as many
-// iterations.
+// Replaces the terms while the matrix is unchanged. Keeps the preconditioner unless it is
+// Gauss-Seidel. Only friction has changed, and a new preconditioner would cost more than the
+// iterations it saves. Compared with a new preconditioner, solves take 0.84 (stack) and 0.78 (fold)
+// times as long, with 1.1 and 0.94 times as many iterations.
 void change_terms(PcgSolve& solve) {
   PcgMemory& m = solve.memory;
   set_terms(solve);
@@ -110,8 +111,8 @@ Guess look_at(const PcgSolve& solve, const Points& guess) {
   return {fixed_values, free_values, m.has_iteration && !any(Differs)};
 }
 
-// Sets x. Fixed rows are taken from the guess. Free rows are taken from it if `free_rows` is set,
-// and are zero otherwise.
+// Sets x. Fixed rows are copied from the guess. Free rows are copied from the guess if `free_rows`
+// is set, and are set to zero otherwise.
 void set_x(PcgSolve& solve, const Points& guess, bool free_rows) {
   std::vector<double>& x = solve.memory.x;
   solve.loops.over_blocks([&](Index, Index begin, Index end) {
@@ -123,9 +124,9 @@ void set_x(PcgSolve& solve, const Points& guess, bool free_rows) {
   });
 }
 
-// Sets x, residual and b_norm. b_norm is the norm of the residual if x is zero on free rows;
-// residuals are measured relative to it. The guess is used if the norm of its residual is smaller
-// than b_norm. Returns the norm of the residual.
+// Sets x, residual and b_norm. b_norm is the norm of the residual for x = 0 on free rows. Residuals
+// are measured relative to b_norm. The guess is used if the norm of its residual is smaller than
+// b_norm. Returns the norm of the residual.
 double start(PcgSolve& solve, const Points& b, const Points& x) {
   PcgMemory& m = solve.memory;
   const Guess guess = look_at(solve, x);

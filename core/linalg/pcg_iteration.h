@@ -7,8 +7,8 @@
 namespace loomstone {
 
 // How a run of iterations begins. Restart and Conjugate use the residual in PcgMemory::residual.
-// Restart goes along the preconditioned residual, and Conjugate keeps conjugacy with the last
-// direction. Resume continues where the last run of the same system ended.
+// The first direction of Restart is the preconditioned residual. That of Conjugate is conjugate to
+// the last direction. Resume continues where the last run of the same system ended.
 enum class Start { Restart, Conjugate, Resume };
 
 struct StoppingRule {
@@ -17,9 +17,9 @@ struct StoppingRule {
 };
 
 // Iterates with r and p scaled by 1 / b_norm, so that single precision can neither underflow nor
-// overflow. Adds to x and `iterations`. Returns the norm of the iterated residual. If the matrix
-// appears indefinite, stops early in single precision and throws SolverFailure in double precision.
-// Collective.
+// overflow. Adds the steps to x and their number to `iterations`. Returns the norm of the iterated
+// residual. If the matrix appears indefinite, stops early in single precision and throws
+// SolverFailure in double precision. Collective.
 template <class Scalar>
 double iterate(PcgSolve& solve, Krylov<Scalar>& k, Start start, const StoppingRule& stop,
                int& iterations);

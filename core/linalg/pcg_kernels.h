@@ -9,8 +9,8 @@
 
 namespace loomstone::pcg {
 
-// Inverts symmetric 3x3 blocks (6 x 8) in place. Bit l of the result is set if block l is not
-// positive definite.
+// Inverts eight symmetric 3x3 blocks in place, stored with the shape (6 x 8). Bit l of the result
+// is set if block l is not positive definite.
 unsigned invert(double* blocks);
 
 // Adds the residual of the row at position i to sums[slots[i]]. `slots` has the shape (slices x 8).
@@ -18,7 +18,8 @@ unsigned invert(double* blocks);
 void add_up(Index first, Index last, const Index* slots, const float* r, float* sums);
 void add_up(Index first, Index last, const Index* slots, const double* r, float* sums);
 
-// Computes x += length p, then p = z + correction + beta p, on the rows of slices [first, last).
+// Arguments of update_direction(), which computes x += length p, then p = z + correction + beta p,
+// on the rows of slices [first, last).
 struct SliceRows {
   Index first, last;
   const Index *rows, *slots;  // (all slices x 8)
@@ -44,7 +45,7 @@ double precondition(Index first, Index last, const double* inverse, const double
 // Returns r . P^-1 r.
 double preconditioned_square(Index first, Index last, const float* inverse, const double* r);
 
-// Computes r -= alpha q and z = P^-1 r. Returns r . z.
+// Vectors that take_step() updates. It computes r -= alpha q and z = P^-1 r, and returns r . z.
 template <class Scalar>
 struct Residuals {
   Scalar *r, *z;

@@ -1,5 +1,5 @@
-// Data of a solve by conjugate gradients with which the next solve can continue. This is the
-// content of SolveMemory.
+// Data that a solve by conjugate gradients leaves for the next solve. SolveMemory contains this
+// data.
 #pragma once
 
 #include <algorithm>
@@ -49,20 +49,20 @@ struct PcgMemory {
   // Vectors of the iteration. x and product have four numbers per row, and x has one more row for
   // empty lanes. residual is stored by slices.
   std::vector<double> x, product, residual;
-  double b_norm = 0.0;  // norm of the residual if x is zero on free rows
+  double b_norm = 0.0;  // norm of the residual for x = 0 on free rows
   // True if the last solve stopped at a tolerance looser than the solver's. x, b_norm, terms and
   // the vectors of `single` then belong to its last iteration.
   bool has_iteration = false;
   std::vector<double> matrix_times_x;  // A x by slices, without terms; valid if has_iteration
 };
 
-// One solve: its system, the loops over the rows of this rank, and the arrays.
+// Data of one solve: the system, the loops over the rows of this rank, and the memory.
 struct PcgSolve {
   const LinearSystem& system;
   RowLoops loops;
   PcgMemory& memory;
 
-  // Updates the rows of other ranks that the product needs, and evaluates the terms at v.
+  // Updates the rows of v that the product needs from other ranks, and evaluates the terms at v.
   template <class Scalar>
   void refresh(Scalar* v) const {
     loops.layout().exchange(memory.halo, v, 4);

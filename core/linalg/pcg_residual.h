@@ -9,13 +9,13 @@ namespace loomstone {
 // Sets PcgMemory::residual to b - A x, with zeros on fixed rows. Returns its norm. Collective.
 double true_residual(PcgSolve& solve, const Points& b, bool x_is_zero);
 
-// As true_residual(), but computed from matrix_times_x. Requires that only b and the terms differ
-// from the last solve. The result has single precision, like the iteration that left
-// matrix_times_x. Collective.
+// As true_residual(), but uses PcgMemory::matrix_times_x of the last solve instead of a matrix
+// product. Since then, only b and the extra terms may have changed. The result is accurate to
+// single precision, like the iteration of that solve. Collective.
 double known_residual(PcgSolve& solve, const Points& b);
 
-// Keeps the iteration of a solve that stopped early. Computes matrix_times_x from its
-// single-precision residual. Collective.
+// Keeps the iteration of a solve that stopped early, so that the next solve can continue it.
+// Computes matrix_times_x from the single-precision residual of the iteration. Collective.
 void keep_iteration(PcgSolve& solve, const Points& b);
 
 }  // namespace loomstone

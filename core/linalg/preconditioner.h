@@ -20,7 +20,8 @@ class Preconditioner {
  public:
   enum class Kind { BlockJacobi, Multigrid, GaussSeidel };
 
-  // Must be called after the slices have been built for another pattern.
+  // Discards the multigrid levels. Must be called after the slices have been built for another
+  // pattern.
   void forget_pattern() { has_levels_ = false; }
   // Builds the preconditioner. Throws SolverFailure on all ranks if a diagonal block is not
   // positive definite. Collective.
@@ -34,14 +35,15 @@ class Preconditioner {
   template <class Scalar>
   const Scalar* inverse() const;
 
-  // Returns whether there is a multigrid correction. complete() gives it up if a cycle is
+  // Returns whether there is a multigrid correction. complete() drops it if a V-cycle is
   // indefinite.
   bool has_correction() const { return uses_levels_; }
   // Returns the correction to add to z, with four numbers per slot, or null if there is none.
   const float* correction() const { return uses_levels_ ? levels_.correction() : nullptr; }
   const Index* slots() const { return slots_.data(); }  // (slices x 8) slots of the correction
 
-  // Sums r of slices [first, last) for the coarse levels. The slices must form one block of rows.
+  // Sums r over slices [first, last) into the residual of the multigrid levels. The slices must
+  // form one block of rows.
   template <class Scalar>
   void restrict_residual(Index first, Index last, const std::vector<Scalar>& r) {
     if (!uses_levels_) return;

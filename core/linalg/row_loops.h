@@ -1,5 +1,5 @@
-// Loops over the blocks of rows that this rank owns, and sums over the rows of all ranks. One
-// thread sums each block, and block sums are added in order. Results are therefore bitwise
+// Loops over the blocks of rows that this rank owns, and sums over the rows of all ranks. Each
+// block is summed by one thread, and block sums are added in order. Results are therefore bitwise
 // independent of the number of threads and ranks.
 #pragma once
 

@@ -25,7 +25,7 @@ class SlicedEllpack {
   static Index last_slice(Index end) { return (end + 7) / 8; }
 
   std::vector<Index> rows;           // (slices x 8) row of each lane; n_rows() if empty
-  std::vector<Index> place;          // (rows) 8 slice + lane of each row
+  std::vector<Index> place;          // (rows) position of each row: 8 slice + lane
   std::vector<Index> slot_start{0};  // (slices + 1) first slot of each slice
   std::vector<Index> columns;        // (slots x 8) column of each block; the row itself in padding
   std::vector<Index> sources;        // (slots x 8) block of the matrix; -1 in padding

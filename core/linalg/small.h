@@ -31,8 +31,8 @@ inline Vec2 symmetric_eigenvalues(const Mat2& a) {
   return {mean + radius, mean - radius};
 }
 
-// Returns a symmetric 2x2 matrix with its negative eigenvalues replaced by zero. For eigenvalues l
-// > 0 > m, the projector on the eigenvector of l is (A - m I) / (l - m).
+// Returns a symmetric 2x2 matrix with its negative eigenvalues replaced by zero. If the eigenvalues
+// are l > 0 and m < 0, the projector on the eigenvector of l is (A - m I) / (l - m).
 inline Mat2 positive_part(const Mat2& a) {
   const Vec2 eigenvalues = symmetric_eigenvalues(a);
   if (eigenvalues[1] >= 0.0) return a;
@@ -54,8 +54,8 @@ inline EigenPair separate_eigenpair(const Mat3& a) {
   const double size = std::sqrt(deviator.squaredNorm() / 6.0);
   if (!(size > 0.0)) return {mean, Vec3::UnitX()};
   const double half_determinant = std::clamp(0.5 * (deviator / size).determinant(), -1.0, 1.0);
-  // cos(3 angle) = half_determinant. If it is >= 0, the largest eigenvalue is the separate one,
-  // otherwise the smallest.
+  // The angle satisfies cos(3 angle) = |half_determinant|. The separate eigenvalue is the largest
+  // one if half_determinant >= 0, and the smallest one otherwise.
   const double angle = std::acos(std::abs(half_determinant)) / 3.0;
   const double value = mean + std::copysign(2.0 * size * std::cos(angle), half_determinant);
   const Mat3 shifted = a - value * Mat3::Identity();

@@ -24,11 +24,12 @@ class SymmetricGaussSeidel {
  private:
   void order_rows(const LinearSystem& system, const SlicedEllpack& slices);
 
-  // Row order in which a row seldom depends on the row before it. Reused while the pattern is
-  // unchanged.
+  // Row order in which a row seldom depends on the row before it, and the pattern for which this
+  // order was computed.
   std::vector<Index> order_, pattern_start_, pattern_columns_;
   std::vector<Index> offset_;  // (rows) offset of each row in r and z, in this order
-  // (rows + 1) First block of each row, in this order; (blocks of L) column of each block.
+  // start_ (rows + 1): first block of each row, in this order. column_ (blocks of L): column of
+  // each block.
   std::vector<Index> start_, column_;
   std::vector<Index> source_;  // (blocks of L) block of the matrix
   // Scratch of one solve.

@@ -22,18 +22,19 @@ inline bool is_fixed(const LinearSystem& system, Index row) {
   return system.fixed != nullptr && (*system.fixed)[row] != 0;
 }
 
-// Throws InvalidInput if sizes disagree.
+// Throws InvalidInput if the sizes of system, b and x disagree.
 void check_system(const LinearSystem& system, const Points& b, const Points& x);
 
 // Returns the diagonal block of a row, including body blocks and terms.
 Mat3 diagonal_block(const LinearSystem& system, const TermRows& terms, Index row);
 
-// Computes y = A x on rows [begin, end), with 4 doubles per row. Requires a call of
-// terms.evaluate(x).
+// Computes y = A x on rows [begin, end), with 4 doubles per row. terms.evaluate(x) must have been
+// called before.
 void multiply_system(const LinearSystem& system, const TermRows& terms, Index begin, Index end,
                      const double* x, double* y);
 
-// Throws SolverFailure on all ranks with the first row of b or x that is not finite. Collective.
+// Throws SolverFailure on all ranks. The message gives the first row of b or x that is not finite,
+// if there is one. Collective.
 [[noreturn]] void throw_not_finite(const LinearSystem& system, const Points& b, const Points& x);
 
 // Throws SolverFailure on all ranks if a rank has found a row whose diagonal block is not positive
