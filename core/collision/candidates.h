@@ -1,5 +1,5 @@
-// Candidate pairs of one surface: features that may collide during a motion. No scene is needed.
-// All three engines return the same pairs.
+// Candidate pairs of one surface, which are pairs of features that may collide during a motion. No
+// scene is needed. All three engines return the same pairs.
 #pragma once
 
 #include <array>

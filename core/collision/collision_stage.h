@@ -47,15 +47,16 @@ class CollisionStage {
   void update_anchors(const std::vector<Contact>& contacts, const ContactTerms& made,
                       const Points& x0, const Points& x1, ContactState& state) const;
 
-  // Response by impulses. Corrects the end positions of cloth and bodies. Features in contact stop
-  // approaching, gradually regain their thickness and are subject to friction. Intersecting
-  // features are pushed apart.
+  // Responds to contacts by impulses, which correct the end positions of cloth and bodies. Features
+  // in contact stop approaching, gradually regain their thickness and are subject to friction.
+  // Intersecting features are pushed apart.
   void repel(const MotionInputs& inputs, const std::vector<Contact>& contacts, double step,
              Points& x1, FreeBodies& bodies) const;
 
   // Corrects x1 so that the motion x0 -> x1 has no impact and x1 has no intersection. Moves cloth
   // vertices individually and each body as a whole. Prescribed vertices keep their motion. If
-  // `bodies` is empty, rigid bodies keep theirs too. The report counts the impacts that remain.
+  // `bodies` is empty, rigid bodies also keep their motion. The report counts the impacts that
+  // remain.
   CertifyReport certify(const Team& team, const MotionInputs& inputs, Points& x1,
                         FreeBodies& bodies);
 

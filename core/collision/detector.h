@@ -47,7 +47,7 @@ class Detector {
   // InvalidInput under the same conditions as candidates().
   Collisions collisions(const Team& team, const Points& x0, const Points& x1);
 
-  void forget_trees();  // The next query rebuilds the trees. Results do not change.
+  void forget_trees();  // the next query rebuilds the trees; results do not change
   std::size_t tree_bytes() const;
 
  private:
@@ -58,7 +58,7 @@ class Detector {
 // Returns the sorted unique vertex pairs of the triangle edges.
 Edges unique_edges(const Triangles& triangles);
 
-// Both functions check their arguments and throw InvalidInput if the check fails.
+// Both functions check their arguments and throw InvalidInput if an argument is invalid.
 void check_motion(const Points& x0, const Points& x1, double inflation);
 void check_triangles(const Triangles& triangles, Index n_vertices);
 

@@ -19,8 +19,7 @@ constexpr Index chunks_of_product_a_task =
     2;  // minimum work of a product task: 256 nodes, about 5 us
 // Damping of the Jacobi sweeps. The sweeps converge if each element or term couples at most four
 // nodes, because the eigenvalues of D^-1 A are then below four. Elements that couple more nodes
-// have not needed stronger damping. If a V-cycle turns out to be indefinite, the multigrid
-// correction is dropped.
+// have not needed stronger damping. If a cycle is indefinite, the correction is dropped.
 constexpr double damping = 0.5;
 
 // Jacobi sweep with the inverse blocks B. Computes z = B r, or z += B (r - t) if t is not null.
@@ -141,8 +140,7 @@ void AggregationMultigrid::prepare(const Team& team, const LinearSystem& system)
     add_block(plain_.block(k), levels_[0].matrix.block(place_[k]));
   add_terms(system);
   for (std::size_t l = 1; l < levels_.size(); ++l) sum_level(levels_[l - 1], levels_[l]);
-  // The inversion must follow all sums, because it sets identity blocks that must not enter coarser
-  // levels.
+  // The inversion sets identity blocks, which must not enter the sums of coarser levels.
   usable_ = std::all_of(levels_.begin(), levels_.end(),
                         [&](Level& level) { return invert_diagonal(level); });
   if (!usable_) return;
@@ -219,10 +217,9 @@ AggregationMultigrid::TermNodes AggregationMultigrid::nodes_of(const ExtraTerm& 
   return nodes;
 }
 
-// Adds couplings between aggregates that only terms couple, for example those of layers in contact.
-// Couplings whose terms have disappeared are kept until they are the majority, because separated
-// layers often touch again. They contain zeros and do not change results. Every rank knows all
-// terms.
+// Adds couplings of aggregates that only terms couple, for example of layers in contact. Couplings
+// whose terms are gone are kept until they are the majority, because separated layers often touch
+// again. They contain zeros and do not change results. Every rank knows all terms.
 void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   if (!system.terms) return;
   Couplings wanted;
@@ -246,8 +243,8 @@ void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   lay_out();
 }
 
-// Adds W_I W_J H, times term_scale, to block (I, J) for each term. W_I is the sum of the term's
-// weights in aggregate I. Every rank knows all terms.
+// Adds term_scale W_I W_J H to block (I, J) for each term. W_I is the sum of the term's weights in
+// aggregate I. Every rank knows all terms.
 void AggregationMultigrid::add_terms(const LinearSystem& system) {
   if (!system.terms) return;
   BlockMatrix& first = levels_[0].matrix;

@@ -9,8 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// Minimum number of tasks. Node pairs are expanded from the roots until it is reached. The value is
-// the same for any number of threads.
+// Minimum number of tasks. Node pairs are expanded from the roots until there are this many. The
+// value is the same for any number of threads.
 constexpr std::size_t enough_tasks = 256;
 
 // Maximum number of pairs in a batch that is passed to the sink.
@@ -32,7 +32,7 @@ class Kept : public PairSink {
     kept.insert(kept.end(), keys.begin(), keys.end());
   }
 
-  // Stores the sorted pairs of each surface pair in `which`.
+  // Writes the sorted feature pairs of each surface pair in `which` to `found`.
   void into(const std::vector<Index>& which, std::size_t n_pairs,
             std::vector<FeaturePairs>& found) const {
     found.resize(n_pairs);

@@ -46,8 +46,8 @@ class BroadPhase {
   // the whole step and are inflated by `sweep.inflation`.
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    PairSink& sink);
-  // As above, but stores in `found` only the pairs that `keep` does not erase from `keys`. Threads
-  // call `keep` concurrently.
+  // As swept_pairs() with a sink, but stores in `found` the pairs that `keep` does not erase from
+  // its argument. Threads call `keep` concurrently.
   using Keep = std::function<void(ContactKind, std::vector<PairKey>&)>;
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    const Keep& keep, std::vector<FeaturePairs>& found);

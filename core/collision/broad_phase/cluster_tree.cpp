@@ -81,8 +81,8 @@ LOOMSTONE_CLONES void refit_features(const PackedSlabs* vertices, FeatureGroups 
   }
 }
 
-// Computes groups [begin, end) of node boxes from the boxes of their children. `below` must be
-// padded to full groups.
+// Computes groups [begin, end) of node boxes from `below`, the boxes of their children. `below`
+// must be padded to full groups.
 LOOMSTONE_CLONES void refit_groups(const PackedSlabs* below, Index begin, Index end,
                                    SlabGroup* slabs, PackedSlabs* of_group) {
   for (Index g = begin; g < end; ++g) {
@@ -181,8 +181,8 @@ void ClusterTree::rebuild(const Points& x) {
   order_by_halves(centres, order.data(), n);
   for (Index i = 0; i < n; ++i) cluster_of_face[order[i]] = i / slab_lanes;
 
-  // Each vertex or edge goes to the cluster of one of its faces. Choosing the cluster that owns the
-  // fewest so far keeps few lanes empty.
+  // Each vertex or edge goes to the cluster of one of its faces. Among these, the cluster that owns
+  // the fewest so far is chosen, which leaves few lanes empty.
   const Index first = n > 0 ? triangles_.minCoeff() : 0,
               n_vertices = n > 0 ? triangles_.maxCoeff() - first + 1 : 0;
   std::vector<Index> start(n_vertices + 2, 0),

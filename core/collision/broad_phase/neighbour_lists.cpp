@@ -12,14 +12,14 @@ namespace loomstone {
 namespace {
 
 // Parameters tuned on a draped sheet; they affect speed only. The slack of a list covers
-// `steps_to_last` steps of the current motion, between `least_slack` and the larger maximum. In the
-// search for cluster pairs, vertex boxes cover `steps_ahead` steps plus `margin`.
+// `steps_to_last` steps of the current motion, but at least `least_slack` and at most the larger
+// maximum. In the search for cluster pairs, vertex boxes cover `steps_ahead` steps plus `margin`.
 constexpr double steps_to_last = 12.0;
 constexpr double least_slack = 0.2, most_slack = 2.5;  // as fractions of the thickness
 constexpr double most_slack_of_edge = 0.6;             // as a fraction of the mean edge length
 constexpr double steps_ahead = 3.0;
 constexpr double margin = 1.0;  // as a fraction of half the thickness
-// Allowance for rounding errors of bounds that are summed over steps [m].
+// Allowance for the rounding errors of bounds, which are summed over steps [m].
 constexpr double rounding = 1e-12;
 
 // Returns a lower bound of the distance between two boxes [m].
@@ -147,7 +147,7 @@ bool NeighbourLists::as_expected(const Team& team, const Points& x) const {
   return all;
 }
 
-// Computes the vertex boxes at the x of update().
+// Computes the vertex boxes at the positions of the last update().
 void NeighbourLists::pack_still(const Team& team) {
   if (still_at_x_) return;
   still_.resize(model_.n_vertices);
@@ -161,8 +161,8 @@ void NeighbourLists::pack_still(const Team& team) {
   still_at_x_ = true;
 }
 
-// Finds the pairs of clusters that come near each other while vertices move from the x of update()
-// towards x1. The motion is extrapolated over `steps_ahead` steps.
+// Finds the pairs of clusters that come near each other while vertices move from the positions of
+// the last update() towards x1. The motion is extrapolated over `steps_ahead` steps.
 void NeighbourLists::search(const Team& team, const Points& x1) {
   ++n_searches_;
   pack_still(team);
@@ -325,8 +325,8 @@ void NeighbourLists::cover(const Team& team, const Points& x1) {
        }));
 }
 
-// Returns the indices of the lists for which `ends` is true. Before that, makes a surface pair
-// unlisted if more than a quarter of its lists change by more than the largest slack.
+// Returns the indices of the lists for which `ends` is true. First makes a surface pair unlisted if
+// the change of more than a quarter of its lists exceeds the largest slack.
 template <class Ends>
 std::vector<Index> NeighbourLists::ended(const Team& team, Ends&& ends) {
   constexpr Index grain = 1024;

@@ -16,7 +16,8 @@ namespace loomstone {
 
 struct NearPair {
   PairKey key;
-  // The distance at the x of update() is at least this value minus `used` of the list [m].
+  // The distance at the positions of the last update() is at least this value minus
+  // NeighbourList::used [m].
   double distance;
 };
 
@@ -27,7 +28,7 @@ struct NeighbourList {
   Index n_vertex_face = 0;  // number of vertex-face pairs, which come first in `near`
   // A new list contains all pairs closer than the base distance plus this slack [m].
   double slack = -1.0;
-  double used = 0.0;    // bound on the change of distances up to the x of update() [m]
+  double used = 0.0;    // bound on the change of distances since the list was made [m]
   double change = 0.0;  // bound on the further change up to the x1 of cover() [m]
   double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` [m]
   std::vector<NearPair> near = {};
@@ -46,17 +47,18 @@ class NeighbourLists {
   NeighbourLists(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                  BroadPhase& broad_phase, std::size_t most_per_cluster = 64);
 
-  // Updates the lists so that they contain all pairs closer than the thickness at x.
+  // Updates the lists so that they contain all pairs of features closer than the thickness at x.
   void update(const Team& team, const Points& x);
   bool updated_at(const Points& x) const;
 
   // Extends the lists so that they contain all pairs that come closer than the gap floor while
-  // vertices move from the x of update() to x1.
+  // vertices move from the positions of the last update() to x1.
   void cover(const Team& team, const Points& x1);
 
   std::vector<NeighbourList>& lists() { return lists_; }
   bool listed(Index pair) const { return !unlisted_[pair]; }
-  // Returns the pairs closer than the thickness at the x of update(), for unlisted surface pairs.
+  // Returns the feature pairs of unlisted surface pairs that are closer than the thickness at the
+  // positions of the last update().
   std::vector<FeaturePairs> unlisted_near_pairs(const Team& team) const;
   std::vector<Index> unlisted() const;
 
@@ -64,7 +66,7 @@ class NeighbourLists {
   std::int64_t n_made() const { return n_made_; }          // number of lists made
 
  private:
-  // Ball that contains the displacements of a cluster: |displacement - centre| <= radius.
+  // Ball |d - centre| <= radius that contains the displacements d of all vertices of a cluster.
   struct Motion {
     Vec3 centre = Vec3::Zero();  // [m]
     double radius = 0.0;         // [m]
@@ -83,7 +85,7 @@ class NeighbourLists {
   std::vector<Index> ended(const Team& team, Ends&& ends);
   void make(const Team& team, const std::vector<Index>& which);
   void make(NeighbourList& list, PairSearch::Slots& slots) const;
-  // Returns how far lists still reach above the gap floor when all slack is used [m].
+  // Returns by how much the reach of a list exceeds the gap floor when all its slack is used [m].
   double spare(Index pair) const { return base_[pair] - 1.01 * largest_gap_floor; }
 
   const CollisionModel& model_;
@@ -107,7 +109,7 @@ class NeighbourLists {
   std::vector<std::vector<Motion>> motions_;       // motion of each cluster of each surface
   std::vector<std::vector<std::uint8_t>> marked_;  // scratch: clusters whose boxes are needed
   std::vector<NeighbourList> lists_;               // sorted by surface pair and clusters
-  std::vector<std::uint8_t> unlisted_;             // flag of each surface pair
+  std::vector<std::uint8_t> unlisted_;             // (surface pairs) 1: unlisted
   std::int64_t n_searches_ = 0, n_made_ = 0;
 };
 

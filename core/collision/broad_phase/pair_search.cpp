@@ -45,7 +45,7 @@ struct Lane {
 
 // Amount by which one of two boxes is widened, so that boxes overlap if their features are within
 // `distance` [m]. Diagonal slabs are not normalised and need a factor sqrt(2). The outward rounding
-// of slabs covers the rounding of the sum.
+// of slabs covers the rounding error of adding the reach.
 struct Reach {
   float axis = 0.0f, diagonal = 0.0f;
 
@@ -55,8 +55,8 @@ struct Reach {
   float of(int k) const { return k < n_axis_slabs ? axis : diagonal; }
 };
 
-// Returns a bit mask of the lanes of `group` that overlap a box. Compares diagonals only if the
-// axes leave any lane.
+// Returns a bit mask of the lanes of `group` that overlap a box. Compares diagonals only if some
+// lane overlaps the box along all three axes.
 LOOMSTONE_INLINE unsigned overlapping_lanes(const SlabGroup& group, const Lane& box,
                                             const Reach& reach) {
   Ints meet = ~Ints{};
@@ -128,8 +128,8 @@ struct MaskedGroups {
   unsigned mask[most];
 };
 
-// Appends pairs of slots of edge `own` and edges of `run` that overlap and share no vertex. If
-// `upper`, tests only slots after the slot of `own`.
+// Appends the slot pairs of edge `own` with each edge of `run` that overlaps it and shares no
+// vertex with it. If `upper`, tests only slots after the slot of `own`.
 template <class Pairs>
 LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const MaskedGroups& groups,
                                      const Reach& reach, bool upper, Pairs& out) {
@@ -152,8 +152,9 @@ LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const Mask
   }
 }
 
-// Appends pairs of slots of edges that overlap and share no vertex. First masks out edges that lie
-// outside the box of the other cluster. If `upper`, tests only slots of b after the slot of a.
+// Appends the slot pairs of edges of a and b that overlap and share no vertex. First masks out
+// edges that lie outside the box of the other cluster. If `upper`, pairs each edge of a only with
+// later slots of b.
 template <class Pairs>
 LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& reach, bool upper,
                                     Pairs& out) {
@@ -185,7 +186,7 @@ LOOMSTONE_INLINE PackedSlabs limits_of(const Lane& box, const Reach& reach) {
   return result;
 }
 
-// Appends pairs of a vertex and a face slot that overlap and share no vertex.
+// Appends the pairs of a vertex of a and a face slot of b that overlap and share no vertex.
 template <class Pairs>
 LOOMSTONE_INLINE void meeting_vertices_faces(const VertexRun& a, const Run& b, const Lane& box_b,
                                              const Reach& reach, Pairs& out) {

@@ -1,6 +1,6 @@
 // Simultaneous traversal of two cluster trees, or of one tree with itself. Finds exactly the pairs
-// of features whose 18-DOPs overlap and that share no vertex. Reports each pair once. Depth-first
-// traversal with an explicit stack.
+// of features whose 18-DOPs overlap and that share no vertex. Reports each pair once. The traversal
+// is depth-first with an explicit stack.
 #pragma once
 
 #include <cstdint>
@@ -60,7 +60,8 @@ class PairSearch {
     clusters(start, [&](Index a, Index b) { features(a, b, 0.0, slots, visit); });
   }
 
-  // Calls visit(kind, a, b) for features of clusters a and b with boxes within `reach` [m].
+  // Calls visit(kind, first, second) for each pair of features of clusters a and b whose boxes are
+  // within `reach` [m] of each other.
   template <class Visit>
   void features(Index a, Index b, double reach, Slots& slots, Visit&& visit) const {
     slots.clear();

@@ -8,7 +8,7 @@
 
 namespace loomstone {
 
-// Displacement of a cloth vertex or of a body that certification has withheld. A body is identified
+// Displacement that certification has withheld from a cloth vertex or a body. A body is identified
 // by its first vertex.
 struct WithheldMotion {
   Index vertex;
@@ -22,7 +22,8 @@ struct CertifyReport {
   std::int64_t unresolved = 0;
   std::vector<WithheldMotion> withheld;  // sorted by vertex, at most one entry per vertex
 
-  // Merges motion withheld at another time of the step. Sums displacements of the same vertex.
+  // Merges motion that another certification of the same step has withheld. Sums displacements of
+  // the same vertex.
   void merge(const std::vector<WithheldMotion>& others);
   std::int64_t n_withheld() const { return static_cast<std::int64_t>(withheld.size()); }
   double withheld_length() const;  // sum of displacement lengths [m]

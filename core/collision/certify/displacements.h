@@ -1,6 +1,6 @@
-// Displacements of a step, from which certification withholds motion. Units are single cloth
-// vertices and whole free bodies. A unit can be carried by a moving obstacle. It then follows the
-// obstacle, and only its relative motion is withheld:
+// Displacements of a step, from which certification withholds motion. A unit is a single cloth
+// vertex or a whole free body. A unit can be carried by a moving obstacle. The unit then follows
+// the obstacle, and only its relative motion is withheld:
 //   x1 = x0 + carry + share (displacement - carry)
 // The pose of a body is interpolated in the same way.
 #pragma once
@@ -47,7 +47,7 @@ class Displacements {
   std::vector<WithheldMotion> withheld() const;
 
  private:
-  // Special carriers: no carrier at all, and an individual displacement.
+  // Special values of a carrier: no carrier, and a displacement that belongs to one unit alone.
   static constexpr Index none = -1, local = -2;
 
   void set_carrier(Index v, Index carrier, const Vec3& motion);

@@ -82,8 +82,8 @@ std::vector<StepImpact> ImpactSearch::find_listed(const Team& team, const PairTe
 
 void ImpactSearch::find_in_list(const NeighbourList& list, const PairTest& test,
                                 std::vector<StepImpact>& impacts) const {
-  // Skips pairs that are too far apart at the start. A closest point travels no farther than the
-  // corners of its feature.
+  // Skips pairs that are too far apart at the start to meet. A closest point travels no farther
+  // than the corners of its feature.
   const double reach = 1.01 * largest_gap_floor + list.used;
   if (list.change + reach < list.nearest) return;
   for (std::size_t i = 0; i < list.near.size(); ++i) {

@@ -13,10 +13,10 @@ constexpr int partial_passes = 8;      // later passes withhold all motion of co
 // Resolvable impacts took up to 5 passes. Other impacts can oscillate forever.
 constexpr int most_passes = 40;
 
-// Gives units that still collide without relative motion a common carrier. Such units collide
-// because their carriers move differently. Units without a carrier follow the first carried unit,
-// or the immovable side if no unit is carried. If all units are carried, they follow the carrier of
-// the first. Returns false if nothing changes.
+// Gives a common carrier to units that still collide although all their relative motion is
+// withheld. Such units collide because their carriers move differently. Units without a carrier
+// follow the first carried unit, or the immovable side if no unit is carried. If all units are
+// carried, they follow the carrier of the first. Returns false if nothing changes.
 bool join_carriers(const StepImpact& impact, Displacements& displacements) {
   Index leader = -1;
   bool immovable_leads = false;
@@ -53,9 +53,9 @@ void withhold_units(const StepImpact& impact, Displacements& displacements) {
 }
 
 // Last resort if prescribed motion leaves no room. Obstacles may then pass through cloth, but cloth
-// must not pass through cloth. Withholds all motion of vertices in impacts between cloth and cloth
-// until none is left. Each pass leaves fewer moving vertices, so the loop ends. Only prescribed
-// vertices can continue to collide.
+// must not pass through cloth. Withholds all motion of the vertices in impacts between cloth and
+// cloth until no such impact is left. Each pass leaves fewer moving vertices, so the loop ends.
+// Only prescribed vertices can continue to collide.
 void keep_cloth_from_cloth(const Team& team, ImpactSearch& search, const MotionInputs& inputs,
                            const Points& x1, Displacements& displacements) {
   const CollisionModel& model = search.model();
@@ -111,7 +111,8 @@ CertifyReport withhold_motion(const Team& team, ImpactSearch& search, const Moti
     const std::vector<std::uint8_t> changed = displacements.take_changed();
     progress |= std::find(changed.begin(), changed.end(), 1) != changed.end();
     if (progress) impacts = search.find(team, inputs, x1, &changed);
-    // The search above omits impacts without a changed vertex. Only a full search is a proof.
+    // The search above omits impacts without a changed vertex. Only a full search proves that no
+    // impact is left.
     if (!progress || impacts.empty() || pass >= most_passes)
       impacts = search.find(team, inputs, x1, nullptr);
     if (!progress || pass >= most_passes) {

@@ -1,5 +1,5 @@
-// Withholds motion of individual vertices until no pair collides (method.md, Certification). A step
-// that starts free of impacts then ends free of impacts.
+// Withholds motion of individual vertices until no pair collides (method.md, Certification). The
+// motion then has no impacts, unless prescribed motion leaves the cloth no room.
 #pragma once
 
 #include <vector>

@@ -19,13 +19,14 @@ struct CollisionSurface {
   double friction = 0.3;       // coefficient [1]; pairs of surfaces use the geometric mean
   bool self_collision = true;  // cloth only
   int body = -1;               // index of the rigid body (Kind::Body)
-  // Contact normals are interpolated from vertex normals, and edges exert no contact force.
+  // If true, contact normals are interpolated from vertex normals, and edges exert no contact
+  // force.
   bool smooth = false;
 };
 
 // Row of the linear system that determines the motion of each collision vertex.
 struct VertexRows {
-  // Cloth row or translation row of the body. -1: the motion is prescribed.
+  // Cloth row, or translation row of the body. -1: the motion is prescribed.
   std::vector<Index> row;
   std::vector<std::uint8_t> is_body;
 };

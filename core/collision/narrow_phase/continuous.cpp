@@ -12,7 +12,7 @@ namespace {
 template <int N>
 struct Differences {
   std::array<Vec3, N> start, end;
-  double rounding = 0.0;  // bound on the rounding error of n . D(t) for unit n [m]
+  double rounding = 0.0;  // bound on the rounding error of n . (a_i - b_j) for unit n [m]
 
   void finish() {
     double largest = 0.0;
@@ -87,16 +87,16 @@ FourPoints at_time(const MovingPoints& q, double time) {
 template <class Kind, class FloorOf>
 Impact test(const MovingPoints& q, double largest_floor, FloorOf&& floor_of) {
   const typename Kind::D differences = Kind::differences(q);
-  // Most pairs stay far apart. For these, the line of centres proves separation without a search
-  // for closest points.
+  // Most pairs stay far apart. For such pairs, a plane perpendicular to the line of centres proves
+  // separation without a search for closest points.
   const Vec3 line = Kind::centre_line(q);
   const double length = line.norm();
   if (length > 0.0 &&
       differences.advance(line / length, 0.0, largest_floor + differences.rounding) >= 1.0)
     return {};
 
-  // Converges like Newton's method: quadratically for head-on motion. A grazing motion that uses
-  // all passes counts as a hit.
+  // The loop converges like Newton's method, quadratically for head-on motion. A grazing motion
+  // that uses all passes counts as a hit.
   constexpr int max_passes = 100;
   Impact impact;
   double time = 0.0, floor = 0.0;

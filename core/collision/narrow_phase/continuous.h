@@ -1,6 +1,6 @@
 // Continuous collision detection (narrow phase) for vertex-face and edge-edge pairs whose points
 // move on straight lines during a step. The method is conservative advancement with separating
-// planes. A plane with normal n separates the two sides as long as n . (a_i(t) - b_j(t)) > floor
+// planes. A plane with normal n separates sides a and b as long as n . (a_i(t) - b_j(t)) > floor
 // for all pairs (i, j) of their points. The left-hand side is linear in t, so the time at which
 // separation ends is known exactly. The method advances to this time and chooses a new normal
 // there, as in additive continuous collision detection [Li2021]. A motion without a proof of
@@ -19,11 +19,11 @@ using MovingPoints = std::array<Vec3, 8>;
 
 struct Impact {
   bool hit = false;
-  bool touching = false;  // distance at or below the floor (with rounding) at the start
+  bool touching = false;  // the distance at the start is at or below the floor, up to rounding
   // Lower bound of the first time in [0, 1] at which the distance falls to the floor.
   double time = 1.0;
   double start_distance = 0.0;      // [m]; set only for a hit
-  std::array<double, 4> weights{};  // of the closest points at `time`; set only for a hit
+  std::array<double, 4> weights{};  // weights of the closest points at `time`; set only for a hit
   Vec3 normal = Vec3::Zero();       // unit, from b to a at `time`; set only for a hit
 };
 

@@ -38,7 +38,7 @@ ClosestPair closest_vertex_face(const FourPoints& points) {
   const Vec3 n = ab.cross(ac);
   const double n2 = n.squaredNorm();
   // The interior solution is ill-conditioned for slivers (height below 1e-7 of the longest edge).
-  // For them, the distance to the edges suffices.
+  // For slivers, the distance to the edges suffices.
   const double longest2 = std::max({ab.squaredNorm(), ac.squaredNorm(), bc.squaredNorm()});
   if (n2 > 1e-14 * longest2 * longest2) {
     const double weight_a = n.dot(bc.cross(bp)), weight_c = n.dot(ab.cross(ap)),

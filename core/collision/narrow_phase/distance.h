@@ -10,7 +10,7 @@
 namespace loomstone {
 
 struct ClosestPair {
-  std::array<double, 4> weights;  // of the four points, in the given order
+  std::array<double, 4> weights;  // weights of the four points, in the given order
   Vec3 difference;                // from the closest point of b to the closest point of a [m]
   double distance;                // [m]
   bool interior;                  // the closest points lie inside the face, or inside both edges

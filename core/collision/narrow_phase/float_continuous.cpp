@@ -48,7 +48,8 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves& curves) {
       side[1][lane] = 0.5 * ((p.start[i][l] * p.end[j][m] - p.start[i][m] * p.end[j][l]) +
                              (p.end[i][l] * p.start[j][m] - p.end[i][m] * p.start[j][l]));
       side[2][lane] = p.end[i][l] * p.end[j][m] - p.end[i][m] * p.end[j][l];
-      // Corners, products and sums contribute 8 epsilon, the evaluation over pieces 6 epsilon.
+      // Rounding of corners, products and sums contributes 8 epsilon, and the evaluation over
+      // pieces contributes 6 epsilon.
       error[lane] = 16.0 * epsilon * size[i] * size[j];
     }
   }
@@ -58,7 +59,7 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves& curves) {
     curves.side_error[pack] = lanes_load(error + n_lanes * pack);
   }
   // The volume is c_2 . (c_0 x c_1). For edges, the corners 0, 1, 2 span the parallelogram.
-  double s[3][2];  // coefficients of c_0 x c_1 times start and end of c_2
+  double s[3][2];  // coefficients of c_0 x c_1, times the start and the end of c_2
   for (int i = 0; i < 3; ++i) {
     s[i][0] = side[i][0] * p.start[2][0] + side[i][4] * p.start[2][1] + side[i][8] * p.start[2][2];
     s[i][1] = side[i][0] * p.end[2][0] + side[i][4] * p.end[2][1] + side[i][8] * p.end[2][2];
@@ -67,7 +68,8 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves& curves) {
   curves.volume[1] = (s[0][1] + 2.0 * s[1][0]) / 3.0;
   curves.volume[2] = (2.0 * s[1][1] + s[2][0]) / 3.0;
   curves.volume[3] = s[2][1];
-  // Coefficients contribute 48 epsilon, and the evaluation over pieces 24 epsilon.
+  // Rounding of the coefficients contributes 48 epsilon, and the evaluation over pieces contributes
+  // 24 epsilon.
   curves.volume_error = 80.0 * epsilon * size[0] * size[1] * size[2];
   const double least = *std::min_element(size, size + n_corners),
                most = *std::max_element(size, size + n_corners);
@@ -147,7 +149,7 @@ LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
         inside = inside || positive == 15u || negative == 15u;
       }
       if (inside && ((v[0] > error && v[3] < -error) || (v[0] < -error && v[3] > error))) {
-        // The sides meet. Bisection sharpens the lower bound of the time.
+        // The features meet. Bisection sharpens the lower bound of the time.
         double end = high;
         for (int i = 0; i < 30 && end - low > 1e-9 * end; ++i) {
           const double middle = 0.5 * (low + end);

@@ -1,9 +1,9 @@
-// Continuous collision detection in floating point with proof. The two sides touch when the polygon
-// of their differences a - b contains the origin. The polygon is a triangle for a vertex and a
-// face, and a parallelogram for two edges. Its corners c_k move linearly in time. The volume
-// spanned by three corners is a cubic in time, and the sides c_k x c_(k+1) are quadratics. The
-// interval [0, 1] is bisected into pieces until one piece is proved "meet" or all are proved
-// "apart":
+// Continuous collision detection in floating point that proves its results. Two features a and b
+// touch when the polygon of their differences a - b contains the origin. The polygon is a triangle
+// for a vertex and a face, and a parallelogram for two edges. Its corners c_k move linearly in
+// time. The volume spanned by three corners is a cubic in time, and the sides c_k x c_(k+1) are
+// quadratics. The interval [0, 1] is bisected into pieces until one piece is proved "meet" or all
+// are proved "apart":
 //   apart: the volume keeps its sign, or one coordinate of two sides has opposite signs throughout;
 //   meet:  the volume changes sign while one coordinate of all sides has the same sign throughout.
 // Bernstein coefficients bound a polynomial over a piece. Every comparison allows for the rounding
@@ -18,7 +18,7 @@ enum class Proof { Apart, Meet, Open };  // Open: undecided because of rounding
 
 struct Decision {
   Proof proof;
-  double time;  // the sides are certainly apart in [0, time)
+  double time;  // the features are certainly apart in [0, time)
 };
 
 Decision decide_vertex_face(const MovingPoints& points);

@@ -1,5 +1,5 @@
-// Arbitrary-precision integers for the few queries that floating point leaves undecided. Stored as
-// sign and magnitude, with only the operations that low-degree polynomials need.
+// Arbitrary-precision integers for the few queries that floating point leaves undecided. They are
+// stored as sign and magnitude and have only the operations that low-degree polynomials need.
 #pragma once
 
 #include <algorithm>
@@ -63,7 +63,7 @@ class Integer {
   __extension__ using Wide = unsigned __int128;
 
   // Limbs from the lowest to the highest. The highest limb is not zero. A few limbs are stored
-  // inline, more on the heap.
+  // inline, and longer integers on the heap.
   class Limbs {
    public:
     Limbs() {}

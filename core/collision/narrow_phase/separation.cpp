@@ -81,7 +81,8 @@ struct Differences {
 LOOMSTONE_CLONES unsigned surely_apart_vertex_face(const QueryBatch& batch) {
   Differences<3> d;
   for (int j = 0; j < 3; ++j) d.set(batch, j, 0, 1 + j);
-  // First direction: the face normal at half time, up to a factor. Second: the line of centres.
+  // The first direction is the face normal at half time, up to a factor. The second direction is
+  // the line of centres.
   const auto middle = [&](int k) { return d.start[k] + d.end[k]; };
   Mask apart = d.separated_by(cross(middle(1) - middle(0), middle(2) - middle(0)));
   if (bits_of(apart) == 0xffu) return 0xffu;

@@ -25,8 +25,8 @@ Vec3 weighted(const Contact& contact, const Points& field) {
 }
 
 // Evaluates the force law at a signed gap. Below a tenth of the thickness, or below a smaller start
-// distance, the law is extended linearly. A finite force then pushes back an iterate that has
-// passed through.
+// distance, the law is extended linearly. An iterate that has passed through the surface is then
+// pushed back by a finite force.
 ContactForce force_at_gap(const ContactLaw& law, double gap, double stiffness) {
   const double least = std::min(0.1 * law.thickness, law.distance);
   if (gap >= least) return contact_force(gap, law.thickness, stiffness);
@@ -116,8 +116,8 @@ double ContactTerms::friction_at(const Team& team, const Points& displacement, d
         const Vec3 due = (trial > limit ? limit / trial : 1.0) * k * (law.slip + slipped);
         sums[i] = {(had - due).norm(), limit};
 
-        // If friction was too large, the contact slips further once the excess is removed. This
-        // predicts the additional slip.
+        // If friction was too large, the contact slips further once the excess is removed. `more`
+        // is the predicted additional slip.
         double compliance = 0.0;
         for (int e = 0; e < term.n_entries; ++e)
           if (term.entries[e].row < n_cloth_)

@@ -38,10 +38,11 @@ class ContactTerms {
   double at(const Team& team, const Points& displacement, double time, TermRequest request,
             ExtraTerms& terms);
 
-  // Linearises the terms at the start again, with friction for the given displacement. The friction
-  // limit follows from the predicted normal force, and the secant stiffness from the slip. Returns
-  // the summed error of the friction in `terms`, relative to the sum of limits [1]. The inverse
-  // masses of cloth rows [1/kg] serve to predict the slip of contacts whose friction was too large.
+  // Linearises the terms about the start of the step again, with friction for the given
+  // displacement. The friction limit follows from the predicted normal force, and the secant
+  // stiffness from the slip. Returns the sum of the errors that the friction in `terms` had on
+  // entry, relative to the sum of the limits [1]. The inverse masses of cloth rows [1/kg] serve to
+  // predict the slip of contacts whose friction was too large.
   double friction_at(const Team& team, const Points& displacement, double time,
                      const Vector& inverse_mass, ExtraTerms& terms) const;
 

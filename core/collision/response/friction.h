@@ -9,9 +9,10 @@
 namespace loomstone {
 
 // Linearised friction of a tangential spring: gradient [N] and positive semidefinite Hessian [N/m].
-// The spring has the stiffness k [N/m] and slips at `limit` = mu N [N]. `slip` is the tangential
-// displacement s of side a relative to b [m]. `predicted` is the tangential displacement u = h v_t
-// in this step [m]. `tangent` is the projector T on the tangent plane.
+// In the functions below, the spring has the stiffness k [N/m] and slips at `limit` = mu N [N].
+// `slip` is the tangential displacement s of side a relative to b at the start of the step [m].
+// `predicted` is the predicted tangential displacement u = h v_t in the step [m]. `tangent` is the
+// projector T onto the tangent plane.
 struct FrictionResponse {
   Vec3 gradient;
   Mat3 hessian;
@@ -26,10 +27,10 @@ FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, cons
 Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double stiffness,
              double limit);
 
-// Friction after the displacement `moved`, without linearisation. The Hessian is the derivative of
-// the force at constant limit. With `secant`, a slipping contact has the stiffness limit / |s + u|
-// in all tangential directions instead. The energy [J] is the elastic energy of the spring up to
-// the limit, plus the work against the limit.
+// Friction after a given displacement u, without linearisation. The Hessian is the derivative of
+// the force at constant limit. With `secant`, the Hessian of a slipping contact is instead the
+// stiffness limit / |s + u| in all tangential directions. The energy [J] is the elastic energy of
+// the spring up to the limit, plus the work against the limit.
 struct FrictionState {
   Vec3 gradient;
   Mat3 hessian;

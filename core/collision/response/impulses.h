@@ -1,8 +1,8 @@
 // Contact impulses by projected Gauss-Seidel on linearised gaps, with Coulomb friction. Impulses
 // act between cloth vertices and free bodies; prescribed vertices and obstacles have infinite mass.
-// They are equal and opposite and act at one point in space, so they conserve the linear and
-// angular momentum of free objects. They correct positions at the end of the step. A displacement d
-// is a velocity change d / h.
+// Impulses on the two sides are equal and opposite and act at one point in space, so they conserve
+// the linear and angular momentum of free cloth and bodies. They correct positions at the end of
+// the step. A displacement d is a velocity change d / h.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ struct ImpulseContact {
   double target = 0.0;          // target gap [m]
   double largest_change = 0.0;  // largest gap change by one impulse [m]
   bool cloth_only = true;       // both sides are cloth
-  double scale = 0.0;           // reference displacement of the tolerance [m]
+  double scale = 0.0;           // displacement to which the tolerance is relative [m]
   double friction = 0.0;        // friction coefficient mu [1]
 
   // Accumulated impulses.
@@ -59,8 +59,8 @@ class Impulses {
         bodies_(bodies),
         hold_supported_(hold_supported) {}
 
-  // Computes the members that depend on the configuration. `share` is the time of contact as a
-  // fraction of the step. Returns false if nothing can move.
+  // Sets the members of `contact` that depend on the configuration. `share` is the time of contact
+  // as a fraction of the step. Returns false if nothing can move.
   bool prepare(ImpulseContact& contact, const Points& x0, const Points& x1, double share) const;
 
   // Corrects the end positions of cloth and bodies in x1, and updates `end`, `moved` and `turned`

@@ -1,5 +1,6 @@
-// Resolves intersections. Terms of an implicit solve or impulses move each piercing edge out of its
-// triangle. Both act at the common point of edge and triangle and conserve momentum.
+// Moves each piercing edge out of the triangle it pierces, either by terms added to the implicit
+// solve or by impulses. Terms and impulses act at the common point of edge and triangle and
+// conserve momentum.
 #pragma once
 
 #include <vector>

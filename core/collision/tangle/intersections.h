@@ -1,5 +1,5 @@
-// Finds intersecting triangles of one configuration by exact predicates. Independent of the
-// collision response, so that tests can verify the response.
+// Finds intersecting triangles of one configuration by exact predicates. The search does not depend
+// on the collision response, so tests can use it to verify the response.
 #pragma once
 
 #include <array>
@@ -12,8 +12,8 @@ namespace loomstone {
 // Returns the pairs of triangles that intersect and share no vertex, in ascending order.
 std::vector<std::array<Index, 2>> intersecting_pairs(const Points& points,
                                                      const Triangles& triangles);
-// As above, but only for pairs that certification keeps apart: at least one triangle is cloth, and
-// a cloth with itself counts only if it has self-collision.
+// As intersecting_pairs(), but only for pairs that certification keeps apart. At least one triangle
+// of such a pair is cloth. Pairs of a cloth with itself count only if it has self-collision.
 std::vector<std::array<Index, 2>> cloth_intersections(const CollisionModel& model,
                                                       const Points& points);
 

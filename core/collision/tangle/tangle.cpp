@@ -44,7 +44,7 @@ Vec3 point(const Points& x, Index vertex) { return x.row(vertex).transpose(); }
 
 // Returns whether the edge passes through the triangle. The test is exact, and ties are broken
 // consistently. An edge through the common side of two triangles pierces only one of them. An end
-// point in the plane counts as above it.
+// point in the plane of the triangle counts as above the plane.
 bool pierces(const Points& x, const std::array<Index, 5>& v) {
   const Vec3 p = point(x, v[0]), q = point(x, v[1]);
   const std::array<Vec3, 3> corner = {point(x, v[2]), point(x, v[3]), point(x, v[4])};
@@ -285,8 +285,8 @@ void TangleFinder::flood(Index start, const std::vector<double>& area, Cut& cut)
   }
 }
 
-// Widens the zone around a contour. Contours of surfaces that cross at a small angle move far in
-// one step.
+// Widens the zone around a contour, because contours of surfaces that cross at a small angle move
+// far in one step.
 void TangleFinder::widen(const std::vector<int>& part, int contour, Tangle& tangle) const {
   std::vector<Index> ring;
   for (Index v = 0; v < model_.n_vertices; ++v)

@@ -27,19 +27,19 @@ struct Piercing {
   double thickness = 0.0;  // mean thickness of both surfaces [m]
 };
 
-// All intersections of one configuration. A default value means that there are none.
+// All intersections of one configuration. A default-constructed Tangle contains none.
 struct Tangle {
   std::vector<Piercing> piercings;  // sorted by (edge, triangle)
   // Feature pairs of intersecting triangles, by kind, in ascending order.
   std::array<std::vector<PairKey>, 2> ignored;
   std::vector<int> contour_of_vertex;      // (n) contour near the vertex, -1: none
-  std::vector<int> part;                   // (n) part of the surface, as separated by this contour
+  std::vector<int> part;                   // (n) surface part that contains the vertex
   std::vector<std::uint8_t> came_through;  // (n) 1: in the smaller part, which has passed through
 
   bool empty() const { return piercings.empty(); }
   // Returns whether contacts and impacts ignore this pair, so that intersecting surfaces can
-  // separate. This applies to features of two intersecting triangles. It also applies between a
-  // part that has passed through and its surroundings at the contour.
+  // separate. Ignored pairs are features of two intersecting triangles, and pairs near a contour
+  // between a part that has passed through and another part.
   bool ignores(const CollisionModel& model, ContactKind kind, PairKey key,
                const std::array<Index, 4>& vertices) const;
 };
