@@ -180,7 +180,7 @@ struct EnergyReport {
   }
 };
 
-// Motion of magnets.
+// Sub-steps and force errors of the motion of magnets.
 struct MagnetReport {
   int substeps = 0;
   double force_error = 0.0;

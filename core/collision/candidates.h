@@ -1,5 +1,5 @@
-// Candidate pairs of one surface, which are pairs of features that may collide during a motion. No
-// scene is needed. All three engines return the same pairs.
+// Finds the candidate pairs of one surface. A candidate pair is a pair of features that may collide
+// during a motion. No scene is needed. All three engines return the same pairs.
 #pragma once
 
 #include <array>

@@ -43,7 +43,8 @@ class CollisionStage {
   // Appends terms that push intersecting features apart.
   void untangle(const ContactInputs& inputs, const Tangle& tangle, ExtraTerms& terms) const;
 
-  // Updates the friction anchors after the motion x0 -> x1. `made` must be the terms of `contacts`.
+  // Updates the friction anchors after the motion x0 -> x1. `made` must be the terms that terms()
+  // returned for `contacts`.
   void update_anchors(const std::vector<Contact>& contacts, const ContactTerms& made,
                       const Points& x0, const Points& x1, ContactState& state) const;
 

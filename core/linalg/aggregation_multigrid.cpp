@@ -22,7 +22,7 @@ constexpr Index chunks_of_product_a_task =
 // have not needed stronger damping. If a cycle is indefinite, the correction is dropped.
 constexpr double damping = 0.5;
 
-// Jacobi sweep with the inverse blocks B. Computes z = B r, or z += B (r - t) if t is not null.
+// Damped Jacobi sweep: z = B r with the blocks B, or z += B (r - t) if t is not null.
 LOOMSTONE_CLONES
 void smooth(Index first, Index last, const float* inverse, const float* r, const float* t,
             float* z) {

@@ -53,7 +53,7 @@ class BroadPhase {
                    const Keep& keep, std::vector<FeaturePairs>& found);
 
   // Finds the pairs of clusters of a surface pair whose boxes overlap, packed as a << 32 | b, in
-  // ascending order. If there are more than `most`, clears `found` and returns false.
+  // ascending order. If there are more than `most` such pairs, clears `found` and returns false.
   bool cluster_pairs(const Team& team, Index surface_pair, std::size_t most,
                      std::vector<PairKey>& found) const;
   ClusterTree& tree(Index surface) { return trees_[surface]; }

@@ -61,7 +61,7 @@ class Displacements {
   // (n x 3) Requested displacement of each vertex, and carry of each unit. The carry of a body is
   // the carry of its centre.
   Points wanted_, carry_;
-  std::vector<double> share_;   // (n) share of its relative motion that each unit keeps
+  std::vector<double> share_;   // (n) share that each unit keeps of its relative motion
   std::vector<Index> carrier_;  // (n) carrier of each unit: a surface, none or local
   std::vector<std::uint8_t> changed_;
   std::vector<RigidMotion> motions_;  // motion of each surface

@@ -40,7 +40,7 @@ struct Binary {
   }
 };
 
-// Returns the points, scaled to integers by a common power of two.
+// Returns the moving points as polynomials of time, scaled to integers by a common power of two.
 std::array<Curve, 4> integer_points(const MovingPoints& q) {
   int least = std::numeric_limits<int>::max();
   for (const Vec3& point : q)

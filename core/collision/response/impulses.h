@@ -44,7 +44,7 @@ struct ImpulseContact {
   double body_weight = 0.0;          // sum of the weights of body vertices
   Vec3 arm = Vec3::Zero();           // from the body's centre to the point of the impulse [m]
   double normal_inverse_mass = 0.0;  // gap change by a unit impulse along n [1/kg]
-  // Tangential impulse that cancels a unit of tangential displacement [kg].
+  // Matrix that maps a tangential displacement to the tangential impulse that cancels it [kg].
   Mat3 tangential_mass = Mat3::Zero();
 };
 

@@ -1,4 +1,5 @@
-// Expresses a weighted sum of collision vertices through the rows of the implicit solve.
+// Expresses a weighted sum of velocities of collision vertices through the rows of the implicit
+// solve.
 #pragma once
 
 #include <span>
