@@ -1,5 +1,5 @@
-// Explicit (forward) Euler and symplectic Euler (2.52), (2.53). Both set v+ = v + h f/m. Explicit
-// Euler then sets x+ = x + h v, and symplectic Euler x+ = x + h v+.
+// Explicit (forward) Euler and symplectic Euler, thesis (2.52) and (2.53). Both set v+ = v + h f/m.
+// Explicit Euler then sets x+ = x + h v, and symplectic Euler sets x+ = x + h v+.
 #include "core/integration/schemes.h"
 
 #include <algorithm>

@@ -8,7 +8,7 @@ namespace loomstone {
 
 namespace {
 
-// Makes an integrator. There is one overload per scheme.
+// Makes the integrator of a scheme, with one overload per scheme.
 struct Make {
   const ClothModel& model;
   Elasticity& elasticity;
@@ -51,8 +51,8 @@ double largest_bending_damping(const ClothModel& model) {
 
 bool bending_is_implicit(const ImplicitOptions& options, const ClothModel& model) {
   if (options.bending != BendingInStep::Auto) return options.bending == BendingInStep::Implicit;
-  // Explicit bending in an implicit step, with the damping force beta K v of the start, is stable
-  // if h (h + 2 beta) lambda < 4.
+  // An implicit step with explicit bending, whose damping force beta K v is that at the start of
+  // the step, is stable if h (h + 2 beta) lambda < 4.
   const double limit = 0.8 * 2.0;
   return options.step * (options.step + 2.0 * largest_bending_damping(model)) *
              Elasticity::bending_eigenvalue(model) >

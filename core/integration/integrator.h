@@ -46,7 +46,7 @@ struct StepInputs {
   const FrictionAt* friction_at = nullptr;
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: prescribed motion
   const Points* target = nullptr;  // (n x 3) positions of fixed rows at the end [m]
-  // (2 b) mass times identity [kg], world inertia [kg m^2]
+  // (2 b) for each body, mass times identity [kg], then inertia in world axes [kg m^2]
   const std::vector<Mat3>* body_mass = nullptr;
 };
 
@@ -54,7 +54,8 @@ struct IntegrationReport {
   int newton_iterations = 1;
   int linear_iterations = 0;
   double residual = 0.0;
-  // Relative residuals of the first guess and after each iteration; Newton schemes only.
+  // Relative residuals of the first guess and of the iterate after each iteration; Newton schemes
+  // only.
   std::vector<double> newton_residuals;
 };
 
@@ -75,9 +76,9 @@ class NewtonFailure : public StepFailure {
 class Integrator {
  public:
   virtual ~Integrator() = default;
-  // Advances state.x and state.v by one step, in all rows on all ranks. body_velocity (2 b x 3): on
-  // entry, the prediction including the loads on the bodies; on return, the velocities with the
-  // action of the cloth. Throws SolverFailure.
+  // Advances state.x and state.v by one step, in all rows on all ranks. On entry, body_velocity
+  // (2 b x 3) holds the velocities predicted from the loads on the bodies. On return, it also
+  // includes the action of the cloth. Throws SolverFailure.
   virtual IntegrationReport advance(const Team& team, const RowLayout& layout,
                                     const StepInputs& inputs, ClothState& state,
                                     Points& body_velocity) = 0;

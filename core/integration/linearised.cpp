@@ -18,12 +18,13 @@ namespace loomstone {
 namespace {
 
 // Relative error of friction that is accepted without a second solve. Our choice: sliding sheets
-// need a second solve when they start and when contacts change, but not in steady sliding or at
-// rest. One second solve is enough for the documented accuracy of friction.
+// need a second solve when they start to slide and when contacts change, but not in steady sliding
+// or at rest. One second solve is enough for the documented accuracy of friction.
 constexpr double friction_tolerance = 0.1;
-// Tolerance of the first solve, which predicts the motion of contacts. Our choice: friction may err
-// by a tenth, so a hundredth is accurate enough here. A drape of 14,450 triangles takes 0.62 times
-// the iterations of two solves to 1e-4, and 0.58 times with a tolerance of a tenth.
+// Tolerance of the first solve, which predicts the motion of contacts. Our choice: friction is
+// allowed an error of a tenth, so a tolerance of a hundredth is accurate enough here. A drape of
+// 14,450 triangles takes 0.62 times as many iterations as with two solves to 1e-4 (0.58 times if
+// this tolerance is a tenth).
 constexpr double rough_tolerance = 1e-2;
 
 class LinearisedIntegrator final : public Integrator {
@@ -81,7 +82,8 @@ class LinearisedIntegrator final : public Integrator {
     double residual;
   };
 
-  // Makes a table of zeros if its size differs from `rows`. Rows that no step writes stay zero.
+  // Replaces `table` by zeros (rows x 3) if it does not have this number of rows. Rows that no step
+  // writes stay zero.
   static void keep_zero_outside(Points& table, Index rows) {
     if (table.rows() != rows) table = Points::Zero(rows, 3);
   }
@@ -93,7 +95,7 @@ class LinearisedIntegrator final : public Integrator {
       keep_zero_outside(*table, step.n);
   }
 
-  // Sets u0 of a row, its displacement if its velocity does not change.
+  // Sets u0 of a row, that is, its displacement if its velocity stays constant.
   void displace(const Step& step, const ClothState& state, const Points& body_velocity, Index row) {
     const bool cloth = row < step.n;
     const Vec3 velocity(cloth ? state.v.row(row) : body_velocity.row(row - step.n));
@@ -109,8 +111,8 @@ class LinearisedIntegrator final : public Integrator {
   // that takes them to their targets.
   void set_start(const Step& step, const ClothState& state, const Points& body_velocity) {
     const RowLayout& layout = step.layout;
-    // In contact, the last change is not used as a warm start, because its residual is nearly
-    // always larger than that of a zero guess.
+    // With contacts, the change of velocity in the last step is not used as a warm start, because
+    // its residual is nearly always larger than that of a zero guess.
     const bool warm = !step.asks_friction() && state.last_change.rows() == layout.n_rows();
     parallel_for(step.team, layout.end() - layout.begin(), [&](Index i) {
       const Index row = layout.begin() + i;
@@ -126,7 +128,8 @@ class LinearisedIntegrator final : public Integrator {
     displace_rows_of_others(step, state, body_velocity);
   }
 
-  // Sets u0 in the rows of other ranks that are read. Terms may read any row.
+  // Sets u0 in those rows of other ranks that this rank reads: all rows if there are terms, else
+  // the halo of the matrix.
   void displace_rows_of_others(const Step& step, const ClothState& state,
                                const Points& body_velocity) {
     const RowLayout& layout = step.layout;
@@ -162,8 +165,8 @@ class LinearisedIntegrator final : public Integrator {
     });
   }
 
-  // Adds explicit bending forces. Schemes of second order extrapolate them to the time at which
-  // they evaluate forces.
+  // Adds explicit bending forces. Second-order schemes extrapolate them to the time at which they
+  // evaluate forces.
   void add_explicit_bending(const Step& step, ClothState& state) {
     if (elasticity_.implicit_bending()) return;
     const Index begin = step.begin(), end = step.end();

@@ -1,8 +1,8 @@
-// Fully nonlinear backward Euler and implicit midpoint (2.54), (2.55), solved by Newton's method
-// with a line search on the residual
+// Fully nonlinear backward Euler and implicit midpoint, thesis (2.54) and (2.55), solved by
+// Newton's method with a line search on the residual
 //   r(v+) = M (v+ - v) - h (f_ext + f(x_e, v_e)).
 // Backward Euler: x_e = x + h v+, v_e = v+. Midpoint: x_e = x + h/4 (v + v+), v_e = (v + v+)/2.
-// Contact pairs and friction anchors are those of the start. Contact forces are evaluated at x_e.
+// Contact pairs and friction anchors are those at the start; contact forces are evaluated at x_e.
 #include <algorithm>
 #include <cmath>
 
@@ -15,10 +15,10 @@ namespace loomstone {
 
 namespace {
 
-// Friction limits are updated when the residual falls to this fraction of that of the first guess.
+// Friction limits are updated when the residual falls to this fraction of its initial value.
 constexpr double roughly_known = 0.1;
-// A step is accepted if its residual is below this fraction of the smallest residual so far.
-// Otherwise the potential must decrease.
+// A Newton step is accepted if its residual is below this fraction of the smallest residual so far.
+// Otherwise, it is accepted only if it lowers the potential.
 constexpr double least_gain = 0.9;
 
 class NewtonIntegrator final : public Integrator {
@@ -109,8 +109,8 @@ class NewtonIntegrator final : public Integrator {
     return now_.norm;
   }
 
-  // Iterates until the residual relative to `scale` is below the tolerance. Friction limits follow
-  // from the normal forces at the start, and are updated once at the fraction roughly_known.
+  // Iterates until the residual relative to `scale` is below the tolerance. Friction limits use
+  // the normal forces at the start until the residual has fallen to the fraction roughly_known.
   IntegrationReport iterate_to_tolerance(const Step& step, double scale) {
     const auto relative = [&] { return scale > 0.0 ? now_.norm / scale : 0.0; };
     IntegrationReport report;
@@ -139,7 +139,7 @@ class NewtonIntegrator final : public Integrator {
   }
 
   // Takes one Newton step. The exact Jacobian gives quadratic convergence, but is indefinite near
-  // buckling. Its positive part then gives a descent direction.
+  // buckling. There, the positive semi-definite Jacobian still gives a descent direction.
   bool iterate(const Step& step, IntegrationReport& report) {
     const bool try_exact =
         options_.jacobian == JacobianKind::Exact || report.newton_iterations >= 2;
@@ -165,8 +165,9 @@ class NewtonIntegrator final : public Integrator {
     return false;
   }
 
-  // Doubles the step while the potential decreases. Near a saddle of the potential, the positive
-  // Jacobian is far too stiff along the unstable mode, and every Newton step would be too short.
+  // Doubles the Newton step while the potential decreases. Near a saddle of the potential, the
+  // positive Jacobian is far too stiff along the unstable mode, and Newton steps would be too
+  // short.
   void go_further(const Step& step) {
     if (length_ < 1.0) return;
     const Points origin = trial_.velocity;

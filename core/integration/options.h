@@ -150,7 +150,7 @@ class IntegratorOptions {
 };
 
 // Returns the scheme with this name (see IntegratorOptions::name()) and default options. Throws
-// InvalidInput.
+// InvalidInput if there is no such scheme.
 IntegratorOptions integrator_named(std::string_view name);
 
 }  // namespace loomstone

@@ -29,11 +29,12 @@ inline SchemeCoefficients coefficients(Scheme scheme, double h) {
   return {2 * h / 3, 4 * h * h / 9, 2 * h / 3, 2 * h / 3, h};
 }
 
-// Scaling of the rows of free bodies in the system. The stage of the bodies is symplectic Euler for
-// every scheme: they move by h v+ and receive the impulse h f. Forces are evaluated at the
-// displacement d v+ of bodies, with d the `time` of the scheme, and at (c_k / sigma) y of any row
-// with unknown y. A body's unknown is therefore y = (sigma d / c_k) dv. The system stays symmetric
-// with c_k / (h d) times the mass of the body.
+// Scaling of the rows of free bodies in the linear system. For every scheme, bodies move by
+// symplectic Euler: they receive the impulse h f and move by h v+. Forces on a body are to be
+// evaluated at its displacement d v+, where d is the `time` of the scheme, but the system evaluates
+// them at (c_k / sigma) y in a row with unknown y. The unknown of a body is therefore
+// y = (sigma d / c_k) dv. The system stays symmetric if the mass of the body is multiplied by c_k /
+// (h d).
 struct BodyRows {
   double mass_share;      // factor of masses in the system
   double velocity_share;  // dv = velocity_share * y

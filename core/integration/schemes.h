@@ -10,10 +10,10 @@ namespace loomstone {
 
 std::unique_ptr<Integrator> make_explicit(bool symplectic, const ClothModel& model,
                                           Elasticity& elasticity);
-// Scheme::BackwardEuler gives semi-implicit Euler.
+// Makes a linearised integrator. Scheme::BackwardEuler gives semi-implicit Euler.
 std::unique_ptr<Integrator> make_linearised(Scheme scheme, const ImplicitOptions& options,
                                             const ClothModel& model, Elasticity& elasticity);
-// `name` appears in messages.
+// Makes a Newton integrator. `name` is the name of the scheme in messages.
 std::unique_ptr<Integrator> make_newton(Scheme scheme, std::string_view name,
                                         const NewtonOptions& options, const ClothModel& model,
                                         Elasticity& elasticity);

@@ -10,8 +10,8 @@
 
 namespace loomstone {
 
-// The system (A + c_k sum J^T H J + body masses) x = rhs, with A the matrix of `elasticity`. Fixed
-// rows keep their value of x.
+// The system (A + c_k sum J^T H J + body masses) x = rhs, where A is the matrix of `elasticity`.
+// Fixed rows keep their value of x.
 struct StepSystem {
   const StepInputs& inputs;
   Elasticity& elasticity;

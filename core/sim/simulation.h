@@ -37,7 +37,7 @@ class Simulation {
   int threads() const;
   const Communicator& communicator() const;
   const StepReport& report() const;  // of the last step
-  // True without bodies, or if the last step rebuilt the rigid-body world
+  // True if there are no bodies, or if the last step rebuilt the rigid-body world.
   bool may_checkpoint() const;
 
   const FrameTopology& topology() const;
@@ -54,7 +54,7 @@ class Simulation {
   State& state();
   std::array<Index, 2> owned_rows() const;  // cloth rows of this rank, [first, end)
   void gather();  // Collective. Sends the rows that each rank wrote to all ranks.
-  std::int64_t loop_iterations() const;  // loop iterations of this rank within steps
+  std::int64_t loop_iterations() const;  // parallel-loop iterations of this rank in all steps
 
   Points positions() const;  // (n x 3) [m], a copy
   void set_positions(const Points& positions);
@@ -80,7 +80,8 @@ class Simulation {
   Checkpoint checkpoint() const;
   // Restores a checkpoint. Throws CacheError if the scene or the integrator differs.
   void restore(const Checkpoint& checkpoint);
-  // Rebuilds all stages. At a step that allows a checkpoint, later results stay bitwise identical.
+  // Rebuilds all stages. If the last step allows a checkpoint, later results stay bitwise
+  // identical.
   void rebuild_stages();
 
   // Pairs of triangles (user numbering, all surfaces concatenated) that intersect after a step has

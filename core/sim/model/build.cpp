@@ -78,8 +78,8 @@ void check_inside(const Model& model, const Points& vertices) {
   }
 }
 
-// Throws InvalidInput if scripted positions start away from their vertices. The first step would
-// pull such vertices far from their neighbours.
+// Throws InvalidInput if scripted positions at the start are far from their vertices, because the
+// first step would then pull these vertices far from their neighbours.
 void check_scripts(const Model& model, const State& state) {
   Points start;
   pin_targets(model, state, 0.0, 1.0, start);

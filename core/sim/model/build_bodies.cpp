@@ -53,9 +53,9 @@ void build_attachments(const Scene& scene, Model& model, const State& state) {
 }
 
 // Returns the contact distance of a cloth to itself. The default is a tenth of the mean edge
-// length, but at most 0.4 times the smallest height of a triangle. This height bounds the rest
-// distance of primitives that share no vertex. Throws InvalidInput if the user's value is so large
-// that cloth at rest would push itself apart.
+// length, but at most 0.4 times the smallest height of a triangle, because features that share no
+// vertex can be as close as this height at rest. Throws InvalidInput if the user's value is so
+// large that cloth at rest would push itself apart.
 double own_thickness(const Cloth& cloth, const std::string& name) {
   double smallest = std::numeric_limits<double>::infinity(), edges = 0.0;
   const Points& x = cloth.mesh->vertices();
@@ -84,7 +84,7 @@ double own_thickness(const Cloth& cloth, const std::string& name) {
              : std::min(0.1 * edges / (3.0 * static_cast<double>(t.rows())), 0.4 * smallest);
 }
 
-// True for a closed surface of many faces without creases. Contacts use its interpolated normals
+// True for a closed surface with many faces and no creases. Contacts then use interpolated normals
 // instead of facet normals.
 bool is_smooth(const TriangleMesh& mesh) {
   constexpr Index many_faces = 1000;
@@ -133,7 +133,7 @@ void add_cloth_surfaces(const Scene& scene, const std::vector<double>& thickness
   }
 }
 
-// Adds rigid bodies, then obstacles. `thickness` [m] is the default of surfaces without their own.
+// Adds rigid bodies, then obstacles. Surfaces without a thickness of their own get `thickness` [m].
 void add_body_surfaces(const Scene& scene, double thickness, Model& model) {
   const auto add = [&](const auto& each, std::size_t number, CollisionSurface surface) {
     surface.name = model.topology.body_names[number];
@@ -235,8 +235,8 @@ void build_collision(const Scene& scene, Model& model) {
   for (Index e = 0; e < collision.edges.rows(); ++e)
     collision.surface_of_edge.push_back(collision.surface_of_vertex[collision.edges(e, 0)]);
   number_rows(model);
-  // Between 1 and 10 times the membrane stiffness, contacts hold without jitter (measured on
-  // twisted and draped cloth).
+  // With a stiffness of 1 to 10 times that of the membrane, contacts hold without jitter (measured
+  // on twisted and draped cloth).
   collision.contact_stiffness = scene.contact_stiffness > 0.0
                                     ? scene.contact_stiffness
                                     : 3.0 * mean_membrane_stiffness(scene);

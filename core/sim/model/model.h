@@ -19,8 +19,8 @@
 namespace loomstone {
 
 struct Model {
-  // The collision vertices of one rigid body or obstacle. Collision vertices are numbered by cloth
-  // rows, then bodies, then obstacles.
+  // The collision vertices of one rigid body or obstacle. The numbering of collision vertices
+  // starts with the cloth rows, followed by the bodies and then the obstacles.
   struct Surface {
     Index first = 0;  // index of its first collision vertex
     // (k x 3) relative to the centre of mass (body) or the mesh's origin (obstacle) [m]

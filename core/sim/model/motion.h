@@ -6,8 +6,9 @@
 
 namespace loomstone {
 
-// Targets set by the user apply at the end of the step. `share` is the fraction of the motion from
-// `state` to these targets. It is below 1 only if the step is taken in parts.
+// Targets set by the user are reached at the end of the step. In these functions, `share` is the
+// fraction of the motion from `state` to these targets that is complete at `time`. It is below 1
+// only if the step is taken in parts.
 
 // Sets `target` (n x 3) to the positions of scripted pins at `time` and to the targets set by the
 // user. All other rows are the current positions.

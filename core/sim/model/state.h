@@ -13,23 +13,23 @@
 
 namespace loomstone {
 
-// The tables are assigned and never moved into, because numpy views share their memory.
+// The tables are copied into, never moved into, because numpy views share their memory.
 struct State {
   std::int64_t step = 0;   // completed steps, time = step * h; written by the stepper
   ClothState cloth;        // written by integration and certification
   RigidState rigid;        // written by the bodies' stage
   MagneticState magnetic;  // written by the bodies' stage
   ContactState contacts;   // friction anchors, written by certification
-  // 0: no intersections. 1: the user's positions may intersect. 2: a step left impacts. Written
-  // by the check.
+  // 0: no intersections. 1: positions given by the user may intersect. 2: a step left impacts.
+  // Written by the checks after a step.
   std::uint8_t tangled = 0;
   Points obstacle_vertices;  // (k x 3) vertices of all obstacles at the current time [m]
   Points external_force;     // (n x 3) [N], set by the user
-  // (n) 1: the user has set a target, in place of the script
+  // (n) 1: the user has set a target, which replaces the script
   std::vector<std::uint8_t> pin_override;
   Points pin_target;  // (n x 3) [m], set by the user
-  // Poses set by the user in place of keyframes, one per obstacle: flag, position [m], quaternion
-  // (w, x, y, z).
+  // Poses set by the user in place of keyframes, one per obstacle: flag (1: set), position [m] and
+  // quaternion (w, x, y, z).
   std::vector<std::uint8_t> pose_override;
   Points pose_position;
   Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> pose_orientation;

@@ -46,8 +46,8 @@ void measure_strain(const Engines& engines, const Points& x, StrainReport& repor
   }
 }
 
-// Sets the strain and stretch of each triangle, in the user's order. `x` (n x 3) is in row order
-// [m].
+// Sets the strain and stretch of each triangle, in the user's order. The positions `x` (n x 3) [m]
+// are in row order.
 void capture_strain(const Engines& engines, const Points& x, Frame& frame) {
   const std::vector<Index>& triangle_of = engines.model.triangle_of;
   const Index m = static_cast<Index>(triangle_of.size());

@@ -10,12 +10,14 @@
 
 namespace loomstone {
 
-// Returns a hash of each field of Scene and of the integrator that differs from its default, by
-// name ("scene.gravity"), and of the integrator's method. Numbers are hashed in single precision,
-// and magnitudes below 1e-12 as zero, because sines may differ in the last digits between machines.
+// Returns hashes of the integrator's method and of each field of the scene and of the integrator's
+// options that differs from its default. The keys are names of fields ("scene.gravity"). Numbers
+// are hashed in single precision, and magnitudes below 1e-12 as zero, because the last digits of
+// sines may differ between machines.
 std::map<std::string, std::string> digests(const Scene& scene, const IntegratorOptions& options);
 
-// Throws a CacheError that lists the fields whose digests differ. Checkpoints without digests pass.
+// Throws a CacheError that lists the fields whose stored and current digests differ. A checkpoint
+// without digests passes.
 void check_digests(const std::map<std::string, std::string>& kept,
                    const std::map<std::string, std::string>& now);
 

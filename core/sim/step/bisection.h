@@ -40,7 +40,7 @@ class Bisection {
 
  private:
   // Response to one cause of failure. Parts are halved until a part of the least length fails for
-  // this cause. The rest of the step is then accepted despite this cause.
+  // this cause. From then on, the parts of this step are accepted despite this cause.
   enum class Answer { Halve, Accept };
 
   bool limits_in_solve_;

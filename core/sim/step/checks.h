@@ -15,8 +15,8 @@ void check_divergence(const Model& model, const Points& x0, const ClothState& cl
 // also lists the intersecting pairs as forced.
 void count_intersections(State& state, Engines& engines, StepOutcome& outcome);
 
-// Reports the withheld motion of the whole step and the accelerations in contact. `step` is the
-// length of the step [s].
+// Reports the withheld motion of the whole step and the acceleration of vertices in contact. `step`
+// is the length of the step [s].
 void measure_contacts(const Model& model, const State& state, double step, StepOutcome& outcome);
 
 }  // namespace loomstone

@@ -10,7 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Our choice. A second round is rare if contacts and limits are both part of the solve.
+// Maximum number of certifications. Our choice: a second round is rare if contacts and limits are
+// both part of the solve.
 constexpr int max_rounds = 4;
 constexpr int max_fallbacks = 4;
 constexpr int max_passes = 16;    // passes over triangles per fallback
@@ -111,7 +112,8 @@ class Constraining {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
-  // True if limits were satisfied after limiting and no impulses followed. This saves a check.
+  // True if the limits were satisfied after limiting and no impulses followed. Then no check is
+  // needed.
   bool limiting_held() const { return report_.limits.broken.empty() && !in_.repelled; }
 
   // Marks cloths whose limits the sweeps did not satisfy, because scripted motion leaves no room or
@@ -126,9 +128,9 @@ class Constraining {
         for (int c = 0; c < 3; ++c) held_[in_.cloth->triangles(t, c)] = 1;
   }
 
-  // If scripted motion leaves the limits no room, sweeps only concentrate strain in corners. Resets
-  // cloths that the sweeps did not improve to their positions before the sweeps. True if there are
-  // any.
+  // If scripted motion leaves the limits no room, sweeps only concentrate strain in corners. Moves
+  // each cloth that the sweeps did not improve back to its positions before the sweeps. Returns
+  // true if there is such a cloth.
   bool take_back(const Points& wanted) {
     check(wanted);
     const std::vector<double> before = squares_;
@@ -178,8 +180,8 @@ class Constraining {
   }
 
   // Finds the triangles that exceed their limits at x by more than the margin, and sums the squared
-  // excess of each limit. Returns true if there are any. Ignores cloths that are limited by edges
-  // or given up.
+  // excess of each limit. Returns true if it finds any. Ignores cloths whose edges are limited
+  // instead, and cloths that give_up() has marked.
   bool check(const Points& x) {
     const LimitReport seen = in_.limiter->measure(*in_.team, x);
     squares_ = seen.squares;

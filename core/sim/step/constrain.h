@@ -33,8 +33,8 @@ struct ConstrainInputs {
 };
 
 struct ConstrainReport {
-  LimitReport limits;  // from the last limiting that led to x1; sweeps and evaluations are totals
-  // Merged over all rounds, with each vertex once; `unresolved` is from the last round.
+  LimitReport limits;  // of the last limiting that led to x1; sweeps and evaluations are totals
+  // Merged over all rounds, with each vertex listed once; `unresolved` is from the last round.
   CertifyReport certified;
   int rounds = 0;                   // number of certifications
   int fallbacks = 0;                // number of fallbacks

@@ -1,6 +1,6 @@
 // Engines that the stages of a step share: the mechanics of cloth, bodies, magnets and contacts.
-// They are built from the model and the state. If they are rebuilt at a step that allows a
-// checkpoint, later results stay bitwise identical.
+// They are built from the model and the state. Rebuilding them after a step that allows a
+// checkpoint leaves later results bitwise identical.
 #pragma once
 
 #include <memory>
@@ -25,7 +25,7 @@ struct Engines {
   const Model& model;
   const RowLayout& layout;
   Team team;
-  std::vector<double> busy;  // (threads) time in this step's loops of collision handling [s]
+  std::vector<double> busy;  // (threads) time each spent in collision loops of this step [s]
   Team collision_team;       // the same threads; their time is added to `busy`
   std::unique_ptr<Elasticity> elasticity;
   std::unique_ptr<Integrator> integrator;

@@ -7,7 +7,7 @@
 namespace loomstone {
 
 // Advances the cloth of `state`. Returns the velocities of the bodies (2 b x 3) with the action of
-// the cloth; without cloth, the velocities of `loads`. Throws SolverFailure.
+// the cloth; without cloth, these are the velocities predicted in `loads`. Throws SolverFailure.
 Points integrate(const StepContext& part, const Loads& loads, NearContacts& near, State& state,
                  Engines& engines, StepReport& report);
 

@@ -9,8 +9,9 @@ namespace loomstone {
 
 namespace {
 
-// A part is halved if more than this fraction of the requested motion is withheld. Our choice: most
-// steps of our scenes lose at most 1e-5, and a few steps lose all motion.
+// A part of the step is halved if more than this fraction of its requested motion is withheld. Our
+// choice: most steps of our scenes lose at most 1e-5 of their motion, and a few steps lose all of
+// it.
 constexpr double much_withheld = 0.1;
 
 // Motion of each body for certification, from its pose at the start to its pose after the bodies'

@@ -16,16 +16,17 @@ struct NearContacts {
   // (vertices x 3) predicted velocities of all collision vertices [m/s]; only with contacts in the
   // solve
   Points v0;
-  // (vertices x 3) change of velocity in the last step [m/s]. Contact terms expect the same
-  // change in this step, so that sliding contacts lag less.
+  // (vertices x 3) change of velocity in the last step [m/s]. Contact terms assume that it repeats
+  // in this step, which reduces the lag of sliding contacts.
   Points last_change;
 };
 
 void find_near_contacts(const StepContext& part, const Loads& loads, const State& state,
                         Engines& engines, NearContacts& near, StepReport& report);
 
-// Evaluates the terms for Newton loops after cloth and bodies have moved by `displacement`
-// (rows x 3) [m] in `time` [s]. On entry, `terms` are those of the start. Returns their energy [J].
+// Evaluates the terms for an iterate of Newton's method, after cloth and bodies have moved by
+// `displacement` (rows x 3) [m] in `time` [s]. On entry, `terms` are those of the start. Returns
+// their energy [J].
 double terms_at(NearContacts& near, const Engines& engines, const Points& displacement, double time,
                 TermRequest request, ExtraTerms& terms);
 

@@ -12,7 +12,7 @@ struct StepContext {
   // Length of the part divided by the remaining length of the step [1]. The part covers this
   // fraction of the motion to the user's targets.
   double share = 1.0;
-  std::uint64_t seed = 0;  // of random orders; differs between parts and steps
+  std::uint64_t seed = 0;  // seed of random orders; differs between parts and steps
 };
 
 }  // namespace loomstone

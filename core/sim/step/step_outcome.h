@@ -28,12 +28,12 @@ struct OutcomeMark {
   std::vector<std::uint8_t> contact;
 };
 
-// Clears all but `start` for the step after the given one.
+// Clears the results of the previous step, except `start`. `step` is the number of completed steps.
 void begin_outcome(std::int64_t step, double step_length, Index n_vertices, StepOutcome& outcome);
 
 inline OutcomeMark mark(const StepOutcome& outcome) { return {outcome.report, outcome.contact}; }
 
-// Undoes an attempt. The report keeps its time and iterations.
+// Undoes an attempt. Its run time and its iterations stay in the report.
 void return_to(const OutcomeMark& mark, StepOutcome& outcome);
 
 }  // namespace loomstone

@@ -14,7 +14,7 @@ class Stepper {
   Stepper(const Model& model, const IntegratorOptions& options, const Team& team,
           const RowLayout& layout, const State& state);
 
-  // Advances `state` by one step. If it throws SolverFailure, `state` is that at the start of the
+  // Advances `state` by one step. If it throws SolverFailure, `state` returns to the start of the
   // step.
   void advance(State& state, StepOutcome& outcome);
 

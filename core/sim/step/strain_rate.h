@@ -5,7 +5,7 @@
 
 namespace loomstone {
 
-// Also reports the excess over strain limits at the end of the part.
+// Limits the strain rate and reports the excess over strain limits at the end of the part.
 void limit_strain_rate(const StepContext& part, const Certified& certified, State& state,
                        Engines& engines, StepOutcome& outcome);
 
