@@ -114,7 +114,7 @@ void Elasticity::add_bending(const Team& team, const Points& x, JacobianTerms te
   }
 }
 
-// Computes the product before the mass is added, so that it excludes the mass.
+// Computes the product before the mass is added to the matrix, so that the product excludes it.
 void Elasticity::finish_rows(Index begin, Index end, Product product) {
   if (product.w) {
     matrix_.multiply(begin, end, wide_in_.data(), wide_out_.data());

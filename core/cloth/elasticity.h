@@ -30,8 +30,9 @@ class Elasticity {
   bool implicit_bending() const { return treatment_ != BendingTreatment::Explicit; }
   BlockMatrix& matrix() { return matrix_; }
 
-  // Adds the elastic and viscous forces of the terms in the matrix to rows [begin, end) of `force`.
-  // These terms are the membrane, and bending if it is implicit. v null: no viscous part.
+  // Adds the elastic and viscous forces that the matrix covers, those of the membrane and, if it is
+  // implicit, of bending, to rows [begin, end) of `force`. If v is null, viscous forces are
+  // omitted.
   void add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin,
                            Index end, Points& force);
   // Adds the elastic and damping forces of explicit bending. Adds nothing if bending is implicit.

@@ -166,8 +166,7 @@ class NewtonIntegrator final : public Integrator {
   }
 
   // Doubles the Newton step while the potential decreases. Near a saddle of the potential, the
-  // positive Jacobian is far too stiff along the unstable mode, and Newton steps would be too
-  // short.
+  // positive Jacobian is far too stiff along the unstable mode, so every step would be too short.
   void go_further(const Step& step) {
     if (length_ < 1.0) return;
     const Points origin = trial_.velocity;

@@ -33,8 +33,8 @@ inline SchemeCoefficients coefficients(Scheme scheme, double h) {
 // symplectic Euler: they receive the impulse h f and move by h v+. Forces on a body are to be
 // evaluated at its displacement d v+, where d is the `time` of the scheme, but the system evaluates
 // them at (c_k / sigma) y in a row with unknown y. The unknown of a body is therefore
-// y = (sigma d / c_k) dv. The system stays symmetric if the mass of the body is multiplied by c_k /
-// (h d).
+// y = (sigma d / c_k) dv. The system stays symmetric if the mass of the body is multiplied
+// by c_k / (h d).
 struct BodyRows {
   double mass_share;      // factor of masses in the system
   double velocity_share;  // dv = velocity_share * y

@@ -32,7 +32,7 @@ struct BendingSetup {
   // Mid-edge element only. If true, add_stiffness() replaces the Gauss-Newton matrix U^T Q U over
   // pairs of hinges by U^T diag(q) U with q_e = 1/2 sum_f |Q_ef|. By Gershgorin's theorem this is
   // an upper bound of half the Gauss-Newton matrix, which suffices for stable linearly implicit
-  // steps. It has a third of the blocks. The bound is not taken from the literature.
+  // steps. The lumped matrix has a third of the blocks. The bound is not taken from the literature.
   bool lumped_stiffness = false;
 };
 
@@ -53,12 +53,12 @@ class Bending {
   // result is bitwise identical for any number of threads and any row range.
   virtual void add_forces(const Team& team, const Points& x, const Points& v, Index begin,
                           Index end, Points& force) const = 0;
-  // Adds elastic K + viscous D (Gauss-Newton, positive semi-definite) to rows [begin, end) of
-  // `matrix`. The pattern of `matrix` must contain couplings().
+  // Adds elastic K + viscous D (Gauss-Newton, positive semi-definite), with the factors in
+  // `scales`, to rows [begin, end) of `matrix`. The pattern of `matrix` must contain couplings().
   virtual void add_stiffness(const Team& team, const Points& x, StiffnessScales scales, Index begin,
                              Index end, BlockMatrix& matrix) const = 0;
-  // Adds `scale` times the part of the exact Hessian that Gauss-Newton omits: moments times second
-  // derivatives of the angles. This part is indefinite, and zero at rest.
+  // Adds `scale` times the part of the exact Hessian that Gauss-Newton omits: the moments times the
+  // second derivatives of the angles. This part is indefinite, and zero at rest.
   virtual void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin,
                                        Index end, BlockMatrix& matrix) const = 0;
   // Largest eigenvalue lambda of M^-1 K in the rest shape, by power iteration [1/s^2]. Explicit

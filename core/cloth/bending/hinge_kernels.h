@@ -56,7 +56,7 @@ struct Tables {
   const Index* hinges;      // (batches x 9 x 8) hinges of triangles
   const double* curvature;  // (batches x 9 x 3 x 8) C: curvature per angle [1/m]
   const double* rigidity;   // (batches x 7 x 8) W = area times condensed D, entries 00 01 02 11 12
-                            // 22 [N m^3]; damping beta [s]
+                            // 22 [N m^3], then damping beta [s]
 };
 
 // Computes the moments (batches x 9 x 8) C^T W C (difference + beta rate) of each triangle [N m].

@@ -45,19 +45,19 @@ class HingeStiffness {
 
   HingePairs pairs_;
   Index n_vertices_ = 0;
-  // stencil_: for each hinge, the vertices on which its moment depends, ascending. place_: for each
-  // pair (e, f), the positions of the vertices of f in the stencil of e.
+  // stencil_ lists the vertices on which the moment of each hinge depends, in ascending order.
+  // place_ holds, for each pair (e, f), the positions of the vertices of f in the stencil of e.
   std::vector<Index> stencil_start_{0}, stencil_;
   std::vector<std::uint8_t> place_;  // (pairs x 4)
 
   const Index* located_columns_ = nullptr;
   Index located_blocks_ = -1, begin_ = -1, end_ = -1;
   std::vector<std::size_t> row_blocks_;  // (rows of the range + 1) first entry of the row in block_
-  // Block index within the row, for each row, each of its hinges and each vertex of the hinge's
-  // stencil.
+  // For each row, each of its hinges and each vertex of the hinge's stencil, the index of the block
+  // within the row.
   std::vector<Index> block_;
-  // Offset of a hinge's moment gradients within those of the chunk, counted in vertices, for each
-  // row and each of its hinges.
+  // For each row and each of its hinges, the offset of the hinge's moment gradients within those of
+  // the chunk, counted in vertices.
   std::vector<Index> offset_;
   std::vector<Index> chunk_start_, chunk_;  // hinges that touch each chunk of rows, ascending
 };

@@ -143,8 +143,8 @@ Builder::Slope Builder::slope(Index e) const {
   const Hinge& h = hinges_[e];
   const Index first = h.triangles[0], second = h.triangles[1];
   const bool first_prescribed = prescribed(first), second_prescribed = prescribed(second);
-  // The orientation of a triangle with three prescribed vertices is given. The edge takes its slope
-  // and is clamped.
+  // The orientation of a triangle with three prescribed vertices is given. The edges of such a
+  // triangle take its slope, which clamps the cloth there.
   if (first_prescribed && second_prescribed) return {{e}, {0.0}};
   if (first_prescribed || second_prescribed) return {{e}, {first_prescribed ? -0.5 : 0.5}};
 

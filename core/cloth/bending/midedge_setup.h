@@ -2,7 +2,7 @@
 // fixed linear function of at most nine hinge angles. As in [Morley1968], the curvature of a
 // triangle follows from the slopes at its edge midpoints. The slope at an edge is a fixed
 // combination of the hinge angles of its two triangles, with the smallest weights that reproduce
-// every constant curvature. Vertex positions remain the only unknowns, and the direction of the
+// every constant curvature. Vertex positions remain the only unknowns, and the orientation of the
 // mesh has no influence. The element itself is not taken from the literature.
 #pragma once
 
@@ -28,7 +28,7 @@ struct Elements {
   Index n_averaged = 0;           // edges with the plain mean slope because weights would exceed 1
 };
 
-// Precondition: check_bending_setup(setup) has passed.
+// Makes the elements of a setup that check_bending_setup() has accepted.
 Elements make_elements(const BendingSetup& setup, const EdgeTable& edges,
                        const std::vector<Hinge>& hinges);
 

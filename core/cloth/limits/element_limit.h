@@ -118,7 +118,7 @@ struct Polar {
   Symmetric<Real> u;
 };
 
-// Columns of sum x_i (grad N_i)^T (2.31). The gradients sum to zero, so positions relative to
+// Columns of F = sum x_i (grad N_i)^T (2.31). The gradients sum to zero, so positions relative to
 // corner 2 suffice.
 template <class Real>
 LOOMSTONE_INLINE void columns(const Element<Real>& e, const Space<Real>& p0, const Space<Real>& p1,

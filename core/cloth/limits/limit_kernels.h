@@ -7,7 +7,8 @@
 
 namespace loomstone::limit {
 
-// These tables change only with the held vertices. Slot s is lane s % 8 of batch s / 8.
+// Tables of all elements, which change only with the held vertices. Slot s is lane s % 8 of
+// batch s / 8.
 struct Tables {
   const Index* corners;     // (batches x 3 x 8) vertices
   const double* gradients;  // (batches x 4 x 8) gradients of Element; checks read no other numbers
@@ -15,7 +16,7 @@ struct Tables {
   const std::uint8_t* moves;  // (slots) bit k: corner k may move; two_held: flag; 0: empty lane
   const Index* bounds_of;     // (batches) index into bounds
   const Bounds* bounds;
-  const double* rows;  // (slots x 13) Element slot by slot, for correct_one(); may be null
+  const double* rows;  // (slots x 13) element of each slot, for correct_one(); may be null
 };
 inline constexpr std::uint8_t two_held = 8;
 

@@ -20,7 +20,7 @@ constexpr Index batches_per_range = 32;
 // third begins half-way from there to the limit. Light loads reach only the second phase. A
 // triangle that entered the third phase at once would rebound and change phase every other step.
 // Under heavy loads, as at prescribed vertices, the second phase alone would stretch far beyond the
-// limit. Tuned on scenes/swing_limits.py and limit_scaling.py with steps of 4 ms;
+// limit. The values were tuned on scenes/swing_limits.py and limit_scaling.py with steps of 4 ms;
 // docs/performance.md lists the results.
 constexpr double stiffening = 300.0, steeper = 10.0, third_begins = 0.5;
 
@@ -89,7 +89,7 @@ LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index*
   }
 }
 
-// Sets the bounds of one lane; infinite where a direction is unlimited.
+// Sets the bounds of one lane, which are infinite where a direction is unlimited.
 void set_bounds(const StrainLimit& limit, double* lane) {
   constexpr double free = std::numeric_limits<double>::infinity();
   const double least[3] = {limit.weft_min, limit.warp_min, limit.least_shear()},

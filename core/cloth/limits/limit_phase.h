@@ -28,7 +28,8 @@ class LimitPhase {
 
  private:
   Membrane& membrane_;
-  // (rows x 12 x 8) Lower and upper strains at which the second and then the third phase begins.
+  // (rows x 12 x 8) lower and upper strains at which the second phase begins, then those of the
+  // third
   AlignedDoubles bounds_;
   std::vector<Index> bounds_of_;  // (batches) row of bounds_
   AlignedDoubles table_;

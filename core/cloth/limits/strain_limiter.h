@@ -39,8 +39,8 @@ class StrainLimiter {
                       Points& x);
 
   // Corrects v so that the strain changes by at most options.strain_rate in a step of h seconds.
-  // Positions do not change. If `measured` is true, the report contains the remaining excess per
-  // step.
+  // Positions do not change. If `measured` is true, the report contains the excess that remains, as
+  // a strain per step.
   LimitReport enforce_rate(const Team& team, std::uint64_t key, const Points& x, double h,
                            Points& v, bool measured = true);
 

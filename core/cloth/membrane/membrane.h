@@ -22,8 +22,8 @@ struct MembraneConstants {
   double a11, a22, a12, g;  // [N/m]
   double lambda_d, mu_d;    // viscosity [N s/m]
 };
-// Throws InvalidInput unless the energy is positive definite and the viscosity is dissipative.
-// where: name of the material in error messages.
+// Returns the constants of a material. Throws InvalidInput unless the energy is positive definite
+// and the viscosity is dissipative. `where` is the name of the material in error messages.
 MembraneConstants membrane_constants(const ClothMaterial& material, const std::string& where);
 
 // The membrane elements of all cloths, with their constant tables and scratch memory.
@@ -59,8 +59,8 @@ class Membrane {
   void add_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end,
                   Points& force);
 
-  // Sets rows [begin, end) of `matrix` to elastic K + viscous D. The pattern of `matrix` must
-  // contain all mesh edges.
+  // Sets rows [begin, end) of `matrix` to elastic K + viscous D with the factors in terms.scales.
+  // The pattern of `matrix` must contain all mesh edges.
   void set_jacobian(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end,
                     BlockMatrix& matrix);
 

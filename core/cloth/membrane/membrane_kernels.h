@@ -12,7 +12,7 @@ namespace loomstone::membrane {
 inline constexpr int corner_stride = 3 * 8, gradient_stride = 6 * 8, constant_stride = 7 * 8;
 inline constexpr int force_stride = 9 * 8, block_stride = 27 * 8, strain_stride = 5 * 8;
 inline constexpr int phase_stride = 6 * 8;
-// In the block table of a batch, the block of pair p in lane l begins at 72 p + 9 l.
+// In the block table of a batch, the block of corner pair p in lane l begins at 72 p + 9 l.
 inline constexpr int pair_stride = 9 * 8, lane_stride = 9;
 
 // Constant tables of all batches.
