@@ -1,7 +1,8 @@
 // Fits the camera so that every corner of the framing box projects into the picture. In camera
-// coordinates (a right, b up, c into the picture), a point is inside horizontally if
-// |a - eye_a| <= t (c - eye_c). This restricts the eye to two half-planes; the vertical condition
-// is analogous. The closest eye that satisfies all conditions of an axis has a closed form.
+// coordinates (a right, b up, c into the picture), a point is within the picture horizontally if
+// |a - eye_a| <= t (c - eye_c), where t is the tangent of half the angle of view, reduced by a
+// margin. This restricts the eye to two half-planes; the vertical condition is analogous. The
+// closest eye that satisfies all conditions of an axis has a closed form.
 #include "renderer/camera.h"
 
 #include <algorithm>

@@ -16,7 +16,7 @@ struct Framing {
 };
 
 // Bounding box of cloth and bodies without floors, extended downwards to where the cloth may fall:
-// to the floor, or to one horizontal extent of the cloth below its top if that is higher. A sheet
+// to the floor or, if that is higher, to one horizontal extent of the cloth below its top. A sheet
 // held at one side swings down by that extent (our choice).
 Framing make_framing(const FrameTopology& topology, const Frame& first);
 

@@ -11,7 +11,7 @@
 namespace loomstone {
 
 // Vertices and triangles to draw. Each drawn vertex refers to a vertex of the frame and to a normal
-// group: the drawn vertices whose triangles share one normal.
+// group. The vertices of a group share one shading normal.
 struct DrawnMesh {
   std::vector<Index> vertex;        // (k) vertex of the frame
   std::vector<Index> normal_group;  // (k) in [0, n_groups)

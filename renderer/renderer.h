@@ -116,14 +116,15 @@ class Renderer {
   Renderer(const FrameTopology& topology, const RenderOptions& options);
   ~Renderer();
   // Takes the region of a fitted camera, the length scale of shading and the sharp edges of bodies
-  // from this frame. With the first frame of a sequence, a picture does not depend on which frames
-  // were drawn earlier. If fit() is not called, the first rendered frame is used.
+  // from this frame. If this is the first frame of a sequence, a picture does not depend on which
+  // frames were drawn before it. If fit() is not called, the first rendered frame is used.
   void fit(const Frame& first);
-  // Minimum and maximum value that each row of color_by shows in a frame; 0 and 0 for "cloth".
+  // Minimum and maximum of the values that each row of color_by shows in a frame; 0 and 0 for
+  // "cloth".
   std::vector<ColorRange> value_ranges(const Frame& frame) const;
-  // `values` holds the range of automatic colours for each row of color_by, for example over all
-  // frames of a run. If null, the values of this frame define the range. Only one thread at a time
-  // may use a Renderer, but several Renderers may exist at once.
+  // Draws a frame. `values` holds the range of automatic colours for each row of color_by, for
+  // example over all frames of a run. If null, the values of this frame define the range. Only one
+  // thread at a time may use a Renderer, but several Renderers may exist at once.
   Image render(const Frame& frame, const Curves* curves = nullptr,
                const std::vector<ColorRange>* values = nullptr);
   const std::string& backend() const;  // "osmesa" | "egl"
@@ -134,6 +135,6 @@ class Renderer {
 };
 
 void write_png(const std::string& path,
-               const Image& image);  // writes to a temporary name, then renames
+               const Image& image);  // writes under a temporary name, then renames the file
 
 }  // namespace loomstone

@@ -30,8 +30,9 @@ std::array<Vector, 2> row_fields(const std::string& row, const FrameTopology& to
                                  const Frame& frame);
 // Minimum and maximum of both fields; 0 to 2 for contact, 0 to 1 if there are no values.
 ColorRange value_range(const std::string& row, const std::array<Vector, 2>& fields);
-// Range given in the options, or else the range of the values. For a diverging map the latter is
-// made symmetric about the neutral value: 1 for stretch, otherwise 0. The range is never empty.
+// Range given in the options, or else the range of the values. For a diverging map, the range of
+// the values is made symmetric about the neutral value: 1 for stretch, otherwise 0. The range is
+// never empty.
 ColorRange color_range(const RenderOptions& options, const std::string& row,
                        const ColorRange& values);
 

@@ -12,8 +12,9 @@ struct LightView {
   float radius;             // of the ball [m]
 };
 
-// Covers the bounding box of everything that casts shadows. The map moves by whole texels and grows
-// in steps of 10 %, so that the edges of shadows do not shimmer between frames.
+// Returns a view that covers the bounding box [low, high] of everything that casts shadows. The map
+// moves by whole texels and grows in steps of 10 %, so that the edges of shadows do not shimmer
+// between frames.
 LightView make_light_view(const Vec3& direction, const Vec3& low, const Vec3& high);
 
 class ShadowPass {

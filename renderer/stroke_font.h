@@ -11,8 +11,8 @@ namespace loomstone {
 // Width of a line of text with digits of the given height [pixels]. Characters that the font lacks
 // are drawn as blanks.
 double text_width(const std::string& text, double height);
-// `left` and `baseline` are measured from the upper left corner [pixels]. Text is clipped to the
-// picture.
+// Draws a line of text. `left` and `baseline` are distances from the upper left corner of the
+// picture [pixels]. Text is clipped to the picture.
 void draw_text(Image& image, const std::string& text, double left, double baseline, double height,
                const Color& color);
 

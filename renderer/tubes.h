@@ -13,7 +13,8 @@ struct BodiesAndTubes {
   Vector values;     // poles of bodies, then values of curves
 };
 
-// Which edges are sharp follows from `first_bodies`, the bodies' vertices in the first frame.
+// Joins the meshes of bodies and curves. `first_bodies`, the vertices of the bodies in the first
+// frame, determines which edges are sharp.
 BodiesAndTubes bodies_and_tubes(const FrameTopology& topology, const Points& first_bodies,
                                 const Points& body_vertices, const Curves& curves);
 

@@ -1,4 +1,4 @@
-// Checkpoint files, which store named arrays and texts exactly. A file is written under another
+// Checkpoint files, which store named arrays and texts exactly. A file is written under a temporary
 // name and then renamed.
 #pragma once
 

@@ -14,8 +14,8 @@ namespace loomstone {
 // directory.
 class FrameWriter {
  public:
-  // Creates the files under another name and then renames them. `metadata` is free text (JSON) that
-  // is stored with the frames.
+  // Creates the files under temporary names and then renames them. `metadata` is free text (JSON)
+  // that is stored with the frames.
   FrameWriter(const std::string& directory, const FrameTopology& topology,
               const std::string& metadata);
   // Continues a run. Copies its complete frames and reports up to and including `after_time` [s] to
@@ -42,8 +42,8 @@ class FrameWriter {
 
 class FrameReader {
  public:
-  // `path` is a directory or run.vtkhdf. Throws CacheError for missing, truncated or foreign files,
-  // and for formats that this build cannot read.
+  // `path` is a directory or run.vtkhdf. Throws CacheError if files are missing, truncated or not
+  // written by loomstone, or have a format that this build cannot read.
   explicit FrameReader(const std::string& path);
   ~FrameReader();
   FrameReader(FrameReader&&) noexcept;

@@ -133,7 +133,8 @@ struct FrameWriter::Data {
   }
 
   // Renames the bodies file first. If the process dies in between, the two files still match:
-  // either the old run file is removed or, if a run is continued, it has the same frames.
+  // either the old run file has already been removed or, if a run is continued, it has the same
+  // frames.
   void publish(bool same_run) {
     const std::string run_path = directory + "/" + run_file,
                       bodies_path = directory + "/" + bodies_file;

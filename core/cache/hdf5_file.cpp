@@ -60,8 +60,8 @@ Hdf5File::~Hdf5File() {
 }
 
 // Redirects the open file to /dev/null, so that closing it writes nothing. On a full disk, closing
-// would record an end of file beyond the actual end, which makes the file unreadable. Unflushed
-// data is lost, as after a kill.
+// would record an end of file beyond the actual end, which makes the file unreadable. Data that was
+// not flushed is lost, as if the process were killed.
 void Hdf5File::cut_off() const {
   const Id access(H5Fget_access_plist(file_));
   void* handle = nullptr;

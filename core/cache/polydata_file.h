@@ -1,5 +1,5 @@
-// One temporal PolyData in VTKHDF layout. Triangles are stored once, points and fields for every
-// frame. Layout: VTK File Formats, "VTKHDF", version 2.0.
+// One temporal PolyData in VTKHDF layout (VTK File Formats, "VTKHDF", version 2.0). Triangles are
+// stored once, points and fields for every frame.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace loomstone {
 
-// A field on points or cells. With `constant` it is stored once, otherwise every frame has its own
-// values.
+// A field on points or cells. If `constant` is set, its values are stored once; otherwise every
+// frame has its own values.
 struct PolyDataField {
   std::string name;
   Number type = Number::Float64;
@@ -23,7 +23,7 @@ struct PolyDataField {
 // Writes a PolyData file. A frame is written in two phases, so that a process killed at any moment
 // leaves a file whose first NSteps frames are complete. First, stage() appends the data after the
 // last frame, and flush() writes it to the file. Then commit() increments the frame count, and a
-// second flush() writes the count. A frame that failed may be written again.
+// second flush() writes the count. If writing a frame fails, it may be repeated.
 class PolyDataWriter {
  public:
   PolyDataWriter(const std::string& path, std::int64_t n_points, const Triangles& triangles,

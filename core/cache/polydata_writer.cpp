@@ -95,8 +95,8 @@ void PolyDataWriter::create_table(const std::string& path, std::int64_t stride, 
       {file_.create_rows(path, {Number::Int64, columns}, table_block), stride, columns});
 }
 
-// Readers ignore rows after NSteps, so tables are filled for the whole block. NumberOfParts is 1 in
-// all rows.
+// Extends all tables by a block of frames. Readers ignore rows after NSteps, so the whole block is
+// filled at once. NumberOfParts is 1 in all rows.
 void PolyDataWriter::set_aside_frames() {
   const std::int64_t first = n_set_aside_, count = frames_per_block;
   for (Table& table : tables_) {

@@ -14,7 +14,8 @@ struct Incidence {
   std::vector<Index> items;
 };
 
-// Unique edges in sorted order, each as (smaller, larger) vertex. The id of an edge is its row.
+// Unique edges in sorted order, each as its smaller and its larger vertex. The id of an edge is its
+// row.
 struct EdgeTable {
   Edges edges;                                    // (k x 2)
   std::vector<std::array<Index, 2>> triangles;    // of each edge, ascending; -1: none (boundary)

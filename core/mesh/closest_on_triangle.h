@@ -14,8 +14,8 @@ struct TrianglePoint {
   int corner;
 };
 
-// Implements [Ericson2005], section 5.1.5 (Voronoi regions). For a triangle of zero area, returns
-// the closest point on its edges.
+// Returns the point of triangle abc that is closest to p, by [Ericson2005], section 5.1.5 (Voronoi
+// regions). If the triangle has zero area, this is the closest point on its edges.
 TrianglePoint closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c);
 
 }  // namespace loomstone

@@ -108,7 +108,8 @@ TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, doub
   require_count(nx, "nx");
   require_count(ny, "ny");
   // If the corners of a triangle (0,0), (1,0), (1,1) move by up to a in each coordinate, its area
-  // is at least 1/2 (1 - 4 a). From a quarter of a cell on, it may become inverted.
+  // is at least 1/2 (1 - 4 a). If a is a quarter of a cell or more, the triangle may become
+  // inverted.
   if (!(amount >= 0.0 && amount < 0.25)) {
     fail<InvalidInput>(
         "amount must be in [0, 0.25) of a cell, got {}; larger displacements turn "

@@ -14,9 +14,9 @@
 namespace loomstone {
 namespace {
 
-// A triangle has zero area if its height is at most one of these fractions, of its longest edge or
-// of the mesh's largest coordinate. Our choice: far below the slivers of mesh generators, and just
-// above the rounding of collinear points.
+// A triangle counts as one of zero area if its height is at most the first fraction of its longest
+// edge, or at most the second fraction of the mesh's largest coordinate. Our choice: far below the
+// slivers of mesh generators, and just above the rounding of collinear points.
 constexpr double smallest_height_of_edge = 1e-9;
 constexpr double smallest_height_of_coordinate = 16.0 * 2.2e-16;
 
@@ -251,7 +251,7 @@ void check_rest_coordinates(const Triangles& triangles, const Points2& uv,
     }
   }
   const std::vector<Index> panel = panels(triangles, uv, uv_triangles);
-  // Signed area of each panel, at its smallest triangle.
+  // Signed area of each panel, stored at the index of the panel's first triangle.
   std::vector<double> total(panel.size(), 0.0);
   for (Index t = 0; t < triangles.rows(); ++t) {
     total[static_cast<std::size_t>(panel[static_cast<std::size_t>(t)])] +=

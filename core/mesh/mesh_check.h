@@ -5,7 +5,7 @@
 
 namespace loomstone {
 
-// Throws InvalidInput for the first item that violates a rule.
+// Checks the vertices and triangles of a surface. Throws InvalidInput for the first violation.
 void check_surface(const Points& vertices, const Triangles& triangles);
 // Checks the rest coordinates of a valid surface. Triangles whose uv agree along a common edge form
 // a panel. A panel may be mirrored as a whole (negative areas). Throws InvalidInput for a triangle

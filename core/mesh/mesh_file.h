@@ -8,19 +8,20 @@
 
 namespace loomstone {
 
-// Reads a mesh. OBJ: v, vt and f (v, v/vt, v//vn, v/vt/vn, negative indices); other statements are
-// skipped. PLY: text and binary; rest coordinates from vertex properties s t, u v or texture_u
-// texture_v, or from a face list texcoord. Polygons are split into triangle fans from their first
-// corner. If with_uv is false, rest coordinates in the file are ignored. Obstacles and bodies need
-// none, and texture coordinates of common files are often folded or degenerate.
-// Throws CacheError with the position in the file if it cannot be read, is truncated or malformed.
-// Throws InvalidInput if TriangleMesh rejects the mesh, and Unsupported for other extensions.
+// Reads a mesh. From OBJ files it reads the statements v, vt and f (v, v/vt, v//vn, v/vt/vn, also
+// with negative indices) and skips all others. PLY files may be text or binary. Their rest
+// coordinates are vertex properties (s t, u v or texture_u texture_v) or a face list texcoord.
+// Polygons are split into triangle fans from their first corner. If with_uv is false, rest
+// coordinates in the file are ignored: obstacles and bodies need none, and texture coordinates of
+// common files are often folded or degenerate. Throws CacheError with the position in the file if
+// the file cannot be read or is truncated or malformed. Throws InvalidInput if TriangleMesh rejects
+// the mesh, and Unsupported for other extensions.
 TriangleMesh read_mesh(const std::string& path, bool with_uv = true);
 
 // Writes a mesh. Reading the file restores the same bits. PLY is binary (little endian) unless
-// `text` is set; OBJ is always text. The file is written under another name and then renamed, so
-// that it is either complete or absent. If rest coordinates differ along seams, PLY stores them in
-// the face list texcoord, and reading renumbers the uv indices.
+// `text` is set; OBJ is always text. The file is written under a temporary name and then renamed,
+// so that it is either complete or absent. If rest coordinates differ along seams, PLY stores them
+// in the face list texcoord, and reading renumbers the uv indices.
 void write_mesh(const std::string& path, const TriangleMesh& mesh, bool text = false);
 
 }  // namespace loomstone

@@ -19,7 +19,7 @@ struct Plane {
 };
 
 // Plane through vertex 0, the vertex farthest from it, and the vertex farthest from the line
-// through both. For flat meshes it is exact to rounding, whereas an eigenvalue fit has only half
+// through both. For flat meshes it is exact up to rounding, whereas an eigenvalue fit has only half
 // the digits.
 Plane widest_plane(const Points& vertices) {
   const Vec3 origin = vertices.row(0).transpose();

@@ -45,14 +45,15 @@ class TriangleMesh {
 };
 
 // Merges vertices with exactly equal positions. Each triangle keeps its uv. Use it for files that
-// repeat vertices along texture seams, which would cut the surface into pieces.
+// repeat vertices along texture seams, because repeated vertices would cut the surface into pieces.
 TriangleMesh welded(const TriangleMesh& mesh);
 
 // Returns the rest coordinates of the corners of every triangle. With uv and rest_from_uv, these
-// are the uv. With uv only, each triangle is flattened and rotated so that weft is the direction in
-// which u increases at constant v. Without uv, the mesh must be flat; weft is then the world axis x
-// projected on its plane, or y if that projection vanishes. Areas are positive, because u changes
-// sign in a panel that is mirrored in uv. Throws InvalidInput for a curved mesh without uv.
+// are the uv. With uv but without rest_from_uv, each triangle is flattened and rotated so that weft
+// is the direction in which u increases at constant v. Without uv, the mesh must be flat; weft is
+// then the world axis x projected on its plane, or y if that projection vanishes. Areas are
+// positive, because u changes sign in a panel that is mirrored in uv. Throws InvalidInput for a
+// curved mesh without uv.
 std::vector<Corners2> rest_corners(const TriangleMesh& mesh, bool rest_from_uv,
                                    const std::string& where);
 

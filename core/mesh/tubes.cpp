@@ -30,7 +30,7 @@ Index add_ring(MeshBuilder& builder, const Ring& ring, bool turned) {
   return first;
 }
 
-// Joins a ring of n_a vertices with the next one of n_b, always along the shorter diagonal.
+// Joins a ring of n_a vertices to the next ring of n_b vertices, always along the shorter diagonal.
 void join_rings(MeshBuilder& builder, Index a, Index n_a, Index b, Index n_b) {
   const auto distance = [&](Index i, Index j) {
     return (builder.vertices[static_cast<std::size_t>(a + i % n_a)] -
