@@ -21,10 +21,12 @@ struct DrawnMesh {
   std::vector<Index> first_of_part;  // (parts + 1) row of `triangles` where each part starts
 };
 
-// One part per cloth. Vertices are split where uv differs; normals stay smooth across seams.
+// Mesh of the cloths, with one part per cloth. Vertices are split where uv differs; normals stay
+// smooth across seams.
 DrawnMesh drawn_cloth(const FrameTopology& topology);
-// One part per body; the parts of floors are empty. Vertices are split where the normals of
-// neighbouring triangles of `body_vertices` differ by more than `crease_degrees`.
+// Mesh of the bodies, with one part per body; the parts of floors are empty. Vertices are split
+// where the normals of neighbouring triangles of `body_vertices` differ by more than
+// `crease_degrees`.
 DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& body_vertices,
                        double crease_degrees = 40.0);
 

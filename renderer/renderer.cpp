@@ -144,7 +144,7 @@ struct Renderer::Data {
 Renderer::Renderer(const FrameTopology& topology, const RenderOptions& options)
     : data_(std::make_unique<Data>()) {
   check_topology(topology);
-  check_options(options, 8, 16384);  // limits of any machine, checked before OpenGL is loaded
+  check_options(options, 8, 16384);  // general limits, checked before OpenGL is loaded
   check_hidden(topology, options);
   Data& d = *data_;
   d.topology = shown(topology, options);

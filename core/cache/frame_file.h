@@ -24,7 +24,8 @@ class FrameWriter {
   ~FrameWriter();
   FrameWriter(FrameWriter&&) noexcept;
   FrameWriter& operator=(FrameWriter&&) noexcept;
-  // Throws CacheError, for example if the disk is full. Earlier frames remain readable.
+  // Writes a frame. Throws CacheError, for example if the disk is full. Earlier frames remain
+  // readable.
   void write(const Frame& frame);
   // Records the report of a step. Call it for every step. The report is written with the next
   // frame or flush().

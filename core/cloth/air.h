@@ -29,8 +29,8 @@ struct Air {
   }
 };
 
-// Velocity of the air [m/s] at position `place` [m] and `time` [s]. It is the wind times 1 + gust *
-// (sum of three slow travelling waves). The waves are not taken from the literature.
+// Velocity of the air [m/s] at position `place` [m] and `time` [s]. It is the wind times the factor
+// 1 + gust * (sum of three slow travelling waves). The waves are not taken from the literature.
 Vec3 wind_at(const Air& air, const Vec3& place, double time);
 
 // The surface on which drag acts, at one instant.

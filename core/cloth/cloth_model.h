@@ -33,8 +33,8 @@ struct ClothModel {
   Incidence triangles_of_vertex;         // (n)
 };
 
-// Returns the lumped mass of each vertex [kg], one third of the mass of its incident triangles.
-// density: of each triangle [kg/m^2].
+// Returns the lumped mass of each vertex [kg], which is one third of the mass of its incident
+// triangles. `density` is given per triangle [kg/m^2].
 Vector lumped_mass(Index n_vertices, const Triangles& triangles,
                    const std::vector<Corners2>& corners, const std::vector<double>& density);
 

@@ -8,8 +8,9 @@ namespace loomstone {
 struct ClothState {
   Points x;  // (n x 3) [m]; written by the integrator, then by certification
   Points v;  // (n x 3) [m/s]; written by the integrator, then by certification
-  // (own rows x 3) [m/s] Change of velocity in the last implicit step. The integrator writes it and
-  // uses it as initial guess of the next solve.
+  // (rows of the solve x 3) change of velocity in the last implicit step [m/s]; in rows of bodies,
+  // scaled as in BodyRows. The integrator writes it and uses it as the initial guess of the next
+  // solve.
   Points last_change;
   // History of multistep schemes (BDF-2, extrapolated bending); empty if there is none. The
   // integrator writes it. It is cleared when certification moves a vertex.

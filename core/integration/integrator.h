@@ -54,8 +54,7 @@ struct IntegrationReport {
   int newton_iterations = 1;
   int linear_iterations = 0;
   double residual = 0.0;
-  // Relative residuals of the first guess and of the iterate after each iteration; Newton schemes
-  // only.
+  // Newton schemes only: relative residuals of the first guess and then of each iterate.
   std::vector<double> newton_residuals;
 };
 

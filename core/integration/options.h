@@ -129,7 +129,7 @@ class IntegratorOptions {
   void set_step(double step) {
     std::visit([&](auto& method) { method.step = step; }, method_);
   }
-  // Returns the options as those of a family, or null if the scheme belongs to another family.
+  // Each returns the options of a family of schemes, or null if the scheme does not belong to it.
   ImplicitOptions* implicit() { return family<ImplicitOptions>(method_); }
   const ImplicitOptions* implicit() const { return family<const ImplicitOptions>(method_); }
   NewtonOptions* newton() { return family<NewtonOptions>(method_); }

@@ -22,14 +22,15 @@ struct EdgeTable {
   std::vector<std::array<Index, 3>> of_triangle;  // edges opposite corners 0, 1, 2
 };
 
-// Throws InvalidInput for an edge with more than two triangles and for indices out of range.
+// Builds the edge table. Throws InvalidInput for an edge with more than two triangles and for
+// indices out of range.
 EdgeTable edge_table(Index n_vertices, const Triangles& triangles);
 
 // An interior edge with its two triangles, oriented as in [Bridson2003]. The triangles (x1,x3,x4)
 // and (x2,x4,x3), in counter-clockwise order, share the edge x3 -> x4.
 struct Hinge {
   std::array<Index, 4> vertices;   // x1, x2, x3, x4
-  std::array<Index, 2> triangles;  // with x1, with x2; in ascending order
+  std::array<Index, 2> triangles;  // the one with x1, then the one with x2; ascending
   Index edge;                      // id in the edge table
 };
 

@@ -21,7 +21,7 @@ struct RawMesh {
   std::vector<Index> uv_triangles;  // (m x 3) rows of uv, or empty
 };
 
-// `name` is the file name for messages.
+// Readers parse the content of a file whose `name` appears in messages; writers return the content.
 RawMesh parse_obj(std::string_view content, const std::string& name, bool with_uv);
 RawMesh parse_ply(std::string_view content, const std::string& name, bool with_uv);
 std::string obj_text(const TriangleMesh& mesh);
@@ -54,7 +54,7 @@ class LineReader {
   std::int64_t number_ = 0;
 };
 
-// Removes the first word from a line and returns it; empty at the end of the line.
+// Removes the first word from a line and returns it; at the end of the line, returns an empty word.
 inline std::string_view next_word(std::string_view& line) {
   const std::size_t start = line.find_first_not_of(" \t");
   if (start == std::string_view::npos) {
@@ -77,7 +77,7 @@ bool parse_number(std::string_view word, Number& value) {
   return result.ec == std::errc() && result.ptr == word.data() + word.size();
 }
 
-// Appends the shortest text that restores the same number.
+// Appends the shortest text from which the same number is read back.
 template <class Number>
 void append_number(std::string& text, Number value) {
   char buffer[40];

@@ -1,5 +1,5 @@
-// Two triangle fans that share only one vertex ("bow tie") are accepted, because cloth may be
-// connected at a point.
+// Validates triangle meshes. Two triangle fans that share only one vertex ("bow tie") are accepted,
+// because cloth may be connected at a point.
 #include "core/mesh/mesh_check.h"
 
 #include <algorithm>

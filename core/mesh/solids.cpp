@@ -81,7 +81,7 @@ TriangleMesh box(double x, double y, double z, Index cells_per_side) {
   require_between(cells_per_side, 1, 1000, "cells_per_side");
   const Index n = cells_per_side;
   MeshBuilder builder;
-  std::map<std::array<Index, 3>, Index> known;  // vertex of each lattice point; sides share edges
+  std::map<std::array<Index, 3>, Index> known;  // vertex of each lattice point, shared along edges
   const auto vertex = [&](const std::array<Index, 3>& at) {
     const auto [entry, fresh] = known.try_emplace(at, static_cast<Index>(builder.vertices.size()));
     if (fresh) {

@@ -30,7 +30,7 @@ class TriangleMesh {
 
   double mean_edge() const;  // [m]
   bool closed() const;       // every edge has two faces
-  bool flat() const;         // all vertices lie in one plane, within 1e-9 of the size
+  bool flat() const;         // all vertices lie in one plane, within 1e-9 times the size
   TriangleMesh moved(const Vec3& translation,
                      const Eigen::Matrix3d& rotation = Eigen::Matrix3d::Identity(),
                      double scale = 1.0) const;  // keeps uv

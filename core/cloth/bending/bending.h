@@ -72,10 +72,10 @@ class Bending {
   virtual Index degenerate_hinges(const Team& team, const Points& x) const = 0;
 };
 
-// The hinge element of [Thomaszewski2010] with k = 4 B for flexural rigidity B. It depends on the
-// mesh and does not converge under refinement. Its effective rigidity is 0.8 B along the axes of
-// regular grids, 0.83 to 0.96 B on smoothed irregular meshes (lowest in narrow strips), and 0.7 to
-// 2.2 B at 45 degrees to a grid.
+// The hinge element of [Thomaszewski2010] with k = 4 B for flexural rigidity B. Its results depend
+// on the mesh and do not converge under refinement. The effective rigidity is 0.8 B along the axes
+// of regular grids, 0.83 to 0.96 B on smoothed irregular meshes (lowest in narrow strips), and 0.7
+// to 2.2 B at 45 degrees to a grid.
 std::unique_ptr<Bending> make_hinge_bending(const BendingSetup& setup);
 // The mid-edge element, which computes the curvature of each triangle from the slopes at its edge
 // midpoints. It agrees with beam theory within 1 % on every mesh.

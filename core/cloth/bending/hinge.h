@@ -33,8 +33,7 @@ struct HingeRange {
   Index begin = -1, end = -1;
   std::vector<Index> batches;
   std::vector<Index> chunk_start, hinges;  // hinges of each chunk, ascending
-  // (hinges x 4) Row of each vertex within its chunk; rows_per_block if the vertex is outside the
-  // chunk.
+  // (hinges x 4) row of each vertex within the chunk; rows_per_block if the vertex lies outside it.
   std::vector<std::uint8_t> places;
 };
 

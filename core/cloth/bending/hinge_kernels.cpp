@@ -56,7 +56,7 @@ LOOMSTONE_INLINE Lanes arc_tangent(const Lanes& s, const Lanes& c, Lanes& half_s
   const Lanes zero = s - s;
   const Lanes r = lanes_sqrt(s * s + c * c);
   const Lanes sign = lanes_select(s < zero, zero - 1.0, zero + 1.0);
-  // Choose the form of tan(theta / 2) that avoids cancellation.
+  // Chooses the form of tan(theta / 2) that avoids cancellation.
   const Lanes s1 = lanes_select(c < zero, sign * (r - c), s),
               c1 = lanes_select(c < zero, sign * s, r + c);
   const Lanes r1 = lanes_sqrt(s1 * s1 + c1 * c1);

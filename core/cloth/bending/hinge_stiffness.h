@@ -52,7 +52,7 @@ class HingeStiffness {
 
   const Index* located_columns_ = nullptr;
   Index located_blocks_ = -1, begin_ = -1, end_ = -1;
-  std::vector<std::size_t> row_blocks_;  // (rows of the range + 1) first entry of the row in block_
+  std::vector<std::size_t> row_blocks_;  // (rows of the range + 1) first entry per row in block_
   // For each row, each of its hinges and each vertex of the hinge's stencil, the index of the block
   // within the row.
   std::vector<Index> block_;

@@ -67,7 +67,7 @@ class MidedgeBending final : public Bending {
   // Entries of element_moments_ whose sum is the moment of each hinge, with triangles in ascending
   // order.
   std::vector<Index> slot_start_, slots_;
-  AlignedDoubles elastic_, viscous_;  // (pairs of hinges) Q = sum of C^T W C, and with beta W
+  AlignedDoubles elastic_, viscous_;  // (pairs of hinges) sums of C^T W C and of C^T beta W C
 
   // Scratch memory, recomputed on use.
   mutable HingeStiffness assembler_;

@@ -9,7 +9,7 @@ namespace loomstone {
 
 EdgeLimiter::EdgeLimiter(const LimitedCloth& cloth) {
   // An edge of a triangle with its rest length and bound. An edge shared by two triangles takes the
-  // mean length and the tighter bound.
+  // mean of their lengths and the tighter of their bounds.
   struct Side {
     Index a, b;
     double length, bound;

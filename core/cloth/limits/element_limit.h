@@ -103,9 +103,9 @@ struct Symmetric {
 template <class Real>
 struct Element {
   Real g0x, g0y, g1x, g1y;      // gradients of the shape functions of corners 0 and 1 [1/m]
-  Real x0, y0, x1, y1, x2, y2;  // rest coordinates of corners from the centre [m]
-  // Sum over corners of mass fraction times X X^T [m^2]. With two held corners: X X^T of the height
-  // vector.
+  Real x0, y0, x1, y1, x2, y2;  // rest coordinates of corners relative to the centre [m]
+  // Sum over corners of mass fraction times X X^T [m^2]. If two corners are held, X X^T of the
+  // height vector.
   Symmetric<Real> moments;
 };
 inline constexpr int element_numbers = 13, element_gradients = 4;  // gradients come first
@@ -199,8 +199,8 @@ template <class Real>
 LOOMSTONE_INLINE Real spin_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
   return ((m.a11 - m.a22) * e.a12 + m.a12 * (e.a22 - e.a11)) / (m.a11 + m.a22 + 1e-300);
 }
-// Size of the part of E that can be corrected with two held corners: along the height h and across
-// it.
+// Size of the part of E that can be corrected if two corners are held: its components along the
+// height h and across it.
 template <class Real>
 LOOMSTONE_INLINE Real reach_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
   const Real along =

@@ -29,7 +29,7 @@ struct LimitReport {
   std::int64_t beyond = 0;          // number of elements with an excess above the tolerance
   Index worst = -1;                 // element with the largest excess, -1: no limit is violated
   std::vector<BrokenLimit> broken;  // sorted by excess, largest first
-  std::vector<double> squares;      // (limits) sum of squares of all excesses per limit
+  std::vector<double> squares;      // (limits) sum of the squared excesses of each limit
 
   double largest() const { return std::max({excess[0], excess[1], excess[2]}); }
   std::vector<Index> broken_elements() const;  // in ascending order, without duplicates

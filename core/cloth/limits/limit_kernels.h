@@ -13,8 +13,9 @@ struct Tables {
   const Index* corners;     // (batches x 3 x 8) vertices
   const double* gradients;  // (batches x 4 x 8) gradients of Element; checks read no other numbers
   const double* numbers;    // (batches x 9 x 8) the other numbers of Element
-  const std::uint8_t* moves;  // (slots) bit k: corner k may move; two_held: flag; 0: empty lane
-  const Index* bounds_of;     // (batches) index into bounds
+  // (slots) bit k: corner k may move; bit two_held: the other two are held; 0: nothing may move
+  const std::uint8_t* moves;
+  const Index* bounds_of;  // (batches) index into bounds
   const Bounds* bounds;
   const double* rows;  // (slots x 13) element of each slot, for correct_one(); may be null
 };
@@ -46,8 +47,8 @@ struct Violations {
   double* strains;  // (batches x 3 x 8) strains, or strain rates, of batches with an excess
 };
 
-// Checks n batches: entries first, first + 1, ... of `batches`, or, if `batches` is null, the
-// batches with these indices.
+// Checks n batches: the entries of `batches` from index `first` on or, if `batches` is null, the
+// batches first, first + 1, and so on.
 void check(const Tables& tables, const Motion& motion, const Index* batches, Index first, Index n,
            Violations out);
 

@@ -47,7 +47,7 @@ Joined join(const Scene& scene) {
 }
 
 // Returns the bending rigidity for the curvatures (kxx, kyy, 2 kxy). The default twist entry is
-// that of an isotropic plate, (1 - nu) / 2 B.
+// that of an isotropic plate, (1 - nu) B / 2.
 Mat3 rigidity_of(const ClothMaterial& m, const std::string& where) {
   const double mean = std::sqrt(m.bending_weft * m.bending_warp);
   const double twist = m.bending_twist < 0.0 ? 0.5 * (mean - m.bending_coupling) : m.bending_twist;
@@ -63,8 +63,8 @@ Mat3 rigidity_of(const ClothMaterial& m, const std::string& where) {
   return d;
 }
 
-// Each cloth has a contiguous range of rows. Within it, rows follow the recursive bisection of the
-// mesh graph.
+// Orders the vertices of all cloths. Each cloth has a contiguous range of rows. Within it, rows
+// follow the recursive bisection of the mesh graph.
 void order_vertices(const Scene& scene, const Joined& all, Model& model) {
   model.row_of_vertex.resize(all.x.rows());
   for (std::size_t c = 0; c < scene.cloths.size(); ++c) {

@@ -43,7 +43,7 @@ struct Cloth {
   BendingElement bending = BendingElement::MidEdge;
   std::vector<Index> pins;           // prescribed vertices: fixed in place, or moved by a script
   std::vector<double> script_times;  // ascending [s]; empty: pins do not move
-  // (times * pins x 3) positions of the pins, linear in between [m]
+  // (times * pins x 3) positions of the pins, interpolated linearly [m]
   Points script_positions;
   Points velocities;  // (n x 3) at the start [m/s]; empty: at rest
   double thickness = 0.0;

@@ -202,7 +202,7 @@ class Constraining {
     const Points wanted = x1_;
     bool any = false;
     for (int pass = 0; pass < max_passes && !beyond_.empty(); ++pass) {
-      // (vertex, fraction of its displacement that it keeps)
+      // pairs (vertex, fraction of its displacement that it keeps)
       std::vector<std::pair<Index, double>> shares;
       for (const Index t : beyond_) {
         const Vec3 strain0 =

@@ -13,7 +13,7 @@ namespace loomstone {
 
 struct Certified {
   PartResult result;
-  std::optional<LimitReport> limits;  // after limiting; empty if vertices moved since
+  std::optional<LimitReport> limits;  // report after limiting; empty if vertices have moved since
 };
 
 Certified limit_and_certify(const StepContext& part, const Loads& loads, const NearContacts& near,

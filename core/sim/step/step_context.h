@@ -9,8 +9,8 @@ struct StepContext {
   double h = 0.0;   // length of the part [s]
   double t0 = 0.0;  // its start [s]
   double t1 = 0.0;  // its end [s]
-  // Length of the part divided by the remaining length of the step [1]. The part covers this
-  // fraction of the motion to the user's targets.
+  // Length of the part divided by the length of the step that remains at the start of the part [1].
+  // The part covers this fraction of the motion to the user's targets.
   double share = 1.0;
   std::uint64_t seed = 0;  // seed of random orders; differs between parts and steps
 };

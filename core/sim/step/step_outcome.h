@@ -17,7 +17,7 @@ struct StepOutcome {
   State start;  // state at the start of the step; frames within the step interpolate from it
   // (n) 1: in contact, 2: in a triangle that is forced to intersect
   std::vector<std::uint8_t> contact;
-  std::vector<BrokenLimit> broken;  // in the internal order of triangles, the largest excess first
+  std::vector<BrokenLimit> broken;  // with internal triangle indices, the largest excess first
   // Pairs of triangles (all surfaces) that are forced to intersect.
   std::vector<std::array<Index, 2>> forced;
 };
