@@ -57,7 +57,7 @@ FrameTopology example_topology(int side, bool with_bodies) {
 StepReport example_report(std::int64_t step) {
   const double x = static_cast<double>(step);
   StepReport report;
-  // Every number has a different value.
+  // Gives every number of the report a different value.
   int place = 0;
   for_each_number(report, [&](const std::string&, const auto&, auto& value) {
     using Value = std::remove_cvref_t<decltype(value)>;

@@ -1,5 +1,5 @@
-// Files that are missing, foreign, newer, truncated, damaged or not writable each cause one clear
-// error.
+// Files that are missing, foreign, of a newer version, truncated, damaged or not writable each
+// cause one clear error.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -59,7 +59,8 @@ void flip_bit(const std::string& path, std::uintmax_t at) {
   file.put(byte);
 }
 
-// Writes a checkpoint file whose end is that of write_checkpoint(): mark, length and checksum.
+// Writes bytes as a checkpoint file that ends like those of write_checkpoint(): with mark, length
+// and checksum.
 void write_with_checksum(const std::string& path, std::vector<unsigned char> bytes) {
   WordHash hash;
   for (std::size_t at = 0; at < bytes.size(); at += 8) {

@@ -20,8 +20,8 @@ using namespace loomstone::testing;
 
 namespace {
 
-// Runs `work` in a child process and kills it (SIGKILL) after some microseconds, or never (0).
-// Returns true if the child was killed.
+// Runs `work` in a child process and kills it (SIGKILL) after the given number of microseconds; 0
+// means never. Returns true if the child was killed.
 template <class Work>
 bool kill_after(unsigned microseconds, const Work& work) {
   const pid_t child = fork();
@@ -43,7 +43,7 @@ bool kill_after(unsigned microseconds, const Work& work) {
   return WIFSIGNALED(status);
 }
 
-// Checks every frame and report, and returns their numbers.
+// Checks every frame and report, and returns the numbers of frames and reports.
 std::pair<int, int> check_run(const std::string& directory, const FrameTopology& topology) {
   const FrameReader reader(directory);
   CHECK(same(reader.topology(), topology));
@@ -70,7 +70,8 @@ TEST_CASE("a run killed at any moment can be read, and every frame is right") {
     FrameWriter writer(directory, topology, "");
     for (int index = 0; index < n_frames; ++index) write_example(writer, topology, index);
   };
-  // Kills fall into the time of a few frames, even if the program is slow or runs in a debugger.
+  // The window for kills is at least three times as long as ten frames take. Kills thus come while
+  // frames are written, even if the program is slow or runs in a debugger.
   const auto start = std::chrono::steady_clock::now();
   {
     const TemporaryDirectory directory;
@@ -103,9 +104,7 @@ TEST_CASE("a run killed and continued repeatedly ends with the content of an uni
   const int n_frames = 300, most_kills = 10;
   std::mt19937 random(2);
   const TemporaryDirectory directory;
-  {
-    FrameWriter(directory.path(), topology, "kept");
-  }
+  { FrameWriter(directory.path(), topology, "kept"); }
   // A checkpoint follows every fifth frame, as in a run.
   const std::string checkpoint_path = directory / "state.checkpoint";
   const auto checkpoint = [](int next) {

@@ -37,7 +37,7 @@ inline Points random_points(Index n, double size, unsigned seed) {
   return p;
 }
 
-// Deforms a sheet strongly: stretched, sheared and folded out of its plane.
+// Stretches and shears a sheet strongly and folds it out of its plane.
 inline Points deformed(const TriangleMesh& mesh, unsigned seed) {
   Points x = mesh.vertices();
   for (Index i = 0; i < x.rows(); ++i) {

@@ -168,9 +168,8 @@ TEST_CASE("impacts agree with a test of all pairs, with lists and without") {
           std::vector<Contact> contacts =
               find_contacts(Team{1}, model, pairs, x0, (lists.update(Team{threads}, x0), lists));
         } else {
-          lists.update(Team{1},
-                       x0 + Points::Constant(x0.rows(), 3,
-                                             1e-3));  // lists of other positions are not used
+          // Lists that were built for other positions are not used.
+          lists.update(Team{1}, x0 + Points::Constant(x0.rows(), 3, 1e-3));
         }
         std::vector<Key> found;
         for (const StepImpact& each :

@@ -13,7 +13,8 @@ using Kind = CollisionSurface::Kind;
 
 namespace {
 
-// Processor time with one thread, unaffected by other programs; otherwise wall time [ms].
+// Returns the processor time with one thread, because other programs hardly affect it, and the wall
+// time with several threads [ms].
 double milliseconds(int threads) {
   if (threads == 1) {
     timespec t;

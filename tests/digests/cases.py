@@ -1,4 +1,5 @@
-"""Cases of the digests: every scene at small size, one scene with all integrators and variants."""
+"""Cases of the digests: every scene at small size, and one scene with all integrators and variants.
+"""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def blas_kernels() -> str:
 
 
 def functions() -> str:
-    """Hash of elementary functions of the C library and numpy.
+    """Returns a hash of the results of elementary functions of the C library and of numpy.
 
     Their bits depend on the version and the processor.
     """

@@ -115,8 +115,8 @@ Experiment two_magnets() {
   return made;
 }
 
-// A magnet on the axis above a coil at rest. The magnet does not rotate, so drifts conserve its
-// kinetic energy to rounding.
+// A magnet above a coil at rest, on the axis of the coil. The magnet does not rotate, so drifts
+// conserve its kinetic energy to rounding.
 Experiment magnet_over_coil(const Coil& coil) {
   Experiment made;
   made.add("magnet", Vec3(0, 0, 0.03));

@@ -73,7 +73,8 @@ TEST_CASE(
   start(run, o);
   int most = 0;
   for (int k = 0; k < 40; ++k) {
-    // 10 % in 80 ms: the flat sheet becomes a saddle point of the potential at once.
+    // The compression grows to 10 % within 80 ms. The flat sheet becomes a saddle point of the
+    // potential at once.
     const double pressed = 1.0 - 0.1 * std::min(1.0, (k + 1) / 20.0);
     for (const Index pin : pins) run.target(pin, 0) = pressed * mesh.vertices()(pin, 0);
     const IntegrationReport report = run.advance();

@@ -44,8 +44,8 @@ Points spinning(const Points& x) {
   return v;
 }
 
-// Positions of the same motion after 0.05 s, computed with a given step. The sheet starts stretched
-// in its plane, so it is under tension everywhere.
+// Returns the positions of a spinning sheet after 0.05 s, computed with the given step. The sheet
+// starts stretched in its plane, so it is under tension everywhere.
 Points end_of_motion(const std::string& method, double step, double bending,
                      const char* treatment = nullptr) {
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 4, 4, 0.2, 3);
@@ -177,8 +177,8 @@ TEST_CASE("linear momentum is kept to rounding by every integrator with the dire
       before += run.model.mass[i] * run.state.v.row(i).transpose();
     for (int i = 0; i < 200; ++i) run.advance();
     INFO(method);
-    // Tolerance: rounding in 200 steps, where the summed forces are a thousand times the change of
-    // momentum.
+    // The tolerance covers rounding in 200 steps, in which the summed forces are a thousand times
+    // the change of momentum.
     CHECK(momentum_error(run, before) < 1e-11);
   }
 }
@@ -225,8 +225,8 @@ TEST_CASE("pinned vertices do not move by one bit, scripted ones end exactly at 
 }
 
 // Length [m] of a strip that hangs under its own weight with uniaxial stress. The stretch lambda
-// satisfies E lambda (lambda^2 - 1) / 2 = rho g s, where s is the length below. The hanging length
-// is the integral of lambda. weight: rho g [N/m^2], modulus: E [N/m].
+// satisfies E lambda (lambda^2 - 1) / 2 = rho g s, where s is the rest length below the point. The
+// hanging length is the integral of lambda. weight: rho g [N/m^2], modulus: E [N/m].
 double hung_length(double length, double weight, double modulus) {
   const int parts = 2000;
   double hang = 0.0;
@@ -263,7 +263,8 @@ TEST_CASE("a hanging strip stretches as the analytic solution, along weft and al
     start(run, o);
     for (int i = 0; i < 60; ++i) run.advance();
     const double bottom = run.state.x.col(weft ? 0 : 1).minCoeff();
-    // Linear triangles are of second order in their size; 24 lie along the strip.
+    // The error of linear triangles is of second order in their size; 24 of them lie along the
+    // strip.
     CHECK(length / 2 - bottom == Approx(hang).epsilon(1e-3));
   }
 }

@@ -1,6 +1,6 @@
-// A seeded symmetric positive definite system with all features of a step's system: a grid of cloth
-// rows, bodies, contact terms between distant rows and with bodies, and fixed rows with prescribed
-// values.
+// A symmetric positive definite system, generated from a seed, with all features of the system of a
+// time step: a grid of cloth rows, bodies, contact terms between distant rows and with bodies, and
+// fixed rows with prescribed values.
 #pragma once
 
 #include <algorithm>
@@ -62,7 +62,7 @@ class RandomSystemBuilder {
   RandomSystem take() { return std::move(made_); }
 
  private:
-  // Distributions differ between standard libraries; the generator's integers do not.
+  // Distributions differ between standard libraries, but the integers of the generator do not.
   double number() { return 2.0 * static_cast<double>(random_() >> 8) / 16777216.0 - 1.0; }
   Vec3 vector() {
     const double x = number(), y = number(), z = number();

@@ -169,8 +169,9 @@ TEST_CASE("rounding the stiffness to single precision does not change the mass o
   for (Index row = 0; row < n; ++row)
     x[4 * row] = 1.0f, x[4 * row + 1] = -2.0f, x[4 * row + 2] = 0.5f;
   single.multiply(slices, 0, slices.n_slices(), x.data(), y.data());
-  // The masses are 1. The tolerance covers rounding of sums of 1e7 in double precision; in single
-  // precision the error would be 1.
+  // All rows of x are equal, so stiffness cancels and the product is the mass, 1, times x. The
+  // tolerance covers rounding of sums of 1e7 in double precision; in single precision the error
+  // would be 1.
   for (Index row = 0; row < n; ++row)
     for (int d = 0; d < 3; ++d)
       CHECK(std::abs(y[24 * (slices.place[row] / 8) + 8 * d + slices.place[row] % 8] -
@@ -229,7 +230,7 @@ TEST_CASE("symmetric Gauss-Seidel needs fewer iterations than block-Jacobi") {
 namespace {
 
 // A grid of tiles x tiles patches of 11 x 11 rows. Rows are ordered patch by patch, as in a model.
-// Equal springs, unit masses and a slowly varying load make it a case for coarse levels.
+// Coarse levels pay off here, because springs and masses are equal and the load varies slowly.
 RandomSystem smooth_system(Index tiles, double stiffness) {
   const Index side = 11 * tiles;
   const auto row_of = [&](Index r, Index c) {
@@ -265,8 +266,8 @@ TEST_CASE(
     LinearReport levels, jacobi;
     const Points x = solved(system, {LinearMethod::Pcg, 1e-6, 4000}, 1, &levels);
     const Points expected = solved(system, {LinearMethod::BlockJacobi, 1e-10, 4000}, 1, &jacobi);
-    CHECK((x - expected).norm() <
-          1e-3 * expected.norm());  // the smallest eigenvalue is the mass: 1e-5 of the diagonal
+    // The smallest eigenvalue is the mass, 1e-5 of the diagonal, so the error exceeds the residual.
+    CHECK((x - expected).norm() < 1e-3 * expected.norm());
     solved(system, {LinearMethod::BlockJacobi, 1e-6, 4000}, 1, &jacobi);
     CHECK(levels.iterations < (tiles == 4 ? 0.6 : 0.35) * jacobi.iterations);
   }
@@ -298,7 +299,8 @@ TEST_CASE("with coarse levels, stiff terms between layers cost few iterations") 
       system.terms.push_back(term);
     }
   solved(system, {LinearMethod::Pcg, 1e-6, 4000}, 1, &tied);
-  // With only the terms' diagonal blocks in the levels, iterations would be ten times as many.
+  // If the coarse levels contained only the diagonal blocks of the terms, iterations would be ten
+  // times as many.
   CHECK(tied.iterations < 4 * apart.iterations);
 }
 
@@ -413,8 +415,8 @@ TEST_CASE("checking the true residual during a solve costs no iterations") {
     LinearReport coarse, fine;
     solved(system, {method, 1e-4, 2000}, 1, &coarse);
     solved(system, {method, 1e-8, 2000}, 1, &fine);  // several rounds of residual replacement
-    // At a constant rate the iterations double. Directions that lose their conjugacy between rounds
-    // need three times as many.
+    // At a constant rate of convergence, the iterations double. Search directions that lose their
+    // conjugacy between rounds would need three times as many iterations.
     CHECK(fine.iterations <= 2.3 * coarse.iterations);
   }
 }

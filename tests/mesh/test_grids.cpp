@@ -28,7 +28,7 @@ Index euler_characteristic(const TriangleMesh& mesh) {
   return mesh.n_vertices() - static_cast<Index>(table.edges.rows()) + mesh.n_triangles();
 }
 
-constexpr double rounding = 1e-12;  // for sums of a few thousand doubles of order one
+constexpr double rounding = 1e-12;  // rounding error of sums of a few thousand doubles of order one
 
 }  // namespace
 
@@ -47,7 +47,7 @@ TEST_CASE("a grid numbers vertex j (nx + 1) + i at column i and row j") {
 TEST_CASE(
     "flat meshes have the area of their outline, face +z, are discs, and carry their coordinates "
     "as uv") {
-  const double hexagon_like = 3.0 * std::sin(M_PI / 3.0);  // outline of a disc with one ring
+  const double hexagon_like = 3.0 * std::sin(M_PI / 3.0);  // area of a disc with one ring
   struct Case {
     TriangleMesh mesh;
     double area;
@@ -89,8 +89,8 @@ TEST_CASE(
   CHECK(grid(1.0, 1.0, 2).n_triangles() == 2);
   const TriangleMesh wide = grid(3.0, 1.0, 600);
   CHECK(wide.n_triangles() == 600);
-  CHECK(wide.mean_edge() ==
-        Approx(0.1 * (2.0 + std::sqrt(2.0)) / 3.0).epsilon(0.02));  // the border has no diagonals
+  // The tolerance allows for the border, which has no diagonals.
+  CHECK(wide.mean_edge() == Approx(0.1 * (2.0 + std::sqrt(2.0)) / 3.0).epsilon(0.02));
 }
 
 TEST_CASE(

@@ -210,7 +210,8 @@ TEST_CASE("a PLY file truncated anywhere is refused, never read as a smaller mes
   for (const bool text : {false, true}) {
     write_mesh(whole_path, two_panels(), text);
     const std::string whole = content_of(whole_path);
-    // A text file stays valid if its last line end or digits of its last number are missing.
+    // A text file is still valid without its last line break or the last digits of its last number,
+    // so the cuts end before these.
     for (std::size_t length = 0; length < whole.size() - (text ? 25 : 0);
          length += length < 400 ? 7 : 101) {
       INFO(length);
@@ -315,7 +316,7 @@ TEST_CASE(
     pattern += area(rest[t]);
     space += area(lengths[t]);
   }
-  CHECK(space / pattern == Approx(1.0).epsilon(0.1));  // in metres; nearly unstretched when worn
+  CHECK(space / pattern == Approx(1.0).epsilon(0.1));  // both in metres; hardly stretched when worn
   for (const char* name : {"dragon.obj", "bunny.obj", "funnel.obj"}) {
     INFO(name);
     CHECK(welded(read_mesh((meshes / name).string(), false)).closed());

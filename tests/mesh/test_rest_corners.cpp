@@ -29,7 +29,7 @@ TriangleMesh without_uv(const TriangleMesh& mesh) {
 }
 
 const Mat3 some_turn = Eigen::AngleAxisd(0.9, Vec3(1, -2, 1).normalized()).toRotationMatrix();
-constexpr double rounding = 1e-14;  // for coordinates of order one
+constexpr double rounding = 1e-14;  // rounding error of coordinates of order one
 
 }  // namespace
 

@@ -40,9 +40,9 @@ constexpr double degree = M_PI / 180.0;
 TEST_CASE(
     "closed generators face outward, are closed, and have volume and Euler characteristic of their "
     "kind") {
-  // Volume of the funnel's wall by Pappus's theorem: areas of the section times the radii of their
-  // centroids. Cone and tube overlap in a kite below the inner corner, and each rim adds half a
-  // disc.
+  // Volume of the funnel's wall by Pappus's theorem, from the areas of its section times the radii
+  // of their centroids. The kite in which cone and tube overlap is subtracted, and each rim adds
+  // half a disc.
   const double top = 0.3, bottom = 0.1, height = 0.2, tube = 0.15, wall = 0.02,
                s = std::sqrt(0.5);  // cone of 45 degrees
   const double half_disc = M_PI * wall * wall / 8.0;
@@ -61,10 +61,10 @@ TEST_CASE(
     double volume;  // volume of the smooth body [m^3]
     double tolerance;
     Index euler;            // 2 for a sphere, 0 for a ring
-    double smallest_angle;  // [rad], measured with a small margin; slivers harm contacts
+    double smallest_angle;  // [rad], slightly below the measured angle; slivers harm contacts
   };
-  // An n-gon loses 2 pi^2 / (3 n^2) of the area of its circle. Spheres and rims lose as much in a
-  // second direction.
+  // An n-gon inscribed in a circle lacks 2 pi^2 / (3 n^2) of its area. Spheres and rims lack as
+  // much again in the second direction.
   const Case cases[] = {
       {"icosphere", icosphere(0.5, 4), M_PI / 6.0, 0.003, 2, 53.0 * degree},
       {"cube", box(1.0, 1.0, 1.0, 4), 1.0, 1e-12, 2, 44.9 * degree},

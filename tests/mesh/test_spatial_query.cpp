@@ -212,7 +212,7 @@ TEST_CASE("a sphere's pseudo-normals point outwards from its vertices") {
   const SpatialQuery query(sphere.vertices(), sphere.triangles());
   for (Index i = 0; i < sphere.n_vertices(); ++i) {
     const Vec3 direction = sphere.vertices().row(i).transpose().normalized();
-    // Angle-weighted normals have an error of the order of the edge (0.15 rad) squared.
+    // The error of angle-weighted normals is of second order in the length of an edge (0.15 rad).
     CHECK(query.closest(3.0 * direction, infinity).normal.dot(direction) > 1.0 - 0.02);
   }
   CHECK(query.inside(Vec3::Zero()));

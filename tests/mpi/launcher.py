@@ -20,7 +20,7 @@ ENVIRONMENT = os.environ | {
 def command(n, *arguments):
     """Returns the mpirun command for Python on n ranks.
 
-    Waiting ranks yield, and threads are not bound to processors.
+    Waiting ranks yield the processor, and threads are not bound to processors.
     """
     launcher = [
         "mpirun",

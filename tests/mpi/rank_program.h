@@ -14,7 +14,7 @@ namespace loomstone::testing {
 
 class RankProgram {
  public:
-  // Uses MPI if a launcher started several ranks, else a single rank without MPI.
+  // Uses MPI if a launcher started several ranks, and otherwise a single rank without MPI.
   RankProgram(int argc, char** argv)
       : communicator_(launched_by_mpi() ? mpi_communicator() : single_communicator()),
         threads_(argc > 1 ? std::atoi(argv[1]) : 1) {}
@@ -29,7 +29,7 @@ class RankProgram {
     communicator_->abort(1);
   }
 
-  // Claims that all ranks have the same bytes, and prints their hash on rank 0.
+  // Claims that all ranks have the same bytes, and prints the hash of these bytes on rank 0.
   void print_hash(const char* what, const void* data, std::size_t bytes) const {
     std::uint64_t hash = 14695981039346656037u;  // FNV-1a
     for (std::size_t i = 0; i < bytes; ++i)

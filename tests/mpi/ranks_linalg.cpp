@@ -1,4 +1,4 @@
-// Ordered sums, halos and the conjugate gradient solver have the same bits on several ranks as on
+// Ordered sums, halos and the conjugate gradient solver give the same bits on several ranks as on
 // one.
 #include <cmath>
 #include <cstring>

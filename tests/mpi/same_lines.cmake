@@ -1,6 +1,6 @@
 # Runs PROGRAM without a launcher, then with every combination RANKSxTHREADS in SHAPES, and requires
-# the same output. Options of Open MPI are set as environment variables, so that other launchers
-# work too: more ranks than cores, threads not bound to cores, waiting ranks yield.
+# the same output. The environment variables below allow more ranks than cores, leave threads
+# unbound and make waiting ranks yield. Other launchers than Open MPI ignore them.
 set(ENV{LOOMSTONE_MPI_PLUGIN} ${PLUGIN})
 set(ENV{OMP_WAIT_POLICY} passive)
 set(ENV{OMPI_ALLOW_RUN_AS_ROOT} 1)

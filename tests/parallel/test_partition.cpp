@@ -25,7 +25,8 @@ Graph grid(Index side) {
   return graph;
 }
 
-// Number of vertices with position in [begin, end) that have a neighbour outside it.
+// Returns the number of vertices whose position is in [begin, end) and that have a neighbour
+// outside this range.
 Index boundary(const Graph& graph, const std::vector<Index>& place, Index begin, Index end) {
   Index count = 0;
   for (std::size_t vertex = 0; vertex < place.size(); ++vertex) {
@@ -68,8 +69,8 @@ TEST_CASE("contiguous ranges of a grid have short boundaries") {
     for (Index i = 0; i < ranges; ++i) {
       const Index begin = std::min(n, n_blocks * i / ranges * rows_per_block);
       const Index end = std::min(n, n_blocks * (i + 1) / ranges * rows_per_block);
-      // The boundary of a square patch has 4 sqrt(n) vertices. The ragged ends of a range add as
-      // many.
+      // The boundary of a square patch has 4 sqrt(n) vertices. The ragged ends of a range add up to
+      // as many.
       CHECK(boundary(graph, place, begin, end) < 8.0 * std::sqrt(1.0 * (end - begin)));
     }
   }

@@ -7,7 +7,7 @@ using namespace loomstone;
 
 namespace {
 
-// One of several ranks, which communicates with nobody.
+// One of several ranks. It communicates with none of the others.
 class SilentRank final : public Communicator {
  public:
   SilentRank(int rank, int size) : rank_(rank), size_(size) {}

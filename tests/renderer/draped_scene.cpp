@@ -110,8 +110,8 @@ void add_fields(DrapedScene& scene) {
 
 }  // namespace
 
-// The distance r from the middle of the cloth is an arc length. The cloth follows the ball down to
-// its side and then hangs, with folds that grow downwards.
+// The cloth follows the ball down to its side and then hangs, with folds that grow downwards. The
+// distance r from the middle of the flat cloth becomes the arc length from the top of the ball.
 DrapedScene draped_scene(Index cells, int subdivisions) {
   DrapedScene scene;
   const double side = 0.62, leaves_at = 1.45;  // leaves_at: angle from the top [rad]

@@ -1,5 +1,5 @@
-// Synthetic scene for test pictures, from formulas alone: a square cloth with folds lies over a
-// ball above a floor.
+// Synthetic scene for test pictures, computed from formulas alone: a square cloth with folds hangs
+// over a ball above a floor.
 #pragma once
 
 #include "core/base/frame.h"
@@ -12,8 +12,8 @@ struct DrapedScene {
   Frame frame;
 };
 
-// `cells`: squares along each side of the 0.62 m cloth (85: 14,450 triangles). `subdivisions`: of
-// the ball's icosahedron (4: 5,120 triangles).
+// The cloth is a square of 0.62 m with cells x cells cells; 85 cells give 14,450 triangles. The
+// ball is an icosahedron that is subdivided `subdivisions` times; 4 times give 5,120 triangles.
 DrapedScene draped_scene(Index cells = 40, int subdivisions = 3);
 
 // A flat vertical square of cloth, 0.5 m wide, without bodies.

@@ -73,8 +73,9 @@ TEST_CASE("a picture depends on the first frame of its run, not on what was draw
   const DrapedScene scene = draped_scene(10, 2);
   DrapedScene later = scene;
   later.frame.positions.col(2).array() -= 0.1;
-  later.frame.body_vertices.col(2) *=
-      0.05;  // a flattened ball has sharp edges, unless the first frame shows it round
+  // The first frame decides which edges are sharp. A ball that is round in the first frame stays
+  // smooth, and one that is flattened there has sharp edges.
+  later.frame.body_vertices.col(2) *= 0.05;
   const RenderOptions options = small_options();
   Renderer in_order(scene.topology, options), at_once(scene.topology, options),
       alone(scene.topology, options);
@@ -92,7 +93,8 @@ TEST_CASE("normals are smooth on a ball, split on a box, and true on both", "[re
   const DrawnMesh ball = drawn_bodies(scene.topology, scene.frame.body_vertices);
   CHECK(ball.vertex.size() == 642);  // no vertex is split, and the floor is left out
   const Points normals = shading_normals(ball, scene.frame.body_vertices);
-  for (Index k = 0; k < normals.rows(); ++k) {  // accurate to the angle of half an edge
+  // The tolerance of 2.6 degrees is a third of the angle that an edge spans.
+  for (Index k = 0; k < normals.rows(); ++k) {
     const Vec3 outwards = Vec3(scene.frame.body_vertices.row(ball.vertex[k])).normalized();
     CHECK(normals.row(k).dot(outwards) > 0.999);
   }

@@ -19,7 +19,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-// A new directory, removed at the end.
+// A new directory, which the destructor removes.
 struct Folder {
   std::filesystem::path path = std::filesystem::temp_directory_path() /
                                ("loomstone_test_renderer_" + std::to_string(getpid()));

@@ -20,7 +20,7 @@ int brightness(const Image& image, int x, int y) {
   return r + g + b;
 }
 
-// Detects the first cloth, which alone is blue.
+// Detects the first cloth, which is the only blue surface.
 bool is_cloth(const Image& image, int x, int y) {
   const auto [r, g, b] = pixel(image, x, y);
   return b > r + 20;
@@ -46,8 +46,8 @@ TEST_CASE("the same frame gives the same picture twice, from one renderer and fr
 }
 
 TEST_CASE("a square of cloth covers the pixels that perspective gives it", "[renderer]") {
-  // Half the side is 0.25 m at a distance of 1 m. The tangent of half the vertical angle is 0.5, so
-  // the square covers half the height of the picture.
+  // Half the side, 0.25 m, is seen from 1 m. The tangent of half the vertical field of view is 0.5,
+  // so the square covers half the height of the picture.
   const DrapedScene scene = flat_scene();
   RenderOptions options = small_options();
   options.pattern = ClothPattern::Plain;
@@ -122,8 +122,8 @@ TEST_CASE("the floor is darker in the shadow of the cloth, and only with shadows
 }
 
 TEST_CASE("the shadow map casts no shadow beyond its reach", "[renderer]") {
-  // Beyond the reach of the shadow map the floor is lit. The map must not repeat or extend there as
-  // a square shadow.
+  // Beyond the reach of the shadow map, the floor must be lit. A map that repeated or extended
+  // there would cast a square shadow.
   const DrapedScene scene = draped_scene();
   RenderOptions options = small_options();
   options.ambient_occlusion = false;
@@ -257,7 +257,7 @@ TEST_CASE(
     return count;
   };
   const int middle = options.width / 2, line = 3,
-            bar = options.width - 100;  // titles of the legends differ
+            bar = options.width - 100;  // excludes the legends, whose titles differ
   CHECK(differing(weft, warp, 0, bar) > 1000);
   CHECK(differing(split, weft, 0, middle - line) == 0);
   CHECK(differing(split, warp, middle + line, bar) == 0);

@@ -124,7 +124,7 @@ TEST_CASE("a brick sticks on an incline below the friction angle and slides abov
     CHECK(std::abs(slide(0.9 * angle, mu, 1.0, shape)) < 1e-3);
     const double slope = 1.25 * angle, seconds = 0.5;
     const double acceleration = 9.81 * (std::sin(slope) - mu * std::cos(slope));
-    // Tolerance of 5 %: edges between the floor's triangles, and the first contact.
+    // The tolerance of 5 % covers the first contact and the edges between the floor's triangles.
     CHECK(slide(slope, mu, seconds, shape) ==
           Approx(0.5 * acceleration * seconds * seconds).epsilon(0.05));
   }
@@ -231,8 +231,8 @@ TEST_CASE("a rising surface throws a ball up at the speed of the point of contac
     world.advance(h, none, none, ObstaclePlaces({RigidPose{}}, x), state);
     if (i * h <= end) carried = state.velocities(0, 2);
   }
-  // At the end, d/dt (c t^2 / 2) is 1 m/s, while the ball slides towards the hinge. Then the ball
-  // flies, and 0.15 s later gravity has reversed its velocity.
+  // At the end of its motion, the surface rises at d/dt (c t^2 / 2) = 1 m/s, while the ball slides
+  // towards the hinge. The ball then flies, and 0.15 s later gravity has reversed its velocity.
   CHECK(carried == Approx(1.0).epsilon(0.15));
   CHECK(state.velocities(0, 2) == Approx(carried - 9.81 * 0.15).margin(0.02));
 }

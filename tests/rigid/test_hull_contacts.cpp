@@ -93,7 +93,7 @@ TEST_CASE(
           return a.gap < b.gap;
         })->gap == Approx(-1e-4).margin(1e-12));
 
-  // One roof lies across another.
+  // The ridges of two roofs cross each other.
   const TriangleMesh roof = box(1.0, 1.0, 1.0).moved(Vec3::Zero(), about(Vec3::UnitX(), M_PI / 4));
   const auto cross =
       contacts_on(roof, cube, Vec3(0.1, 0.001, std::sqrt(0.5) + 0.01 * std::sqrt(2.0) - 1e-4),
@@ -144,7 +144,7 @@ TEST_CASE("bodies thrown on a floor gain no energy, come to rest, and lie exactl
           world.advance(1e-3, none, none, places, state);
           most = std::max(most, energy() - before), before = energy();
         }
-        CHECK(most < mass.mass * 9.81 * fastest * 1e-3);  // from removing the overlap of one step
+        CHECK(most < mass.mass * 9.81 * fastest * 1e-3);  // gained by removing one overlap
         const double z = state.positions(0, 2);
         CHECK(std::any_of(heights[k].begin(), heights[k].end(),
                           [&](double h) { return std::abs(z - h) < 2e-6; }));
@@ -203,7 +203,7 @@ RigidObstacle room(double size) {
 TEST_CASE(
     "bodies come to rest for good in corners, over posts, on fine floors, on flat ends of many "
     "corners") {
-  // In a corner of the room, each of the three planes supports the body at its own corners.
+  // In the corner of the room, each of the three planes supports other corners of the body.
   for (const std::string shape : {"box", "convex"}) {
     const Rest in_corner = come_to_rest(
         body_of(box(0.04, 0.03, 0.01), shape, Vec3(0.0201, 0.0151, 0.006)), room(0.3), 1000);
@@ -223,8 +223,8 @@ TEST_CASE(
     CHECK(on_post.speed < 1e-6);
     CHECK(std::abs(on_post.at.z() - 0.04) < 1e-6);
   }
-  // The cells are finer than the contact distance. If there are more than four points, the
-  // supporting ones are kept.
+  // The cells of the floor are smaller than the contact distance. Of more than four contact points,
+  // those that support the body are kept.
   RigidBody rod = body_of(
       cylinder(0.004, 0.027, 14)
           .moved(Vec3::Zero(), about(Vec3::UnitY(), M_PI / 2) * about(Vec3::UnitZ(), M_PI / 14)),

@@ -10,9 +10,9 @@ using namespace loomstone;
 
 namespace {
 
-// Independent computation about the origin. The inertia follows from second moments of the corners
-// and centroid of each tetrahedron, by a quadrature with weights 1/20 and 16/20 that is exact for
-// quadratics.
+// Computes the mass properties independently, about the origin. The second moments of each
+// tetrahedron follow from a quadrature over its corners and its centroid, with weights 1/20 and
+// 16/20, that is exact for quadratics.
 MassProperties by_quadrature(const TriangleMesh& mesh, double density) {
   MassProperties result;
   Mat3 second = Mat3::Zero();
@@ -81,7 +81,7 @@ TEST_CASE("moving and turning a mesh moves its centre and turns its inertia") {
                        there = mass_properties(mesh.moved(shift, turn), 500.0);
   CHECK(there.mass == Approx(here.mass).epsilon(1e-12));
   CHECK((there.centre - (turn * here.centre + shift)).norm() < 1e-13);
-  // Coordinates of 6 m are rounded to 1e-15 m, which is 1e-14 of the size.
+  // Coordinates of 6 m are rounded to 1e-15 m, which is 1e-14 of the size of the mesh.
   CHECK((there.inertia - turn * here.inertia * turn.transpose()).norm() <
         1e-11 * here.inertia.norm());
 }

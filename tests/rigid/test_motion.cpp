@@ -74,7 +74,7 @@ TEST_CASE("a body described in rotated mesh axes has the same motion") {
   RigidBody plain = body_of(box(0.4, 0.2, 0.1), "box", Vec3(1, 2, 3));
   plain.velocity = Vec3(1, 0, 0);
   plain.angular_velocity = Vec3(1, 2, -3);
-  RigidBody turned_mesh = plain;  // its mesh is rotated one way, the body the other
+  RigidBody turned_mesh = plain;  // its mesh is rotated, and the body by the inverse rotation
   turned_mesh.shape = BodyShape::Convex;
   const Vec3 shift(0.5, -0.5, 0.25);
   turned_mesh.mesh = shared(plain.mesh->moved(shift, turn));
@@ -101,8 +101,8 @@ TEST_CASE("impulses change velocities by mass and inertia before the step") {
   const MassProperties mass = world.mass_properties()[0];
   Points impulse(1, 3), angular(1, 3);
   impulse << 1.0, -2.0, 0.5;
-  angular << 1e-4, 2e-4,
-      -3e-4;  // slow: the gyroscopic change within the step is below the tolerance
+  // The rotation is so slow that its gyroscopic change within the step is below the tolerance.
+  angular << 1e-4, 2e-4, -3e-4;
   const double h = 1e-3;
   world.advance(h, impulse, angular, {}, state);
   const Vec3 velocity = impulse.row(0).transpose() / mass.mass;
@@ -138,6 +138,7 @@ TEST_CASE("points of a body go to the world and back, and move with its velocity
   CHECK((before - (bar.position + turn * local)).norm() < 1e-14);
   const double h = 1e-5;
   run(world, state, h, 1, 0);
-  // Second order: h omega^2 r / 2 = 3e-6; the gyroscopic change of omega is of the same order.
+  // The difference quotient has an error of h omega^2 r / 2 = 3e-6. The gyroscopic change of omega
+  // is of the same order.
   CHECK(((to_world(state, 0, local) - before) / h - velocity).norm() < 1e-4);
 }

@@ -1,4 +1,4 @@
-// Claims about whole simulations: determinism, resuming, coupling with rigid bodies.
+// Claims about whole simulations: determinism, resuming, and coupling with rigid bodies.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -220,14 +220,15 @@ TEST_CASE("a strip at rest carries the body attached to it, with any integrator"
   Simulation sim(scene, o, 1);
   for (int i = 0; i < (damps ? 1500 : 750); ++i) sim.step();
   CHECK(sim.state().rigid.velocities.norm() < 1e-3);
-  // The nominal stress lambda E (lambda^2 - 1)/2 equals m g / width. Half of the strip's own weight
-  // (a fiftieth) is added to the load.
+  // The nominal stress lambda E (lambda^2 - 1)/2 equals m g / width. The mass m includes half of
+  // the strip, 1/200 of the body's mass.
   const double load = (5000.0 * 0.1 * 0.02 * 0.02 + 0.5 * 0.05 * 0.04) * 9.81 / 0.1;
   double lambda = 1.0;
   for (int k = 0; k < 50; ++k)
     lambda -= (0.5 * 300.0 * lambda * (lambda * lambda - 1) - load) /
               (0.5 * 300.0 * (3 * lambda * lambda - 1));
-  // The clamped ends cannot contract, but nu = 0. Springs of 3e4 N/m per vertex add 1e-5 m.
+  // The clamped ends cannot contract, but need not either, because nu = 0. Springs of 3e4 N/m per
+  // vertex add 1e-5 m.
   CHECK(0.2 - sim.positions().row(0)(2) == Approx(0.4 * lambda).epsilon(2e-3));
 }
 
@@ -265,7 +266,7 @@ TEST_CASE(
     CHECK((kept - start).norm() < 1e-8 * start.norm());  // error of the Newton loops
     before = cloth;
     const StepReport& r = sim.report();
-    // The coupling of body and strip is of first order.
+    // The coupling of body and strip has an error of first order in the step.
     CHECK(r.energy.kinetic + r.energy.membrane + r.energy.bending + r.energy.body_kinetic <
           1.01 * energy);
   }
@@ -370,8 +371,9 @@ TEST_CASE("a step in which the Newton loop finds no solution is taken in halves"
   scene.cloths[0].pins = {0, 8};
   scene.collisions = false;
   IntegratorOptions o = step_of(0.02, "backward-euler");
-  o.newton()->max_newton_iterations =
-      3;  // too few for whole steps of a fall into tension, enough for halves and quarters
+  // Three iterations are too few for whole steps while the falling cloth is pulled taut, but enough
+  // for halves and quarters.
+  o.newton()->max_newton_iterations = 3;
   Simulation sim(scene, o, 1);
   std::vector<int> parts;
   for (int i = 0; i < 20; ++i) {
@@ -379,7 +381,7 @@ TEST_CASE("a step in which the Newton loop finds no solution is taken in halves"
     parts.push_back(sim.report().parts);
   }
   CHECK(*std::max_element(parts.begin(), parts.end()) > 1);
-  // Halved steps damp less. The fall agrees with one in steps of 5 ms, to 5 % of the cloth's
+  // Halved steps damp less. The fall agrees with a fall in steps of 5 ms, to 5 % of the cloth's
   // length.
   IntegratorOptions fine = o;
   fine.set_step(0.005), fine.newton()->max_newton_iterations = 50;
@@ -394,7 +396,7 @@ TEST_CASE(
   for (const char* method : {"backward-euler", "nonlinear-midpoint"}) {
     CAPTURE(method);
     const bool damped = method == std::string("backward-euler");
-    const double duration = damped ? 0.6 : 0.3;  // it lands after 0.06 to 0.1 s
+    const double duration = damped ? 0.6 : 0.3;  // the cloth lands after 0.06 to 0.1 s
     Scene scene;
     const Eigen::Matrix3d tilt =
         Eigen::AngleAxisd(0.15, Vec3(1, 0.5, 0).normalized()).toRotationMatrix();
@@ -436,8 +438,8 @@ TEST_CASE("a draping cloth never has more energy than at the start") {
     highest = std::max(highest, energy());
     lowest = std::min(lowest, sim.report().energy.gravity);
   }
-  // Contacts of a step are detected at its start. A push can therefore add the energy of one step's
-  // motion.
+  // Contacts are detected at the start of a step. A contact force can therefore add as much energy
+  // as the motion of one step exchanges.
   CHECK(highest - start < 1e-3 * (g - lowest));
 }
 

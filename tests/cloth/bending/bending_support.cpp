@@ -60,8 +60,8 @@ Points noise(Index n, double size, unsigned seed) {
 
 namespace {
 
-// Diamond lattice: lattice points (i, j) h / 2 with i + j even are vertices. Each other point is
-// the centre of a diamond, which is halved at the boundary.
+// Mesh of diamonds. The lattice points (i, j) h / 2 with even i + j are vertices. Every other
+// lattice point is the centre of a diamond, which is cut in half at the boundary.
 Strip diamond_strip(bool along, double length, double width, Index across) {
   const Index ny = 2 * across,
               nx = static_cast<Index>(std::lround(ny * length / width)) / 2 * 2 + 2, clamp = 2;

@@ -30,8 +30,8 @@ struct Strip {
   std::vector<Index> tip;  // vertices at x = length
   double length;
 };
-// pattern: alternating | diagonal | mirrored | jittered | along | across. The last two are diamonds
-// at 45 degrees, with diagonals along and across the strip.
+// pattern: alternating | diagonal | mirrored | jittered | along | across. The last two consist of
+// diamonds, with edges at 45 degrees and diagonals along or across the strip.
 Strip make_strip(const std::string& pattern, double length, double width, Index across);
 // Delaunay triangulation of random points after `smoothing` rounds of relaxation (0 keeps slivers).
 // Writes the smallest angle [rad] to least_angle unless it is null.

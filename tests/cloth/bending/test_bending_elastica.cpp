@@ -43,8 +43,8 @@ double elastica_tip(double w, double& tip_x) {
   return z;
 }
 
-// Minimises membrane + bending - load by Newton's method with a line search on the energy. Uses the
-// positive Jacobian if the exact one is indefinite.
+// Minimises the energy of membrane, bending and load by Newton's method with a line search. Uses
+// the positive semi-definite Jacobian if the exact one is indefinite.
 class StaticSolve {
  public:
   StaticSolve(const Strip& strip, const Bending& bending, Membrane& membrane)
@@ -124,7 +124,7 @@ class StaticSolve {
 TEST_CASE(
     "a heavy mid-edge cantilever hangs as the elastica does, up to a load that turns it nearly "
     "straight down") {
-  // Tips of the published boundary value problem at w L^3 / B = 5 and 40.
+  // Tip heights of the published boundary value problem for w L^3 / B = 5 and 40.
   double x5 = 0.0, x40 = 0.0;
   const double z5 = elastica_tip(5.0, x5), z40 = elastica_tip(40.0, x40);
   CHECK(z5 == Approx(-0.4959).epsilon(2e-4));
@@ -137,7 +137,7 @@ TEST_CASE(
   BendingSetup setup = flat_setup(strip.vertices, strip.triangles, isotropic(1.0, 0.0));
   setup.prescribed = strip.prescribed;
   const auto bending = make_midedge_bending(setup);
-  // The strain under its own weight is 40 / 2e4 at the clamp and half of that on average.
+  // The strain under the strip's own weight is 40 / 2e4 at the clamp and half of that on average.
   const MembraneConstants constants{2e4, 2e4, 0.0, 1e4, 0.0, 0.0};
   Membrane membrane(static_cast<Index>(strip.vertices.rows()), strip.triangles, setup.corners,
                     std::vector<MembraneConstants>(strip.triangles.rows(), constants));

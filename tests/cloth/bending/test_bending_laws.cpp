@@ -150,7 +150,7 @@ TEST_CASE(
         Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (k + k.transpose())).eigenvalues();
     CHECK(eigenvalues(0) >= -1e-13 * eigenvalues(eigenvalues.size() - 1));
   }
-  // The scales are factors, and results are added to the matrix.
+  // Stiffness and damping are multiplied by their scales and added to the matrix.
   const Eigen::MatrixXd both = dense(*bending, x, 2.0, 3.0);
   const Eigen::MatrixXd apart =
       2.0 * dense(*bending, x, 1.0, 0.0) + 3.0 * dense(*bending, x, 0.0, 1.0);
@@ -313,6 +313,6 @@ TEST_CASE("the largest eigenvalue approximates that of the dense problem on free
   const double exact = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(k).eigenvalues().maxCoeff();
   const double found = bending->largest_eigenvalue(mass);
   CHECK(found <= exact * (1.0 + 1e-12));
-  CHECK(found >= 0.97 * exact);  // 40 iterations; explicit steps keep a margin of 20 %
+  CHECK(found >= 0.97 * exact);  // after 40 iterations; explicit steps keep a margin of 20 %
   CHECK(free->largest_eigenvalue(mass) > 0.0);
 }

@@ -88,9 +88,9 @@ TEST_CASE("a completely closed fold gives only finite numbers") {
 }
 
 TEST_CASE("a fold that passes through itself comes back from the other side") {
-  // Angles are not unwrapped: beyond pi the two triangles have passed through each other, which
-  // collisions prevent. Cloth without collisions then unfolds in the shorter direction. The energy
-  // depends only on the current shape.
+  // Angles are not continued beyond pi, where the two triangles have passed through each other.
+  // Collisions prevent this. Without collisions, the cloth then unfolds in the shorter direction,
+  // because the energy depends only on the current shape.
   const std::string element = GENERATE("hinge", "midedge");
   CAPTURE(element);
   Points x(4, 3);

@@ -33,8 +33,8 @@ Mat3 some_turn(int i) {
       .toRotationMatrix();
 }
 
-// Solves (3.10) of the thesis, 6 x 6: three strains, linear momentum, and angular momentum about
-// the centre of the candidate positions.
+// Solves the six equations (3.10) of the thesis: for the three strains, for linear momentum in the
+// plane, and for angular momentum about the centre of the candidate positions.
 Points thesis_correction(const LimitedCloth& cloth, const Points& x, const Vec3& change) {
   const Corners2& c = cloth.corners[0];
   const Vec2 e1 = (c.row(1) - c.row(0)).transpose(), e2 = (c.row(2) - c.row(0)).transpose();
@@ -178,7 +178,7 @@ TEST_CASE(
       CHECK(one.row(corner) == x.row(corner));
       CHECK((strain_of(cloth, one).row(0).transpose() - Vec3(0.05, 0.02, 0.02))
                 .cwiseAbs()
-                .maxCoeff() < 2e-4);  // quadratic in an excess of 1e-3
+                .maxCoeff() < 2e-4);  // the error is quadratic in the excess of 1e-3
       const Points arms = x.rowwise() - x.row(corner);
       CHECK(angular_momentum(cloth.mass, arms, one - x).norm() < 1e-17);
       for (int free = 0; free < 3; ++free) {

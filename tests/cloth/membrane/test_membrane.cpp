@@ -236,7 +236,8 @@ TEST_CASE(
   const Eigen::MatrixXd at_rest = dense(rest);
   CHECK((corotational_jacobian(s.mesh, c, s.mesh.vertices()) - at_rest).norm() <
         1e-12 * at_rest.norm());  // both models agree without stress
-  // Stretches by a tenth and rotates, so that the co-rotational model has a rotation to follow.
+  // The sheet is stretched by a tenth and rotated, so that the co-rotational model must follow a
+  // rotation.
   const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   Points x = s.mesh.vertices();
   x.col(0) *= 1.1;

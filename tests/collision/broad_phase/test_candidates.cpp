@@ -98,7 +98,7 @@ TEST_CASE("a tree built at other positions finds the same pairs") {
   BroadPhase lasting(scene.model, pairs);
   std::vector<FeaturePairs> old_tree, new_tree;
   lasting.swept_pairs(Team{1}, {shaken(scene.x, 0.1, 30), scene.x, 0.0}, all, keep,
-                      old_tree);  // clusters built for other positions
+                      old_tree);  // builds clusters for other positions
   for (const unsigned seed : {31u, 32u}) {
     const Points x0 = shaken(scene.x, 0.02, seed), x1 = shaken(x0, 0.01, seed + 5);
     lasting.swept_pairs(Team{3}, {x0, x1, 1e-4}, all, keep, old_tree);

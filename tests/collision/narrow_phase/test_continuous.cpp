@@ -83,7 +83,8 @@ TEST_CASE("motions constructed to collide are always reported") {
     const bool face = trial % 2;
     const double size = std::pow(10.0, -6.0 * uniform(random)), meeting_time = uniform(random);
     MovingPoints q = random_motion(random, size, trial % 3 ? size : 100.0 * size);
-    // Shifts side a so that the chosen points of both sides coincide at the meeting time.
+    // Shifts the first feature so that the chosen points of both features coincide at the meeting
+    // time.
     const double s = uniform(random), t = uniform(random) * (face ? 1.0 - s : 1.0);
     const auto at = [&](int i) {
       return Vec3((1.0 - meeting_time) * q[i] + meeting_time * q[4 + i]);

@@ -27,7 +27,7 @@ void check_against_sampling(const FourPoints& p, bool face) {
   double size = 0.0;
   for (int i = 0; i < 4; ++i)
     for (int j = 0; j < i; ++j) size = std::max(size, (p[i] - p[j]).norm());
-  // On each side, a grid point lies within half a cell of the closest point.
+  // On each feature, a grid point lies within half a cell of the closest point.
   CHECK(closest.distance <= sampled + 1e-12 * size);
   CHECK(closest.distance >= sampled - 1.5 * size / n);
   Vec3 difference = Vec3::Zero();
@@ -51,7 +51,7 @@ TEST_CASE("closest points agree with a fine sampling, and the weights reproduce 
     FourPoints p;
     for (Vec3& point : p) point = random_vector(random, 1.0);
     if (trial % 4 == 1)
-      p[3] = p[2] + 1e-9 * random_vector(random, 1.0);      // edge or side of zero length
+      p[3] = p[2] + 1e-9 * random_vector(random, 1.0);      // edge or triangle side of zero length
     if (trial % 4 == 2) p[3] = p[2] + (p[1] - p[0]) * 0.7;  // parallel edges
     if (trial % 4 == 3) p[3] = 0.5 * (p[1] + p[2]) + 1e-10 * random_vector(random, 1.0);  // sliver
     check_against_sampling(p, true);
@@ -65,7 +65,7 @@ TEST_CASE("the distance to a triangle without area is that to its edges") {
   const FourPoints point = {Vec3(0, 3, 4), Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0)};
   CHECK(closest_vertex_face(point).distance == 5.0);
   CHECK(closest_edge_edge(point).distance ==
-        Approx(5.0 * 0.0).margin(1e-15));  // edge 0-1 runs through the point
+        Approx(5.0 * 0.0).margin(1e-15));  // edge 0-1 ends at the point
 }
 
 TEST_CASE("at zero distance the normal is that of the features, oriented to the given side") {

@@ -1,5 +1,5 @@
-// Claims about exact continuous collision detection: cases solved by hand, laws of every exact
-// result, and published queries.
+// Claims about exact continuous collision detection: cases solved by hand, properties of every
+// exact result, and published queries.
 #include <catch2/catch.hpp>
 
 #include <cstdlib>
@@ -62,8 +62,8 @@ TEST_CASE(
 }
 
 TEST_CASE("motions within one plane, along one line and without motion are decided") {
-  // The vertex moves in the plane of the face: through it, past it, at rest inside, at rest on an
-  // edge, at rest outside.
+  // The vertex stays in the plane of the face. It moves through the face, through a corner and past
+  // the face, and then rests inside, on an edge and outside.
   const auto in_plane = [](Vec3 from, Vec3 to) {
     MovingPoints q = falling(0, 0, 0, 0);
     q[0] = from, q[4] = to;
@@ -135,8 +135,8 @@ TEST_CASE(
     CHECK(meet(permuted(q, face ? std::array<int, 4>{0, 2, 1, 3} : std::array<int, 4>{0, 1, 3, 2}),
                face) == verdict);
     CHECK(exact(q, face).hit == verdict);
-    // Points that touch at any instant collide during the motion. Multiples of 1/8 are exact in
-    // floating point.
+    // Without a collision during the motion, the features are apart at every instant. Multiples of
+    // 1/8 of these coordinates are exact in floating point.
     for (int k = 0; k <= 8 && !verdict; ++k) {
       MovingPoints rest;
       for (int i = 0; i < 4; ++i) rest[i] = rest[4 + i] = ((8 - k) * q[i] + k * q[4 + i]) / 8.0;
@@ -233,7 +233,8 @@ void check_queries(const std::string& path, double bound) {
     const ExactImpact verdict = exact(q, face);
     wrong += verdict.hit != truth;
     late += truth && verdict.time > row[27];
-    without_separated(face, 1, [&](Index, int k) { return q[k].data(); }, [&](Index) { ++left; });
+    without_separated(
+        face, 1, [&](Index, int k) { return q[k].data(); }, [&](Index) { ++left; });
     separated_hits += truth && left == n_left;
     n_left = left;
   }

@@ -10,7 +10,7 @@ using Kind = CollisionSurface::Kind;
 namespace {
 
 // Moves a small sheet as a rigid block on a floor under tilted gravity. The block starts near its
-// rest gap, and its vertices share one velocity, computed by semi-implicit Euler.
+// equilibrium gap. Its vertices share one velocity, computed by semi-implicit Euler.
 struct Slide {
   double distance, speed;
 };
@@ -35,7 +35,7 @@ Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 
     const ContactTerms made =
         stage.terms({x, v, last_change, Points(0, 3), h, n}, contacts, state, terms);
     const Vec3 before = velocity;
-    for (int solve = 0; solve < 3; ++solve) {  // repeated, as in linearised integrators
+    for (int solve = 0; solve < 3; ++solve) {  // repeated, as in the linearised integrators
       Mat3 matrix = mass * Mat3::Identity();
       Vec3 right = mass * before + h * mass * gravity;
       for (const ExtraTerm& term : terms) {
@@ -89,22 +89,21 @@ TEST_CASE("a block on a slope sticks below the friction angle and slides above i
 }
 
 TEST_CASE("long slides follow Coulomb's law at every slope above the friction angle") {
-  // A single solve per step follows the extrapolated slip. With the slip of the last step, friction
-  // would be too large by the fraction h / t after a time t, which changes the distance by 26 % at
-  // slope 0.305 and by 3 % at 0.5. Further solves with the slip and normal force of the step itself
-  // allow long steps. At slope 0.305 the net force is 1.6 % of the friction, so an error of 4 % in
-  // the distance is 0.07 % of the friction. Steps of 4 ms overestimate the distance by h / t = 1 %
-  // even without friction.
+  // Each step repeats its solve with its own slip and normal force. With the slip of the previous
+  // step instead, friction would be too large by the fraction h / t after a time t. The distance
+  // would change by 26 % at slope 0.305 and by 3 % at 0.5. At slope 0.305 the net force is 1.6 % of
+  // the friction, so an error of 4 % in the distance is 0.07 % of the friction. Steps of 4 ms
+  // overestimate the distance by h / t = 1 % even without friction.
   for (const double h : {1e-3, 4e-3})
     for (const double slope : {0.305, 0.35, 0.5}) {
       const double angle = std::atan(slope),
                    pull = 9.81 * (std::sin(angle) - 0.3 * std::cos(angle));
-      const double distance = std::min(0.3, 0.5 * pull * 4.0);  // stays on the floor and within 2 s
+      const double distance = std::min(0.3, 0.5 * pull * 4.0);  // limited to the floor and to 2 s
       INFO("step " << h << " slope " << slope);
       CHECK(slide(slope, std::sqrt(2.0 * distance / pull), 0.0, h).distance ==
             Approx(distance).epsilon(slope < 0.31 ? 0.04 : 0.02));
     }
-  // A single solve is accurate to 3 %.
+  // A single solve per step, with the extrapolated slip, is accurate to 3 %.
   CHECK(slide(0.5, 0.5, 0.0, 1e-3, false).distance ==
         Approx(0.5 * 9.81 * 0.2 / std::sqrt(1.25) * 0.25).epsilon(0.03));
 }

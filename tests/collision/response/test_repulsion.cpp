@@ -77,7 +77,7 @@ TEST_CASE(
       CHECK(turned < 1e-14);
     else
       CHECK(turned < 2e-3 * size);  // torque of friction: at most thickness times impulse
-    // Approach has ended for all contacts, up to the tolerance of the sweeps.
+    // No contact still approaches, up to the tolerance of the sweeps.
     for (const Contact& contact : contacts) {
       double approach = 0.0;
       for (int i = 0; i < 4; ++i)
@@ -126,8 +126,9 @@ TEST_CASE(
   for (const double h : {1e-3, 1e-4}) {
     const Slide held = slide(0.295, h, 0.5), sliding = slide(0.305, h, 0.5),
                 fast = slide(0.5, h, 0.5);
-    CHECK(held.distance <
-          1e-6);  // 0.35 m without friction; sweeps stop at 1e-4 of a step's largest correction
+    // Without friction, the distance would be 0.35 m. The sweeps stop at 1e-4 of the largest
+    // correction of a step.
+    CHECK(held.distance < 1e-6);
     for (const Slide& each : {held, sliding, fast}) {
       CHECK(each.smallest_gap > 0.99e-3);
       CHECK(each.largest_gap <= 1e-3);

@@ -51,7 +51,7 @@ Points assembled_product(const ExtraTerms& terms, const Points& direction) {
   return sum;
 }
 
-// Anchors for the contacts, some of which stick while others will slip.
+// Returns an anchor for each contact. Some of the contacts stick, and others will slip.
 ContactState anchored(const std::vector<Contact>& contacts) {
   ContactState state;
   for (const Contact& c : contacts)
@@ -127,7 +127,7 @@ TEST_CASE("contact forces are minus the gradient of the contact energies for fix
     for (int i = 0; i < term.n_entries; ++i)
       slope +=
           direction.row(term.entries[i].row).dot(term.entries[i].apply_transposed(term.gradient));
-  // The energy is less smooth where contacts begin or end; none do within a step of 1e-9 m.
+  // The energy is less smooth where contacts begin or end. None does so within a step of 1e-9 m.
   const double step = 1e-9,
                difference =
                    (energy(x + step * direction) - energy(x - step * direction)) / (2 * step);
@@ -333,7 +333,7 @@ TEST_CASE("a smooth surface pushes along its rounded normals, and its edges carr
   };
   // Facets of 8 mm on a radius of 50 mm are tilted by up to 0.1 rad, and the normals of edge
   // contacts by more. The error of the rounded normal is the square of the tilt, plus the tilt
-  // times height over radius (0.04) if the closest point is not on the vertex's radius.
+  // times the ratio of height to radius (0.04) if the closest point is not on the vertex's radius.
   CHECK(worst_angle(false) > 0.1);
   CHECK(worst_angle(true) < 0.02);
 }

@@ -26,7 +26,7 @@ TEST_CASE(
                        u[0][2] * (u[1][0] * u[2][1] - u[1][1] * u[2][0]);
     const int truth = (d > 0) - (d < 0);
     zeros += truth == 0;
-    // The coordinates stay exact after scaling by a power of two and shifting.
+    // Scaling by a power of two and shifting keep these coordinates exact.
     Vec3 q[4];
     for (int i = 0; i < 4; ++i)
       q[i] = Vec3(p[i][0], p[i][1], p[i][2]) * 0x1p-20 + Vec3(4096, 0, -8);

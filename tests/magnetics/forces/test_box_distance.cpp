@@ -35,9 +35,8 @@ TEST_CASE(
   CHECK(distance({5.0, 0.3, 0.2}) == Approx(3.0));
   CHECK(distance({5.0, 8.0, 0.0}) == Approx(5.0));
   CHECK(distance({4.0, 7.0, 12.0}) == Approx(7.0));
-  const double turn =
-      0.125 *
-      3.14159265358979323846;  // half of 45 degrees about z, which points a corner at the other box
+  // Half the angle of a rotation by 45 degrees about z, which turns a corner towards the other box.
+  const double turn = 0.125 * 3.14159265358979323846;
   CHECK(distance({6.0, 0.0, 0.0}, {std::cos(turn), 0, 0, std::sin(turn)}) ==
         Approx(5.0 - 3.0 / std::sqrt(2.0)));
 }
@@ -55,7 +54,8 @@ TEST_CASE("distances of random boxes agree with alternating projections") {
     const RigidPose pose{
         Vec3(4.0 * normal(random), 4.0 * normal(random), 4.0 * normal(random)),
         Vec4(normal(random), normal(random), normal(random), normal(random)).normalized()};
-    // Alternating projections converge slowly if faces are nearly parallel, with errors of 1e-3.
+    // If faces are nearly parallel, alternating projections converge slowly and leave errors of
+    // 1e-3.
     CHECK(distance(pose.position, pose.orientation) == Approx(by_projections(pose)).margin(2e-3));
   }
 }

@@ -123,8 +123,7 @@ TEST_CASE("a light ball squeezed between cloth and floor stays between them") {
     REQUIRE(sim.report().contacts.unresolved == 0);
     for (const auto& pair : sim.intersecting_pairs())
       REQUIRE(pair[0] >= 200);  // only body and floor may touch
-    // The body does not yield into the floor, which bears the load. Bullet lets bodies sink in
-    // slightly.
+    // The ball is not pressed into the floor, which bears the load. Bullet allows a slight overlap.
     CHECK(sim.body_centres()(0, 2) > 0.0298);
     CHECK(sim.body_centres()(0, 2) < 0.0302);
   }
@@ -134,9 +133,9 @@ TEST_CASE(
     "plates that leave the cloth room never make it intersect, at any gap and with or without "
     "rotation") {
   for (const bool turning : {false, true})
-    for (const double gap :
-         {3e-3, 0.6e-3, 1e-4,
-          5e-5}) {  // above and below the thickness: forces yield, certification does not
+    // Gaps above and below the thickness. Contact forces yield below it, but certification does
+    // not.
+    for (const double gap : {3e-3, 0.6e-3, 1e-4, 5e-5}) {
       Simulation sim(press(gap, 0.02, turning, 0.02), step_of(0.01), 1);
       for (int i = 0; i < 8; ++i) {
         sim.step();
@@ -278,10 +277,10 @@ TEST_CASE(
   }
   CHECK(same(sim.checkpoint(), resumed.checkpoint()));
   CHECK(sim.intersecting_pairs().empty());
-  CHECK(lowest > 0.99 * 2e-3);  // the free sheet rests on the floor at its thickness
+  CHECK(lowest > 0.99 * 2e-3);  // the free sheet rests one contact thickness above the floor
   CHECK(sim.positions().bottomRows(36).col(2).maxCoeff() < 2.2e-3);
-  CHECK(sim.body_centres()(0, 2) >
-        0.04);  // caught, half-way to the floor, by the sheet that hangs from its corners
+  // The sheet that hangs from its corners has caught the ball half-way to the floor.
+  CHECK(sim.body_centres()(0, 2) > 0.04);
 }
 
 TEST_CASE("a strip twisted fast by its ends stays free of intersection and tears nothing") {

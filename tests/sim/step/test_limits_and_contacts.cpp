@@ -1,5 +1,5 @@
 // Claims about strain limits in a step: with contacts, inside the implicit solve, and with scripted
-// motion that leaves limits no room.
+// motion that breaks them.
 #include <catch2/catch.hpp>
 
 #include <set>
@@ -35,8 +35,8 @@ double worst(const StepReport& report) {
       {report.limits.weft_excess, report.limits.warp_excess, report.limits.shear_excess});
 }
 
-// A cloth of cells x cells cells that scripted pins stretch beyond its limits. Next to it hang a
-// cloth whose limits have room and a cloth that is limited by edges.
+// A cloth of cells x cells cells that scripted pins stretch beyond its limits. Next to it hang two
+// cloths that can satisfy their limits. The second of them is limited by edges.
 Scene stretched_beyond_limits(int cells) {
   Scene scene;
   Cloth cloth;
@@ -120,7 +120,7 @@ TEST_CASE(
   std::int64_t beyond_early = 0;
   for (int i = 0; i < 50; ++i) {
     sim.step();
-    if (i < 6) beyond_early += sim.report().limits.beyond;  // at most 3.6 % of strain
+    if (i < 6) beyond_early += sim.report().limits.beyond;  // strain of at most 3.6 %
   }
   CHECK(beyond_early == 0);
   CHECK(sim.report().limits.beyond == 2 * cells * cells);
@@ -151,15 +151,15 @@ TEST_CASE(
       const double rest = (edged->vertices().row(a) - edged->vertices().row(b)).norm();
       longest = std::max(longest, (x.row(242 + a) - x.row(242 + b)).norm() / rest - 1.0);
     }
-  CHECK(longest < 0.05 + 0.02);  // sweeps stop at the tolerance or after one hundred
+  CHECK(longest < 0.05 + 0.02);  // sweeping ends at the tolerance or after 100 sweeps
 }
 
 TEST_CASE(
     "a sheet thrown at a ball keeps its limits by parts of a step, not by losing its motion") {
   StrainLimit limit;
   limit.weft = limit.warp = 0.03, limit.shear = 0.05;
-  for (const double speed :
-       {6.0, 12.0}) {  // 24 and 48 mm in the first step; the contact distance is 2.9 mm
+  // The sheet moves 24 and 48 mm in the first step; the contact distance is 2.9 mm.
+  for (const double speed : {6.0, 12.0}) {
     Simulation sim(draped(14, limit, true), step_of(4e-3), 1);
     const Index n = static_cast<Index>(sim.positions().rows());
     Points v = Points::Zero(n, 3);
@@ -177,8 +177,8 @@ TEST_CASE(
       CHECK(sim.broken_limits().empty());
       CHECK(worst(sim.report()) <= limit_margin(0.05));
       CHECK(sim.intersecting_pairs().empty());
-      // The ball stops only the part of the sheet that lies on it, a tenth. With steps of 1 ms or
-      // less, 0.93 of the speed remains.
+      // The ball stops only the tenth of the sheet that lies on it. With steps of 1 ms or less,
+      // 0.93 of the mean speed remains.
       if (i == 0 && speed == 6.0) CHECK(-sim.velocities().col(2).mean() > 0.9 * speed);
       if (i == 0 && speed == 12.0) CHECK(-sim.velocities().col(2).mean() > 0.75 * speed);
     }
@@ -187,8 +187,8 @@ TEST_CASE(
   }
 }
 
-// A soft, heavy cloth with a much lower limit along weft than along warp. When it falls into its
-// pins, all of it reaches the limits in one step.
+// A soft, heavy cloth with a much lower limit along weft than along warp. It falls until its pins
+// catch it. Then the whole cloth reaches its limits within one step.
 TEST_CASE("a step that breaks limits is taken in halves, which satisfy them") {
   Scene scene;
   scene.collisions = false;

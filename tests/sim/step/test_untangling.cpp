@@ -1,4 +1,4 @@
-// Claims about starts with intersections: surfaces come apart and then stay apart.
+// Claims about scenes that start with intersections: surfaces come apart and then stay apart.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -32,7 +32,7 @@ Scene layers(double (*height)(double, double)) {
   return scene;
 }
 
-// Steps until nothing intersects. Returns the number of steps, or -1 after `most`.
+// Steps until nothing intersects. Returns the number of steps, or -1 if `most` are not enough.
 int come_apart(Simulation& sim, int most) {
   for (int i = 1; i <= most; ++i) {
     sim.step();
@@ -51,8 +51,8 @@ TEST_CASE("layers that start intersecting come apart and stay apart") {
       Simulation sim(scene, step_of(4e-3), 1);
       INFO("response " << response << ", pairs at the start " << sim.intersecting_pairs().size());
       REQUIRE(sim.intersecting_pairs().size() > 20);
-      // The deepest point is 30 thicknesses beyond the other layer. At the target speed, it needs
-      // 75 steps.
+      // The deepest point is 30 thicknesses beyond the other layer. At the target speed of
+      // untangling, it needs 75 steps.
       REQUIRE(come_apart(sim, 300) > 0);
       for (int i = 0; i < 25; ++i) {
         sim.step();
