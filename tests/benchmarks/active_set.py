@@ -1,11 +1,11 @@
 """Time that the active set saves: sphere_slide with strain limits enforced by coloured Gauss-Seidel
-alone, with and without it (thesis: 2.92 -> 1.53 s per frame).
+alone, with and without the active set (thesis: 2.92 -> 1.53 s per frame).
 
     python tests/benchmarks/active_set.py --limits 0.04 0.03 0.028 0.025
 
 One sweep satisfies the scene's own limits, so --limits replaces them along weft and warp. Each run
-takes 21 steps from a state at 0.15 s. The time of a step is the least wall time of limiting over
-several runs. Both columns end in bitwise identical states.
+takes 21 steps from a state at 0.15 s. The time of a step is the least wall time that limiting took
+in several runs. With and without the active set, the end states are bitwise identical.
 """
 
 from __future__ import annotations

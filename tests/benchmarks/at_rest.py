@@ -1,4 +1,4 @@
-"""Rest state of a drape for several steps, from starts perturbed by 1e-6 m.
+"""Rest state of a drape for several time steps, from starts perturbed by 1e-6 m.
 
     python tests/benchmarks/at_rest.py [--triangles 3600 --steps 1e-3 4e-3 --runs 10 --jobs 2
     --out at_rest.csv]

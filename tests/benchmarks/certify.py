@@ -1,5 +1,5 @@
-"""Counts intersecting pairs over all frames of every scene, for several steps and starts perturbed
-by 1e-6 m.
+"""Counts intersecting pairs over all frames of every scene, for several time steps and for starts
+perturbed by 1e-6 m.
 
     python tests/benchmarks/certify.py [--scenes drape twist --steps 1e-3 4e-3 --runs 10 --jobs 2
     --out certify.csv]
@@ -23,7 +23,7 @@ from smoke import SCENES, parsed
 
 PERTURBATION = 1e-6  # largest offset of a coordinate [m]
 
-# Parameters and duration [s] of each scene: ten runs of all of them take one to two hours.
+# Parameters and duration [s] of each scene. Ten runs of all scenes take one to two hours.
 SIZES = {
     "bending": ({"triangles": 512}, 0.6),
     "card": ({"triangles": 800, "boxes": 4}, 0.6),

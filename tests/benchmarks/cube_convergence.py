@@ -7,9 +7,9 @@ Both cubes are aligned lattices of N x N x N dipoles. Pairs with equal offset ex
 the sum runs over (2N - 1)^3 offsets. Up to N = --tree the treecode evaluates the same sum over the
 dipoles themselves, and must agree to its tolerance.
 
-Errors are relative to the closed form for parallel cuboids. For the accurate engine, the cubes are
-turned by 1e-9 rad against each other, which makes it integrate numerically. Its processor time is
-printed too.
+Errors are relative to the closed form for parallel cuboids. For the accurate engine, one cube is
+turned by 1e-9 rad relative to the other, so that the engine integrates numerically. Its processor
+time is printed too.
 """
 
 import argparse

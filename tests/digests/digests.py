@@ -4,10 +4,10 @@
     mpirun -n 2 python tests/digests/digests.py --compare
     python tests/digests/digests.py --record [names ...]
 
-45 steps include the rebuild of the rigid bodies at step 40. A change that must not affect results
-leaves all digests unchanged. A change that affects results records new digests in the same commit
-and explains them in its message. Digests are valid only on the machine of the record; on another
-one, status 77 names the differences.
+The 45 steps include the rebuild of the rigid bodies at step 40. A change that must not affect
+results leaves all digests unchanged. A commit that affects results must contain new digests and
+explain them in its message. Digests are valid only on the machine on which they were recorded. On
+another machine, the program names the differences and exits with status 77.
 """
 
 from __future__ import annotations

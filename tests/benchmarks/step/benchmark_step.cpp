@@ -1,8 +1,8 @@
 // Time of a step without collisions (loads, forces, assembly, solve, motion) of a cloth draped over
 // a sphere: solvers and bending elements, growth with the mesh, accuracy of the tolerance. Every
-// repetition starts from the same state, except for 1 nm at one vertex. Times are minima. A fixed
-// block product (7,396 rows, one thread) is timed between the repetitions. Only the ratio to its
-// time carries over to other machines.
+// repetition starts from the same state, except that one vertex is displaced by 1 nm in every
+// second one. Times are minima. A fixed block product (7,396 rows, one thread) is timed between the
+// repetitions. Only the ratio to its time carries over to other machines.
 //   benchmark_step [solvers] [growth [cells ...]] [accuracy] [threads]      (default: all; growth
 //   of 50 ... 400 cells; --smoke: one row of 10 cells)
 #include <algorithm>
@@ -22,7 +22,7 @@ using namespace loomstone;
 
 namespace {
 
-// Clock [s]: with one thread its processor time, which excludes other processes; else wall time.
+// Processor time with one thread, because it excludes other processes, otherwise wall time [s].
 double now(int threads = 1) {
   timespec t;
   clock_gettime(threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &t);
@@ -90,8 +90,9 @@ Measured measure(const Case& c) {
   static Product product;
   Simulation sim = simulation(c);
   const Points x = sim.positions(), v = sim.velocities();
-  Points beside =
-      x;  // differs, so that no quantity cached for a step's start positions serves the next step
+  // Alternating start positions prevent a step from using quantities that are cached for those of
+  // the previous repetition.
+  Points beside = x;
   beside(0, 0) += 1e-9;
   const int repetitions = c.cells > 130 ? 20 : 40;
   Measured best;

@@ -11,7 +11,7 @@ import pytest
 ROOMS = ["fabrics", "fabrics.measurements", "garments", "limits", "magnetics", "meshes",
          "obstacles", "pictures"]  # fmt: skip
 
-# Arguments with numbers but no unit: counts, options, choices, and meshes.
+# Arguments that have numbers as values but no unit: counts, options, choices, and meshes.
 WITHOUT = {"with_uv", "threads", "quantity", "progress", "steps", "pattern"}
 
 

@@ -1,5 +1,5 @@
-"""Degenerate continuous queries and their exact verdicts in integer arithmetic, by Sturm's theorem.
-The method and the language differ from the library's.
+"""Degenerate queries of continuous collision detection, and their exact verdicts by Sturm's theorem
+in integer arithmetic. The method and the language differ from the library's.
 """
 
 from fractions import Fraction
@@ -121,7 +121,7 @@ class Time:
 
 
 def divided(p: Polynomial, numerator: int, bits: int) -> Polynomial:
-    """Divides p by all its roots numerator / 2^bits, up to a positive factor."""
+    """Removes all factors (t - numerator / 2^bits) from p, up to a positive factor."""
     while p and sign_at(p, numerator, bits) == 0:
         # (2^bits t - numerator) divides p after a scaling that keeps all steps integer.
         quotient, rest = [], 0
@@ -166,13 +166,13 @@ class Hull:
         self.dot = {(i, j): dot(corners[i], corners[j]) for i, j in self.cross}
 
     def holds_origin(self, time: Time) -> bool:
-        """Tests by Caratheodory's theorem, at a time when corners and origin lie in one plane."""
+        """Tests by Caratheodory's theorem; the corners and the origin are coplanar at this time."""
         if any(all(time.sign_of(x) == 0 for x in corner) for corner in self.corners):
             return True
         known: dict[tuple[int, int, int], int] = {}
 
         def turn(i: int, j: int, k: int) -> int:
-            """Sign of coordinate k of corner i x corner j."""
+            """Sign of coordinate k of the cross product of corners i and j."""
             if i > j:
                 return -turn(j, i, k)
             if (i, j, k) not in known:

@@ -117,7 +117,7 @@ def test_a_changing_given_current_drives_a_nearby_circuit():
     wave = 2 / 400 * (current * np.exp(-2j * np.pi * frequency * time)).sum()
     omega = 2 * np.pi * frequency
     wanted = -1j * omega * MUTUAL / (0.5 + 1j * omega * 4e-3) * -1j
-    assert abs(wave - wanted) < 2e-3 * abs(wanted)  # (omega h)^2 and linear interpolation
+    assert abs(wave - wanted) < 2e-3 * abs(wanted)  # errors: (omega h)^2 and linear interpolation
     assert abs(balance(sim)) < 1e-12
 
 
@@ -259,13 +259,12 @@ def test_the_charge_that_a_passing_magnet_moves_is_the_change_of_flux_over_the_r
         5e-4,
     )
     charge, before = 0.0, 0.0
-    for _ in range(
-        160
-    ):  # the magnet stops in the middle at 0.05 s, and the current decays within 3.3 ms
+    # The magnet stops in the middle after 0.05 s.
+    for _ in range(160):
         sim.step()
         charge, before = charge + 5e-4 * 0.5 * (before + sim.current), sim.current
-    # The current decays within 3 ms. Where the magnet stops, linear interpolation over
-    # 0.5 ms causes an error of (h / tau)^2 / 12.
+    # The current decays with a time constant of 3.3 ms. When the magnet stops, linear interpolation
+    # over 0.5 ms causes an error of (h / tau)^2 / 12.
     assert charge == pytest.approx((flux(0.15) - flux(0.0)) / 0.3, rel=2e-3)
     assert sim.circuit_supply == pytest.approx(
         sim.circuit_heat + sim.report.circuits.energy, rel=1e-12
@@ -290,8 +289,9 @@ def test_a_loop_turned_by_script_in_a_uniform_field_is_a_generator():
 
 
 def series_force(radius: float, distance: float, ball: float, chi: float, current: float) -> float:
-    """Axial force [N] on a linear ball by a multipole series. The ball is on the axis of a loop, at
-    a distance below its plane.
+    """Axial force [N] on a linearly magnetisable ball by a multipole series.
+
+    The ball is on the axis of a loop, at a distance below its plane.
     """
     s = np.hypot(radius, distance)
     n = np.arange(60)

@@ -1,4 +1,4 @@
-"""Moving magnets: momenta, energies, orders of accuracy, and paths from tables."""
+"""Moving magnets: momenta, energies, orders of accuracy, and trajectories from tables."""
 
 import librations
 import loomstone as ls
@@ -81,8 +81,8 @@ def test_free_spheres_pass_each_other_keeping_energy_and_momenta(case):
 
 
 def uneven_magnets(step: float) -> ls.Scene:
-    """Three free magnets, one of which is a long box with three different moments of inertia. The
-    box carries two magnets away from its axis.
+    """Three free bodies with magnets. One of them is a long box with three different moments of
+    inertia. The box carries two magnets away from its axis.
     """
     box, ball = (
         ls.meshes.box(size=(0.02, 0.01, 0.004)),
@@ -219,8 +219,8 @@ def test_two_cubes_attract_each_other_as_their_table_says(case):
         sim.step()
     z, v = sim.state.body_centres[:, 2], sim.state.body_velocities[:, 2]
     speed = case["closing_speed"]
-    # The tolerance covers 1e-4 of the force and the second-order error of 200 steps, during the
-    # last of which the force grows tenfold.
+    # The tolerance covers an error of 1e-4 in the force and the second-order error of 200 steps.
+    # The force grows tenfold during the last of these steps.
     assert v[0] - v[1] == pytest.approx(speed, rel=2e-3)
     assert z[1] - z[0] - case["cube"] == pytest.approx(case["gap"], abs=2e-3 * speed * case["time"])
 

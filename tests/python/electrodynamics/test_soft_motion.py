@@ -13,7 +13,10 @@ BOX = (0.01, 0.008, 0.006)
 
 
 def floating(case: dict, material: str, height: float) -> ls.Scene:
-    """A magnet on its side above a plate: its stable orientation above a superconductor."""
+    """A magnet above a plate, with its moment parallel to the plate.
+
+    This is the stable orientation above a superconductor.
+    """
     volume = 4 / 3 * np.pi * case["magnet_radius"] ** 3
     mesh, density = ball_mesh(case["magnet_radius"], case["magnet_density"] * volume)
     magnet = ls.RigidBody(
@@ -134,8 +137,8 @@ def test_free_bodies_keep_momenta_and_energy_and_the_same_bits():
     )
     exchanged = sim.report.energy.magnetic - potential
     gained = sim.report.energy.body_kinetic + sim.report.energy.magnetic - energy
-    # With 8 cells, the force has an error of 2e-3. The error of the path is of second order in the
-    # step.
+    # With 8 cells, the force has an error of 2e-3. The error of the trajectory is of second order
+    # in the step.
     assert exchanged < 0 and abs(gained) < 5e-3 * abs(exchanged)
     other = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-4), threads=3)
     other.restore(kept)

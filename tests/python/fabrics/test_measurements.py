@@ -103,7 +103,8 @@ def test_the_elastica_is_a_beam_where_it_hardly_sags_and_spans_two_bending_lengt
         assert overhang_of_elastica(degrees) ** 3 / 8 == pytest.approx(
             np.tan(np.radians(degrees)), rel=1e-3
         )
-    # For this reason, the standard takes half of the overhang as the bending length.
+    # At this angle, the overhang is twice the bending length, so standards take half of the
+    # overhang.
     assert overhang_of_elastica(41.5) == pytest.approx(2.0, rel=1e-3)
     with pytest.raises(ls.InvalidInput, match="the chord must fall by"):
         overhang_of_elastica(95.0)
@@ -120,7 +121,7 @@ def test_strips_along_weft_and_warp_hang_out_as_the_elastica_of_their_rigidity(n
 
 
 def test_strips_on_the_bias_hang_out_as_plate_theory_says_in_the_limit_of_no_width():
-    """The clamp prevents twisting and stiffens a strip in proportion to its width: 5 % at 25 mm."""
+    """The clamp prevents twisting. It stiffens a strip in proportion to its width (5 % at 25 mm)."""
     wide, narrow = (
         cantilever(ls.fabrics["t-shirt"], angle_degrees=45, width=width).error
         for width in (0.006, 0.003)

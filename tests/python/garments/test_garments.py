@@ -109,8 +109,8 @@ def test_holes_are_cut_exactly_and_leave_good_triangles():
         assert abs(garment.mesh.n_triangles - triangles) <= 2
         assert garment.min_angle_degrees() > 25.0
         assert euler(garment.mesh) == 1 - 3
-        # Chords of length h on curves with a total turn of 5 pi lose an area of 5 pi h^2 / 12. A
-        # whole number of chords changes h by at most a tenth.
+        # Chords of length h on curves with a total turn of 5 pi lose an area of 5 pi h^2 / 12.
+        # Rounding to a whole number of chords changes h by at most a tenth.
         edge2 = panel.area / triangles * 4 / np.sqrt(3)
         assert flat_area(garment) == pytest.approx(panel.area, abs=1.2 * 5 * np.pi / 12 * edge2)
         loops = {tuple(sorted(loop)) for loop in garment.openings()}
@@ -247,7 +247,7 @@ def test_panels_meet_along_seams_with_different_uv(dress):
             of_vertex.setdefault(int(v), set()).add(tuple(corners[t, c]))
     for name in ("front.right", "gore_1.waist"):
         assert all(len(of_vertex[int(v)]) >= 2 for v in dress.groups[name])
-    # Panels and seams are found again from uv alone.
+    # Panels and seams are recovered from uv alone.
     again = g.sewn(dress.mesh)
     assert len(again.panel_names) == 13
     found, sewn = ({tuple(sorted(e)) for e in of.seam_edges.tolist()} for of in (again, dress))

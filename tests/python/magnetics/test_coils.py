@@ -86,8 +86,8 @@ def test_a_magnet_falls_through_a_coil_as_in_the_table(case):
         sim.time - late,
         speed - case["gravity"] * late,
     )  # interpolated to the end of the path, far from the coil
-    # A current sheet replaces the turns. The rates R/L = 25,000/s and G G/mR = 700/s are only
-    # partly resolved.
+    # A current sheet replaces the turns. The steps only partly resolve the rates R/L = 25,000/s and
+    # G G/mR = 700/s.
     assert time == pytest.approx(case["time"], rel=2e-3)
     assert speed == pytest.approx(case["end_speed"], rel=5e-3)
     assert sim.circuit_heat == pytest.approx(case["joule_heat"], rel=5e-3)
@@ -100,7 +100,7 @@ def test_energy_balances_with_second_order(case):
     for step in (2e-3, 1e-3):
         sim = simulation(
             falling_magnet(case, 1e-6).replace(magnetic_step=1.0), step
-        )  # no sub-steps besides the steps
+        )  # steps are not divided into sub-steps
         start = balance(sim)
         for _ in range(round(0.1 / step)):
             sim.step()

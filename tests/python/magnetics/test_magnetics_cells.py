@@ -22,7 +22,7 @@ def lattice(n):
 @pytest.mark.parametrize(
     ("name", "m1", "m2", "force", "torque1", "torque2"),
     [
-        # m2 is at +x of m1. The numbers are signs: of the force on 2 along x and y, and of the
+        # m2 is at +x of m1. The numbers are the signs of the force on 2 along x and y, and of the
         # torques about z.
         ("A1, side by side, parallel: repelled", (0, 1, 0), (0, 1, 0), (1, 0), 0, 0),
         ("A2, side by side, antiparallel: attracted", (0, 1, 0), (0, -1, 0), (-1, 0), 0, 0),
@@ -107,8 +107,8 @@ def test_every_level_carries_the_whole_moment_and_leaves_keep_their_margin():
         else:
             depth = np.minimum(0.01 - rho, 0.01 - np.abs(leaves[:, 2]))
             depth = np.minimum(depth, rho - 0.005) if name == "ring" else depth
-        # Diameters of leaves lie between that of the density and that of twice the density, because
-        # the last step is a bisection.
+        # The diameters of leaves lie between those of cells of the given density and of twice that
+        # density, because the last subdivision is a bisection.
         slack = 1e-12 if name != "mesh" else 2e-4  # the mesh lies inside its sphere
         assert depth.min() >= 0.5 * (1 / 1e8) ** (1 / 3) - slack, name
 
@@ -210,8 +210,8 @@ def test_cells_of_a_cylinder_converge_to_the_magnet():
     for density in (6.4e7, 5.12e8, 4.1e9):
         found = M.force(on=b, by=a, engine="cells", density=density)
         errors.append(np.linalg.norm(found.force - exact.force) / np.linalg.norm(exact.force))
-    # The margin omits a shell of half a cell, so cells are too close to the axis: first-order
-    # convergence.
+    # The margin omits a shell of half a cell, so the cells lie too close to the axis and
+    # convergence is of first order.
     assert errors[2] < errors[1] < errors[0] and errors[2] < 0.01
     assert np.linalg.norm(found.torque - exact.torque) < 0.02 * np.linalg.norm(exact.torque)
 

@@ -339,8 +339,8 @@ def test_values_on_faces_edges_corners_wires_and_axes_are_finite():
 
 
 def test_near_an_edge_the_field_grows_as_the_logarithm_of_the_distance():
-    """Two faces with charge density j.n meet at a right angle. Per factor e of the distance, B
-    along (1, 1, 0) grows by 2 j/(4 pi) sqrt 2.
+    """Two faces with charge density j.n meet at a right angle. When the distance shrinks by a
+    factor e, B along (1, 1, 0) grows by 2 j/(4 pi) sqrt 2.
     """
     distances = 10.0 ** -np.arange(4.0, 12.0)
     corner = np.array([0.01, 0.005, 0.0])

@@ -45,8 +45,8 @@ def test_the_closed_form_of_parallel_cuboids_is_what_integration_finds(offset):
             .rotated(turn)
         )
         closed = M.force(on=b, by=a, tolerance=1e-8)
-        # The tolerance covers a few times that of the integral, whose logarithms at aligned edges
-        # converge slowly, and the rotation of 1e-9 rad.
+        # The tolerance covers the rotation of 1e-9 rad and a few times the tolerance of the
+        # integral, whose logarithms at aligned edges converge slowly.
         integrated = M.force(on=b.rotated((1e-9, 1e-9, 1e-9)), by=a, tolerance=1e-7)
         assert error(closed, integrated.force, integrated.torque, b.radius) < 3e-7
         assert closed.error < 1e-10 * np.linalg.norm(closed.force)
@@ -146,8 +146,8 @@ KINDS = ["cuboid", "cylinder", "ring", "sphere", "mesh", "loop", "solenoid", "po
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_integration_over_either_body_gives_the_same_force(kind):
-    """Takes a cuboid as the field's source, and then as dipoles in the other body's field. The
-    third law is not built in for dipoles.
+    """Takes a cuboid first as the source of the field and then as dipoles in the field of the other
+    body. Newton's third law is not built in for dipoles.
     """
     a, b = pair("cuboid", kind)
     whole = M.force(on=b, by=a, tolerance=1e-9)

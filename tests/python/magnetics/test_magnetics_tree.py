@@ -39,8 +39,8 @@ def off(found, expected):
     return np.linalg.norm(found - expected) / np.linalg.norm(expected)
 
 
-# The error is controlled with 128 observers. They give the root mean square to a few tenths, and
-# less accurately for heavy tails (a dipole near another).
+# The treecode controls its error at 128 observers. They give the root mean square to a few tenths
+# of its value, and less accurately if the error has heavy tails (a dipole near another).
 SAMPLED = 2.0
 
 

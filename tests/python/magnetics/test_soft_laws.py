@@ -61,11 +61,11 @@ def test_diamagnetic_balls_are_pushed_from_a_magnet_as_their_table_says():
 
 
 def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
-    """Uses plates that are six heights wide and one height thick. The force comes from a spot of
-    about one height, which the cells must resolve. With a focus on the spot, only the error of the
-    finite width remains. It is 0.9 % for a moment along the plate, with 24 as with 32 cells.
-    Without a focus the error is no larger, because the charge varies within panels like the
-    magnet's field.
+    """Uses plates that are six times as wide as the height h of the magnet above them, and as thick
+    as h. The force comes from a spot about h across, which the cells must resolve. If cells focus
+    on the spot, only the error of the finite width remains. This error is 0.9 % for a moment along
+    the plate, with 24 as with 32 cells. Without a focus the error is no larger, because the charge
+    varies within panels like the magnet's field.
     """
     height = 0.015
     plates = [
@@ -92,9 +92,9 @@ def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
 
 
 def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
-    """Compares the pull with an image force and a catalogue. The catalogue's flux densities follow
-    the same formula with 1.24 T to 0.1 %. Its pulls are measured or follow rules of thumb, so they
-    deviate more.
+    """Compares the pull with an image force and a catalogue. With 1.24 T, the catalogue's flux
+    densities follow the same formula to 0.1 %. Its pulls are measured or follow rules of thumb, so
+    they deviate more.
     """
     spec = spec_from_file_location("pull", Path(__file__).parents[3] / "scenes" / "pull.py")
     assert spec is not None and spec.loader is not None
@@ -112,7 +112,7 @@ def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
     assert pull.plate_pull(gaps, susceptibility=1e5) == pytest.approx(
         images, rel=2e-3
     )  # the plate is five magnets wide
-    # The few panels of this plate do not follow the pole, whose edges cross them.
+    # This plate has few panels, and the edges of the pole run across them.
     plate = M.soft_cuboid(size=pull.PLATE, susceptibility=1e5, cells=8)
     for gap, image in zip(gaps, images, strict=True):
         turned = (
@@ -146,7 +146,7 @@ def test_a_soft_body_cut_in_two_is_drawn_as_the_whole():
 
 
 def stiffness_sum(bodies_at, place, step=1e-5):
-    """Divergence of the force over the body's position [N/m]."""
+    """Divergence of the force with respect to the body's position [N/m]."""
     total = 0.0
     for axis in np.eye(3):
         total += (
@@ -207,8 +207,8 @@ def test_the_energy_of_what_magnetises_is_that_of_the_magnets_dipoles(gap):
     moments = (
         np.einsum("i,j,k->ijk", w, w, w).reshape(-1, 1) * size.prod() / 8 * polarization / M.MU0
     )
-    # Errors: 9 points per panel, half a millimetre apart, and the volume rule close to charged
-    # panels.
+    # The tolerance covers two errors. Panels have only 9 points, half a millimetre apart, and the
+    # dipoles' volume rule is inaccurate close to charged panels.
     wanted = M.energy([M.dipoles(nodes, moments).moved(magnet.position), induced])
     assert M.energy([magnet, induced]) == pytest.approx(
         wanted, rel={2e-3: 1e-4, 2e-4: 3e-3, 0.0: 1e-2}[gap]
@@ -315,7 +315,7 @@ def test_the_explicit_response_is_that_of_lone_balls_to_the_magnets_alone():
         ).bodies
         for body in both:
             assert body.moment == pytest.approx((0, 0, share * 0.1 * volume / M.MU0), rel=1e-12)
-    # Error of the explicit response near a magnet: +27 to +29 % for a soft cube.
+    # Near a magnet, the explicit response overestimates the force on a soft cube by 27 to 29 %.
     cube, magnet = (
         M.soft_cuboid(size=(0.01,) * 3, susceptibility=1e4),
         M.cuboid(size=(0.01,) * 3, polarization=(0, 0, 1)),

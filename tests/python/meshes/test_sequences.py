@@ -16,8 +16,8 @@ FRAMES = (
 
 
 def write(kind, folder):
-    """Writes the frames as files of a kind. Returns the source and further arguments for
-    reading.
+    """Writes the frames as files of the given kind. Returns the path and further arguments that
+    read them.
     """
     path = folder / f"ball.{kind}"
     if kind == "obj":

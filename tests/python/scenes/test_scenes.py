@@ -13,8 +13,8 @@ from loomstone.runs.verification import count_intersections
 SCENES = Path(__file__).parents[3] / "scenes"
 
 # Parameters, simulated time [s] and largest stretch of cloth [1]. The time includes the main event
-# of each scene: twist is packed tight, the knot is closed, the stack is shaken, boxes lie in the
-# cloth, layers lie on one another.
+# of each scene: twist is packed tight, the knot is closed, the stack is shaken, the boxes lie in
+# the cloth, or the layers lie on one another.
 SMALL = {
     "bending": ({"triangles": 128}, 0.4, 1.2),
     "clasp": ({"triangles": 128}, 0.06, 1.2),
@@ -90,7 +90,7 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
         assert sim.body_centres[0, 2] > 0.04 and gained > 3e-3
         circuit = sim.report.circuits.energy + sim.circuit_heat - sim.circuit_supply
         assert gained + circuit == pytest.approx(0.0, abs=0.01 * gained)
-    elif name not in ("figures", "lift", "pull"):  # in these scenes scripts do work
+    elif name not in ("figures", "lift", "pull"):  # there, scripted motion does mechanical work
         # Leapfrog's energy oscillates by 1e-3 of the exchanged energy, and contacts only dissipate.
         assert energies().sum() - start.sum() < 0.01 * most
 
