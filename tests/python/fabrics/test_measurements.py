@@ -121,7 +121,7 @@ def test_strips_along_weft_and_warp_hang_out_as_the_elastica_of_their_rigidity(n
 
 
 def test_strips_on_the_bias_hang_out_as_plate_theory_says_in_the_limit_of_no_width():
-    """The clamp prevents twisting. It stiffens a strip in proportion to its width (5 % at 25 mm)."""
+    """The clamp prevents twisting. It stiffens strips in proportion to width (5 % at 25 mm)."""
     wide, narrow = (
         cantilever(ls.fabrics["t-shirt"], angle_degrees=45, width=width).error
         for width in (0.006, 0.003)
