@@ -83,9 +83,8 @@ def draw(runs: dict[str, tuple[np.ndarray, np.ndarray, float, str]], path: str) 
     low, high = min(map(np.min, held)), max(map(np.max, held))
     margin = 0.1 * (high - low)
     for name, (times, energies, _, failure) in runs.items():
-        shown = (energies > low - margin) & (
-            energies < high + margin
-        )  # energies of a failed run leave the range of the plot
+        # A failed run has energies outside the range of the plot.
+        shown = (energies > low - margin) & (energies < high + margin)
         (line,) = axes.plot(
             times[shown],
             1e3 * energies[shown],

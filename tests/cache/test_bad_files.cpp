@@ -59,8 +59,7 @@ void flip_bit(const std::string& path, std::uintmax_t at) {
   file.put(byte);
 }
 
-// Writes bytes as a checkpoint file that ends like those of write_checkpoint(): with mark, length
-// and checksum.
+// Writes a checkpoint file that ends like those of write_checkpoint(): mark, length and checksum.
 void write_with_checksum(const std::string& path, std::vector<unsigned char> bytes) {
   WordHash hash;
   for (std::size_t at = 0; at < bytes.size(); at += 8) {
@@ -76,7 +75,7 @@ void write_with_checksum(const std::string& path, std::vector<unsigned char> byt
   file.write(reinterpret_cast<const char*>(numbers.data()), sizeof numbers);
 }
 
-// While an instance lives, no file of this process can grow beyond `bytes`, as on a full disk.
+// While an instance exists, no file of this process can grow beyond `bytes`, as on a full disk.
 class FullDisk {
  public:
   explicit FullDisk(rlim_t bytes) {

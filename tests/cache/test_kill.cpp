@@ -121,8 +121,8 @@ TEST_CASE("a run killed and continued repeatedly ends with the content of an uni
           static_cast<int>(read_checkpoint(checkpoint_path).integers.at("next frame").at(0));
       const double until = next == 0 ? -1.0 : example_frame(topology, next - 1).time;
       FrameWriter writer = FrameWriter::reopen(directory.path(), until);
-      if (writer.n_frames() != next)
-        _exit(2);  // a checkpoint never refers to a frame that is missing from the file
+      // A checkpoint never refers to a frame that is missing from the file.
+      if (writer.n_frames() != next) _exit(2);
       for (int index = next; index < n_frames; ++index) {
         write_example(writer, topology, index);
         if (index % 5 == 4) write_checkpoint(checkpoint_path, checkpoint(index + 1));

@@ -54,8 +54,8 @@ TEST_CASE("drag follows v = v_t tanh(g t / v_t) for a sheet falling flat") {
     v.col(2).setConstant(-speed);
     speed += h * (g - drag(air, mesh, v).col(2).sum() / mass);
   }
-  CHECK(speed ==
-        Approx(terminal * std::tanh(g * 0.5 / terminal)).epsilon(2e-4));  // first order in h
+  // The tolerance covers the first-order error of the step h.
+  CHECK(speed == Approx(terminal * std::tanh(g * 0.5 / terminal)).epsilon(2e-4));
 }
 
 TEST_CASE("gusts change the wind's speed by at most their share") {

@@ -85,8 +85,8 @@ TEST_CASE("contacts agree with a test of all pairs in every step, for any number
     });
     int i = 0;
     for (const int threads : {1, 2, 3, 7}) {
-      if (step % 3 == 2 && threads == 3)
-        stages[i] = std::make_unique<CollisionStage>(model);  // a new stage gives the same contacts
+      // A new stage must give the same contacts.
+      if (step % 3 == 2 && threads == 3) stages[i] = std::make_unique<CollisionStage>(model);
       const std::vector<Contact> contacts = stages[i++]->proximity(Team{threads}, x, {});
       std::vector<Key> found;
       for (const Contact& c : contacts) found.push_back({int(c.kind), c.a, c.b});

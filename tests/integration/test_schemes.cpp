@@ -301,8 +301,8 @@ TEST_CASE(
       if (base.uv()(i, 0) < 1e-9 - length / 2 && std::abs(base.uv()(i, 1)) < 1e-9)
         bottom = run.state.x(i, 0);
     INFO(degrees << " degrees: hangs " << length / 2 - bottom << ", closed form " << hang);
-    CHECK(length / 2 - bottom - length ==
-          Approx(hang - length).epsilon(5e-3));  // relative to the elongation
+    // The tolerance is relative to the elongation.
+    CHECK(length / 2 - bottom - length == Approx(hang - length).epsilon(5e-3));
   }
 }
 

@@ -74,7 +74,8 @@ class RandomSystemBuilder {
     return m;
   }
 
-  // Unit mass plus a stiff anisotropic spring along every grid edge and one diagonal per cell.
+  // Adds unit masses, and a stiff anisotropic spring along every grid edge and one diagonal per
+  // cell.
   void springs() {
     std::vector<std::pair<Index, Index>> couplings;
     for (Index r = 0; r < side_; ++r)

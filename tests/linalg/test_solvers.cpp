@@ -100,7 +100,7 @@ TEST_CASE("a solver used before gives the same bits as a new one") {
     solve(other, first);
     solve(system, again);
     CHECK(same_bits(again, solved(system, {method, 1e-5, 2000})));
-    // Other terms on the same matrix change the pattern.
+    // A different set of terms on the same matrix changes the pattern.
     RandomSystem changed = random_system(20, 2, 60);
     changed.terms.resize(17);
     solve(changed, fewer);
@@ -169,9 +169,8 @@ TEST_CASE("rounding the stiffness to single precision does not change the mass o
   for (Index row = 0; row < n; ++row)
     x[4 * row] = 1.0f, x[4 * row + 1] = -2.0f, x[4 * row + 2] = 0.5f;
   single.multiply(slices, 0, slices.n_slices(), x.data(), y.data());
-  // All rows of x are equal, so stiffness cancels and the product is the mass, 1, times x. The
-  // tolerance covers rounding of sums of 1e7 in double precision; in single precision the error
-  // would be 1.
+  // The rows of x are equal, so stiffness cancels. The masses are 1. The tolerance covers rounding
+  // of sums of 1e7 in double precision; in single precision the error would be 1.
   for (Index row = 0; row < n; ++row)
     for (int d = 0; d < 3; ++d)
       CHECK(std::abs(y[24 * (slices.place[row] / 8) + 8 * d + slices.place[row] % 8] -
@@ -299,8 +298,7 @@ TEST_CASE("with coarse levels, stiff terms between layers cost few iterations") 
       system.terms.push_back(term);
     }
   solved(system, {LinearMethod::Pcg, 1e-6, 4000}, 1, &tied);
-  // If the coarse levels contained only the diagonal blocks of the terms, iterations would be ten
-  // times as many.
+  // Coarse levels with only the terms' diagonal blocks would need ten times as many iterations.
   CHECK(tied.iterations < 4 * apart.iterations);
 }
 

@@ -49,8 +49,8 @@ TriangleMesh two_panels() {
   uv.bottomRows(vertices.rows()).col(0).array() += M_PI;
   Triangles uv_triangles = flat.triangles();
   for (Index t = 0; t < flat.n_triangles(); ++t) {
-    if (t / 2 % 6 >= 3)
-      uv_triangles.row(t).array() += flat.n_vertices();  // cells of the right half
+    // These are the cells of the right half.
+    if (t / 2 % 6 >= 3) uv_triangles.row(t).array() += flat.n_vertices();
   }
   return TriangleMesh(vertices, flat.triangles(), uv, uv_triangles);
 }
@@ -101,8 +101,8 @@ TEST_CASE("OBJ and PLY give back the same bits, panels and their seams included"
       CHECK_FALSE(read_mesh(path, false).has_uv());
     }
     CHECK(read_mesh(obj).uv_triangles() == mesh.uv_triangles());
-    CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) ==
-          3);  // no temporary files remain
+    // No temporary files remain.
+    CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) == 3);
   }
 }
 
@@ -210,8 +210,7 @@ TEST_CASE("a PLY file truncated anywhere is refused, never read as a smaller mes
   for (const bool text : {false, true}) {
     write_mesh(whole_path, two_panels(), text);
     const std::string whole = content_of(whole_path);
-    // A text file is still valid without its last line break or the last digits of its last number,
-    // so the cuts end before these.
+    // Without its last line break or last digits a text file is still valid, so it is cut earlier.
     for (std::size_t length = 0; length < whole.size() - (text ? 25 : 0);
          length += length < 400 ? 7 : 101) {
       INFO(length);

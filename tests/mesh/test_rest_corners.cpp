@@ -50,8 +50,8 @@ TEST_CASE(
   const double angle = 0.6;
   Mat2 turn;
   turn << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
-  Points2 uv = flat.vertices().leftCols<2>() * turn.transpose() *
-               5.0;  // rotated by the angle, five times too large
+  // The uv are rotated by the angle and five times too large.
+  Points2 uv = flat.vertices().leftCols<2>() * turn.transpose() * 5.0;
   const TriangleMesh mesh =
       TriangleMesh(flat.vertices(), flat.triangles(), uv).moved(Vec3(1, 2, 3), some_turn);
   const std::vector<Corners2> rest = rest_corners(mesh, false, "mesh");
@@ -61,8 +61,8 @@ TEST_CASE(
     CHECK(stretch_error(mesh, t, corners) < rounding * 10);
     for (int c = 1; c < 3; ++c) {
       const Vec2 expected = (uv.row(mesh.triangles()(t, c)) - uv.row(mesh.triangles()(t, 0))) / 5.0;
-      CHECK((Vec2(corners.row(c) - corners.row(0)) - expected).norm() <
-            1e-12);  // slivers amplify rounding slightly
+      // Slivers amplify rounding slightly.
+      CHECK((Vec2(corners.row(c) - corners.row(0)) - expected).norm() < 1e-12);
     }
   }
 }

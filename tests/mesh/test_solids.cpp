@@ -125,8 +125,8 @@ TEST_CASE(
       const double y = 1.2 * (i / 2400.0 - 0.5);
       nearest = std::min(nearest, (x - Vec3(0.0, y, 0.05 * std::cos(k * y))).norm());
     }
-    CHECK(nearest ==
-          Approx(0.02).epsilon(1e-3));  // the centre line is sampled every half millimetre
+    // The tolerance covers the sampling of the centre line at every half millimetre.
+    CHECK(nearest == Approx(0.02).epsilon(1e-3));
   }
   CHECK(measure(wave_bar(1.0, 0.1, 0.0, 1.0, 24)).volume ==
         Approx(measure(capsule(0.1, 1.0, 24)).volume).epsilon(1e-12));

@@ -234,8 +234,8 @@ TEST_CASE("refitted queries find what new ones find") {
       REQUIRE(a.triangle == b.triangle);
       REQUIRE(a.distance == b.distance);
       REQUIRE(a.normal == b.normal);
-      REQUIRE(std::abs(a.distance - brute_force(p, x, mesh.triangles())) <
-              1e-14 * 6.0);  // coordinates of up to 6 m
+      // The tolerance covers rounding of coordinates of up to 6 m.
+      REQUIRE(std::abs(a.distance - brute_force(p, x, mesh.triangles())) < 1e-14 * 6.0);
     }
   }
 }

@@ -76,8 +76,8 @@ TEST_CASE("a triangle that repeats a vertex or lies on a line is named as having
   Square square;
   CHECK_THROWS_WITH(TriangleMesh(square.vertices, with_row(square.triangles, 2, 2, 3)),
                     Contains("triangle 2") && Contains("(2, 2, 3)") && Contains("zero area"));
-  const Points more = with_row(with_row(square.vertices, 0.1, 0.3, 0.0), 0.2, 0.6,
-                               0.0);  // collinear, up to rounding
+  // The three points are collinear up to rounding.
+  const Points more = with_row(with_row(square.vertices, 0.1, 0.3, 0.0), 0.2, 0.6, 0.0);
   CHECK_THROWS_WITH(TriangleMesh(more, with_row(square.triangles, 0, 4, 5)),
                     Contains("triangle 2 has zero area") && Contains("(0, 4, 5)"));
 }
@@ -236,8 +236,9 @@ TEST_CASE("a moved mesh keeps its shape and uv, and a matrix that is no rotation
 TEST_CASE("a reordered mesh has the same triangles and uv at their new positions") {
   const TriangleMesh mesh = jittered_grid(1.0, 1.0, 5, 4, 0.2);
   std::vector<Index> vertex_order, triangle_order;
+  // This is a permutation, because 30 and 7 are coprime.
   for (Index i = 0; i < mesh.n_vertices(); ++i)
-    vertex_order.push_back((7 * i + 3) % mesh.n_vertices());  // 30 and 7 are coprime
+    vertex_order.push_back((7 * i + 3) % mesh.n_vertices());
   for (Index t = 0; t < mesh.n_triangles(); ++t)
     triangle_order.push_back(mesh.n_triangles() - 1 - t);
   const TriangleMesh other = mesh.reordered(vertex_order, triangle_order);

@@ -123,12 +123,10 @@ def test_a_rank_computes_only_the_rows_it_owns(tmp_path, limited):
         by_all += steps * ((n_rows + 127) // 128)
     for n in (2, 3):
         shares = work(n)
-        assert [share[0] for share in shares] + [n_rows] == [0] + [
-            share[1] for share in shares
-        ]  # each row has one owner
+        # Each row has one owner.
+        assert [share[0] for share in shares] + [n_rows] == [0] + [share[1] for share in shares]
         assert {share[3] for share in shares} == {iterations}
         for start, end, done, _ in shares:
             assert end - start <= 1.2 * n_rows / n
-            assert (
-                done - by_all <= 1.2 * (whole - by_all) / n
-            )  # both ranks compute the triangles along a cut
+            # Both ranks compute the triangles along a cut, which the factor 1.2 allows for.
+            assert done - by_all <= 1.2 * (whole - by_all) / n

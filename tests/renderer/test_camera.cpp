@@ -30,8 +30,8 @@ TEST_CASE("a fitted camera sees the whole box, touching the margin on one pair o
         low = low.cwiseMin(clip.head<2>() / clip.w());
         high = high.cwiseMax(clip.head<2>() / clip.w());
       }
-      CHECK(std::max({high.x(), high.y(), -low.x(), -low.y()}) ==
-            Approx(0.92).margin(1e-4));  // single precision
+      // The tolerance covers single precision.
+      CHECK(std::max({high.x(), high.y(), -low.x(), -low.y()}) == Approx(0.92).margin(1e-4));
       const bool touches_both = std::abs(high.x() + low.x()) < 1e-4f
                                     ? high.x() > 0.9f || high.y() > 0.9f
                                     : high.y() > 0.9f;
@@ -127,8 +127,8 @@ TEST_CASE("cloth is split where its uv differ at a vertex, but shaded smoothly a
   DrapedScene scene = flat_scene(2);
   const std::size_t before = drawn_cloth(scene.topology).vertex.size();
   CHECK(before == 9);
-  scene.topology.corner_uv.bottomRows(12).array() +=
-      1.0;  // makes the upper row of cells a separate panel
+  // Makes the upper row of cells a separate panel.
+  scene.topology.corner_uv.bottomRows(12).array() += 1.0;
   const DrawnMesh split = drawn_cloth(scene.topology);
   CHECK(split.vertex.size() == 12);
   scene.frame.positions(4, 1) = 0.1;  // makes the cloth non-flat

@@ -67,8 +67,8 @@ TEST_CASE("a picture is the same after a PNG file, to the last bit", "[renderer]
   CHECK(back.width == image.width);
   CHECK(back.height == image.height);
   CHECK(back.rgb == image.rgb);
-  CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) ==
-        1);  // no partial file is left
+  // No partial file is left.
+  CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) == 1);
 }
 
 TEST_CASE("a PNG file that cannot be written is an error that names it", "[renderer]") {
@@ -78,8 +78,8 @@ TEST_CASE("a PNG file that cannot be written is an error that names it", "[rende
                     Contains("/nowhere/at/all/picture.png"));
   const Folder folder;
   std::filesystem::create_directories(folder.path / "picture.png" / "full");
-  CHECK_THROWS_AS(write_png(folder.path / "picture.png", image),
-                  CacheError);  // a directory has this name
+  // A directory has this name.
+  CHECK_THROWS_AS(write_png(folder.path / "picture.png", image), CacheError);
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) == 1);
   CHECK_THROWS_AS(write_png(folder.path / "a.png", Image{16, 16, {}}), InvalidInput);
   CHECK_THROWS_WITH(write_png(folder.path / "a.png", Image{16, 16, {}}),

@@ -150,8 +150,8 @@ TEST_CASE("ambient occlusion only darkens", "[renderer]") {
   for (int y = 0; y < with.height; ++y) {
     for (int x = 0; x < with.width; ++x) {
       darker += brightness(with, x, y) < brightness(without, x, y) - 3;
-      brighter +=
-          brightness(with, x, y) > brightness(without, x, y) + 3;  // rounding of three channels
+      // The tolerance covers rounding of three channels.
+      brighter += brightness(with, x, y) > brightness(without, x, y) + 3;
     }
   }
   CHECK(darker > 200);  // in the hollow under the cloth and in its folds
@@ -256,8 +256,8 @@ TEST_CASE(
       }
     return count;
   };
-  const int middle = options.width / 2, line = 3,
-            bar = options.width - 100;  // excludes the legends, whose titles differ
+  // `bar` excludes the legends, whose titles differ.
+  const int middle = options.width / 2, line = 3, bar = options.width - 100;
   CHECK(differing(weft, warp, 0, bar) > 1000);
   CHECK(differing(split, weft, 0, middle - line) == 0);
   CHECK(differing(split, warp, middle + line, bar) == 0);

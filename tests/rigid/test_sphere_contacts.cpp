@@ -66,8 +66,8 @@ TEST_CASE(
   CHECK(tip[0].gap == Approx(0.0).margin(1e-15));
   CHECK(contacts_on(cube, Vec3(0.52, 0.52, 0.51), 0.029, 0.0009).empty());
   CHECK(contacts_on(cube, Vec3(0.52, 0.52, 0.51), 0.029, 0.0011).size() == 1);
-  const auto within =
-      contacts_on(cube, Vec3(0.5, 0.1, 0.2), 0.1, 0.0);  // the centre lies in a face
+  // The centre lies in a face.
+  const auto within = contacts_on(cube, Vec3(0.5, 0.1, 0.2), 0.1, 0.0);
   REQUIRE(within.size() == 1);
   CHECK((within[0].normal - Vec3::UnitX()).norm() < 1e-15);
 }
@@ -110,8 +110,8 @@ TEST_CASE("balls pass edges and fly through holes as if they were not there") {
 }
 
 TEST_CASE("a ball that lies on one face of a mesh bounces off another one normally") {
-  RigidObstacle room{shared(box(0.2, 0.2, 0.2)), 0.0, Vec3::Zero(), Vec4(1, 0, 0, 0),
-                     Points(0, 3)};  // the ball is inside
+  // The ball is inside the room.
+  RigidObstacle room{shared(box(0.2, 0.2, 0.2)), 0.0, Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};
   RigidBody ball = body_of(icosphere(0.05, 3), "sphere", Vec3(0, 0.003, -0.05));
   ball.velocity = Vec3(0.4, 0, 0), ball.friction = 0.0, ball.restitution = 1.0;
   RigidWorld world({ball}, {room}, Vec3::Zero());

@@ -227,8 +227,7 @@ TEST_CASE("a strip at rest carries the body attached to it, with any integrator"
   for (int k = 0; k < 50; ++k)
     lambda -= (0.5 * 300.0 * lambda * (lambda * lambda - 1) - load) /
               (0.5 * 300.0 * (3 * lambda * lambda - 1));
-  // The clamped ends cannot contract, but need not either, because nu = 0. Springs of 3e4 N/m per
-  // vertex add 1e-5 m.
+  // The clamped ends need not contract, as nu = 0. Springs of 3e4 N/m per vertex add 1e-5 m.
   CHECK(0.2 - sim.positions().row(0)(2) == Approx(0.4 * lambda).epsilon(2e-3));
 }
 
@@ -258,8 +257,8 @@ TEST_CASE(
   for (int i = 0; i < 150; ++i) {
     sim.step();
     const Vec3 cloth = momentum(), bodies = body * sim.state().rigid.velocities.row(0).transpose();
-    // BDF-2 conserves (3 p - p_previous) / 2 of the cloth's momentum p, starting after its first
-    // step, which is a midpoint step.
+    // BDF-2 conserves (3 p - p_previous) / 2 instead of the cloth's momentum p, starting after its
+    // first step, which is a midpoint step.
     const Vec3 kept =
         method == "bdf2" ? Vec3(1.5 * cloth - 0.5 * before + bodies) : Vec3(cloth + bodies);
     if (method == "bdf2" && i == 0) start = kept;

@@ -1,6 +1,6 @@
 // Time of a step without collisions (loads, forces, assembly, solve, motion) of a cloth draped over
-// a sphere: solvers and bending elements, growth with the mesh, accuracy of the tolerance. Every
-// repetition starts from the same state, except that one vertex is displaced by 1 nm in every
+// a sphere: solvers and bending elements, growth with the mesh, and accuracy of the tolerance.
+// Every repetition starts from the same state, except that one vertex is displaced by 1 nm in every
 // second one. Times are minima. A fixed block product (7,396 rows, one thread) is timed between the
 // repetitions. Only the ratio to its time carries over to other machines.
 //   benchmark_step [solvers] [growth [cells ...]] [accuracy] [threads]      (default: all; growth
@@ -101,8 +101,8 @@ Measured measure(const Case& c) {
     sim.set_velocities(v);
     const double start = now(c.threads);
     sim.step();
-    if (i >= 2)
-      best.step = std::min(best.step, now(c.threads) - start);  // the first steps allocate memory
+    // The first two steps also allocate memory.
+    if (i >= 2) best.step = std::min(best.step, now(c.threads) - start);
     best.product = std::min(best.product, product.time());
   }
   best.iterations = sim.report().solver.linear_iterations;
@@ -141,8 +141,8 @@ void growth(const std::vector<Index>& cells) {
   for (const Index n : cells)
     for (const double h : {1e-3, 4e-3})
       for (const char* solver : {"pcg", "block-jacobi", "direct"}) {
-        if (std::string(solver) == "direct" && n > 130)
-          continue;  // its growth is clear from the smaller meshes
+        // The growth of the direct solver is clear from the smaller meshes.
+        if (std::string(solver) == "direct" && n > 130) continue;
         print({n, h, solver, h > 2e-3 ? "implicit" : "explicit"});
       }
 }

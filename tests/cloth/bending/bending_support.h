@@ -16,8 +16,8 @@ BendingSetup flat_setup(const Points& vertices, const Triangles& triangles, cons
                         double angle = 0.0);
 BendingSetup flat_setup(const TriangleMesh& mesh, const Mat3& rigidity, double angle = 0.0);
 
-std::unique_ptr<Bending> make_bending(const std::string& element,
-                                      const BendingSetup& setup);  // "hinge" | "midedge"
+// element: "hinge" | "midedge".
+std::unique_ptr<Bending> make_bending(const std::string& element, const BendingSetup& setup);
 
 Points noise(Index n, double size, unsigned seed);
 

@@ -47,8 +47,8 @@ TEST_CASE("a mid-edge cantilever sags as beam theory says on raw meshes with sli
   for (unsigned seed = 1; seed <= 12; ++seed) {
     double angle = 0.0;
     const Strip strip = random_strip(1.0, 0.2, across, seed, 0, &angle);
-    if (angle < 1.0 * M_PI / 180)
-      continue;  // the element does not support triangles of nearly zero area
+    // The element does not support triangles of nearly zero area.
+    if (angle < 1.0 * M_PI / 180) continue;
     BendingSetup setup = flat_setup(strip.vertices, strip.triangles, isotropic(1.0, 0.0));
     setup.prescribed = strip.prescribed;
     const auto bending = make_midedge_bending(setup);
@@ -65,8 +65,8 @@ TEST_CASE(
     "the deflection of a simply supported plate converges with the square of the element's size") {
   const std::string pattern = GENERATE("alternating", "jittered", "diagonal");
   CAPTURE(pattern);
-  const double exact =
-      0.0040624;  // w B / (q a^4) at the centre (Timoshenko and Woinowsky-Krieger), nu = 0.3
+  // w B / (q a^4) at the centre for nu = 0.3 (Timoshenko and Woinowsky-Krieger).
+  const double exact = 0.0040624;
   std::vector<double> errors;
   for (const Index n : {6, 12, 24}) {
     const TriangleMesh mesh =

@@ -1,4 +1,4 @@
-// Claims about both bending elements: derivatives, symmetries, damping, rest shapes.
+// Claims about both bending elements: derivatives, symmetries, damping, and rest shapes.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -144,8 +144,8 @@ TEST_CASE(
       setup.rest_positions + noise(static_cast<Index>(setup.rest_positions.rows()), 0.15, 4);
   for (const Eigen::MatrixXd& k : {dense(*bending, x, 1.0, 0.0), dense(*bending, x, 0.0, 1.0)}) {
     const double size = k.cwiseAbs().maxCoeff();
-    CHECK((k - k.transpose()).cwiseAbs().maxCoeff() <=
-          1e-14 * size);  // rounding of sums of a few dozen terms
+    // The tolerance covers rounding of sums of a few dozen terms.
+    CHECK((k - k.transpose()).cwiseAbs().maxCoeff() <= 1e-14 * size);
     const Vector eigenvalues =
         Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (k + k.transpose())).eigenvalues();
     CHECK(eigenvalues(0) >= -1e-13 * eigenvalues(eigenvalues.size() - 1));
@@ -171,14 +171,14 @@ TEST_CASE(
   for (unsigned seed = 0; seed < 20; ++seed) {
     const Points v = noise(n, 1.0, 100 + seed), damping = forces(*bending, x, v) - elastic;
     CHECK(dot(damping, v) < 0.0);
-    CHECK((flat(damping) + d * flat(v)).norm() <=
-          1e-11 * flat(damping).norm());  // error of the difference of two forces
+    // The tolerance covers the rounding error of the difference of two forces.
+    CHECK((flat(damping) + d * flat(v)).norm() <= 1e-11 * flat(damping).norm());
   }
   Points rigid(n, 3);
   const Vec3 omega(0.3, -1.0, 0.7), shift(1.0, 2.0, -3.0);
   for (Index i = 0; i < n; ++i) rigid.row(i) = (shift + omega.cross(Vec3(x.row(i)))).transpose();
-  const double scale =
-      (d * flat(noise(n, 3.0, 6))).norm();  // damping force of a non-rigid velocity of this size
+  // Damping force of a non-rigid velocity of the same size.
+  const double scale = (d * flat(noise(n, 3.0, 6))).norm();
   CHECK((forces(*bending, x, rigid) - elastic).norm() <= 1e-12 * scale);
 }
 
@@ -224,8 +224,8 @@ TEST_CASE(
   const auto curved = make_bending(element, setup);
   CHECK(curved->energy(team, rolled) == 0.0);
   const double scale = forces(*curved, mesh.vertices()).cwiseAbs().maxCoeff();
-  CHECK(forces(*curved, rolled).cwiseAbs().maxCoeff() <=
-        1e-14 * scale);  // sin(rest / 2) is rounded twice
+  // The tolerance covers the rounding of sin(rest / 2), which occurs twice.
+  CHECK(forces(*curved, rolled).cwiseAbs().maxCoeff() <= 1e-14 * scale);
   // The rest angles are the angles of the rolled mesh, so the two energies differ at most by the
   // hinge's third-order terms.
   CHECK(curved->energy(team, mesh.vertices()) ==

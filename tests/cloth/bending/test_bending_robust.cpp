@@ -1,5 +1,5 @@
 // Claims about bending in extreme cases: threads and row ranges, folds, triangles without area,
-// invalid input.
+// and invalid input.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -89,8 +89,8 @@ TEST_CASE("a completely closed fold gives only finite numbers") {
 
 TEST_CASE("a fold that passes through itself comes back from the other side") {
   // Angles are not continued beyond pi, where the two triangles have passed through each other.
-  // Collisions prevent this. Without collisions, the cloth then unfolds in the shorter direction,
-  // because the energy depends only on the current shape.
+  // Collisions prevent such folds. Without collisions, the cloth then unfolds in the shorter
+  // direction, because the energy depends only on the current shape.
   const std::string element = GENERATE("hinge", "midedge");
   CAPTURE(element);
   Points x(4, 3);
@@ -103,12 +103,12 @@ TEST_CASE("a fold that passes through itself comes back from the other side") {
     at.row(0) << 0.0, std::cos(angle), std::sin(angle);
     return at;
   };
-  const auto opening =
-      [&](double angle) {  // torque on the free triangle, positive towards larger angles
-        Points force = Points::Zero(4, 3);
-        bending->add_forces(Team{}, folded(angle), Points::Zero(4, 3), 0, 4, force);
-        return force.row(0).dot(Eigen::RowVector3d(0.0, -std::sin(angle), std::cos(angle)));
-      };
+  // Torque on the free triangle, positive towards larger angles.
+  const auto opening = [&](double angle) {
+    Points force = Points::Zero(4, 3);
+    bending->add_forces(Team{}, folded(angle), Points::Zero(4, 3), 0, 4, force);
+    return force.row(0).dot(Eigen::RowVector3d(0.0, -std::sin(angle), std::cos(angle)));
+  };
   for (const double beyond : {1e-3, 0.2, 0.5}) {
     CAPTURE(beyond);
     CHECK(bending->energy(Team{}, folded(M_PI + beyond)) ==
@@ -216,8 +216,8 @@ TEST_CASE(
   Index n_averaged = 0, n_valid = 0;
   for (unsigned seed = 1; seed <= 300; ++seed) {
     Points x = mesh.vertices();
-    x.leftCols<2>() +=
-        noise(mesh.n_vertices(), 0.7 / 3.0, seed).leftCols<2>();  // inverts some triangles
+    // The noise inverts some triangles.
+    x.leftCols<2>() += noise(mesh.n_vertices(), 0.7 / 3.0, seed).leftCols<2>();
     double least_height = 1.0;
     for (Index t = 0; t < mesh.n_triangles(); ++t) {
       const Vec3 a = x.row(mesh.triangles()(t, 0)), b = x.row(mesh.triangles()(t, 1)),

@@ -148,8 +148,8 @@ TEST_CASE(
       ds << (flat.row(1) - flat.row(0)).transpose().head<2>(),
           (flat.row(2) - flat.row(0)).transpose().head<2>();
       const Mat2 f = ds * dm.inverse();
-      const double tolerance =
-          1e-15 / 2e-4 * 10;  // rounding of coordinates of 1 m over the height of the sliver
+      // Rounding error of coordinates of 1 m, divided by the height of the sliver.
+      const double tolerance = 1e-15 / 2e-4 * 10;
       CHECK(f(0, 0) - 1 == Approx(0.5 * scale).margin(tolerance));
       CHECK(f(1, 1) - 1 == Approx(0.1 * scale).margin(tolerance));
       CHECK(0.5 * (f(0, 1) + f(1, 0)) == Approx(-0.1 * scale).margin(tolerance));
@@ -176,9 +176,10 @@ TEST_CASE(
       cloth.prescribed[corner] = 1;
       const Points one = corrected(cloth, x);
       CHECK(one.row(corner) == x.row(corner));
+      // The error is quadratic in the excess of 1e-3.
       CHECK((strain_of(cloth, one).row(0).transpose() - Vec3(0.05, 0.02, 0.02))
                 .cwiseAbs()
-                .maxCoeff() < 2e-4);  // the error is quadratic in the excess of 1e-3
+                .maxCoeff() < 2e-4);
       const Points arms = x.rowwise() - x.row(corner);
       CHECK(angular_momentum(cloth.mass, arms, one - x).norm() < 1e-17);
       for (int free = 0; free < 3; ++free) {
@@ -247,6 +248,6 @@ TEST_CASE(
              after = strain_of(cloth, corrected(cloth, x)).row(0).transpose();
   CHECK((before - Vec3(pull / 2, pull / 2, before[2] > 0 ? pull / 2 : -pull / 2)).norm() < 1e-13);
   CHECK(std::abs(before[2]) == Approx(pull / 2));
-  CHECK((after - Vec3(pull / 2, pull / 2, before[2] > 0 ? most : -most)).norm() <
-        1e-13);  // exact, because U and the correction commute
+  // The result is exact, because U and the correction commute.
+  CHECK((after - Vec3(pull / 2, pull / 2, before[2] > 0 ? most : -most)).norm() < 1e-13);
 }

@@ -1,4 +1,4 @@
-// Claims about the orthotropic membrane, (2.7) to (2.36).
+// Claims about the orthotropic membrane, equations (2.7) to (2.36).
 #include <catch2/catch.hpp>
 
 #include <Eigen/Eigenvalues>
@@ -234,8 +234,9 @@ TEST_CASE(
   BlockMatrix rest = pattern(s.mesh), k = pattern(s.mesh);
   s.membrane.set_jacobian({}, s.mesh.vertices(), {JacobianKind::Exact, {1.0, 0.0}}, 0, n, rest);
   const Eigen::MatrixXd at_rest = dense(rest);
+  // Both models agree without stress.
   CHECK((corotational_jacobian(s.mesh, c, s.mesh.vertices()) - at_rest).norm() <
-        1e-12 * at_rest.norm());  // both models agree without stress
+        1e-12 * at_rest.norm());
   // The sheet is stretched by a tenth and rotated, so that the co-rotational model must follow a
   // rotation.
   const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();

@@ -58,8 +58,9 @@ TEST_CASE(
 
     Impulses impulses(scene.model, scene.inverse_mass, ball.bodies);
     ImpulseContact contact;
+    // Vertex 4 belongs to the body.
     contact.vertices = {4, scene.model.triangles(0, 0), scene.model.triangles(0, 1),
-                        scene.model.triangles(0, 2)};  // vertex 4 belongs to the body
+                        scene.model.triangles(0, 2)};
     contact.weights = {1.0, -0.2, -0.5, -0.3};
     contact.normal = Vec3(0.2, -0.1, 1.0).normalized();
     Vec3 gap = Vec3::Zero();
@@ -87,8 +88,8 @@ TEST_CASE(
       angular += Vec3((scene.x.row(v) + share * (given.row(v) - scene.x.row(v))).transpose())
                      .cross(change);
     }
-    CHECK(linear.norm() <
-          1e-14 * (mass * body.moved.norm()) + 1e-17);  // coordinates of 0.1 m are rounded to 1e-17
+    // The tolerance covers coordinates of 0.1 m, which are rounded to 1e-17.
+    CHECK(linear.norm() < 1e-14 * (mass * body.moved.norm()) + 1e-17);
     CHECK(angular.norm() <= 1e-12 * size);
   }
   CHECK(n_pressed > 45);
@@ -156,8 +157,8 @@ TEST_CASE("a body that impulses cannot stop keeps its shape and ends on its path
         stage.certify(Team{1}, {scene.x, scene.inverse_mass, {}}, x1, ball.bodies);
     CHECK(report.unresolved == 0);
     CHECK(intersecting_pairs(x1, scene.model.triangles).empty());
-    CHECK(std::abs(ball.bodies[0].end.position.z()) <
-          2.4e-3);  // facets let the ball move slightly farther than its clearance of 2 mm
+    // The facets let the ball move slightly farther than its clearance of 2 mm.
+    CHECK(std::abs(ball.bodies[0].end.position.z()) < 2.4e-3);
     const Index held = scene.model.surfaces[2].first_vertex;
     CHECK(x1.topRows(held) == scene.x.topRows(held));
   }

@@ -217,8 +217,9 @@ void check_queries(const std::string& path, double bound) {
   INFO(path);
   std::ifstream file(path, std::ios::binary);
   REQUIRE(file);
-  double row[28];  // 24 coordinates, kind (0 vertex-face, 1 edge-edge), verdict, and
-                   // lower and upper bound of the first contact time
+  // A row contains 24 coordinates, the kind (0 vertex-face, 1 edge-edge), the verdict, and a lower
+  // and an upper bound of the first contact time.
+  double row[28];
   long n = 0, missed = 0, false_hits = 0, late = 0, wrong = 0, left = 0, n_left = 0,
        separated_hits = 0;
   while (file.read(reinterpret_cast<char*>(row), sizeof row)) {

@@ -76,8 +76,8 @@ TEST_CASE(
   CHECK((slipping.gradient + slipping.hessian * u).normalized().dot((s + u).normalized()) ==
         Approx(1.0));
   CHECK(slip_after(s, u, 100.0, 0.03).norm() == Approx(0.03 / 100.0));
-  CHECK(friction_response(Vec3::Zero(), Vec3::Zero(), tangent, 100.0, 0.0)
-            .hessian.isZero(0.0));  // no stiffness without friction
+  // Without friction, there is no stiffness.
+  CHECK(friction_response(Vec3::Zero(), Vec3::Zero(), tangent, 100.0, 0.0).hessian.isZero(0.0));
 }
 
 TEST_CASE("a block on a slope sticks below the friction angle and slides above it") {

@@ -84,8 +84,8 @@ TEST_CASE(
           (2 * step);
       const double error = std::abs(difference + at.force) / at.force;
       CHECK(std::abs(slope + at.stiffness) <= 1e-2 * at.stiffness);
-      if (last > 1e-8)
-        CHECK(last / error == Approx(4.0).epsilon(0.1));  // halving the step quarters the error
+      // Halving the step quarters the error.
+      if (last > 1e-8) CHECK(last / error == Approx(4.0).epsilon(0.1));
       CHECK(error < 1e-2);
       last = error;
     }
@@ -290,14 +290,14 @@ TEST_CASE("a vertex over the common edge or corner of faces is pushed as by one 
   const int n = 2000;
   for (int i = 0; i <= n; ++i) {
     Points x = scene.x;
-    x.row(0) = Eigen::RowVector3d(-0.03 + 0.06 * i / n, -0.012 + 0.024 * i / n,
-                                  1.4e-3);  // passes over faces, edges and a corner
+    // The vertex passes over faces, edges and a corner.
+    x.row(0) = Eigen::RowVector3d(-0.03 + 0.06 * i / n, -0.012 + 0.024 * i / n, 1.4e-3);
     x.middleRows(1, 3).col(2).array() += 1.0;
     const Assembled at = assemble(scene, x, Points::Zero(x.rows(), 3), Points(0, 3), 4);
     double force = 0.0;
     for (const ExtraTerm& term : at.terms)
       if (term.entries[0].weight == 1.0)
-        force -= term.gradient.z();  // vertex contacts; edge contacts have smaller weights
+        force -= term.gradient.z();  // vertex contacts only; edge contacts have smaller weights
     least = std::min(least, force);
     most = std::max(most, force);
     if (last >= 0.0) largest_jump = std::max(largest_jump, std::abs(force - last));

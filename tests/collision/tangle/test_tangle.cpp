@@ -144,7 +144,7 @@ TEST_CASE("terms and impulses that untangle have neither sum nor torque") {
     size += moved.norm();
   }
   CHECK(size > 1e-3);
-  CHECK(sum.norm() <
-        1e-12 * size);  // displacements of 1e-4 m are differences of coordinates of 0.1 m
+  // The tolerance allows for displacements of 1e-4 m that are differences of coordinates of 0.1 m.
+  CHECK(sum.norm() < 1e-12 * size);
   CHECK(torque.norm() < 1e-12 * size);
 }

@@ -15,8 +15,8 @@ double distance(const Vec3& position, const Vec4& orientation = Vec4(1, 0, 0, 0)
   return box_distance(-half, half, -half, half, {position, orientation});
 }
 
-// Computes the distance independently, by alternating projections onto the boxes. They converge to
-// the closest points of convex bodies.
+// Computes the distance independently, by alternating projections onto the boxes. The projections
+// converge to the closest points of convex bodies.
 double by_projections(const RigidPose& pose) {
   const Mat3 r = rotation_matrix(pose.orientation);
   Vec3 a = Vec3::Zero(), b = Vec3::Zero();

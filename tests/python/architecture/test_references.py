@@ -1,4 +1,4 @@
-"""Everything that comments and documents refer to exists: cited works, links, pictures, files."""
+"""Everything that comments and documents cite exists: works, links, pictures, and files."""
 
 import re
 import subprocess

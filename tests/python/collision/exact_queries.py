@@ -183,9 +183,8 @@ class Hull:
             if time.sign_of(self.dot[i, j]) < 0 and all(turn(i, j, k) == 0 for k in range(3)):
                 return True
         for i, j, m in combinations(range(self.n), 3):
-            for k in range(
-                3
-            ):  # the three normals are parallel, so any nonzero coordinate shows their directions
+            # The three normals are parallel, so any nonzero coordinate shows their directions.
+            for k in range(3):
                 signs = {turn(i, j, k), turn(j, m, k), turn(m, i, k)}
                 if signs in ({1}, {-1}):
                     return True

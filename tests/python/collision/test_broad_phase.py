@@ -59,9 +59,8 @@ def test_all_engines_find_the_pairs_of_brute_force(scene):
 def test_all_engines_find_the_pairs_of_brute_force_among_many_triangles(seed, n, inflation, size):
     """Uses enough triangles for trees of three levels."""
     random = np.random.default_rng(seed)
-    centres = random.random((n, 1, 3)) * random.choice(
-        [0.0, 1.0], size=3
-    )  # in space, in a plane, on a line, at a point
+    # The centres lie in space, in a plane, on a line or at a point.
+    centres = random.random((n, 1, 3)) * random.choice([0.0, 1.0], size=3)
     x0 = (centres + size * random.normal(size=(n, 3, 3))).reshape(-1, 3)
     x1 = x0 + size * random.normal(size=x0.shape)
     triangles = np.arange(3 * n).reshape(n, 3)

@@ -42,9 +42,8 @@ def test_mutual_inductances_are_those_of_their_circles():
             of_circles(a, b, distance), rel=1e-10
         )
     x, w = np.polynomial.legendre.leggauss(40)
-    heights = np.abs(
-        0.02 * x[:, None] - 0.02 * x - 0.03
-    )  # the coils overlap, which limits the rule to about 1e-6
+    # The coils overlap, which limits the accuracy of the rule to about 1e-6.
+    heights = np.abs(0.02 * x[:, None] - 0.02 * x - 0.03)
     wanted = 200 * 100 / 4 * np.einsum("i,j,ij->", w, w, of_circles(0.05, 0.04, heights))
     one, two = M.solenoid(**ONE, current=1.0), M.solenoid(**TWO, current=1.0).moved((0, 0, 0.03))
     assert M.mutual_inductance(one, two) == pytest.approx(wanted, rel=1e-5)
@@ -295,9 +294,8 @@ def series_force(radius: float, distance: float, ball: float, chi: float, curren
     """
     s = np.hypot(radius, distance)
     n = np.arange(60)
-    field = (
-        current * radius**2 / (2 * s**3) * eval_gegenbauer(n, 1.5, distance / s) / s**n
-    )  # field on the axis as a power series in z
+    # Field on the axis as a power series in z.
+    field = current * radius**2 / (2 * s**3) * eval_gegenbauer(n, 1.5, distance / s) / s**n
     potential = np.append(0.0, -field / (n + 1))  # coefficients of degree l
     degree = n[1:]
     answer = (

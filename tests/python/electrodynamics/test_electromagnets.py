@@ -119,11 +119,11 @@ def falling(magnets=(), **given) -> ls.Scene:
     """A soft ball flies through a loop with a circuit. A carrier of magnets and an optional second
     coil is next to them. All bodies are free.
     """
-    places = {
+    places = {  # the loop is far from the box that carries it
         "ball": (0, 0, 0),
         "coil": (0.06, 0, 0.02),
         "magnet": (0.03, 0, 0),
-    }  # the loop is far from the box that carries it
+    }
     mesh = {"ball": ls.meshes.sphere(radius=0.01, subdivisions=2)}
     bodies = [
         ls.RigidBody(
@@ -358,9 +358,10 @@ def test_forces_by_currents_are_among_the_magnetic_forces():
     before, forces = np.array(sim.state.body_velocities), np.asarray(sim.magnetic_forces()[0])
     sim.step()
     felt = masses[:, None] * (np.asarray(sim.state.body_velocities) - before) / 1e-5
+    # The tolerance covers the change of the current, which is 1/20.
     assert np.abs(forces).max() > 0.01 and forces == pytest.approx(
         felt, abs=0.06 * np.abs(felt).max()
-    )  # the current changes by 1/20
+    )
 
 
 def test_a_picture_has_no_field_lines_before_the_current_begins():

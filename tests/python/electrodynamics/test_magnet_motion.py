@@ -173,12 +173,10 @@ def test_the_energy_of_a_swinging_magnet_does_not_drift():
         "B0": 5e-5,
         "period": 1.4,
     }
-    sim = simulation(
-        compass(case, 60.0), case["period"] / 25
-    )  # two sub-steps of 0.13 / angular frequency per step
-    swing = (
-        0.5 * 0.05 * 0.005 * 0.001 / 4e-7 / np.pi * 5e-5
-    )  # energy difference between the turning point and the middle
+    # Each step has two sub-steps of 0.13 / angular frequency.
+    sim = simulation(compass(case, 60.0), case["period"] / 25)
+    # Energy difference between the turning point and the middle.
+    swing = 0.5 * 0.05 * 0.005 * 0.001 / 4e-7 / np.pi * 5e-5
     energies = []
     for _ in range(25 * 400):
         sim.step()

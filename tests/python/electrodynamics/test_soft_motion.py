@@ -1,4 +1,4 @@
-"""Magnetisable bodies in motion: levitation, energy and momenta, bitwise reproducibility."""
+"""Magnetisable bodies in motion: levitation, energy and momenta, and bitwise reproducibility."""
 
 import loomstone as ls
 import numpy as np

@@ -154,9 +154,8 @@ def test_published_bands_are_those_of_the_collection(published):
 
 def test_levels_of_bending_are_percentiles_of_the_collection(published):
     percentiles = published["bending_population_statistics"]["B_warp"][1:-1]
-    assert [level.bending for level in LEVELS.values()] == pytest.approx(
-        percentiles, rel=0.02
-    )  # values are rounded to two digits
+    # The published values are rounded to two digits.
+    assert [level.bending for level in LEVELS.values()] == pytest.approx(percentiles, rel=0.02)
 
 
 def test_every_fabric_names_its_source_its_licence_and_its_caveats():

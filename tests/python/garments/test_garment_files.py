@@ -81,10 +81,11 @@ def test_a_garmentcode_pattern_is_sewn_in_metres_with_z_up(tmp_path):
 def test_curvatures_are_relative_to_the_edge(tmp_path):
     panel = rectangle()
     r = 25.0
+    # A small arc to the right of the direction of the hem, which is below the hem.
     panel["edges"][0]["curvature"] = {
         "type": "circle",
         "params": [r, 0, 1],
-    }  # small arc to the right of the hem, that is, below it
+    }
     panel["edges"][1]["curvature"] = {"type": "quadratic", "params": [[0.5, -0.2]]}
     panel["edges"][2]["curvature"] = {"type": "cubic", "params": [[1 / 3, 0.1], [2 / 3, 0.1]]}
     panel["edges"][3]["curvature"] = [0.5, 0.2]  # format of older files

@@ -1,5 +1,5 @@
-"""Coils, circuits and bearings: tables of a magnetic brake and of motors, energy balances, invalid
-input.
+"""Coils, circuits and bearings: tables of a magnetic brake and of motors, energy balances, and
+invalid input.
 """
 
 import loomstone as ls
@@ -82,10 +82,11 @@ def test_a_magnet_falls_through_a_coil_as_in_the_table(case):
         before = sim.body_centres[0, 2]
     speed = -sim.state.body_velocities[0, 2]
     late = (case["end_z"] - before) / speed
+    # Time and speed at the end of the path, far from the coil, by extrapolation from the last step.
     time, speed = (
         sim.time - late,
         speed - case["gravity"] * late,
-    )  # interpolated to the end of the path, far from the coil
+    )
     # A current sheet replaces the turns. The steps only partly resolve the rates R/L = 25,000/s and
     # G G/mR = 700/s.
     assert time == pytest.approx(case["time"], rel=2e-3)
@@ -98,9 +99,8 @@ def test_a_magnet_falls_through_a_coil_as_in_the_table(case):
 def test_energy_balances_with_second_order(case):
     errors = []
     for step in (2e-3, 1e-3):
-        sim = simulation(
-            falling_magnet(case, 1e-6).replace(magnetic_step=1.0), step
-        )  # steps are not divided into sub-steps
+        # Steps are not divided into sub-steps.
+        sim = simulation(falling_magnet(case, 1e-6).replace(magnetic_step=1.0), step)
         start = balance(sim)
         for _ in range(round(0.1 / step)):
             sim.step()

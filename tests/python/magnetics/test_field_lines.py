@@ -59,12 +59,10 @@ def test_every_line_of_two_magnets_leaves_north_and_enters_south_or_leaves_the_e
         chords = np.diff(x, axis=0)
         unit = chords / np.linalg.norm(chords, axis=1)[:, None]
         turns = np.arccos(np.clip((unit[1:] * unit[:-1]).sum(axis=1), -1, 1))
-        long = (
-            np.linalg.norm(chords, axis=1) > 1e-4
-        )  # shorter chords end on surfaces, where B has a kink
-        assert (
-            turns[long[1:] & long[:-1]].max(initial=0.0) < 0.3
-        )  # on average 0.1 rad, the turn of one step
+        # Shorter chords end on surfaces, where B has a kink.
+        long = np.linalg.norm(chords, axis=1) > 1e-4
+        # One step turns by 0.1 rad on average.
+        assert turns[long[1:] & long[:-1]].max(initial=0.0) < 0.3
 
 
 def test_lines_of_a_solenoid_go_round_its_winding():
@@ -147,9 +145,8 @@ def test_a_frame_gives_the_poses_of_its_magnets_and_draws_their_lines(tmp_path):
     assert placed[1].radius == 0.005
     alone = m.field(placed[0], [placed[1].position])[0]
     share = 3 * 100 / 103 * 4 / 3 * np.pi * 0.005**3 / m.MU0
-    assert placed[1].moment == pytest.approx(
-        share * alone, rel=1e-5
-    )  # tolerance of induced moments in scenes
+    # The tolerance is that of induced moments in scenes.
+    assert placed[1].moment == pytest.approx(share * alone, rel=1e-5)
 
     options = ls.RenderOptions(width=160, height=120, samples=1, field_lines=30)
     renderer = ls.pictures.Renderer(sim.topology, options)

@@ -1,4 +1,4 @@
-"""Magnetisable spheres: moments of the table, forces as derivatives of the energy, levitation."""
+"""Magnetisable spheres: moments of the table, forces as derivatives of energy, and levitation."""
 
 import importlib.util
 from pathlib import Path
@@ -23,9 +23,8 @@ def test_moments_of_coupled_spheres_are_those_of_the_table(case):
         applied=n * [case["B0"]],
     )
     wanted = np.array(case["moments"])
-    assert (
-        np.abs(found - wanted).max() < 1e-11 * np.abs(wanted).max()
-    )  # the tolerance of the residual is 1e-12
+    # The tolerance of the residual is 1e-12.
+    assert np.abs(found - wanted).max() < 1e-11 * np.abs(wanted).max()
 
 
 def test_one_sphere_answers_with_three_chi_over_three_plus_chi():

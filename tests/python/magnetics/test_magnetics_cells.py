@@ -1,5 +1,5 @@
 """Magnets as hierarchies of dipole cells: figures 6.5 and 6.7, consistent levels, fronts by (6.19),
-conservation of momentum.
+and conservation of momentum.
 """
 
 import loomstone as ls
@@ -52,11 +52,12 @@ def test_the_six_arrangements_of_figure_6_5(name, m1, m2, force, torque1, torque
         return M.cuboid(size=size, polarization=direction)
 
     a, b = bar(m1), bar(m2).moved((0.06, 0, 0))
+    # A density of 1e3 gives a single cell each.
     for engine, density in (
         ("cells", 1e3),
         ("cells", 8e6),
         ("exact", None),
-    ):  # 1e3 gives a single cell each
+    ):
         on_2 = M.force(on=b, by=a, engine=engine, density=density)
         on_1 = M.force(on=a, by=b, engine=engine, density=density)
         small = 1e-9 * np.linalg.norm(on_2.force)
@@ -143,9 +144,8 @@ def test_figure_6_7_cells_converge_to_the_exact_force_from_a_distance():
             forces, _ = M.dipole_forces(
                 points + (0, 0, 0.01 + 1e-3 * gap), moments, points, moments
             )
-            assert found.force[2] == pytest.approx(
-                forces[:, 2].sum(), rel=1e-11
-            )  # tree and lattice agree
+            # Tree and lattice agree.
+            assert found.force[2] == pytest.approx(forces[:, 2].sum(), rel=1e-11)
         assert errors[3] < errors[2] < errors[1] and errors[3] < 5e-3, (gap, errors)
     # In contact cells do not converge: the error is +40 % for any number of cells.
     for n in (4, 8):

@@ -98,9 +98,8 @@ def test_loops_and_solenoids_agree_with_the_reference():
             turns=case["turns"],
             current=case["current"],
         )
-        assert (
-            relative(field, [[0, case["B_rho_sheet"], case["B_z_sheet"]]]) < 1e-11
-        )  # accuracy of the table
+        # The tolerance is the accuracy of the table.
+        assert relative(field, [[0, case["B_rho_sheet"], case["B_z_sheet"]]]) < 1e-11
 
 
 def test_dipole_pairs_and_clouds_agree_with_the_reference():
@@ -109,14 +108,12 @@ def test_dipole_pairs_and_clouds_agree_with_the_reference():
         forces, torques = M.dipole_forces(points, moments)
         assert relative(forces, [np.negative(case["F_on_2"]), case["F_on_2"]]) < 1e-14
         assert relative(torques, [case["T_on_1"], case["T_on_2"]]) < 1e-14
-        assert M.dipole_energy(points, moments) == pytest.approx(
-            case["U"], rel=1e-12
-        )  # nearly cancelling terms
+        # The energy consists of nearly cancelling terms.
+        assert M.dipole_energy(points, moments) == pytest.approx(case["U"], rel=1e-12)
     for case in cases("ii_dipole_clouds"):
         points, moments = case["positions"], case["moments"]
-        assert (
-            relative(M.dipole_field(points, moments, points), case["B"]) < 1e-12
-        )  # cancellation in the sums
+        # Cancellation in the sums limits the accuracy.
+        assert relative(M.dipole_field(points, moments, points), case["B"]) < 1e-12
         assert relative(M.dipole_forces(points, moments)[0], case["F"]) < 1e-12
         assert M.dipole_energy(points, moments) == pytest.approx(case["U"], rel=1e-12)
 
@@ -208,6 +205,8 @@ def test_far_fields_lose_no_digits(name):
         share = np.tile(share, 32) / 32
         volume = np.pi * (0.01**2 - inner**2) * 0.013
     moments = share[:, None] * volume * np.array(J) / M.MU0
+    # The distances are 3 to 1e4 times the size of the body. The formula changes between 3.7 and 7
+    # radii.
     for distance in (
         0.05,
         0.1,
@@ -215,7 +214,7 @@ def test_far_fields_lose_no_digits(name):
         1.0,
         10.0,
         100.0,
-    ):  # 3 to 1e4 sizes; the formula changes between 3.7 and 7 radii
+    ):
         points = outside(body, distance)
         # Tolerance: rounding of 1e3 to 4e4 terms of one sign. Below 5 radii, the quadrature has an
         # error of 1e-12.
@@ -369,9 +368,8 @@ def test_the_flux_of_b_through_a_closed_surface_is_zero_and_the_circulation_of_h
     path = np.stack([0.01 + 0.004 * np.cos(phi), 0 * phi, 0.004 * np.sin(phi)], axis=1)
     step = 0.004 * 2 * np.pi / 400 * np.stack([-np.sin(phi), 0 * phi, np.cos(phi)], axis=1)
     strength = M.field(M.loop(radius=0.01, current=3.0), path, quantity="H")
-    assert (strength * step).sum() == pytest.approx(
-        -3.0, rel=1e-12
-    )  # the trapezoidal rule converges spectrally here
+    # The trapezoidal rule converges spectrally here.
+    assert (strength * step).sum() == pytest.approx(-3.0, rel=1e-12)
 
 
 def test_the_same_bits_on_any_number_of_threads_and_beside_any_neighbours():

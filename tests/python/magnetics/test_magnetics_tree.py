@@ -75,9 +75,8 @@ def test_field_gradient_forces_and_torques_keep_the_tolerance(dipoles, tolerance
         found = M.dipole_gradient(points, moments, observers, tolerance=tolerance)
         assert off(found, gradient) <= SAMPLED * tolerance
         assert np.array_equal(found, np.swapaxes(found, 1, 2))
-        assert (
-            np.abs(np.trace(found, axis1=1, axis2=2)).max() <= 1e-12 * np.abs(found).max()
-        )  # div B = 0 holds for each term
+        # div B = 0 holds for each term.
+        assert np.abs(np.trace(found, axis1=1, axis2=2)).max() <= 1e-12 * np.abs(found).max()
 
 
 def test_forces_of_one_set_of_dipoles_on_another_keep_the_tolerance():

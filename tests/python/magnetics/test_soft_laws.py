@@ -42,9 +42,8 @@ def test_a_magnet_floats_above_a_superconducting_ball_as_its_table_says():
         slope = (
             lift(ball, magnet, place + step).force[2] - lift(ball, magnet, place - step).force[2]
         ) / (2 * step)
-        assert -slope == pytest.approx(
-            case["vertical_stiffness"], rel=1e-6
-        )  # second order: step^2 is 1e-8
+        # The difference quotient is of second order, with a squared step of 1e-8.
+        assert -slope == pytest.approx(case["vertical_stiffness"], rel=1e-6)
 
 
 def test_diamagnetic_balls_are_pushed_from_a_magnet_as_their_table_says():
@@ -109,9 +108,8 @@ def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
     assert pull.image_pull(0.0, size) == pytest.approx(force, rel=5e-3), "that of the largest"
     gaps = np.array((0.0, 1e-5, 1e-4, 5e-4, 1e-3, 2e-3, 4e-3))
     images = np.array([pull.image_pull(gap) for gap in gaps])
-    assert pull.plate_pull(gaps, susceptibility=1e5) == pytest.approx(
-        images, rel=2e-3
-    )  # the plate is five magnets wide
+    # The plate is five magnets wide.
+    assert pull.plate_pull(gaps, susceptibility=1e5) == pytest.approx(images, rel=2e-3)
     # This plate has few panels, and the edges of the pole run across them.
     plate = M.soft_cuboid(size=pull.PLATE, susceptibility=1e5, cells=8)
     for gap, image in zip(gaps, images, strict=True):
@@ -247,9 +245,8 @@ def test_bodies_of_all_kinds_keep_momentum_whatever_frame_and_threads():
     soft, magnet = several(turn)
     turned = M.induce(soft, by=magnet, field=turn.apply((0.01, 0, 0.02)), tolerance=1e-9)
     for a, b in zip(turned.bodies, induced.bodies, strict=True):
-        assert (
-            away(a.moment, turn.apply(b.moment)) < 1e-6
-        )  # rotation changes which points are close to which panels
+        # The rotation changes which points are close to which panels.
+        assert away(a.moment, turn.apply(b.moment)) < 1e-6
 
 
 def test_a_ball_of_panels_near_a_box_answers_as_the_exact_ball():

@@ -72,9 +72,8 @@ def test_cloth_on_a_sequence_is_carried_up(tmp_path):
     )
     *_, last = sim.frames(duration=0.08)
     assert last.body_vertices == pytest.approx(FRAMES[-1], abs=1e-6)
-    assert (
-        last.positions[:, 2].max() > 0.108 + 0.07
-    )  # the top of the ball rises from 0.1 to 0.188 and throws the cloth up
+    # The top of the ball rises from 0.1 to 0.188 and throws the cloth up.
+    assert last.positions[:, 2].max() > 0.108 + 0.07
 
 
 def test_what_is_wrong_with_a_sequence_is_one_sentence(tmp_path):

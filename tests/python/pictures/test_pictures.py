@@ -202,9 +202,8 @@ def test_automatic_colours_are_one_range_for_the_whole_run(scene, drawn, tmp_pat
     simulate(scene, tmp_path / "run", render=look)
     assert same(pictures(tmp_path / "run" / "frames"), pictures(tmp_path / "all"))
     before = pictures(tmp_path / "run" / "frames")
-    simulate(
-        scene, tmp_path / "run", duration=0.32, resume=True, render=True
-    )  # larger stretch: all pictures are redrawn
+    # The stretch becomes larger, so all pictures are redrawn.
+    simulate(scene, tmp_path / "run", duration=0.32, resume=True, render=True)
     after = pictures(tmp_path / "run" / "frames")
     fresh = render_run(ls.Run(tmp_path / "run"), look, out=tmp_path / "fresh", jobs=1)
     assert len(fresh) == 9 and same(after, pictures(tmp_path / "fresh"))

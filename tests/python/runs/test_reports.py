@@ -31,9 +31,8 @@ def test_forced_intersections_are_recorded_with_their_triangles_and_reported(
     assert [sum(row[0] == step for row in rows) for step in steps["step"]] == list(
         steps["contacts.forced"]
     )
-    assert all(
-        first < 128 <= second for _, first, second in rows
-    )  # cloth intersects plates, never itself
+    # The cloth intersects plates, but never itself.
+    assert all(first < 128 <= second for _, first, second in rows)
     run = ls.Run(tmp_path / "r")
     for frame in run:
         marked = {

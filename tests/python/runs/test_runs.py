@@ -1,4 +1,4 @@
-"""Runs in directories: frames, checkpoints, tables, pictures, resuming."""
+"""Runs in directories: frames, checkpoints, tables, pictures, and resuming."""
 
 import json
 import os
@@ -112,9 +112,8 @@ def test_a_run_is_not_overwritten_unless_asked(run, hanging, euler):
 def test_a_resumed_run_ends_in_the_same_bits(run, hanging, euler, cut):
     whole = ls.Run(run)[-1].positions.copy()
     digest = json.loads((run / "report.json").read_text())["digest"]
-    for path in checkpoints.checkpoint_files(run)[
-        2 - cut :
-    ]:  # as if killed before these were written
+    # The state is as if the run had been killed before these files were written.
+    for path in checkpoints.checkpoint_files(run)[2 - cut :]:
         path.unlink()
     report = ls.Simulation(hanging, integrator=euler).run(out=run, duration=0.12, resume=True)
     assert (
@@ -131,9 +130,8 @@ def test_a_box_rides_on_an_obstacle_that_deforms_and_a_prolonged_run_ends_in_the
     floor = ls.meshes.floor(size=1.0, cells=4)
     times = np.linspace(0.0, 0.4, 41)
     waves = np.repeat(np.asarray(floor.vertices)[None], len(times), axis=0)
-    waves[:, :, 2] = (
-        2.0 * times[:, None] ** 2 * (1.0 + waves[:, :, 0])
-    )  # tilts while it rises, at 4 m/s^2
+    # The surface tilts while it rises, at 4 m/s^2.
+    waves[:, :, 2] = 2.0 * times[:, None] ** 2 * (1.0 + waves[:, :, 0])
     scene = ls.Scene(
         bodies=[
             ls.RigidBody(
@@ -159,9 +157,8 @@ def test_a_box_rides_on_an_obstacle_that_deforms_and_a_prolonged_run_ends_in_the
         straight.step()
     x, _, z = straight.body_centres[0]
     slope = 2.0 * 0.4**2
-    assert z == pytest.approx(
-        slope * (1.0 + x) + 0.05 * np.hypot(1.0, slope), abs=1e-3
-    )  # flat on the slope
+    # The body lies flat on the slope.
+    assert z == pytest.approx(slope * (1.0 + x) + 0.05 * np.hypot(1.0, slope), abs=1e-3)
     assert straight.state.body_velocities[0][2] == pytest.approx(4.0 * 0.4 * (1.0 + x), rel=0.1)
     ls.Simulation(scene, integrator=euler).run(out=tmp_path / "a", duration=0.2)
     report = ls.Simulation(scene, integrator=euler).run(
@@ -439,14 +436,12 @@ def test_a_run_with_bodies_may_end_between_the_steps_that_can_be_saved(tmp_path)
     )
     scene = ls.Scene(bodies=[ball], obstacles=[ls.floor()])
     settings = {"integrator": ls.SemiImplicitEuler(step=4e-3), "threads": 1}
-    report = ls.Simulation(scene, **settings).run(
-        out=tmp_path / "b", duration=0.2
-    )  # 50 steps; checkpoints at multiples of 40
+    # The run has 50 steps, with checkpoints at multiples of 40.
+    report = ls.Simulation(scene, **settings).run(out=tmp_path / "b", duration=0.2)
     assert len(ls.Run(tmp_path / "b")) == 6 and report["steps"] == 50
     again = ls.Simulation(scene, **settings).run(out=tmp_path / "c", duration=0.2)
     assert report["digest"] == again["digest"]
-    prolonged = ls.Simulation(scene, **settings).run(
-        out=tmp_path / "b", duration=0.32, resume=True
-    )  # resumes at step 40
+    # The run resumes at step 40.
+    prolonged = ls.Simulation(scene, **settings).run(out=tmp_path / "b", duration=0.32, resume=True)
     whole = ls.Simulation(scene, **settings).run(out=tmp_path / "d", duration=0.32)
     assert prolonged["digest"] == whole["digest"] and len(ls.Run(tmp_path / "b")) == 9

@@ -51,8 +51,8 @@ Scene stretched_beyond_limits(int cells) {
   for (Index i = 0; i < n; ++i) {
     const Vec3 at = cloth.mesh->vertices().row(cloth.pins[i]).transpose();
     cloth.script_positions.row(i) = at.transpose();
-    cloth.script_positions.row(n + i) =
-        Vec3(1.3 * at.x(), at.y(), at.z()).transpose();  // 30 % along weft
+    // Stretches by 30 % along weft.
+    cloth.script_positions.row(n + i) = Vec3(1.3 * at.x(), at.y(), at.z()).transpose();
   }
   scene.cloths.push_back(cloth);
   for (const bool by_edges : {false, true}) {
@@ -135,8 +135,8 @@ TEST_CASE(
   CHECK(broken.front().element == sim.report().limits.worst_element);
   CHECK(broken.front().excess == sim.report().limits.weft_excess);
   for (std::size_t i = 1; i < broken.size(); ++i) REQUIRE(broken[i].excess <= broken[i - 1].excess);
-  CHECK(sim.report().limits.weft_excess ==
-        Approx(0.25).margin(0.05));  // all triangles share the prescribed strain
+  // All triangles share the prescribed strain.
+  CHECK(sim.report().limits.weft_excess == Approx(0.25).margin(0.05));
   CHECK(sim.report().strain.stretch < 1.36);
   const Points x = sim.positions();
   Points strain;
