@@ -263,8 +263,7 @@ TEST_CASE("a hanging strip stretches as the analytic solution, along weft and al
     start(run, o);
     for (int i = 0; i < 60; ++i) run.advance();
     const double bottom = run.state.x.col(weft ? 0 : 1).minCoeff();
-    // The error of linear triangles is of second order in their size; 24 of them lie along the
-    // strip.
+    // The error of linear triangles is of second order in size; 24 of them lie along the strip.
     CHECK(length / 2 - bottom == Approx(hang).epsilon(1e-3));
   }
 }

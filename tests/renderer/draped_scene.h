@@ -12,8 +12,8 @@ struct DrapedScene {
   Frame frame;
 };
 
-// The cloth is a square of 0.62 m with cells x cells cells; 85 cells give 14,450 triangles. The
-// ball is an icosahedron that is subdivided `subdivisions` times; 4 times give 5,120 triangles.
+// The cloth is a square of 0.62 m with `cells` cells along each side; 85 cells give 14,450
+// triangles. The ball is a subdivided icosahedron; 4 subdivisions give 5,120 triangles.
 DrapedScene draped_scene(Index cells = 40, int subdivisions = 3);
 
 // A flat vertical square of cloth, 0.5 m wide, without bodies.

@@ -358,10 +358,9 @@ def test_forces_by_currents_are_among_the_magnetic_forces():
     before, forces = np.array(sim.state.body_velocities), np.asarray(sim.magnetic_forces()[0])
     sim.step()
     felt = masses[:, None] * (np.asarray(sim.state.body_velocities) - before) / 1e-5
-    # The tolerance covers the change of the current, which is 1/20.
     assert np.abs(forces).max() > 0.01 and forces == pytest.approx(
         felt, abs=0.06 * np.abs(felt).max()
-    )
+    )  # tolerance: the current changes by 1/20
 
 
 def test_a_picture_has_no_field_lines_before_the_current_begins():
