@@ -28,7 +28,7 @@ from smoke import SCENES, parsed
 
 # Leaves per cubic metre, chosen to give about as many cells as in the thesis.
 DENSITY = {"toy_magnets": 7e7, "lift": 2.6e8, "figures": 2e7, "levitation": 3e7, "dragon": 1e7}
-# Thesis (2.4 GHz): cells, magnetics [ms], rigid bodies [ms], gain.
+# Values of the thesis (at 2.4 GHz): cells, magnetics [ms], rigid bodies [ms], gain.
 THESIS = {
     "toy_magnets": (48, 0.29, 0.09, 1.30),
     "lift": (256, 3.9, 0.25, 3.76),

@@ -94,7 +94,8 @@ void forget_rows_of_others(RandomSystem& system) {
 }
 
 void solutions_keep_their_bits(const RankProgram& program) {
-  for (const Index side : {45, 13}) {  // 16 blocks of rows; 2 blocks, so a third rank owns none
+  // Side 45 gives 16 blocks of rows. Side 13 gives 2 blocks, so a third rank owns none.
+  for (const Index side : {45, 13}) {
     RandomSystem system = random_system(side, 2, side * 6, program.communicator());
     forget_rows_of_others(system);
     Points x = system.x;

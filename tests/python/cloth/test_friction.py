@@ -28,7 +28,7 @@ def test_a_sheet_holds_two_percent_below_the_friction_angle_and_does_not_creep(s
     settled = sim.positions
     for _ in range(round(0.8 / step)):
         sim.step()
-    # Friction anchors do not creep. A creep of 0.1 mm in 60 s would be 1.3e-6 m in this time.
+    # Friction anchors do not creep. A creep of 0.1 mm in 60 s would be 1.3e-6 m during this test.
     assert np.abs(sim.positions - settled).max() < 1e-9
 
 
