@@ -147,7 +147,7 @@ def test_figure_6_7_cells_converge_to_the_exact_force_from_a_distance():
             # Tree and lattice agree.
             assert found.force[2] == pytest.approx(forces[:, 2].sum(), rel=1e-11)
         assert errors[3] < errors[2] < errors[1] and errors[3] < 5e-3, (gap, errors)
-    # In contact cells do not converge: the error is +40 % for any number of cells.
+    # In contact, cells do not converge. The error is +40 % for any number of cells.
     for n in (4, 8):
         points, moments = lattice(n)
         forces, _ = M.dipole_forces(points + (0, 0, 0.01), moments, points, moments)
