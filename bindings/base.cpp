@@ -1,4 +1,4 @@
-// Binds errors, reports and frames.
+// Binds the exceptions, the reports of steps, and frames.
 #include "core/base/frame.h"
 
 #include "bindings/bindings.h"
@@ -10,7 +10,7 @@ namespace {
 
 void bind_errors(py::module_& m) {
   static py::exception<Error> error(m, "Error", PyExc_Exception);
-  error.attr("__doc__") = "Base of all errors of this library.";
+  error.attr("__doc__") = "Base class of all errors of this library.";
   const auto derived = [&](PyObject* standard) {
     return py::make_tuple(py::handle(error.ptr()), py::handle(standard));
   };
@@ -24,10 +24,12 @@ void bind_errors(py::module_& m) {
   static py::exception<Unsupported> unsupported(m, "Unsupported", bases_unsupported);
   input.attr("__doc__") = "Input that cannot be simulated (a ValueError).";
   solver.attr("__doc__") =
-      "A solve or a step failed. The message names stage, step and time (a RuntimeError).";
+      "A solve or a step failed (a RuntimeError). The message names the stage, the step and the "
+      "time.";
   cache.attr("__doc__") = "A file could not be written, read or interpreted (an OSError).";
   unsupported.attr("__doc__") =
-      "Not available in this build or combination (a NotImplementedError).";
+      "A feature that is not available in this build or in this combination (a "
+      "NotImplementedError).";
   py::register_exception_translator([](std::exception_ptr failure) {
     try {
       if (failure) std::rethrow_exception(failure);
@@ -55,11 +57,11 @@ void bind_report(py::module_& m, const char* name, const char* meaning) {
   });
   c.def(
       "to_dict", [](const Report& report) { return plain(report); },
-      "All numbers by name; nested reports as dictionaries.");
+      "Returns all numbers by name, with nested reports as dictionaries.");
   c.def("__repr__", [name](const Report& report) { return repr_description(report, name); });
 }
 
-// All numbers by their path, which names the column in tables.
+// Returns all numbers of a report by path. The path is also the name of the column in tables.
 py::dict numbers(const StepReport& report) {
   py::dict dict;
   for_each_number(report, [&](const std::string& path, const auto&, const auto& value) {
@@ -71,7 +73,7 @@ py::dict numbers(const StepReport& report) {
 void bind_reports(py::module_& m) {
   bind_report<StageSeconds>(m, "StageSeconds", "Wall time of each stage of a step [s].");
   bind_report<ThreadReport>(m, "ThreadReport",
-                            "Time of threads in the loops of collision handling [s].");
+                            "Time that threads spend in the loops of collision handling [s].");
   bind_report<SolverReport>(m, "SolverReport", "Solves of the integrator.");
   bind_report<ContactReport>(m, "ContactReport", "Contacts and intersections.");
   bind_report<WithheldReport>(m, "WithheldReport", "Motion withheld by certification.");
@@ -96,14 +98,14 @@ void bind_reports(py::module_& m) {
         std::copy_n(bytes.data(), bytes.size(), reinterpret_cast<char*>(&made));
         return made;
       }));
-  report.def("numbers", &numbers, "All numbers by their path, such as \"energy.kinetic\".");
+  report.def("numbers", &numbers, "Returns all numbers by their path, such as \"energy.kinetic\".");
 }
 
 void bind_frame_topology(py::module_& m) {
   using T = FrameTopology;
   py::class_<T> c(m, "FrameTopology",
-                  "Data that stay constant over a run: the concatenated cloths, then the "
-                  "concatenated rigid bodies and obstacles.");
+                  "Data of the frames that stay constant over a run. Cloths are concatenated, and "
+                  "so are rigid bodies and obstacles.");
   const auto array = [&](const char* name, auto member, const char* text) {
     c.def_property_readonly(
         name, [member](const T& self) -> const auto& { return self.*member; },
@@ -114,12 +116,13 @@ void bind_frame_topology(py::module_& m) {
         name, [member](py::object self) { return view(self.cast<const T&>().*member, self); },
         text);
   };
-  array("triangles", &T::triangles, "(m x 3) vertices of the cloth triangles");
+  array("triangles", &T::triangles, "(m x 3) vertex indices of the cloth triangles");
   array("corner_uv", &T::corner_uv, "(3m x 2) rest coordinates of each triangle corner [m]");
   list("cloth_of_triangle", &T::cloth_of_triangle, "(m) index into cloth_names");
   list("cloth_of_vertex", &T::cloth_of_vertex, "(n) index into cloth_names");
   c.def_readonly("cloth_names", &T::cloth_names, "names of the cloths in the order of the scene");
-  array("body_triangles", &T::body_triangles, "(mb x 3) triangles of rigid bodies and obstacles");
+  array("body_triangles", &T::body_triangles,
+        "(mb x 3) vertex indices of the triangles of rigid bodies and obstacles");
   list("body_of_triangle", &T::body_of_triangle, "(mb) index into body_names");
   list("body_of_vertex", &T::body_of_vertex, "(nb) index into body_names");
   c.def_readonly("body_names", &T::body_names, "rigid bodies first, then obstacles");
@@ -154,7 +157,8 @@ void bind_frame_topology(py::module_& m) {
 
 void bind_frame(py::module_& m) {
   py::class_<Frame> c(
-      m, "Frame", "A run at one instant, in the user's vertex order. Arrays are read-only views.");
+      m, "Frame",
+      "State of a run at one instant, in the user's vertex order. Arrays are read-only views.");
   const auto array = [&](const char* name, auto member, const char* text) {
     c.def_property_readonly(
         name, [member](const Frame& self) -> const auto& { return self.*member; },
@@ -181,7 +185,7 @@ void bind_frame(py::module_& m) {
         return self;
       },
       py::arg("contact"),
-      "A copy with the given contact flags, for marking vertices in a picture.");
+      "Returns a copy with the given contact flags, which mark vertices in a picture.");
   c.def(py::pickle(
       [](const Frame& self) {
         return py::make_tuple(self.time, self.step, self.positions, self.velocities, self.strain,

@@ -1,5 +1,5 @@
-// Declarations shared by all bindings: one bind function per module of the core, called in order by
-// module.cpp, and conversions between numpy arrays and C++ types.
+// Declarations shared by all bindings: the functions bind_...(), which module.cpp calls in this
+// order, and conversions between numpy arrays and C++ types.
 #pragma once
 
 #include <algorithm>
@@ -39,13 +39,13 @@ void bind_cache(py::module_& m);
 void bind_renderer(py::module_& m);
 void bind_simulation(py::module_& m);
 
-// Team of the given number of threads; 0 means one per processor.
+// Returns a team of the given number of threads. 0 means one per processor.
 Team team_of(int threads);
 
-// Converts broken limits to tuples (element, "weft" | "warp" | "shear", excess).
+// Converts broken strain limits to tuples (element, "weft" | "warp" | "shear", excess).
 std::vector<std::tuple<Index, std::string, double>> named(const std::vector<BrokenLimit>& broken);
 
-// A read-only numpy view of a vector that lives as long as `owner`.
+// Returns a read-only numpy view of a vector that belongs to `owner`, which the view keeps alive.
 template <class T>
 py::array_t<T> view(const std::vector<T>& values, py::handle owner) {
   py::array_t<T> array({static_cast<py::ssize_t>(values.size())},
@@ -54,15 +54,15 @@ py::array_t<T> view(const std::vector<T>& values, py::handle owner) {
   return array;
 }
 
-// Name of an argument and its unit; "1" if it is dimensionless.
+// Name and unit of an argument. The unit is "1" for dimensionless arguments.
 struct Argument {
   Argument(const char* argument, const char* its_unit = "1") : name(argument), unit(its_unit) {}
   const char* name;
   const char* unit;
 };
 
-// Converts numbers with a unit (loomstone.units or any other Pint registry) to plain numbers in
-// `unit`. Returns other values unchanged.
+// Converts quantities of any Pint registry, such as loomstone.units, to plain numbers in `unit`.
+// Returns other values unchanged. Errors name the value by `where`.
 inline py::object in_unit(const py::object& value, const char* unit, const std::string& where) {
   return py::module_::import("loomstone.base.quantities").attr("in_unit")(value, unit, where);
 }
@@ -73,15 +73,15 @@ struct Text {
   char value[n];
 };
 
-// A number argument that may have a unit.
+// A number passed as an argument. If it carries a unit, it is converted to `unit`.
 template <Text unit>
 struct In {
   double value = 0.0;
   operator double() const { return value; }
 };
 
-// Converts a numpy-like object to numbers. Rejects text and complex numbers, and also fractions if
-// Scalar is an integer.
+// Converts a numpy-like object to an array of numbers. Rejects text and complex numbers, and also
+// fractions if Scalar is an integer.
 template <class Scalar>
 py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py::object& object,
                                                                        const Argument& argument) {
@@ -113,7 +113,7 @@ py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py:
   return array;
 }
 
-// Converts an object to a vector of fixed length.
+// Converts an object to a vector of fixed length. Throws InvalidInput for other lengths.
 template <class Fixed>
 Fixed as_vector(const py::object& object, const Argument& argument) {
   const auto array = numbers<double>(object, argument);
@@ -124,8 +124,8 @@ Fixed as_vector(const py::object& object, const Argument& argument) {
   return Eigen::Map<const Fixed>(array.data());
 }
 
-// Converts an object to an (n x columns) array. Throws InvalidInput that names the actual shape
-// otherwise.
+// Converts an object to an (n x columns) array. Throws InvalidInput, which states the actual shape,
+// for other shapes and, if `rows` >= 0, for other numbers of rows.
 template <class Array>
 Array as_rows(const py::object& object, const Argument& argument, Eigen::Index rows = -1) {
   using Scalar = typename Array::Scalar;

@@ -1,4 +1,4 @@
-// Binds files of frames and checkpoints.
+// Binds the readers and writers of frame and checkpoint files.
 #include "bindings/bindings.h"
 #include "core/base/message.h"
 #include "core/cache/checkpoint_file.h"
@@ -61,7 +61,7 @@ void bind_checkpoint(py::module_& m) {
                                                    self.arrays.size(), step->second.at(0));
   });
   m.def("write_checkpoint", &write_checkpoint, py::arg("path"), py::arg("checkpoint"),
-        "Writes a checkpoint to a temporary file, then renames it.");
+        "Writes a checkpoint to a temporary file, which is then renamed to `path`.");
   m.def("read_checkpoint", &read_checkpoint, py::arg("path"),
         "Reads a checkpoint. Raises CacheError with the reason if that fails.");
 }

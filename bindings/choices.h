@@ -1,4 +1,5 @@
-// Converts choices (core/base/choice.h) to and from Python strings of the type Literal[...].
+// Converts the enumerations of core/base/choice.h to and from Python strings, whose type is
+// Literal[...].
 #pragma once
 
 #include <cstddef>
@@ -11,7 +12,7 @@
 
 namespace loomstone {
 
-// Text such as "typing.Literal['a', 'b']", for signatures.
+// The type of a choice in Python signatures, such as "typing.Literal['a', 'b']".
 template <Choice Enum>
 struct LiteralText {
   static constexpr std::string_view begin = "typing.Literal[", end = "]";

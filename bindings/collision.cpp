@@ -19,7 +19,7 @@ namespace loomstone {
 
 namespace {
 
-// Transfers the pairs to numpy without a copy.
+// Hands the pairs over to numpy without copying them.
 py::array_t<Index> as_array(std::vector<std::array<Index, 2>>&& pairs) {
   auto* const kept = new std::vector<std::array<Index, 2>>(std::move(pairs));
   const py::capsule owner(
@@ -42,7 +42,7 @@ py::array_t<Index> view_of_rows(const Edges& edges, py::handle owner) {
   return array;
 }
 
-// A detector and its threads.
+// A detector and the team of threads that runs it.
 struct BoundDetector {
   Detector detector;
   Team team;
@@ -54,7 +54,8 @@ void check_indices(const Triangles& triangles, Eigen::Index n) {
                        triangles.minCoeff(), triangles.maxCoeff());
 }
 
-// Runs the exact test on n queries of eight points. The time of a query without a hit is infinity.
+// Runs the exact test on n queries of eight points each. The time of a query without a hit is
+// infinity.
 void test_queries(bool vertex_face, py::ssize_t n, const double* queries, bool* hits,
                   double* times) {
   std::fill_n(hits, n, false);
@@ -91,19 +92,20 @@ void bind_candidates(py::module_& m) {
       },
       py::arg("x0"), py::arg("x1"), py::arg("triangles"), py::arg("inflation") = 0.0,
       py::arg("engine") = "clusters", py::arg("threads") = 0,
-      "Pairs of features of a surface that may collide while it moves from x0 to x1 along "
-      "straight lines.\n\n"
+      "Pairs of features of a surface that may collide while it moves from x0 to x1 along straight "
+      "lines.\n"
+      "\n"
       "x0, x1 (n, 3) [m], triangles (m, 3). inflation [m]: every bounding box grows by this "
       "length, so the result contains\n"
-      "all pairs that come closer than twice the inflation. Returns vertex_face (k, 2), a "
-      "vertex and a triangle, and\n"
-      "edge_edge (l, 2), two edges given as rows of the sorted unique vertex pairs. Both are "
-      "in ascending order and exclude\n"
-      "pairs that share a vertex. engine: \"clusters\" (own tree), \"embree\" or "
-      "\"brute-force\"; all return the same pairs,\n"
-      "those whose 18-DOPs (2.56) overlap. threads 0: all processors.\n"
-      "Raises InvalidInput for other shapes or engines, indices out of range, and "
-      "coordinates that are not finite.");
+      "all pairs that come closer than twice the inflation. Returns vertex_face (k, 2), a vertex "
+      "and a triangle, and\n"
+      "edge_edge (l, 2), two edges given as rows of the sorted unique vertex pairs. Both are in "
+      "ascending order and exclude\n"
+      "pairs that share a vertex. engine: \"clusters\" (our own tree), \"embree\" or "
+      "\"brute-force\". All of them return the same\n"
+      "pairs, which are those whose 18-DOPs (2.56) overlap. threads 0: all processors.\n"
+      "Raises InvalidInput for other shapes or engines, indices out of range, and coordinates that "
+      "are not finite.");
 }
 
 void bind_intersecting_pairs(py::module_& m) {
@@ -158,22 +160,22 @@ void bind_continuous(py::module_& m) {
 }
 
 void bind_collisions(py::module_& m) {
-  py::class_<Collisions>(
-      m, "Collisions",
-      "Colliding pairs of a motion and their times. Created by Detector.collisions().")
+  py::class_<Collisions>(m, "Collisions",
+                         "Pairs of features that collide during a motion, and their contact times. "
+                         "Returned by Detector.collisions().")
       .def_property_readonly(
           "vertex_face",
           [](const py::object& self) {
             return view_of_pairs(self.cast<const Collisions&>().pairs.vertex_face, self);
           },
-          "(k, 2) vertex and triangle of each pair, ascending.")
+          "(k, 2) vertex and triangle of each pair, in ascending order.")
       .def_property_readonly(
           "edge_edge",
           [](const py::object& self) {
             return view_of_pairs(self.cast<const Collisions&>().pairs.edge_edge, self);
           },
-          "(l, 2) edges of each pair as rows of Detector.edges, the smaller first; pairs "
-          "ascending.")
+          "(l, 2) the two edges of each pair as rows of Detector.edges, the smaller first. Pairs "
+          "are in ascending order.")
       .def_property_readonly(
           "vertex_face_time",
           [](const py::object& self) {
@@ -224,8 +226,8 @@ void bind_detector(py::module_& m) {
           },
           py::arg("x0"), py::arg("x1"), py::arg("inflation") = 0.0, py::kw_only(),
           py::arg("ordered") = true,
-          "Returns the same pairs as collision.candidates(). ordered: ascending; otherwise the "
-          "order depends on the tree.")
+          "Returns the same pairs as collision.candidates(). ordered: in ascending order; "
+          "otherwise the order depends on the tree.")
       .def(
           "collisions",
           [](BoundDetector& self, const py::object& x0, const py::object& x1) {
@@ -242,7 +244,7 @@ void bind_detector(py::module_& m) {
           "counts.")
       .def(
           "forget_trees", [](BoundDetector& self) { self.detector.forget_trees(); },
-          "Makes the next call build the tree again. This affects speed only, not results.")
+          "Makes the next query build the tree again. This affects speed only, not results.")
       .def_property_readonly(
           "edges",
           [](const py::object& self) {

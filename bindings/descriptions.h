@@ -1,6 +1,6 @@
-// Binds a description from its fields(). The Python class has a keyword-only constructor with the
-// C++ defaults, read-only properties with the C++ texts, equality by value, repr, to_dict() and
-// replace().
+// Binds a description, a struct that lists its members in fields(). The Python class has a
+// keyword-only constructor with the C++ defaults, read-only properties documented by the C++ texts,
+// equality by value, repr, to_dict() and replace().
 #pragma once
 
 #include <array>
@@ -81,7 +81,7 @@ bool equal(const D& a, const D& b) {
   return same;
 }
 
-// --- plain Python values, for JSON ---
+// --- conversion to plain Python values, for JSON ---
 inline py::object plain(const std::string& value) { return py::cast(value); }
 template <class T>
   requires Number<T> || Choice<T>
@@ -190,7 +190,7 @@ std::string field_text(const F& each) {
   return text;
 }
 
-// Unit of a field. If the field has none, the unit is the one in brackets in its meaning, or "1".
+// Unit of a field. If it has none, the unit is taken from brackets in its meaning, or else is "1".
 template <class F>
 std::string unit_of(const F& each) {
   if (*each.unit) return each.unit;
@@ -204,8 +204,8 @@ constexpr bool may_carry_unit = (std::is_arithmetic_v<Member> && !std::is_same_v
                                 std::is_same_v<Member, std::optional<double>> ||
                                 std::is_same_v<Member, std::vector<double>> || EigenArray<Member>;
 
-// Converts numbers with a unit to plain numbers in the unit of the field. Returns other values
-// unchanged.
+// Converts a value that carries a unit to plain numbers in the unit of the field. Returns other
+// values unchanged.
 template <class D, class F>
 py::object plain_number(const py::object& value, const F& each, const char* name) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
@@ -214,8 +214,8 @@ py::object plain_number(const py::object& value, const F& each, const char* name
   return in_unit(value, unit_of(each).c_str(), std::string(name) + "." + each.name);
 }
 
-// Throws an error that explains why these keyword arguments do not form a D: an unknown name, or a
-// value of the wrong type or shape.
+// Throws an error that explains why no D can be made from these keyword arguments: a name is
+// unknown, or a value has the wrong type or shape.
 template <Description D>
 [[noreturn]] void explain_arguments(const char* name, const py::kwargs& arguments) {
   py::list known;
@@ -257,7 +257,7 @@ template <Description D>
   throw py::type_error(std::string(name) + ": takes keyword arguments only");
 }
 
-// Throws TypeError if a field without a default is missing.
+// Throws a TypeError if the arguments lack a field that has no default.
 template <Description D>
 void require_arguments(const char* name, const py::kwargs& arguments) {
   for_each_field<D>([&](const auto& each) {
@@ -285,8 +285,8 @@ D from_arguments(const char* name, D value, const py::kwargs& arguments) {
   return value;
 }
 
-// Binds two constructors. The first takes keywords, converts units and explains errors. The second
-// has the full signature for stubs and help, and takes positional arguments.
+// Binds two constructors. The first takes keywords only, converts units and explains errors. The
+// second has the full signature, for stubs and help, and also takes positional arguments.
 template <Description D, class Class, std::size_t... P, std::size_t... K, class... F>
 void bind_constructor(Class& c, const char* name, std::index_sequence<P...>,
                       std::index_sequence<K...>, const std::tuple<F...>& fields) {
@@ -312,7 +312,7 @@ void bind_constructor(Class& c, const char* name, std::index_sequence<P...>,
         argument(std::get<sizeof...(P) + K>(fields))...);
 }
 
-// The first n_positional fields may also be given by position. Bases are bound classes.
+// Binds D; its first n_positional fields may also be given by position. Bases must be bound before.
 template <Description D, std::size_t n_positional = 0, class... Bases>
 py::class_<D, Bases...> bind_description(py::module_& m, const char* name,
                                          const std::string& meaning) {
@@ -343,8 +343,8 @@ py::class_<D, Bases...> bind_description(py::module_& m, const char* name,
       "Returns a copy with the given fields changed.");
   c.def(
       "to_dict", [](const D& self) { return plain(self); },
-      "Returns plain values for JSON. A mesh is replaced by its numbers of vertices and "
-      "triangles.");
+      "Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices "
+      "and triangles.");
   py::list names;
   for_each_field<D>([&](const auto& each) { names.append(each.name); });
   c.attr("field_names") = py::tuple(names);

@@ -1,4 +1,4 @@
-// Binds one class per integrator.
+// Binds each integrator as a class of its own.
 #include "bindings/integrators.h"
 
 #include "bindings/descriptions.h"
@@ -13,14 +13,14 @@ void bind_method(py::module_& m, const char* name, const char* meaning) {
   c.attr("method") = py::str(Method::name.data(), Method::name.size());
 }
 
-// Binds the base class of all integrators. Each derived class binds all of its fields.
+// Binds the base class of all integrators, with `step` only. Each derived class binds all fields.
 void bind_common(py::module_& m) {
   py::class_<IntegratorCommon> c(
       m, "Integrator",
       "Base class of the integrators that advance the cloth, such as SemiImplicitEuler.");
   c.def_property_readonly(
       "step", [](const IntegratorCommon& self) { return self.step; }, "time step [s]");
-  c.attr("method") = "";  // overridden by each class: its name on the command line and in files
+  c.attr("method") = "";  // name on the command line and in files, set by each derived class
   c.def(
       "replace",
       [](const py::object& self, const py::kwargs& changes) {
@@ -38,15 +38,14 @@ void bind_integrators(py::module_& m) {
   bind_common(m);
   bind_method<ExplicitEuler>(
       m, "ExplicitEuler",
-      "Explicit Euler, order 1. Gains energy and needs tiny steps; for comparison.");
+      "Explicit Euler, order 1. Gains energy and needs tiny steps; intended for comparisons only.");
   bind_method<SymplecticEuler>(m, "SymplecticEuler",
                                "Symplectic Euler, order 1, which updates velocities first. "
-                               "Conserves energy on average; stable for small steps only.");
-  bind_method<SemiImplicitEuler>(
-      m, "SemiImplicitEuler",
-      "Backward Euler with one linear solve per step (Baraff and Witkin 1998), order 1. "
-      "Robust, with numerical damping.\n"
-      "The default.");
+                               "Conserves energy on average. Stable for small steps only.");
+  bind_method<SemiImplicitEuler>(m, "SemiImplicitEuler",
+                                 "Backward Euler with one linear solve per step (Baraff and Witkin "
+                                 "1998), order 1. Robust, with numerical damping.\n"
+                                 "This is the default integrator.");
   bind_method<BackwardEuler>(m, "BackwardEuler",
                              "Backward Euler solved by Newton's method with line search, order 1. "
                              "The converged form of SemiImplicitEuler.");

@@ -1,4 +1,4 @@
-// Binds strain limiting of arrays, without a scene.
+// Binds strain limiting of a mesh given by arrays, without a scene.
 #include "core/cloth/limits/strain_limiter.h"
 
 #include <cmath>
@@ -93,16 +93,17 @@ std::vector<std::tuple<Index, std::string, double>> named(const std::vector<Brok
 
 void bind_limits(py::module_& m) {
   py::class_<LimitReport> c(m, "LimitReport",
-                            "Record of strain limiting and of the remaining excess.");
+                            "Record of a strain-limiting call and of the excess that remains.");
   c.def_readonly("sweeps", &LimitReport::sweeps,
-                 "sweeps over all elements or over the active ones");
+                 "number of sweeps over all elements or over the active ones");
   c.def_readonly("evaluations", &LimitReport::evaluations,
-                 "strain evaluations of elements in the sweeps");
+                 "number of element strains that the sweeps evaluated");
   c.def_readonly("excess", &LimitReport::excess,
                  "largest excess along weft, along warp and in shear [1]");
   c.def_readonly("beyond", &LimitReport::beyond,
-                 "elements that exceed a limit by more than the tolerance");
-  c.def_readonly("worst", &LimitReport::worst, "element with the largest excess; -1: none");
+                 "number of elements that exceed a limit by more than the tolerance");
+  c.def_readonly("worst", &LimitReport::worst,
+                 "index of the element with the largest excess; -1: none");
   c.def_property_readonly(
       "broken", [](const LimitReport& r) { return named(r.broken); },
       "(element, \"weft\" | \"warp\" | \"shear\", excess) for each limit that is exceeded by "
@@ -115,11 +116,11 @@ void bind_limits(py::module_& m) {
   });
   m.def("corotational_strain", &strain_of, py::arg("points"), py::arg("mesh"), py::kw_only(),
         py::arg("rest") = "uv", py::arg("threads") = 0,
-        "Co-rotational strain U - I of each triangle of `mesh` with its vertices at `points` "
-        "(n, 3) [m]. Returns (m, 3): weft,\n"
-        "warp and shear e12, which is half the engineering shear. rest: \"uv\" (uv are the "
-        "pattern [m]) or \"mesh\" (lengths of\n"
-        "the mesh).");
+        "Co-rotational strain U - I of each triangle of `mesh` with its vertices at `points` (n, "
+        "3) [m]. Returns (m, 3): weft,\n"
+        "warp and shear e12, which is half the engineering shear. rest: source of the rest "
+        "lengths: \"uv\" (the pattern\n"
+        "[m]) or \"mesh\" (the mesh itself).");
   m.def(
       "limit_strain",
       [](const py::object& points, const TriangleMesh& mesh, const StrainLimit& strain_limit,
@@ -136,10 +137,10 @@ void bind_limits(py::module_& m) {
       py::arg("options") = LimitOptions{}, py::arg("rest") = "uv", py::arg("threads") = 0,
       "Moves `points` (n, 3) [m], the vertices of `mesh`, so that no triangle strains beyond "
       "`strain_limit`. Returns the new\n"
-      "points and a LimitReport. The change preserves linear and angular momentum, except "
-      "for reactions at fixed vertices.\n"
-      "masses (n) [kg]; None: a third of the area around each vertex. fixed: indices of "
-      "vertices that do not move.\n"
+      "points and a LimitReport. The change preserves linear and angular momentum, except for "
+      "reactions at fixed vertices.\n"
+      "masses (n) [kg]; None: a third of the area of the triangles around each vertex. fixed: "
+      "indices of vertices that do not move.\n"
       "options: LimitOptions (strain_rate has no effect here).");
 }
 

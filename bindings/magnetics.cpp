@@ -1,4 +1,4 @@
-// Binds magnetic sources at poses, their fields and the forces between them.
+// Binds magnetic sources, each at a pose, their fields and the forces between them.
 #include <optional>
 
 #include "bindings/descriptions.h"

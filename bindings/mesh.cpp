@@ -1,4 +1,4 @@
-// Binds triangle meshes, mesh generators, mesh files and surface queries.
+// Binds triangle meshes, their generators and files, and queries of surfaces.
 #include "core/mesh/triangle_mesh.h"
 
 #include "bindings/bindings.h"
@@ -26,16 +26,17 @@ bool equal_meshes(const TriangleMesh& a, const TriangleMesh& b) {
 }
 
 void bind_triangle_mesh(py::module_& m) {
-  py::classh<TriangleMesh> c(
-      m, "TriangleMesh",
-      "Immutable triangle mesh, validated when it is created.\n\n"
-      "vertices : (n x 3) positions [m]\n"
-      "triangles : (m x 3) vertex indices\n"
-      "uv : (k x 2) rest coordinates, weft and warp [m], or None\n"
-      "uv_triangles : (m x 3) indices into uv; None: the same as triangles\n\n"
-      "Raises InvalidInput that names the faulty item: NaN, zero area, duplicate or inverted "
-      "faces,\n"
-      "non-manifold edges, isolated vertices, indices out of range.");
+  py::classh<TriangleMesh> c(m, "TriangleMesh",
+                             "Immutable triangle mesh, validated when it is created.\n"
+                             "\n"
+                             "vertices : (n x 3) positions [m]\n"
+                             "triangles : (m x 3) vertex indices\n"
+                             "uv : (k x 2) rest coordinates, weft and warp [m], or None\n"
+                             "uv_triangles : (m x 3) indices into uv; None: the same as triangles\n"
+                             "\n"
+                             "Raises InvalidInput naming the faulty item: NaN, zero area, "
+                             "duplicate or inverted faces, non-manifold\n"
+                             "edges, isolated vertices, indices out of range.");
   c.def(py::init([](const py::object& vertices, const py::object& triangles, const py::object& uv,
                     const py::object& uv_triangles) {
           return TriangleMesh(as_rows<Points>(vertices, {"vertices", "m"}),
@@ -77,7 +78,7 @@ void bind_triangle_mesh(py::module_& m) {
       py::arg("rotation") =
           py::make_tuple(py::make_tuple(1, 0, 0), py::make_tuple(0, 1, 0), py::make_tuple(0, 0, 1)),
       py::arg("scale") = 1.0,
-      "A copy with vertices at rotation * scale * x + translation [m]; uv unchanged.");
+      "Returns a copy with vertices at rotation * scale * x + translation [m] and unchanged uv.");
   c.def("__eq__", &equal_meshes, py::is_operator());
   c.def("__repr__", &repr);
 }
@@ -85,15 +86,17 @@ void bind_triangle_mesh(py::module_& m) {
 void bind_generators(py::module_& m) {
   m.def("grid_cells", &grid_cells, py::arg("width"), py::arg("height"), py::arg("nx"),
         py::arg("ny"), py::kw_only(), py::arg("pattern") = "alternating",
-        "Rectangle [m] of nx x ny cells with two triangles each. pattern: alternating | diagonal.");
+        "Rectangle of width x height [m] with nx x ny cells of two triangles each. pattern: "
+        "alternating | diagonal.");
   m.def("grid", &grid, py::arg("width"), py::arg("height"), py::arg("triangles"), py::kw_only(),
         py::arg("pattern") = "alternating",
-        "Rectangle [m] of about `triangles` triangles in square cells.");
+        "Rectangle of width x height [m] with about `triangles` triangles in nearly square cells.");
   m.def("jittered_grid", &jittered_grid, py::arg("width"), py::arg("height"), py::arg("nx"),
         py::arg("ny"), py::kw_only(), py::arg("amount"), py::arg("seed") = 1,
-        "Grid with interior vertices displaced at random by up to `amount` of a cell.");
+        "Grid whose interior vertices are displaced at random, along each axis by up to the "
+        "fraction `amount` of a cell.");
   m.def("icosphere", &icosphere, py::arg("radius"), py::kw_only(), py::arg("subdivisions"),
-        "Sphere with the given radius [m], a subdivided icosahedron.");
+        "Sphere with the given radius [m], approximated by a subdivided icosahedron.");
   m.def("box", &box, py::arg("x"), py::arg("y"), py::arg("z"), py::kw_only(),
         py::arg("cells_per_side") = 1, "Box with the given sides [m].");
   m.def("capsule", &capsule, py::arg("radius"), py::arg("length"), py::kw_only(),
@@ -109,15 +112,16 @@ void bind_generators(py::module_& m) {
         "tube below it.");
   m.def("wave_bar", &wave_bar, py::arg("length"), py::arg("radius"), py::arg("amplitude"),
         py::arg("wavelength"), py::kw_only(), py::arg("segments") = 24,
-        "Tube along y with a centre line that is a wave in z [m].");
+        "Tube along y whose centre line is a sine wave in z; lengths in [m].");
   m.def("floor_square", &floor_square, py::arg("size"), py::kw_only(), py::arg("cells") = 8,
-        "Open square in z = 0 with normal +z [m].");
+        "Open square in z = 0 with normal +z and edges `size` [m].");
 }
 
 void bind_queries(py::module_& m) {
-  py::class_<ClosestPoint> point(m, "ClosestPoint", "Closest point of a surface.");
-  point.def_readonly("triangle", &ClosestPoint::triangle,
-                     "index of its triangle; -1: no point within the radius");
+  py::class_<ClosestPoint> point(m, "ClosestPoint", "Closest point on a surface.");
+  point.def_readonly(
+      "triangle", &ClosestPoint::triangle,
+      "index of the triangle that contains the point; -1: no point within the radius");
   point.def_readonly("point", &ClosestPoint::point, "[m]");
   point.def_readonly("barycentric", &ClosestPoint::barycentric, "[1]");
   point.def_readonly("normal", &ClosestPoint::normal,
@@ -138,7 +142,8 @@ void bind_queries(py::module_& m) {
       [](const SpatialQuery& self, const py::object& point, In<"m"> radius) {
         return self.closest(as_vector<Vec3>(point, {"point", "m"}), radius);
       },
-      py::arg("point"), py::arg("radius"), "ClosestPoint of a point (3) [m] within a radius [m].");
+      py::arg("point"), py::arg("radius"),
+      "Returns the ClosestPoint to a point (3) [m] within a radius [m].");
   c.def(
       "inside",
       [](const SpatialQuery& self, const py::object& point) {
@@ -157,8 +162,8 @@ void bind_mesh(py::module_& m) {
         "Reads a TriangleMesh from an OBJ or PLY file. with_uv=False omits rest coordinates.");
   m.def("write_mesh", &write_mesh, py::arg("path"), py::arg("mesh"), py::kw_only(),
         py::arg("text") = false,
-        "Writes an OBJ or PLY file, depending on the extension of the path. text: write PLY as "
-        "text.");
+        "Writes an OBJ or PLY file, depending on the extension of the path. text: writes PLY as "
+        "text instead of binary.");
 }
 
 }  // namespace loomstone

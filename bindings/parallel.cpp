@@ -1,4 +1,4 @@
-// Binds communicators: a single rank, or MPI through a plug-in that is loaded on request.
+// Binds communicators of a single rank, and of MPI ranks, whose plug-in is loaded on request.
 #include "core/parallel/communicator.h"
 
 #include "bindings/bindings.h"
@@ -28,9 +28,10 @@ void bind_parallel(py::module_& m) {
         return std::pair(kind, text);
       },
       py::arg("kind"), py::arg("text"),
-      "Returns, on all ranks, the kind (0: none) and text of the failure of the lowest rank "
-      "that has failed. If this rank has\n"
-      "failed and the others do not call within ten seconds, all ranks are terminated.");
+      "Returns the kind (0: none) and text of the failure of the lowest rank that has failed, the "
+      "same on all ranks. If this\n"
+      "rank has failed and the others do not make this call within ten seconds, all ranks are "
+      "terminated.");
   c.def_property_readonly("agreed", &Communicator::agreed,
                           "Text of the last failure that the ranks agreed on.");
   c.def("abort", &Communicator::abort, py::arg("code"), "Terminates all ranks immediately.");
@@ -45,8 +46,8 @@ void bind_parallel(py::module_& m) {
       "mpi_communicator",
       [](int handle) { return std::const_pointer_cast<Communicator>(mpi_communicator(handle)); },
       py::arg("fortran_handle") = -1,
-      "Communicator for the ranks of an MPI communicator (mpi4py: comm.py2f()); -1: all ranks that "
-      "were started.");
+      "Communicator for the ranks of an MPI communicator, given by its Fortran handle (in mpi4py: "
+      "comm.py2f()). -1: all ranks.");
   m.def("launched_by_mpi", &launched_by_mpi,
         "True if an MPI launcher started this process as one of several ranks.");
   m.def("default_thread_count", &default_thread_count,

@@ -1,4 +1,5 @@
-// Pickles magnetic sources and magnetisable bodies by their recipes.
+// Conversions between recipes and Python tuples, by which magnetic sources and magnetisable bodies
+// are pickled.
 #pragma once
 
 #include "bindings/bindings.h"

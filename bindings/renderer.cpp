@@ -1,4 +1,4 @@
-// Binds the headless renderer.
+// Binds the renderer, which draws without a display.
 #include "renderer/renderer.h"
 
 #include <optional>
@@ -50,13 +50,13 @@ void bind_renderer(py::module_& m) {
   bind_description<RenderOptions>(m, "RenderOptions", "Options of a picture.");
   bind_curves(m);
   bind_write_png(m);
-  py::class_<Renderer> c(
-      m, "Renderer", "Draws frames of one run without a display, with OSMesa or else with EGL.");
+  py::class_<Renderer> c(m, "Renderer",
+                         "Draws frames of one run without a display, by OSMesa or else by EGL.");
   c.def(py::init<const FrameTopology&, const RenderOptions&>(), py::arg("topology"),
         py::arg("options") = RenderOptions{});
   c.def("fit", &Renderer::fit, py::arg("first"), py::call_guard<py::gil_scoped_release>(),
-        "Fits the camera to this frame, usually the first of a run. Without this call, the first "
-        "rendered frame is used.");
+        "Fits the camera to this frame, usually the first of a run. Otherwise it is fitted to the "
+        "first frame rendered.");
   c.def(
       "render",
       [](Renderer& self, const Frame& frame, const Curves* curves,
@@ -85,8 +85,8 @@ void bind_renderer(py::module_& m) {
         return pairs;
       },
       py::arg("frame"),
-      "Minimum and maximum value that each row of color_by shows in a frame; (0, 0) for a row that "
-      "shows the cloth.");
+      "Returns the minimum and maximum value that each row of color_by shows in a frame; (0, 0) "
+      "for a row that shows the cloth.");
   c.def_property_readonly("backend", &Renderer::backend, "osmesa | egl");
 }
 

@@ -1,4 +1,4 @@
-// Binds the description of rigid bodies, and mass properties of meshes.
+// Binds the description of rigid bodies, and the mass properties of meshes.
 #include "core/rigid/rigid_body.h"
 
 #include "bindings/descriptions.h"
@@ -24,8 +24,8 @@ void bind_rigid(py::module_& m) {
       "mass_properties",
       [](const TriangleMesh& mesh, In<"kg/m^3"> density) { return mass_properties(mesh, density); },
       py::arg("mesh"), py::arg("density"),
-      "MassProperties of a closed mesh with a density [kg/m^3]. Raises InvalidInput if the mesh is "
-      "open or inside out.");
+      "Returns the MassProperties of a closed mesh with a uniform density [kg/m^3]. Raises "
+      "InvalidInput if the mesh is open or inside out.");
 }
 
 }  // namespace loomstone

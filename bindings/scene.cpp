@@ -17,8 +17,8 @@ void bind_scene(py::module_& m) {
   bind_description<LimitOptions>(m, "LimitOptions", "Options for enforcing strain limits.");
   bind_description<Cloth>(m, "Cloth", "A piece of cloth: mesh, material, pins and strain limits.");
   bind_description<Obstacle>(m, "Obstacle",
-                             "A surface that cloth cannot pass. It is static, moves by keyframes "
-                             "or deforms by a vertex sequence.");
+                             "A surface that cloth cannot pass. It is static, is moved by "
+                             "keyframes, or is deformed by a vertex sequence.");
   bind_description<Attachment>(m, "Attachment",
                                "Two-way coupling that ties cloth vertices to a rigid body. It "
                                "needs an implicit integrator; others raise Unsupported.");
@@ -30,7 +30,8 @@ void bind_scene(py::module_& m) {
   bind_description<Bearing>(m, "Bearing",
                             "Restricts a rigid body to rotation about an axis through its centre.");
   bind_description<Air>(m, "Air", "Aerodynamic drag on each triangle, in air at rest or in wind.");
-  bind_description<Scene>(m, "Scene", "Everything that a simulation starts from.");
+  bind_description<Scene>(m, "Scene",
+                          "Complete description of what is simulated, in its initial state.");
 }
 
 }  // namespace loomstone

@@ -1,4 +1,4 @@
-// Binds Simulation, a scene that advances in time, and views of its state.
+// Binds Simulation, which advances a scene in time, and State, the views of its tables.
 #include "core/sim/simulation.h"
 
 #include "bindings/bindings.h"
@@ -43,7 +43,7 @@ void bind_state(py::module_& m) {
   });
 }
 
-// Binds the tables that users may write.
+// Binds those tables of State that users may write.
 void bind_tables(py::class_<State>& c) {
   const auto table = [&](const Argument& argument, auto get, const char* text) {
     c.def_property(
@@ -61,13 +61,13 @@ void bind_tables(py::class_<State>& c) {
   };
   table(
       {"positions", "m"}, [](State& s) -> Points& { return s.cloth.x; },
-      "(n x 3) [m]; written by the integrator, then by certification");
+      "(n x 3) positions [m]; written by the integrator, then by certification");
   table(
       {"velocities", "m/s"}, [](State& s) -> Points& { return s.cloth.v; },
-      "(n x 3) [m/s]; written by the integrator, then by certification");
+      "(n x 3) velocities [m/s]; written by the integrator, then by certification");
   table(
       {"external_forces", "N"}, [](State& s) -> Points& { return s.external_force; },
-      "(n x 3) [N]; applied in every step until changed");
+      "(n x 3) external forces [N]; applied in every step until changed");
   table(
       {"pin_targets", "m"}, [](State& s) -> Points& { return s.pin_target; },
       "(n x 3) positions of flagged pins at the end of the next step [m]");
@@ -83,7 +83,7 @@ void bind_tables(py::class_<State>& c) {
        "(o) 1: obstacle_positions and obstacle_orientations replace the keyframes");
 }
 
-// Binds the tables that only steps write.
+// Binds those tables of State that only steps write.
 void bind_results(py::class_<State>& c) {
   const auto result = [&](const char* name, auto get, const char* text) {
     c.def_property_readonly(name, get, text);
@@ -119,7 +119,8 @@ void bind_stepping(py::class_<S>& c) {
         py::arg("scene"), py::arg("integrator") = IntegratorOptions{}, py::kw_only(),
         py::arg("threads") = 0, py::arg("communicator") = py::none());
   c.def("step", &S::step, Released(),
-        "Advances by one step. After SolverFailure the state is that of the last successful step.");
+        "Advances by one step. If SolverFailure is raised, the state remains that of the last "
+        "successful step.");
   c.def_property_readonly("time", &S::time, "[s]");
   c.def_property_readonly("step_index", &S::step_index, "number of completed steps");
   c.def_property_readonly("step_size", &S::step_size, "[s]");
@@ -130,14 +131,14 @@ void bind_stepping(py::class_<S>& c) {
   c.def_property_readonly(
       "may_checkpoint", &S::may_checkpoint,
       "Whether a checkpoint may be taken now; False between rebuilds of the rigid-body world.");
-  c.def("checkpoint", &S::checkpoint, Released(), "Checkpoint with the exact state.");
+  c.def("checkpoint", &S::checkpoint, Released(), "Returns a Checkpoint with the exact state.");
   c.def("restore", &S::restore, py::arg("checkpoint"), Released(),
         "Restores the state from a checkpoint of the same scene.");
   c.def_property_readonly("topology", &S::topology, py::return_value_policy::reference_internal);
-  c.def("frame", &S::frame, Released(), "Frame of the current state.");
+  c.def("frame", &S::frame, Released(), "Returns the Frame of the current state.");
   c.def(
       "frame_at", [](S& self, In<"s"> time) { return self.frame_at(time); }, py::arg("time"),
-      Released(), "Frame at a time [s] within the last step, interpolated.");
+      Released(), "Returns the Frame at a time [s] within the last step, by interpolation.");
 }
 
 void bind_ranks(py::class_<S>& c) {
@@ -152,9 +153,10 @@ void bind_ranks(py::class_<S>& c) {
       [](const S& self) { return std::pair(self.owned_rows()[0], self.owned_rows()[1]); },
       "Range (first, end) of internal cloth rows that this rank computes.");
   c.def("gather", &S::gather, Released(),
-        "Shares the values that each rank has written into its own rows with all ranks, "
-        "without waiting for the next step.\n"
-        "Collective.\n\n"
+        "Sends the values that each rank has written into its own rows to all ranks at once, "
+        "instead of in the next step.\n"
+        "Collective.\n"
+        "\n"
         "This is needed only after writes. After every step all ranks have all rows.");
   c.def_property_readonly("loop_iterations", &S::loop_iterations,
                           "Number of loop iterations that this rank has run within steps. It shows "
@@ -167,8 +169,8 @@ void bind_positions(py::class_<S>& c) {
       [](py::object self) { return view(self.cast<const S&>().vertex_order(), self); },
       "(n) internal row of each vertex");
   c.def_property_readonly("state", &S::state,
-                          "State: views of the internal tables, for reading and writing between "
-                          "steps. Row vertex_order[i] belongs to vertex i.");
+                          "State with views of the internal tables, for reading and writing "
+                          "between steps. Row vertex_order[i] belongs to vertex i.");
   const auto array = [&](const Argument& argument, auto get, auto set, const char* text) {
     c.def_property(
         argument.name, get,
@@ -206,8 +208,8 @@ void bind_positions(py::class_<S>& c) {
 
 void bind_circuits(py::class_<S>& c) {
   c.def("magnetic_forces", &S::magnetic_forces, Released(),
-        "Forces [N] and torques about the centres [N m] that magnets and currents now exert on the "
-        "bodies, each (b x 3).");
+        "Returns forces [N] and torques about the centres [N m] that magnets and currents now "
+        "exert on bodies, each (b x 3).");
   const auto electric = [&](const char* name, double CircuitState::* member, const char* text) {
     c.def_property_readonly(
         name, [member](const S& self) { return self.circuits().*member; }, text);
@@ -222,9 +224,9 @@ void bind_circuits(py::class_<S>& c) {
   electric("bearing_work", &CircuitState::bearings,
            "energy removed by friction and torques of bearings since the start [J]");
   c.def("magnets", &S::magnets, py::arg("frame"), Released(),
-        "Magnets at their poses in a frame of this scene, in the order of the scene, then the "
-        "coils that carry a current.\n"
-        "Magnetisable spheres have the magnetisation of that frame.");
+        "Returns the magnets at their poses in a frame of this scene, in the order of the scene, "
+        "followed by the coils that\n"
+        "carry a current. Magnetisable spheres have the magnetisation of that frame.");
 }
 
 void bind_failures(py::class_<S>& c) {
@@ -241,8 +243,8 @@ void bind_failures(py::class_<S>& c) {
       "Triangles of all cloths are\n"
       "numbered consecutively.");
   c.def("intersecting_pairs", &S::intersecting_pairs, Released(),
-        "Pairs of triangles that intersect in the current state. Triangles of all surfaces are "
-        "numbered consecutively.");
+        "Returns the pairs of triangles that intersect in the current state. Triangles of all "
+        "surfaces are numbered consecutively.");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Binds bodies that are magnetised by the field around them.
+// Binds magnetisable bodies, whose magnetisation is induced by the field around them.
 #include "bindings/descriptions.h"
 #include "bindings/recipes.h"
 #include "core/base/message.h"
@@ -18,14 +18,14 @@ SoftBody soft_body(SoftShapePtr shape, double saturation, const RigidPose& pose 
   return {std::move(shape), pose, saturation};
 }
 
-// A copy with another susceptibility.
+// Returns a copy of a body with another susceptibility.
 SoftBody with_susceptibility(const SoftBody& b, double susceptibility) {
   check_susceptibility(susceptibility);
   const py::gil_scoped_release release;
   return soft_body(b.shape->with_susceptibility(susceptibility), b.saturation, b.pose);
 }
 
-// Binds methods that return copies with another pose or susceptibility.
+// Binds the methods that return copies of a body with another pose or susceptibility.
 void bind_copies(py::class_<SoftBody>& c) {
   c.def(
       "at",
@@ -37,8 +37,8 @@ void bind_copies(py::class_<SoftBody>& c) {
       py::arg("position"), py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
       "A copy at another pose: centre (3) [m] and quaternion (w, x, y, z), which is normalised.");
   c.def("with_susceptibility", &with_susceptibility, py::arg("susceptibility"),
-        "A copy with another susceptibility >= -1 [1]. Results that depend on the shape only are "
-        "reused.");
+        "Returns a copy with another susceptibility >= -1 [1]. Results that depend on the shape "
+        "only are reused.");
   c.def(
       "moved",
       [](const SoftBody& b, const py::object& by) {

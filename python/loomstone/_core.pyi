@@ -127,7 +127,7 @@ __all__: list[str] = [
 
 class Error(Exception):
     """
-    Base of all errors of this library.
+    Base class of all errors of this library.
     """
 
 class InvalidInput(Error, ValueError):
@@ -137,7 +137,7 @@ class InvalidInput(Error, ValueError):
 
 class SolverFailure(Error, RuntimeError):
     """
-    A solve or a step failed. The message names stage, step and time (a RuntimeError).
+    A solve or a step failed (a RuntimeError). The message names the stage, the step and the time.
     """
 
 class CacheError(Error, OSError):
@@ -147,7 +147,7 @@ class CacheError(Error, OSError):
 
 class Unsupported(Error, NotImplementedError):
     """
-    Not available in this build or combination (a NotImplementedError).
+    A feature that is not available in this build or in this combination (a NotImplementedError).
     """
 
 class StageSeconds:
@@ -158,7 +158,7 @@ class StageSeconds:
     def __repr__(self) -> str: ...
     def to_dict(self) -> typing.Any:
         """
-        All numbers by name; nested reports as dictionaries.
+        Returns all numbers by name, with nested reports as dictionaries.
         """
     @property
     def bodies(self) -> float:
@@ -198,13 +198,13 @@ class StageSeconds:
 
 class ThreadReport:
     """
-    Time of threads in the loops of collision handling [s].
+    Time that threads spend in the loops of collision handling [s].
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
     def to_dict(self) -> typing.Any:
         """
-        All numbers by name; nested reports as dictionaries.
+        Returns all numbers by name, with nested reports as dictionaries.
         """
     @property
     def least(self) -> float:
@@ -230,7 +230,7 @@ class SolverReport:
     def __repr__(self) -> str: ...
     def to_dict(self) -> typing.Any:
         """
-        All numbers by name; nested reports as dictionaries.
+        Returns all numbers by name, with nested reports as dictionaries.
         """
     @property
     def linear_iterations(self) -> int:
@@ -256,7 +256,7 @@ class ContactReport:
     def __repr__(self) -> str: ...
     def to_dict(self) -> typing.Any:
         """
-        All numbers by name; nested reports as dictionaries.
+        Returns all numbers by name, with nested reports as dictionaries.
         """
     @property
     def acceleration(self) -> float:
@@ -297,7 +297,7 @@ class WithheldReport:
     def __repr__(self) -> str: ...
     def to_dict(self) -> typing.Any:
         """
-        All numbers by name; nested reports as dictionaries.
+        Returns all numbers by name, with nested reports as dictionaries.
         """
     @property
     def momentum(self) -> float:
@@ -333,7 +333,7 @@ class StrainLimitReport:
     def __repr__(self) -> str: ...
     def to_dict(self) -> typing.Any:
         """
-        All numbers by name; nested reports as dictionaries.
+        Returns all numbers by name, with nested reports as dictionaries.
         """
     @property
     def beyond(self) -> int:
@@ -404,7 +404,7 @@ class StrainReport:
     def __repr__(self) -> str: ...
     def to_dict(self) -> typing.Any:
         """
-        All numbers by name; nested reports as dictionaries.
+        Returns all numbers by name, with nested reports as dictionaries.
         """
     @property
     def shear(self) -> float:
@@ -435,7 +435,7 @@ class EnergyReport:
     def __repr__(self) -> str: ...
     def to_dict(self) -> typing.Any:
         """
-        All numbers by name; nested reports as dictionaries.
+        Returns all numbers by name, with nested reports as dictionaries.
         """
     @property
     def bending(self) -> float:
@@ -486,7 +486,7 @@ class MagnetReport:
     def __repr__(self) -> str: ...
     def to_dict(self) -> typing.Any:
         """
-        All numbers by name; nested reports as dictionaries.
+        Returns all numbers by name, with nested reports as dictionaries.
         """
     @property
     def force_error(self) -> float:
@@ -507,7 +507,7 @@ class CircuitReport:
     def __repr__(self) -> str: ...
     def to_dict(self) -> typing.Any:
         """
-        All numbers by name; nested reports as dictionaries.
+        Returns all numbers by name, with nested reports as dictionaries.
         """
     @property
     def bearing_work(self) -> float:
@@ -543,11 +543,11 @@ class StepReport:
     def __repr__(self) -> str: ...
     def numbers(self) -> dict[str, typing.Any]:
         """
-        All numbers by their path, such as "energy.kinetic".
+        Returns all numbers by their path, such as "energy.kinetic".
         """
     def to_dict(self) -> typing.Any:
         """
-        All numbers by name; nested reports as dictionaries.
+        Returns all numbers by name, with nested reports as dictionaries.
         """
     @property
     def busy(self) -> ThreadReport:
@@ -617,7 +617,7 @@ class StepReport:
 
 class FrameTopology:
     """
-    Data that stay constant over a run: the concatenated cloths, then the concatenated rigid bodies and obstacles.
+    Data of the frames that stay constant over a run. Cloths are concatenated, and so are rigid bodies and obstacles.
     """
     def __repr__(self) -> str: ...
     @property
@@ -648,7 +648,7 @@ class FrameTopology:
     @property
     def body_triangles(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 3]"]:
         """
-        (mb x 3) triangles of rigid bodies and obstacles
+        (mb x 3) vertex indices of the triangles of rigid bodies and obstacles
         """
     @property
     def cloth_names(self) -> list[str]:
@@ -673,17 +673,17 @@ class FrameTopology:
     @property
     def triangles(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 3]"]:
         """
-        (m x 3) vertices of the cloth triangles
+        (m x 3) vertex indices of the cloth triangles
         """
 
 class Frame:
     """
-    A run at one instant, in the user's vertex order. Arrays are read-only views.
+    State of a run at one instant, in the user's vertex order. Arrays are read-only views.
     """
     def __repr__(self) -> str: ...
     def with_contact(self, contact: numpy.typing.ArrayLike) -> Frame:
         """
-        A copy with the given contact flags, for marking vertices in a picture.
+        Returns a copy with the given contact flags, which mark vertices in a picture.
         """
     @property
     def body_vertices(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -745,8 +745,8 @@ class TriangleMesh:
     uv : (k x 2) rest coordinates, weft and warp [m], or None
     uv_triangles : (m x 3) indices into uv; None: the same as triangles
 
-    Raises InvalidInput that names the faulty item: NaN, zero area, duplicate or inverted faces,
-    non-manifold edges, isolated vertices, indices out of range.
+    Raises InvalidInput naming the faulty item: NaN, zero area, duplicate or inverted faces, non-manifold
+    edges, isolated vertices, indices out of range.
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -768,7 +768,7 @@ class TriangleMesh:
         scale: typing.SupportsFloat | typing.SupportsIndex = 1.0,
     ) -> TriangleMesh:
         """
-        A copy with vertices at rotation * scale * x + translation [m]; uv unchanged.
+        Returns a copy with vertices at rotation * scale * x + translation [m] and unchanged uv.
         """
     @property
     def closed(self) -> bool:
@@ -823,7 +823,7 @@ class TriangleMesh:
 
 class ClosestPoint:
     """
-    Closest point of a surface.
+    Closest point on a surface.
     """
     def __repr__(self) -> str: ...
     @property
@@ -849,7 +849,7 @@ class ClosestPoint:
     @property
     def triangle(self) -> int:
         """
-        index of its triangle; -1: no point within the radius
+        index of the triangle that contains the point; -1: no point within the radius
         """
 
 class SpatialQuery:
@@ -861,7 +861,7 @@ class SpatialQuery:
         self, point: typing.Any, radius: typing.SupportsFloat | typing.SupportsIndex
     ) -> ClosestPoint:
         """
-        ClosestPoint of a point (3) [m] within a radius [m].
+        Returns the ClosestPoint to a point (3) [m] within a radius [m].
         """
     def inside(self, point: typing.Any) -> bool:
         """
@@ -879,8 +879,8 @@ class Communicator:
         """
     def agree(self, kind: typing.SupportsInt | typing.SupportsIndex, text: str) -> tuple[int, str]:
         """
-        Returns, on all ranks, the kind (0: none) and text of the failure of the lowest rank that has failed. If this rank has
-        failed and the others do not call within ten seconds, all ranks are terminated.
+        Returns the kind (0: none) and text of the failure of the lowest rank that has failed, the same on all ranks. If this
+        rank has failed and the others do not make this call within ten seconds, all ranks are terminated.
         """
     def barrier(self) -> None:
         """
@@ -982,7 +982,7 @@ class RigidBody:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def angular_velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1134,7 +1134,7 @@ class SoftBody:
         self, susceptibility: typing.SupportsFloat | typing.SupportsIndex
     ) -> SoftBody:
         """
-        A copy with another susceptibility >= -1 [1]. Results that depend on the shape only are reused.
+        Returns a copy with another susceptibility >= -1 [1]. Results that depend on the shape only are reused.
         """
     @property
     def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
@@ -1238,7 +1238,7 @@ class ClothMaterial:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def bending_coupling(self) -> float:
@@ -1358,7 +1358,7 @@ class StrainLimit:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def edge(self) -> float | None:
@@ -1454,7 +1454,7 @@ class LimitOptions:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def active_set(self) -> bool:
@@ -1576,7 +1576,7 @@ class Cloth:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def bending(self) -> typing.Literal["mid-edge", "hinge"]:
@@ -1651,7 +1651,7 @@ class Cloth:
 
 class Obstacle:
     """
-    A surface that cloth cannot pass. It is static, moves by keyframes or deforms by a vertex sequence.
+    A surface that cloth cannot pass. It is static, is moved by keyframes, or is deformed by a vertex sequence.
 
     Immutable; compared by value.
 
@@ -1713,7 +1713,7 @@ class Obstacle:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def axis_angles(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -1789,7 +1789,7 @@ class Attachment:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def body(self) -> str:
@@ -1846,7 +1846,7 @@ class Magnet:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def body(self) -> str:
@@ -1929,7 +1929,7 @@ class Coil:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def body(self) -> str:
@@ -2011,7 +2011,7 @@ class Bearing:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def axis(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -2082,7 +2082,7 @@ class Air:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def density(self) -> float:
@@ -2112,7 +2112,7 @@ class Air:
 
 class Scene:
     """
-    Everything that a simulation starts from.
+    Complete description of what is simulated, in its initial state.
 
     Immutable; compared by value.
 
@@ -2214,7 +2214,7 @@ class Scene:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def air(self) -> Air:
@@ -2334,7 +2334,7 @@ class Integrator:
 
 class ExplicitEuler(Integrator):
     """
-    Explicit Euler, order 1. Gains energy and needs tiny steps; for comparison.
+    Explicit Euler, order 1. Gains energy and needs tiny steps; intended for comparisons only.
 
     Immutable; compared by value.
 
@@ -2355,7 +2355,7 @@ class ExplicitEuler(Integrator):
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def step(self) -> float:
@@ -2365,7 +2365,7 @@ class ExplicitEuler(Integrator):
 
 class SymplecticEuler(Integrator):
     """
-    Symplectic Euler, order 1, which updates velocities first. Conserves energy on average; stable for small steps only.
+    Symplectic Euler, order 1, which updates velocities first. Conserves energy on average. Stable for small steps only.
 
     Immutable; compared by value.
 
@@ -2388,7 +2388,7 @@ class SymplecticEuler(Integrator):
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def step(self) -> float:
@@ -2399,7 +2399,7 @@ class SymplecticEuler(Integrator):
 class SemiImplicitEuler(Integrator):
     """
     Backward Euler with one linear solve per step (Baraff and Witkin 1998), order 1. Robust, with numerical damping.
-    The default.
+    This is the default integrator.
 
     Immutable; compared by value.
 
@@ -2450,7 +2450,7 @@ class SemiImplicitEuler(Integrator):
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
@@ -2544,7 +2544,7 @@ class BackwardEuler(Integrator):
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
@@ -2640,7 +2640,7 @@ class ImplicitMidpoint(Integrator):
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
@@ -2734,7 +2734,7 @@ class NonlinearMidpoint(Integrator):
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
@@ -2830,7 +2830,7 @@ class BDF2(Integrator):
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
@@ -2865,13 +2865,13 @@ class BDF2(Integrator):
 
 class LimitReport:
     """
-    Record of strain limiting and of the remaining excess.
+    Record of a strain-limiting call and of the excess that remains.
     """
     def __repr__(self) -> str: ...
     @property
     def beyond(self) -> int:
         """
-        elements that exceed a limit by more than the tolerance
+        number of elements that exceed a limit by more than the tolerance
         """
     @property
     def broken(self) -> list[tuple[int, str, float]]:
@@ -2882,7 +2882,7 @@ class LimitReport:
     @property
     def evaluations(self) -> int:
         """
-        strain evaluations of elements in the sweeps
+        number of element strains that the sweeps evaluated
         """
     @property
     def excess(self) -> typing.Annotated[list[float], "FixedSize(3)"]:
@@ -2892,23 +2892,23 @@ class LimitReport:
     @property
     def sweeps(self) -> int:
         """
-        sweeps over all elements or over the active ones
+        number of sweeps over all elements or over the active ones
         """
     @property
     def worst(self) -> int:
         """
-        element with the largest excess; -1: none
+        index of the element with the largest excess; -1: none
         """
 
 class Collisions:
     """
-    Colliding pairs of a motion and their times. Created by Detector.collisions().
+    Pairs of features that collide during a motion, and their contact times. Returned by Detector.collisions().
     """
     def __len__(self) -> int: ...
     @property
     def edge_edge(self) -> numpy.typing.NDArray[numpy.int32]:
         """
-        (l, 2) edges of each pair as rows of Detector.edges, the smaller first; pairs ascending.
+        (l, 2) the two edges of each pair as rows of Detector.edges, the smaller first. Pairs are in ascending order.
         """
     @property
     def edge_edge_time(self) -> numpy.typing.NDArray[numpy.float64]:
@@ -2923,7 +2923,7 @@ class Collisions:
     @property
     def vertex_face(self) -> numpy.typing.NDArray[numpy.int32]:
         """
-        (k, 2) vertex and triangle of each pair, ascending.
+        (k, 2) vertex and triangle of each pair, in ascending order.
         """
     @property
     def vertex_face_time(self) -> numpy.typing.NDArray[numpy.float64]:
@@ -2953,7 +2953,7 @@ class Detector:
         ordered: bool = True,
     ) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.int32]]:
         """
-        Returns the same pairs as collision.candidates(). ordered: ascending; otherwise the order depends on the tree.
+        Returns the same pairs as collision.candidates(). ordered: in ascending order; otherwise the order depends on the tree.
         """
     def collisions(self, x0: typing.Any, x1: typing.Any) -> Collisions:
         """
@@ -2964,7 +2964,7 @@ class Detector:
         """
     def forget_trees(self) -> None:
         """
-        Makes the next call build the tree again. This affects speed only, not results.
+        Makes the next query build the tree again. This affects speed only, not results.
         """
     @property
     def edges(self) -> numpy.typing.NDArray[numpy.int32]:
@@ -3088,7 +3088,7 @@ class Camera:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def eye(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -3208,7 +3208,7 @@ class RenderOptions:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
     def ambient_occlusion(self) -> bool:
@@ -3309,12 +3309,12 @@ class Curves:
 
 class Renderer:
     """
-    Draws frames of one run without a display, with OSMesa or else with EGL.
+    Draws frames of one run without a display, by OSMesa or else by EGL.
     """
     def __init__(self, topology: FrameTopology, options: RenderOptions = ...) -> None: ...
     def fit(self, first: Frame) -> None:
         """
-        Fits the camera to this frame, usually the first of a run. Without this call, the first rendered frame is used.
+        Fits the camera to this frame, usually the first of a run. Otherwise it is fitted to the first frame rendered.
         """
     def render(
         self,
@@ -3334,7 +3334,7 @@ class Renderer:
         """
     def value_ranges(self, frame: Frame) -> list[tuple[float, float]]:
         """
-        Minimum and maximum value that each row of color_by shows in a frame; (0, 0) for a row that shows the cloth.
+        Returns the minimum and maximum value that each row of color_by shows in a frame; (0, 0) for a row that shows the cloth.
         """
     @property
     def backend(self) -> str:
@@ -3382,7 +3382,7 @@ class State:
     @property
     def external_forces(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [N]; applied in every step until changed
+        (n x 3) external forces [N]; applied in every step until changed
         """
     @external_forces.setter
     def external_forces(self, arg1: typing.Any) -> None: ...
@@ -3427,14 +3427,14 @@ class State:
     @property
     def positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [m]; written by the integrator, then by certification
+        (n x 3) positions [m]; written by the integrator, then by certification
         """
     @positions.setter
     def positions(self, arg1: typing.Any) -> None: ...
     @property
     def velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [m/s]; written by the integrator, then by certification
+        (n x 3) velocities [m/s]; written by the integrator, then by certification
         """
     @velocities.setter
     def velocities(self, arg1: typing.Any) -> None: ...
@@ -3457,26 +3457,26 @@ class Simulation:
         """
     def checkpoint(self) -> Checkpoint:
         """
-        Checkpoint with the exact state.
+        Returns a Checkpoint with the exact state.
         """
     def frame(self) -> Frame:
         """
-        Frame of the current state.
+        Returns the Frame of the current state.
         """
     def frame_at(self, time: typing.SupportsFloat | typing.SupportsIndex) -> Frame:
         """
-        Frame at a time [s] within the last step, interpolated.
+        Returns the Frame at a time [s] within the last step, by interpolation.
         """
     def gather(self) -> None:
         """
-        Shares the values that each rank has written into its own rows with all ranks, without waiting for the next step.
+        Sends the values that each rank has written into its own rows to all ranks at once, instead of in the next step.
         Collective.
 
         This is needed only after writes. After every step all ranks have all rows.
         """
     def intersecting_pairs(self) -> list[typing.Annotated[list[int], "FixedSize(2)"]]:
         """
-        Pairs of triangles that intersect in the current state. Triangles of all surfaces are numbered consecutively.
+        Returns the pairs of triangles that intersect in the current state. Triangles of all surfaces are numbered consecutively.
         """
     def magnetic_forces(
         self,
@@ -3484,12 +3484,12 @@ class Simulation:
         list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]], "FixedSize(2)"
     ]:
         """
-        Forces [N] and torques about the centres [N m] that magnets and currents now exert on the bodies, each (b x 3).
+        Returns forces [N] and torques about the centres [N m] that magnets and currents now exert on bodies, each (b x 3).
         """
     def magnets(self, frame: Frame) -> list[MagneticBody]:
         """
-        Magnets at their poses in a frame of this scene, in the order of the scene, then the coils that carry a current.
-        Magnetisable spheres have the magnetisation of that frame.
+        Returns the magnets at their poses in a frame of this scene, in the order of the scene, followed by the coils that
+        carry a current. Magnetisable spheres have the magnetisation of that frame.
         """
     def rebuild_stages(self) -> None:
         """
@@ -3516,7 +3516,7 @@ class Simulation:
         """
     def step(self) -> None:
         """
-        Advances by one step. After SolverFailure the state is that of the last successful step.
+        Advances by one step. If SolverFailure is raised, the state remains that of the last successful step.
         """
     @property
     def bearing_work(self) -> float:
@@ -3602,7 +3602,7 @@ class Simulation:
     @property
     def state(self) -> State:
         """
-        State: views of the internal tables, for reading and writing between steps. Row vertex_order[i] belongs to vertex i.
+        State with views of the internal tables, for reading and writing between steps. Row vertex_order[i] belongs to vertex i.
         """
     @property
     def step_index(self) -> int:
@@ -3661,8 +3661,8 @@ def candidates(
     x0, x1 (n, 3) [m], triangles (m, 3). inflation [m]: every bounding box grows by this length, so the result contains
     all pairs that come closer than twice the inflation. Returns vertex_face (k, 2), a vertex and a triangle, and
     edge_edge (l, 2), two edges given as rows of the sorted unique vertex pairs. Both are in ascending order and exclude
-    pairs that share a vertex. engine: "clusters" (own tree), "embree" or "brute-force"; all return the same pairs,
-    those whose 18-DOPs (2.56) overlap. threads 0: all processors.
+    pairs that share a vertex. engine: "clusters" (our own tree), "embree" or "brute-force". All of them return the same
+    pairs, which are those whose 18-DOPs (2.56) overlap. threads 0: all processors.
     Raises InvalidInput for other shapes or engines, indices out of range, and coordinates that are not finite.
     """
 
@@ -3697,8 +3697,8 @@ def corotational_strain(
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
     """
     Co-rotational strain U - I of each triangle of `mesh` with its vertices at `points` (n, 3) [m]. Returns (m, 3): weft,
-    warp and shear e12, which is half the engineering shear. rest: "uv" (uv are the pattern [m]) or "mesh" (lengths of
-    the mesh).
+    warp and shear e12, which is half the engineering shear. rest: source of the rest lengths: "uv" (the pattern
+    [m]) or "mesh" (the mesh itself).
     """
 
 def cylinder(
@@ -3756,7 +3756,7 @@ def floor_square(
     cells: typing.SupportsInt | typing.SupportsIndex = 8,
 ) -> TriangleMesh:
     """
-    Open square in z = 0 with normal +z [m].
+    Open square in z = 0 with normal +z and edges `size` [m].
     """
 
 def funnel(
@@ -3781,7 +3781,7 @@ def grid(
     pattern: str = "alternating",
 ) -> TriangleMesh:
     """
-    Rectangle [m] of about `triangles` triangles in square cells.
+    Rectangle of width x height [m] with about `triangles` triangles in nearly square cells.
     """
 
 def grid_cells(
@@ -3793,7 +3793,7 @@ def grid_cells(
     pattern: str = "alternating",
 ) -> TriangleMesh:
     """
-    Rectangle [m] of nx x ny cells with two triangles each. pattern: alternating | diagonal.
+    Rectangle of width x height [m] with nx x ny cells of two triangles each. pattern: alternating | diagonal.
     """
 
 def icosphere(
@@ -3802,7 +3802,7 @@ def icosphere(
     subdivisions: typing.SupportsInt | typing.SupportsIndex,
 ) -> TriangleMesh:
     """
-    Sphere with the given radius [m], a subdivided icosahedron.
+    Sphere with the given radius [m], approximated by a subdivided icosahedron.
     """
 
 def induce(
@@ -3837,7 +3837,7 @@ def jittered_grid(
     seed: typing.SupportsInt | typing.SupportsIndex = 1,
 ) -> TriangleMesh:
     """
-    Grid with interior vertices displaced at random by up to `amount` of a cell.
+    Grid whose interior vertices are displaced at random, along each axis by up to the fraction `amount` of a cell.
     """
 
 def launched_by_mpi() -> bool:
@@ -3859,7 +3859,7 @@ def limit_strain(
     """
     Moves `points` (n, 3) [m], the vertices of `mesh`, so that no triangle strains beyond `strain_limit`. Returns the new
     points and a LimitReport. The change preserves linear and angular momentum, except for reactions at fixed vertices.
-    masses (n) [kg]; None: a third of the area around each vertex. fixed: indices of vertices that do not move.
+    masses (n) [kg]; None: a third of the area of the triangles around each vertex. fixed: indices of vertices that do not move.
     options: LimitOptions (strain_rate has no effect here).
     """
 
@@ -3969,14 +3969,14 @@ def mass_properties(
     mesh: TriangleMesh, density: typing.SupportsFloat | typing.SupportsIndex
 ) -> MassProperties:
     """
-    MassProperties of a closed mesh with a density [kg/m^3]. Raises InvalidInput if the mesh is open or inside out.
+    Returns the MassProperties of a closed mesh with a uniform density [kg/m^3]. Raises InvalidInput if the mesh is open or inside out.
     """
 
 def mpi_communicator(
     fortran_handle: typing.SupportsInt | typing.SupportsIndex = -1,
 ) -> Communicator:
     """
-    Communicator for the ranks of an MPI communicator (mpi4py: comm.py2f()); -1: all ranks that were started.
+    Communicator for the ranks of an MPI communicator, given by its Fortran handle (in mpi4py: comm.py2f()). -1: all ranks.
     """
 
 def mutual_inductance(
@@ -4043,17 +4043,17 @@ def wave_bar(
     segments: typing.SupportsInt | typing.SupportsIndex = 24,
 ) -> TriangleMesh:
     """
-    Tube along y with a centre line that is a wave in z [m].
+    Tube along y whose centre line is a sine wave in z; lengths in [m].
     """
 
 def write_checkpoint(path: str, checkpoint: Checkpoint) -> None:
     """
-    Writes a checkpoint to a temporary file, then renames it.
+    Writes a checkpoint to a temporary file, which is then renamed to `path`.
     """
 
 def write_mesh(path: str, mesh: TriangleMesh, *, text: bool = False) -> None:
     """
-    Writes an OBJ or PLY file, depending on the extension of the path. text: write PLY as text.
+    Writes an OBJ or PLY file, depending on the extension of the path. text: writes PLY as text instead of binary.
     """
 
 def write_png(path: str, image: typing.Annotated[numpy.typing.ArrayLike, numpy.uint8]) -> None:
