@@ -1,7 +1,7 @@
-"""Four cloths over four small spheres. Their bending stiffness increases eightfold from one to the
-next.
+"""Four cloths fall over four small spheres. Their bending stiffness increases eightfold from each
+cloth to the next.
 
-From left to right the folds become fewer and wider, until the stiffest cloth stands out like
+From left to right, the folds become fewer and wider, until the stiffest cloth stands out like
 cardboard. Based on example 2.4 of the thesis, which doubles the stiffness three times.
 """
 
@@ -16,7 +16,9 @@ SPACING, SIZE, RADIUS = 0.42, 0.36, 0.07
 
 
 def integrator(triangles: int = 3600) -> ls.Integrator:
-    """The step is proportional to the contact distance (4 ms at 1 mm), clamped to 0.5 to 4 ms."""
+    """The time step is proportional to the contact distance. It is 4 ms at a contact distance of
+    1 mm, and is clamped to the range from 0.5 to 4 ms.
+    """
     return ls.SemiImplicitEuler(
         step=float(np.clip(0.4 * SIZE / np.sqrt(triangles / 2), 5e-4, 4e-3))
     )

@@ -34,7 +34,7 @@ def curtain(side: int, triangles: int) -> ls.TriangleMesh:
 
 
 def scene(triangles: int = 1200, polarization: float = 1.2) -> ls.Scene:
-    """triangles: number per curtain; polarization: of the magnets [T]."""
+    """triangles: number of triangles of each curtain; polarization: that of the magnets [T]."""
     linen = ls.ClothMaterial(
         weft_stiffness=800,
         warp_stiffness=800,
@@ -48,8 +48,8 @@ def scene(triangles: int = 1200, polarization: float = 1.2) -> ls.Scene:
         mesh = curtain(side, triangles)
         x = np.asarray(mesh.vertices)
         place = np.array((0.0, -side * APART, AT))
-        # The cloth is sewn down up to one mesh edge beyond the magnet, so that no triangle that
-        # bends touches the magnet.
+        # The cloth is sewn to the magnet up to one mesh edge beyond its outline, so that no
+        # triangle that can bend touches the magnet.
         beyond = np.maximum(
             np.abs(x[:, 0] - place[0]) - 0.5 * MAGNET[0],
             np.abs(x[:, 2] - place[2]) - 0.5 * MAGNET[2],

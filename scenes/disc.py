@@ -1,9 +1,10 @@
-"""Four discs of 1 m diameter over small spheres: anisotropic limits, the same limits with weft and
-warp swapped, limits of edges, and no limits (example 3.2 of the thesis).
+"""Four discs of cloth, 1 m in diameter, fall over small spheres (example 3.2 of the thesis). Disc
+A has anisotropic strain limits, B the same limits with weft and warp swapped, C limits of edges,
+and D no limits.
 
-Strain along weft (A) and along warp (B) stays small although the other directions yield. With a
-single limit for edges (C), strain is the same in all directions. Without limits (D), strain
-concentrates over the sphere. Figure 3.7 of the thesis.
+Strain stays small along weft in A and along warp in B, although the other directions yield. With a
+single limit for all edges (C), strain is the same in all directions. Without limits (D), strain
+concentrates over the sphere. The commands below reproduce figure 3.7 of the thesis.
 
     loomstone run scenes/disc.py --out out/disc --render
     loomstone render out/disc --color-by strain_split+strain_shear --color-map diverging --color-low

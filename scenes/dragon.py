@@ -59,7 +59,7 @@ def scene(
     spheres: int = 250, cells: int = 0, mesh: str = "", polarization: float = 0.6
 ) -> ls.Scene:
     """cells: approximate number of dipoles that represent the dragon (0: exact field); mesh: file
-    with a closed mesh; polarization: of the dragon [T].
+    with a closed mesh to use as the dragon; polarization: that of the dragon [T].
     """
     figure = ls.meshes.read(Path(mesh), with_uv=False) if mesh else serpent()
     x = np.asarray(figure.vertices)

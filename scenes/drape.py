@@ -1,8 +1,8 @@
 """A square cloth falls over a sphere and comes to rest in folds.
 
 The corners swing down and folds form between them. The sphere is off-centre, so the cloth hangs
-unevenly. The cloth does not reach the floor below. Initial state and material are those of the
-comparison with other programs. Figure 3.3 of the thesis starts in a similar way.
+unevenly. The cloth does not reach the floor below. The initial state and the material are those of
+our comparison with other programs. Figure 3.3 of the thesis starts in a similar way.
 """
 
 import loomstone as ls
@@ -18,8 +18,8 @@ RADIUS, CENTRE = 0.15, np.array([0.03, 0.02, 0.0])
 
 
 def integrator(triangles: int = 14450) -> ls.Integrator:
-    """The step is proportional to the contact distance, a tenth of an edge: 4 ms at 1 mm. It is
-    clamped to 0.5 to 4 ms.
+    """The time step is proportional to the contact distance, which is a tenth of a mesh edge. It is
+    4 ms at a contact distance of 1 mm, and is clamped to the range from 0.5 to 4 ms.
     """
     edge = 0.5 / np.sqrt(triangles / 2)
     return ls.SemiImplicitEuler(step=float(np.clip(4.0 * 0.1 * edge * 1.2, 5e-4, 4e-3)))

@@ -1,12 +1,12 @@
 """A dress hangs by its straps from a bar, and is shaken and spun.
 
-The skirt falls from a cone into folds. From 1 s on, the bar moves rapidly forth and back and the
+The skirt falls from a cone into folds. From 1 s on, the bar moves rapidly back and forth and the
 dress swings after it. From 2.8 s on, the bar turns ever faster: the skirt first winds round itself,
-then flies out. Example 3.4 of the thesis (figure 3.9) with the same stiffness and strain limits and
-nearly the same number of triangles. The pattern of 13 panels is our own.
+then flies out. This is example 3.4 of the thesis (figure 3.9), with the same stiffness and strain
+limits and nearly the same number of triangles. The pattern of 13 panels is our own.
 
-The following command hangs another garment, which must be sewn, with z up and with uv as the
-pattern in metres:
+The following command hangs another garment from the bar. Its file must contain a sewn mesh with z
+up, whose uv are the pattern in metres:
 
     loomstone run scenes/dress.py -p mesh=dress.obj
 """
@@ -29,7 +29,7 @@ SHAKEN, SPUN = 1.0, 2.8  # start of shaking and of spinning [s]
 
 
 def motion(times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Motion of the bar: positions (k x 3) [m] and rotation vectors (k x 3) [rad]."""
+    """Returns positions (k x 3) [m] and rotation vectors (k x 3) [rad] of the bar at times [s]."""
     shaken = np.clip(times - SHAKEN, 0.0, 1.6)
     positions = np.zeros((len(times), 3))
     positions[:, 1] = 0.12 * np.sin(2.0 * np.pi * 1.25 * shaken)
@@ -51,8 +51,8 @@ def bar() -> ls.Obstacle:
 def scene(
     triangles: int = 8900, limited: bool = True, mesh: str = "", below: float = 0.048
 ) -> ls.Scene:
-    """mesh: file of another garment. The bar runs along its y axis, `below` [m] under its highest
-    point, as at the neck of a halter.
+    """mesh: file of another garment, which hangs from the bar by its neck, like a halter. The bar
+    runs along the y axis of the file, `below` [m] under the highest point of the garment.
     """
     if mesh:
         dress = ls.garments.read(mesh)

@@ -3,7 +3,7 @@ thesis, in motion).
 
 Lines leave red north poles, each with the same share of the flux, and end on blue south poles. The
 bar flies to the pole that attracts it, snaps on and stands up. Lines that closed through the air
-then start at its far end. There is no gravity.
+before now start at its far end. There is no gravity.
 """
 
 import loomstone as ls
@@ -20,12 +20,12 @@ render = ls.RenderOptions(
 )
 
 WIDE, LEG, THICK = 0.008, 0.03, 0.008  # width, length and thickness of the horseshoe's legs [m]
-GAP = 0.03  # between the centres of the legs [m]
+GAP = 0.03  # distance between the centre lines of the legs [m]
 BAR = (0.02, 0.006, 0.006)
 
 
 def horseshoe(bends: int = 16) -> ls.TriangleMesh:
-    """Two legs joined by half a ring, centred on the plane y = 0."""
+    """Returns a horseshoe: two legs joined by half a ring, symmetric about the plane y = 0."""
     angles = np.linspace(0.0, np.pi, bends + 1)
     arc = np.stack([np.cos(angles), -np.sin(angles)], axis=1)
     half = 0.5 * WIDE
@@ -49,7 +49,7 @@ def horseshoe(bends: int = 16) -> ls.TriangleMesh:
 
 
 def scene(polarization: float = 1.0) -> ls.Scene:
-    """polarization: of both magnets [T]."""
+    """polarization: that of both magnets [T]."""
     magnets = []
     for x in (-0.5 * GAP, 0.5 * GAP):
         along = (0, 0, np.sign(x) * polarization)

@@ -4,8 +4,8 @@ thesis).
 The magnet comes down over the tray. One after another the figures jump to it out of the balls and
 hang on it or on one another, by head or foot. The balls stay in the tray. Red is north and blue is
 south. By default the surface charges of the figures respond to one another. `-p response=explicit`
-uses the cells of the thesis instead, which magnetise independently. This takes a quarter of the
-time.
+uses the dipole cells of the thesis instead, each of which is magnetised independently. This takes a
+quarter of the time.
 """
 
 import loomstone as ls
@@ -34,8 +34,8 @@ HIGH, LOW = 0.060, 0.026  # heights of the magnet's centre [m]
 
 
 def figure(sides: int = 8) -> ls.TriangleMesh:
-    """A pawn of a board game. It has few vertices, so that its convex hull collides as a
-    polyhedron.
+    """Returns a figure like a pawn of a board game. It has few vertices, so that its convex hull
+    collides as a polyhedron.
     """
     angles = 2 * np.pi * np.arange(sides) / sides
     vertices = [(r * np.cos(a), r * np.sin(a), z) for r, z in PROFILE for a in angles]
@@ -52,7 +52,7 @@ def figure(sides: int = 8) -> ls.TriangleMesh:
 
 
 def fill(balls: int) -> list[ls.RigidBody]:
-    """Balls in layers over the tray, except where figures stand."""
+    """Returns balls that fill the tray in layers, except where figures stand."""
     ball, bodies = ls.meshes.sphere(radius=BALL, subdivisions=2), []
     random, pitch = np.random.default_rng(4), 2.15 * BALL
     columns, rows = int(TRAY[0] / pitch), int(TRAY[1] / pitch)
@@ -84,7 +84,7 @@ def fill(balls: int) -> list[ls.RigidBody]:
 
 
 def walls() -> list[ls.Obstacle]:
-    """Walls of the tray."""
+    """Returns the walls of the tray."""
     return [
         ls.obstacles.box(
             name=f"wall {k + 1}", size=(*size, RIM), centre=(x, y, 0.5 * RIM), friction=0.3
@@ -108,10 +108,11 @@ def scene(
     resolution: int = 64,
     polarization: float = 1.2,
 ) -> ls.Scene:
-    """response: of the figures, mutual | explicit; polarization: of the block [T].
+    """response: how the figures are magnetised, mutual | explicit; polarization: that of the block
+    [T].
 
-    resolution: panels per figure. The error of forces is a fifth with 64 panels and a tenth with
-    150.
+    resolution: number of panels per figure. The relative error of forces is a fifth with 64 panels
+    and a tenth with 150.
     """
     man = figure()
     volume = ls.meshes.mass_properties(man, 1.0).mass

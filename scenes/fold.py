@@ -1,6 +1,6 @@
-"""A long sheet falls on its edge and folds into ten layers.
+"""A long upright sheet falls onto its lower edge and folds into ten layers.
 
-The sheet stands on its edge above the floor, pleated like a map. After its lower edge lands, the
+The sheet starts upright above the floor, pleated like a map. After its lower edge lands, the
 creases close one after another from below and the layers settle on one another.
 """
 
@@ -29,7 +29,8 @@ def scene(triangles: int = 6000, layers: int = 10, lean: float = 50.0) -> ls.Sce
     edge = np.sqrt(2.0 * length * WIDTH / triangles)
     per_layer = max(2, round(LAYER / edge))
     flat = ls.grid(size=(WIDTH, length), cells=(max(2, round(WIDTH / edge)), per_layer * layers))
-    # Height and sideways position of each row. Layers are straight and lean to alternating sides.
+    # Height and sideways position of each row of vertices. Layers are straight and lean to
+    # alternating sides.
     along = flat.vertices[:, 1] + 0.5 * length
     place = along / LAYER
     upwards = along * np.cos(np.radians(lean))

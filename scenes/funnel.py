@@ -2,7 +2,7 @@
 
 The cloth lines the cone, gathers into many layers in front of the sphere, is squeezed through the
 tube and settles on the floor. Based on example 2.5 of the thesis (14,476 triangles, 4 s, steps of 1
-ms). The dimensions of its funnel and sphere are lost; those used here are our choice.
+ms). The original dimensions of funnel and sphere are lost; those used here are our choice.
 """
 
 import loomstone as ls

@@ -20,11 +20,13 @@ render = ls.RenderOptions(
 )
 
 CUBE, BALL = 0.01, 0.003
-DISTANCE = 0.016  # between the centres of each ball and the array [m]
+DISTANCE = 0.016  # vertical distance of each ball's centre from the centre of the array [m]
 
 
 def directions(n: int) -> np.ndarray:
-    """(n x 3) unit vectors that turn counter-clockwise as seen from -y. The strong side is +z."""
+    """Returns the directions of magnetisation: unit vectors (n x 3) that turn counter-clockwise
+    from cube to cube, as seen from -y. The strong side is +z.
+    """
     angles = 0.5 * np.pi * (np.arange(n) - n // 2 + 1)
     return np.stack([np.cos(angles), 0 * angles, np.sin(angles)], axis=1).round(12)
 
@@ -38,7 +40,7 @@ def array(n: int, polarization: float) -> list[ls.magnetics.MagneticBody]:
 
 
 def scene(cubes: int = 7, polarization: float = 1.2) -> ls.Scene:
-    """cubes: number in the row; polarization: of each cube [T]."""
+    """cubes: number of cubes in the row; polarization: that of each cube [T]."""
     cube = ls.meshes.box(size=(0.98 * CUBE, 0.98 * CUBE, 0.98 * CUBE), cells_per_side=8)
     held, magnets = [], []
     for i, source in enumerate(array(cubes, polarization)):
@@ -65,7 +67,7 @@ def scene(cubes: int = 7, polarization: float = 1.2) -> ls.Scene:
 
 
 def strengths(cubes: int = 7) -> tuple[float, float]:
-    """Mean |B| at the heights of the two balls, over the middle third of the array [T]."""
+    """Returns the mean |B| over the middle third of the array, at the height of each ball [T]."""
     sources = array(cubes, 1.2)
     x = np.linspace(-cubes * CUBE / 6, cubes * CUBE / 6, 41)
     sides = [np.stack([x, 0 * x, 0 * x + side * DISTANCE], axis=1) for side in (1, -1)]

@@ -1,6 +1,6 @@
 """A handkerchief hangs from two corners.
 
-The free edge sags into a curve between the pins and swings forth and back once. This is the first
+The free edge sags into a curve between the pins and swings back and forth once. This is the first
 scene to read and to copy: it consists of a mesh and pins, with the default material.
 """
 

@@ -34,7 +34,8 @@ def scene(triangles: int = 400, slope: float = SLOPE) -> ls.Scene:
     for i, friction in enumerate(FRICTION):
         start = -0.35 * down + 0.16 * (i - 1.5) * np.array([0.0, 1.0, 0.0]) + 0.999 * GAP * normal
         mesh = ls.grid(size=(0.12, 0.12), cells=(cells, cells)).moved(start, rotation=frame)
-        # The friction coefficient of a pair is the geometric mean of both coefficients.
+        # The friction coefficient of a contact is the geometric mean of the coefficients of both
+        # surfaces.
         cloths.append(
             ls.Cloth(
                 name=f"friction {friction}", mesh=mesh, thickness=GAP, friction=friction**2 / PLANE

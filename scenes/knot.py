@@ -17,7 +17,7 @@ render = ls.RenderOptions(
 )
 
 WIDTH, SCALE, REACH = 0.025, 0.042, 2.35
-HEIGHT = -0.06  # of the ends after they have been drawn apart [m]
+HEIGHT = -0.06  # height of the ends after they have been drawn apart [m]
 
 
 def integrator(triangles: int = 6000) -> ls.Integrator:
@@ -25,11 +25,10 @@ def integrator(triangles: int = 6000) -> ls.Integrator:
 
 
 def centre_line(n: int) -> np.ndarray:
-    """Evenly spaced points (n + 1 x 3) of an open trefoil [m]. The curve is flat except at the
-    crossings, where strands pass one another.
+    """Returns evenly spaced points (n + 1 x 3) of an open trefoil knot [m].
 
-    In the plane of the picture, x = t^3 - 3 t and z = t^4 - 4 t^2. The crossings lie at t =
-    +-0.518, +-1.732 and +-1.932. The strand passes alternately in front and behind.
+    Seen along y, the curve is x = t^3 - 3 t and z = t^4 - 4 t^2, up to a scale. It crosses itself
+    at t = +-0.518, +-1.732 and +-1.932, where it passes alternately in front and behind.
     """
     t = np.linspace(-REACH, REACH, 20001)
     crossings = np.array([-REACH, -1.932, -1.732, -0.518, 0.518, 1.732, 1.932, REACH])
@@ -45,13 +44,13 @@ def centre_line(n: int) -> np.ndarray:
 
 
 def scene(triangles: int = 6000, slack: float = 8.0, friction: float = 0.2) -> ls.Scene:
-    """slack: length of ribbon left in the knot [widths]."""
+    """slack: length of ribbon that is left for the knot, in widths of the ribbon [1]."""
     length = float(np.linalg.norm(np.diff(centre_line(4000), axis=0), axis=1).sum())
     edge = np.sqrt(2.0 * length * WIDTH / triangles)
     columns, rows = max(3, round(WIDTH / edge)), max(20, round(length / edge))
     flat = ls.grid(size=(WIDTH, length), cells=(columns, rows))
-    # The ribbon stands on its edge with its width along y, so all lines along it have the length
-    # of the centre line.
+    # The ribbon stands on its edge, with its width along y. All lines along it are therefore as
+    # long as the centre line.
     line = np.repeat(centre_line(rows), columns + 1, axis=0)
     mesh = ls.TriangleMesh(
         line + flat.vertices[:, :1] * [[0.0, 1.0, 0.0]], flat.triangles, flat.vertices[:, :2]

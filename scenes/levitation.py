@@ -50,7 +50,7 @@ def ring_mesh(sides: int = 64) -> ls.TriangleMesh:
 
 
 def balance(material: str = "superconductor", density: float = 6000.0) -> float:
-    """Height of the lowest stable equilibrium of the ball on the axis [m]."""
+    """Returns the height of the ball's lowest stable equilibrium on the axis of the ring [m]."""
     ring = ls.magnetics.cylinder(**RING, polarization=(0, 0, 1.2))
     z = np.linspace(0.004, 0.03, 2000)
     axis = np.stack([0 * z, 0 * z, z], axis=1)
@@ -66,7 +66,7 @@ def balance(material: str = "superconductor", density: float = 6000.0) -> float:
 
 def scene(material: str = "superconductor", shape: str = "ball") -> ls.Scene:
     """material: superconductor | magnet (J = 0.05 T, parallel to that of the ring); shape: ball |
-    cube of the same volume, slightly rotated.
+    cube (of the same volume, slightly rotated).
     """
     if shape not in ("ball", "cube") or material not in ("superconductor", "magnet"):
         raise ls.InvalidInput(

@@ -27,7 +27,7 @@ TIMES = [0.0, 0.5, 1.1, 1.3, 2.4]
 
 
 def bowl(segments: int = 48, rings: int = 10) -> ls.TriangleMesh:
-    """Closed shell between two paraboloids, with its lowest inner point at the origin."""
+    """Returns a closed shell between two paraboloids. Its lowest inner point is the origin."""
     radii = BOWL * np.arange(rings + 1) / rings
     profile = [(r, DEPTH * (r / BOWL) ** 2) for r in radii] + [
         (r, DEPTH * (r / BOWL) ** 2 - WALL) for r in radii[::-1]
@@ -49,7 +49,7 @@ def bowl(segments: int = 48, rings: int = 10) -> ls.TriangleMesh:
 
 
 def scene(spheres: int = 7, polarization: float = 0.66) -> ls.Scene:
-    """polarization: of the magnet [T]."""
+    """polarization: that of the magnet [T]."""
     ball = ls.meshes.sphere(radius=BALL, subdivisions=2)
     turn = 2.399963  # golden angle [rad], which spreads the balls evenly
     bodies = []

@@ -1,9 +1,9 @@
 """A cloth pinned at two corners swings for a second, with a selectable method of strain limiting.
 It measures the cost of limits on growing meshes.
 
-All methods produce the same motion, except edges, which cannot distinguish shear from stretch.
-tests/benchmarks/limits.py reproduces table 3.1 of the thesis with this scene, including times and
-the excess that each method leaves.
+All methods produce the same motion, except for the method "edges", which cannot distinguish shear
+from stretch. With this scene, tests/benchmarks/limits.py reproduces table 3.1 of the thesis,
+including wall times and the excess that each method leaves.
 
     loomstone run scenes/limit_scaling.py -p triangles=3600 -p method=jacobi -p in_solve=no
 """
@@ -28,8 +28,8 @@ def scene(
     in_solve: bool = True,
     max_sweeps: int = 100,
 ) -> ls.Scene:
-    """method: as LimitOptions.method, or none; in_solve: whether the solve treats limits implicitly
-    before the sweeps.
+    """method: a value of LimitOptions.method, or "none"; in_solve: whether the implicit solve
+    treats limits before the sweeps do.
     """
     mesh = ls.meshes.irregular(size=(0.5, 0.5), triangles=triangles)
     material = ls.ClothMaterial(

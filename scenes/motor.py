@@ -21,7 +21,7 @@ render = ls.RenderOptions(
     ),
 )
 
-POLE, GAP = (0.012, 0.03, 0.03), 0.04  # size of each pole magnet, and distance between them [m]
+POLE, GAP = (0.012, 0.03, 0.03), 0.04  # size of each pole magnet, distance between the two [m]
 ROTOR = (0.026, 0.008, 0.02)  # size of the block [m]; the coil's axis is parallel to its short side
 WINDING: dict[str, Any] = {"radius": 0.008, "length": 0.006, "turns": 150}
 RESISTANCE, INDUCTANCE, FRICTION = 2.0, 5e-4, 2e-6
@@ -30,8 +30,8 @@ RESISTANCE, INDUCTANCE, FRICTION = 2.0, 5e-4, 2e-6
 def scene(
     voltage: float = 3.0, load: float = 0.0, polarization: float = 1.2, density: float = 3000.0
 ) -> ls.Scene:
-    """voltage: of the source [V]; load: torque that opposes the rotation [N m]; density: of the
-    rotor [kg/m^3].
+    """voltage: that of the source [V]; load: torque that opposes the rotation [N m]; density: that
+    of the rotor [kg/m^3].
     """
     poles = [
         ls.obstacles.mesh(
@@ -53,8 +53,8 @@ def scene(
         orientation=turned,
     )
     to_y = (np.sqrt(0.5), -np.sqrt(0.5), 0, 0)  # rotates the coil's z axis to the rotor's y axis
-    # The torque on a moment at an angle a to the field (along x) is proportional to -sin a. Its
-    # sign stays the same if the current is reversed below the x axis.
+    # The torque on a magnetic moment at an angle a to the field, which is along x, is proportional
+    # to -sin a. It keeps its sign if the current is reversed whenever the moment crosses the x axis.
     coil = ls.Coil(
         body="rotor",
         source=ls.magnetics.solenoid(**WINDING).at((0, 0, 0), to_y),
@@ -75,8 +75,8 @@ def scene(
 
 
 def speed_at(load: float, *, time: float = 1.5, step: float = 5e-4) -> tuple[float, float, float]:
-    """Speed [rad/s], root-mean-square current [A] and efficiency [1] over the last fifth of a run
-    with a load [N m].
+    """Returns speed [rad/s], root-mean-square current [A] and efficiency [1] with a load [N m],
+    measured over the last fifth of a run.
     """
     sim = ls.Simulation(scene(load=load), integrator=ls.SemiImplicitEuler(step=step), threads=1)
     n = round(time / step)

@@ -23,7 +23,7 @@ render = ls.RenderOptions(
 
 BAR = (0.008, 0.008, 0.03)
 COIL: dict[str, Any] = {"radius": 0.012, "length": 0.03, "turns": 400}
-HEIGHT = 0.036  # of the coil's centre above the floor [m]
+HEIGHT = 0.036  # height of the coil's centre above the floor [m]
 FORMER = (0.0068, 0.0115)  # inner and outer radius of the tube that carries the coil [m]
 ON, OFF = 0.04, 0.34  # when the voltage is switched on and off [s]
 
@@ -52,7 +52,7 @@ def tube(inner: float, outer: float, length: float, sides: int = 32) -> ls.Trian
 
 
 def scene(voltage: float = 18.0) -> ls.Scene:
-    """voltage: source voltage while it is on [V]."""
+    """voltage: voltage of the source while it is switched on [V]."""
     bar = ls.RigidBody(
         name="bar",
         mesh=ls.meshes.box(size=BAR),

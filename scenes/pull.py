@@ -21,9 +21,9 @@ render = ls.RenderOptions(
     )
 )
 
-# Block magnets of grade N38: edges [mm], flux density at the centre of the pole [T] and pull on a
-# thick steel plate in contact [N], from the data sheets at dhit.pl (MPL 10x5x1.5, 12x10x4, 40x10x5,
-# 40x20x10; 1.22 ... 1.26 T).
+# Block magnets of grade N38 (1.22 to 1.26 T): edges [mm], flux density at the centre of the pole [T],
+# and pull on a thick steel plate in contact [N]. The numbers are those of the data sheets at
+# dhit.pl (MPL 10x5x1.5, 12x10x4, 40x10x5, 40x20x10).
 CATALOGUE = {
     (10, 5, 1.5): (0.23933, 8.47),
     (12, 10, 4): (0.34059, 33.88),
@@ -32,9 +32,9 @@ CATALOGUE = {
 }
 POLARIZATION = 1.24
 MAGNET = (0.012, 0.010, 0.004)
-WEIGHT = (0.012, 0.010, 0.024)  # includes the magnet in its top [m]
+WEIGHT = (0.012, 0.010, 0.024)  # size of the weight, including the magnet in its top [m]
 PLATE = (0.060, 0.060, 0.010)
-FOCUS = 0.007  # slightly more than half the width of the magnet [m]
+FOCUS = 0.007  # focus of soft_cuboid(), slightly more than half the magnet's width [m]
 
 
 def block(size: tuple[float, float, float] = MAGNET) -> ls.magnetics.MagneticBody:
@@ -42,8 +42,8 @@ def block(size: tuple[float, float, float] = MAGNET) -> ls.magnetics.MagneticBod
 
 
 def image_pull(gap: float, size: tuple[float, float, float] = MAGNET) -> float:
-    """Force between a block and a plane of ideal iron at a gap [N]. It equals the force of the
-    magnet's image at twice the distance.
+    """Returns the force [N] between a block magnet and a plane of ideal iron at a gap [m]. It
+    equals the force between the magnet and its mirror image, which are twice the gap apart.
     """
     magnet = block(size)
     return float(
@@ -52,8 +52,8 @@ def image_pull(gap: float, size: tuple[float, float, float] = MAGNET) -> float:
 
 
 def plate_pull(gaps: np.ndarray, *, cells: int = 12, susceptibility: float = 1e3) -> np.ndarray:
-    """Forces (n) of the magnet on the plate of the scene at gaps (n) [m], computed from the charge
-    on the plate's surface [N].
+    """Returns the forces (n) [N] of the magnet on the plate of the scene at gaps (n) [m], computed
+    from the charge on the plate's surface.
     """
     plate = ls.magnetics.soft_cuboid(
         size=PLATE, susceptibility=susceptibility, cells=cells, focus=FOCUS
@@ -67,7 +67,7 @@ def plate_pull(gaps: np.ndarray, *, cells: int = 12, susceptibility: float = 1e3
 
 
 def reach(mass: float) -> float:
-    """Gap [m] at which the pull of an ideal iron plane equals the weight of a mass [kg]."""
+    """Returns the gap [m] at which the pull of a plane of ideal iron lifts a mass [kg]."""
     low, high = 1e-4, 0.1
     while high - low > 1e-6:
         middle = 0.5 * (low + high)
@@ -76,7 +76,7 @@ def reach(mass: float) -> float:
 
 
 def scene(mass: float = 0.1, cells: int = 12) -> ls.Scene:
-    """mass: of the weight with its magnet [kg]; cells: number along each edge of the plate."""
+    """mass: mass of the weight and its magnet [kg]; cells: panels along each edge of the plate."""
     weight = ls.RigidBody(
         name="weight",
         mesh=ls.meshes.box(size=WEIGHT, cells_per_side=4),
@@ -109,8 +109,8 @@ def scene(mass: float = 0.1, cells: int = 12) -> ls.Scene:
 
 
 def gaps_of(run: ls.Run) -> tuple[np.ndarray, np.ndarray]:
-    """Height of the weight's foot above the floor, and gap between magnet and plate, for every
-    frame [m].
+    """Returns, for every frame, the height of the weight's foot above the floor and the gap between
+    magnet and plate [m].
     """
     owner = run.topology.body_of_vertex
     weight, plate = (

@@ -1,7 +1,7 @@
 """A square cloth falls off-centre on a sphere, drapes over it and slides down to the floor.
 
 The cloth hangs over the sphere, slips off on its heavier side and crumples on the floor. Its strain
-never exceeds the limits, 10 % along weft and warp. Figure 3.8 of the thesis.
+never exceeds the limits of 10 % along weft and warp. This is the scene of figure 3.8 of the thesis.
 
     loomstone run scenes/sphere_slide.py --verify -p triangles=3600
 """
@@ -20,15 +20,15 @@ LIMITS = (0.1, 0.1, 0.4)
 
 
 def integrator(triangles: int = 14476) -> ls.Integrator:
-    """The step is proportional to the contact distance, a tenth of an edge: 4 ms at 1 mm. It is
-    clamped to 0.5 to 4 ms.
+    """The time step is proportional to the contact distance, which is a tenth of a mesh edge. It is
+    4 ms at a contact distance of 1 mm, and is clamped to the range from 0.5 to 4 ms.
     """
     edge = 0.5 / np.sqrt(triangles / 2)
     return ls.SemiImplicitEuler(step=float(np.clip(4.0 * 0.1 * edge * 1.2, 5e-4, 4e-3)))
 
 
 def scene(triangles: int = 14476, limited: bool = True, friction: float = 0.1) -> ls.Scene:
-    """limited=False shows how much the cloth strains without limits."""
+    """limited=False removes the strain limits and shows how much the cloth then strains."""
     mesh = ls.meshes.irregular(size=(0.5, 0.5), triangles=triangles, seed=3).moved(
         (0.045, 0.03, RADIUS + 0.006)
     )

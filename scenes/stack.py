@@ -14,7 +14,7 @@ render = ls.RenderOptions(
         fit=False, eye=(0.23, -0.48, 0.25), target=(0.0, 0.0, 0.035), field_of_view_degrees=31.0
     ),
     pattern="plain",
-    hidden="front+right",  # makes the layers visible
+    hidden="front+right",  # these walls are not drawn, so that the layers are visible
 )
 
 SIZE, BOX, WALL, HEIGHT, SPACING = 0.20, 0.23, 0.01, 0.12, 0.006
@@ -26,8 +26,8 @@ def integrator(triangles: int = 800) -> ls.Integrator:
 
 
 def shaking() -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and positions [m] of the box. It rests while the sheets land, then moves sideways
-    and up and down, and rests again.
+    """Returns times [s] and positions [m] of the box. The box is at rest while the sheets land,
+    then moves sideways and up and down, and comes to rest again.
     """
     times = np.arange(0.0, duration + 1e-9, 0.005)
     t = np.clip(times - 0.5, 0.0, 1.9)
@@ -41,7 +41,7 @@ def shaking() -> tuple[np.ndarray, np.ndarray]:
 
 
 def scene(triangles: int = 800, sheets: int = 20) -> ls.Scene:
-    """triangles: number per sheet."""
+    """triangles: number of triangles of each sheet."""
     cells = max(1, round(np.sqrt(triangles / 2)))
     flat = ls.grid(size=(SIZE, SIZE), cells=(cells, cells))
     material = ls.ClothMaterial(

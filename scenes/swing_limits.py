@@ -1,14 +1,15 @@
 """Seven soft cloths, pinned at two corners and released from the horizontal, which differ only in
 their strain limits (example 3.1 of the thesis).
 
-From left to right, the limits of (weft, warp, shear) are (2, 2, 2) %, (2, 2, 20) %, (2, 20, 20) %
-and (20, 2, 20) %, followed by edges limited to 2 % and to 20 %, and by no limit. These are the
-columns of figure 3.6 of the thesis. With a loose shear limit, a cloth sags like a bag in spite of
-tight limits of weft and warp. Swapping weft and warp swaps width and length. A single limit for
-edges only makes the whole cloth softer or stiffer.
+From left to right, the first four cloths have the limits (weft, warp, shear) = (2, 2, 2) %,
+(2, 2, 20) %, (2, 20, 20) % and (20, 2, 20) %. The next two have a single limit for all edges, 2 %
+and 20 %, and the last has no limit. These are the columns of figure 3.6 of the thesis. With a loose
+shear limit, a cloth sags like a bag in spite of tight limits along weft and warp. Swapping the
+limits of weft and warp swaps the extra width and length. A single limit for edges only makes the
+whole cloth softer or stiffer.
 
-The commands below draw the three rows of the figure: the cloths, strain (weft on the left half of
-each cloth, warp on the right half), and shear.
+The commands below draw the three rows of the figure: the cloths, the strain along weft (left half of
+each cloth) and warp (right half), and the shear.
 
     loomstone run scenes/swing_limits.py --out out/swing_limits
     loomstone render out/swing_limits --color-by cloth+strain_split+strain_shear --color-map

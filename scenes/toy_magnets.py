@@ -26,7 +26,7 @@ render = ls.RenderOptions(
     )
 )
 
-LENGTH, RADIUS, SIDES = 0.027, 0.004, 14  # of a rod; with few sides it collides as a polyhedron
+LENGTH, RADIUS, SIDES = 0.027, 0.004, 14  # of a rod [m]; few sides let it collide as a polyhedron
 DEEP = 0.0005  # thickness of the plastic over the magnet's end [m]
 MAGNET: dict[str, Any] = {"radius": 0.003, "height": 0.006}
 BALL = 0.005
@@ -36,8 +36,8 @@ PUSHED = (0.1, 0.6)  # start and end of the push [s], which ends 1 mm from the b
 
 
 def rod_mesh() -> ls.TriangleMesh:
-    """Prism along x that lies on one of its faces. Rings at the ends of the magnets confine the
-    colours to the ends of the rod.
+    """Returns a prism along x that lies on one of its faces. Rings of vertices at the inner ends of
+    the magnets confine the colours of the poles to the ends of the rod.
     """
     half = 0.5 * LENGTH
     inner = half - DEEP - MAGNET["height"]
@@ -58,8 +58,8 @@ def rod_mesh() -> ls.TriangleMesh:
 
 
 def rails_and_slide(start: float, path: float) -> list[ls.Obstacle]:
-    """Rails on both sides of a rod with its centre at `start`, and a slide that pushes it by `path`
-    [m].
+    """Returns rails on both sides of a rod whose centre is at x = `start` [m], and a slide that
+    pushes the rod by `path` [m].
     """
     size, beside = (0.055, 0.002, 0.005), RADIUS + 0.00105
     rails = [
@@ -83,7 +83,7 @@ def rails_and_slide(start: float, path: float) -> list[ls.Obstacle]:
 
 
 def scene(case: str = "antiparallel", polarization: float = 1.1) -> ls.Scene:
-    """case: parallel | antiparallel | free; polarization: of the magnets [T]."""
+    """case: parallel | antiparallel | free; polarization: that of the magnets [T]."""
     if case not in GAP:
         raise ls.InvalidInput(f"case must be one of {', '.join(GAP)}, got {case!r}")
     mesh = rod_mesh()
@@ -105,7 +105,7 @@ def scene(case: str = "antiparallel", polarization: float = 1.1) -> ls.Scene:
         friction=0.3,
         position=(0.0, 0.0, BALL),
     )
-    # The single keyframe gives the obstacle a pose, which also applies to its magnets.
+    # The single keyframe gives the obstacle a pose, which its magnets share.
     held = ls.obstacles.mesh(
         mesh, name="held", times=[0.0], positions=[(reach + 2e-5, 0.0, height)], friction=0.3
     )
@@ -117,7 +117,8 @@ def scene(case: str = "antiparallel", polarization: float = 1.1) -> ls.Scene:
         for name in ("held", "rod")
         for x in (-at, at)
     ]
-    # Degree 6, because a single dipole cannot be attracted from both sides at once.
+    # The degree is 6, because a ball that is modelled as a single dipole (degree 1) cannot be
+    # attracted from both sides at once.
     iron = ls.magnetics.soft_sphere(radius=BALL, susceptibility=1000.0, degree=6)
     magnets.append(ls.Magnet(body="ball", source=iron))
     guides = rails_and_slide(start, GAP[case] - 0.001) if case == "antiparallel" else []
@@ -136,8 +137,8 @@ def check(run: ls.Run) -> None:
         return np.asarray(run[frame].body_vertices[owner == names.index(name)])
 
     def gaps(frame: int) -> np.ndarray:
-        """Distances of the rod's vertices from the ball's surface [m]. The last two belong to the
-        centres of the rod's ends.
+        """Returns the distances of the rod's vertices from the ball's surface [m]. The last two
+        vertices are the centres of the rod's ends.
         """
         apart = vertices("rod", frame) - vertices("ball", frame).mean(axis=0)
         return np.asarray(np.linalg.norm(apart, axis=1)) - BALL

@@ -2,8 +2,8 @@
 
 Folds form along the axis, lie down on one another and press together tightly after one second. The
 edges rotate at one turn per second relative to each other, so the cloth must stretch, but it
-neither tears nor passes through itself. There is no gravity. Initial state, material and motion are
-those of the comparison with other programs.
+neither tears nor passes through itself. There is no gravity. The initial state, the material and
+the motion are those of our comparison with other programs.
 
     loomstone run scenes/twist.py --verify -p triangles=1800
 """
@@ -24,8 +24,8 @@ SIZE = 0.5
 
 
 def integrator(triangles: int = 7200) -> ls.Integrator:
-    """The step is proportional to the contact distance, a tenth of an edge: 4 ms at 1 mm. It is
-    clamped to 0.5 to 4 ms.
+    """The time step is proportional to the contact distance, which is a tenth of a mesh edge. It is
+    4 ms at a contact distance of 1 mm, and is clamped to the range from 0.5 to 4 ms.
     """
     edge = SIZE / np.sqrt(triangles / 2)
     return ls.SemiImplicitEuler(step=float(np.clip(4.0 * 0.1 * edge * 1.2, 5e-4, 4e-3)))
@@ -34,14 +34,14 @@ def integrator(triangles: int = 7200) -> ls.Integrator:
 def scene(
     triangles: int = 7200, turns: float = 0.5, friction: float = 0.3, collisions: bool = True
 ) -> ls.Scene:
-    """turns: turns of each edge per second; collisions=False shows how much the driven edges alone
-    stretch the cloth.
+    """turns: number of turns that each edge makes per second; collisions=False shows how much the
+    scripted edges alone stretch the cloth.
     """
     cells = max(2, round(np.sqrt(triangles / 2)))
     mesh = ls.grid(size=(SIZE, SIZE), cells=(cells, cells))
     near, far = np.arange(cells + 1), np.arange(cells + 1) + cells * (cells + 1)
-    # The script is linear between its times. With 1000 times per second the edges stay within a
-    # micrometre of their circles.
+    # Scripted motion is linear between its times. With 1000 times per second, the edges stay within
+    # a micrometre of their circular paths.
     times = np.linspace(0.0, duration, 1 + round(1000 * duration))
     angle = 2.0 * np.pi * turns * times[:, None]
     paths = []
@@ -78,5 +78,5 @@ def check(run: ls.Run) -> None:
     waist = np.abs(last.positions[:, 1]) < 0.05
     radius = np.hypot(last.positions[waist, 0], last.positions[waist, 2])
     assert radius.max() < 0.12, "the cloth is wound into a rope"
-    # Without collisions the driven edges alone stretch the cloth by a factor of 1.75.
+    # Without collisions, the scripted edges alone stretch the cloth by a factor of 1.75.
     assert max(frame.stretch.max() for frame in run) < 1.3 * 1.75, "contacts do not tear the cloth"

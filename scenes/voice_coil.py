@@ -48,7 +48,7 @@ def cylinder(radius: float, height: float, sides: int = 24) -> ls.TriangleMesh:
 
 
 def scene(triangles: int = 2000, current: float = 0.06) -> ls.Scene:
-    """current: amplitude [A]."""
+    """current: amplitude of the current [A]."""
     membrane = ls.meshes.disc(radius=RIM, triangles=triangles).moved((0, 0, 0.5 * DISC[1] + 0.0006))
     x = np.asarray(membrane.vertices)
     r = np.linalg.norm(x[:, :2], axis=1)
