@@ -54,7 +54,7 @@ def scene(
     )
     to_y = (np.sqrt(0.5), -np.sqrt(0.5), 0, 0)  # rotates the coil's z axis to the rotor's y axis
     # The torque on a magnetic moment at an angle a to the field, which is along x, is proportional
-    # to -sin a. It keeps its sign if the current is reversed whenever the moment crosses the x axis.
+    # to -sin a. It keeps its sign if the current is reversed when the moment crosses the x axis.
     coil = ls.Coil(
         body="rotor",
         source=ls.magnetics.solenoid(**WINDING).at((0, 0, 0), to_y),

@@ -8,8 +8,8 @@ shear limit, a cloth sags like a bag in spite of tight limits along weft and war
 limits of weft and warp swaps the extra width and length. A single limit for edges only makes the
 whole cloth softer or stiffer.
 
-The commands below draw the three rows of the figure: the cloths, the strain along weft (left half of
-each cloth) and warp (right half), and the shear.
+The commands below draw the three rows of the figure: the cloths, the strain along weft (left half
+of each cloth) and warp (right half), and the shear.
 
     loomstone run scenes/swing_limits.py --out out/swing_limits
     loomstone render out/swing_limits --color-by cloth+strain_split+strain_shear --color-map

@@ -1,5 +1,5 @@
 """Collision queries on arrays, without a scene: candidate pairs, exact continuous collision
-detection and exact intersection counts.
+detection and exact intersection tests.
 
 >>> import numpy as np
 >>> from loomstone import collision

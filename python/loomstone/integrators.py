@@ -36,7 +36,7 @@ __all__ = [
     "SymplecticEuler",
 ]
 
-# Classes by the names of the methods on the command line and in files.
+# The integrator classes by the names that they have on the command line and in files.
 METHODS: dict[str, type[Integrator]] = {
     kind.method: kind
     for kind in (
@@ -52,14 +52,14 @@ METHODS: dict[str, type[Integrator]] = {
 
 
 def with_method(options: Integrator, name: str, where: str = "integrator") -> Integrator:
-    """Returns the integrator of this name with those values of `options` that it has fields for."""
+    """Returns the integrator called `name`, with the values of `options` for common fields."""
     if name not in METHODS:
         raise InvalidInput(f"{where} must be one of {', '.join(sorted(METHODS))}, got {name!r}")
     return _made(METHODS[name], options.to_dict())
 
 
 def to_record(options: Integrator) -> dict[str, Any]:
-    """Returns plain values for JSON, including the name of the method."""
+    """Returns the fields as plain values for JSON, together with the name of the method."""
     return {"method": options.method, **options.to_dict()}
 
 

@@ -75,9 +75,10 @@ def limit(
 
     Returns the new points (n, 3) [m] and a report of the remaining excess.
 
-    points : (n, 3) [m]
-    masses : (n,) [kg]; None: a third of the areas around each vertex
-    fixed : vertices that do not move
+    points : (n, 3) positions of the mesh vertices [m]
+    masses : (n,) masses of the vertices [kg]; None: a third of the area of the triangles around
+        each vertex
+    fixed : indices of the vertices that do not move
     method, tolerance, max_sweeps, active_set, seed : as in LimitOptions
     rest, threads : as in strain()
     """

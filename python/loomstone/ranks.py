@@ -29,7 +29,7 @@ def __dir__() -> list[str]:
     return __all__
 
 
-# The order matches core/parallel/agreement.cpp.
+# Error types in the order of their numbers in core/parallel/agreement.cpp.
 _KINDS = (
     None,
     Error,
@@ -42,7 +42,7 @@ _KINDS = (
 
 @contextmanager
 def together(ranks: Communicator) -> Iterator[None]:
-    """Runs the block and raises the error of the lowest failing rank on all ranks.
+    """Runs the `with` block, and raises the error of the lowest failing rank on all ranks.
 
     All ranks must take part.
     """
@@ -68,8 +68,8 @@ def share_failure(ranks: Communicator, failure: Exception) -> None:
 
 
 def end_all_on_failure(ranks: Communicator) -> None:
-    """Makes an uncaught error on one rank end all ranks; the others would wait for ever."""
-    # A hook that someone else has set takes precedence.
+    """Makes an uncaught error on one rank end all ranks, which would otherwise wait for ever."""
+    # An exception hook that the user or another package has set takes precedence.
     if ranks.size == 1 or sys.excepthook is not sys.__excepthook__:
         return
 

@@ -40,9 +40,9 @@ class Simulation(_core.Simulation):
     threads : 0: all processors
     communicator : MPI ranks that share the work: a Communicator, an mpi4py communicator, or None
         for this process alone. Every rank must make the same calls. After every step, every rank
-        has the positions and velocities of all vertices. A row of an array that is assigned between
-        steps takes its value from the rank that owns the row. Obstacles take their values from rank
-        0.
+        has the positions and velocities of all vertices. If an array is assigned between steps,
+        each row takes the value assigned on the rank that owns it. Values assigned for obstacles
+        are those of rank 0.
 
     Raises InvalidInput if the scene cannot be simulated. `positions`, `velocities` and
     `external_forces` are copies that can be assigned. `state` provides views of the internal
@@ -86,8 +86,8 @@ class Simulation(_core.Simulation):
         """Advances the simulation and yields a Frame every 1/rate, from 0 to `duration` [s].
 
         Positions, velocities, external forces, pins and obstacle poses may be assigned between
-        steps and between frames. A frame between two steps is interpolated. The generator continues
-        from the current time.
+        steps and between frames. A frame between two steps is interpolated. If the simulation has
+        already advanced, the frames continue from the current time.
         """
         last = frame_count(duration, rate) - 1
         following = frames_due(self.time, rate) if self.step_index else 0
@@ -139,8 +139,9 @@ class Simulation(_core.Simulation):
     def restore(self, checkpoint: Checkpoint) -> None:
         """Continues from a checkpoint of the same scene and integrator.
 
-        Raises CacheError naming the fields that differ. Checkpoints of versions that did not store
-        these fields are compared by their counts of vertices, bodies and so on.
+        If scene or integrator differ, raises a CacheError that names the fields that differ. Older
+        checkpoints, which do not contain these fields, are compared by their numbers of vertices,
+        bodies and so on.
         """
         _check_type("checkpoint", checkpoint, Checkpoint)
         super().restore(checkpoint)
@@ -175,7 +176,7 @@ class Simulation(_core.Simulation):
         return content.hexdigest()
 
     def __repr__(self) -> str:
-        # A debugger or test runner may show a simulation whose scene was refused.
+        # A debugger or test runner may print a simulation whose constructor has raised an error.
         if not hasattr(self, "communicator"):
             return "Simulation(not built)"
         vertices, triangles = len(self.topology.cloth_of_vertex), len(self.topology.triangles)

@@ -1,1 +1,1 @@
-"""Modules that all others share: arguments, quantities with units, pickling."""
+"""Modules that the whole package shares: arguments, quantities with units, pickling."""

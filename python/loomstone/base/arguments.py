@@ -1,4 +1,4 @@
-"""Checks of the arguments of public functions, with readable errors."""
+"""Checks the arguments of public functions, and raises readable errors."""
 
 from __future__ import annotations
 
@@ -48,10 +48,11 @@ def takes(**units: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Decorates a public function or dataclass so that its arguments may carry units.
 
     units : unit of each number, by the name of the parameter; "1" for pure numbers. Quantities are
-        converted to this unit. Other dimensions raise InvalidInput.
+        converted to this unit. Quantities of another dimension raise InvalidInput.
 
     A misspelt keyword raises a TypeError that suggests the right one. The TypeError for an argument
-    of the wrong type shows all arguments, whereas that of the core only lists the accepted types.
+    of the wrong type shows all arguments, whereas the TypeError of the core only lists the types
+    that it accepts.
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:

@@ -1,7 +1,7 @@
 """Pickling and copying of descriptions and meshes.
 
-They are rebuilt from their fields, which are validated again. The core itself pickles sources,
-frames and checkpoints.
+Pickled objects are rebuilt from their fields, which are then validated again. Sources, frames and
+checkpoints are pickled by the core itself.
 """
 
 from __future__ import annotations

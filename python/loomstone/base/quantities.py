@@ -1,4 +1,4 @@
-"""Conversion of quantities that carry a unit; no other module converts them.
+"""Conversion of quantities that carry a unit. No other module converts units.
 
 A quantity is recognised by its Pint attributes. Quantities of any Pint registry are therefore
 accepted, and Pint is not imported here.
@@ -25,8 +25,8 @@ _ANGLES = ("degree", "radian", "milliradian", "arcminute", "arcsecond", "turn", 
 def in_unit(value: Any, unit: str, where: str) -> Any:
     """Returns a quantity as a plain number or array in `unit`, and any other value unchanged.
 
-    Lists and tuples may contain quantities. Other dimensions raise an InvalidInput that names the
-    value by `where`.
+    Lists and tuples may contain quantities. A quantity of another dimension raises an InvalidInput
+    that names the value by `where`.
     """
     if type(value) in _PLAIN:
         return value
@@ -46,7 +46,7 @@ def in_unit(value: Any, unit: str, where: str) -> Any:
 
 
 def number_in(value: Any, unit: str, where: str) -> float:
-    """Does the same for a single number; raises InvalidInput for any other value."""
+    """Returns one number, with or without a unit, in `unit`; raises InvalidInput otherwise."""
     number = in_unit(value, unit, where)
     if isinstance(number, (str, bytes)) or np.ndim(number) != 0:
         raise InvalidInput(f"{where} must be a number, {_wanted(unit)}, got {value!r}")
@@ -75,12 +75,12 @@ def _wanted(unit: str) -> str:
 
 
 def _shown(value: Any) -> str:
-    """Formats a quantity, for instance as 5 gf/cm."""
+    """Formats a quantity for messages, for instance as 5 gf/cm."""
     return f"{value:g~C}" if np.ndim(value.magnitude) == 0 else str(value)[:80]
 
 
 def _named(value: Any) -> str:
-    """Names the dimension by a familiar unit such as N/m, or else as Pint does."""
+    """Names the dimension of a quantity by a familiar unit such as N/m, or else as Pint does."""
     for name in _DIMENSIONS:
         if value.is_compatible_with(name if name != "1" else "dimensionless"):
             return name

@@ -29,10 +29,10 @@ _OF_TEXTILES = (
 class Units(pint.UnitRegistry[Any]):
     """A registry of Pint with additional textile units: gsm, tex, denier, gf/cm and others.
 
-    units["gf cm^2/cm"] is the quantity 1 in this unit. It can be multiplied with a number or an
-    array. Every number of a description or function of loomstone may be a quantity of this registry
-    or of another one. Plain numbers are in SI units. Angles are pure numbers (1 rad = 1): gf/(cm
-    deg) is converted to N/m per rad, and equals 56.19 N/m. gf is gram-force, oz and lb are masses
+    units["gf cm^2/cm"] is the quantity 1 gf cm^2/cm, which can be multiplied by a number or an
+    array. Descriptions and functions of loomstone accept quantities of this or any other Pint
+    registry wherever they accept numbers. Plain numbers are in SI units. Angles are pure numbers (1
+    rad = 1), so 1 gf/(cm deg) equals 56.19 N/m. gf is gram-force, oz and lb are masses
     (avoirdupois), and % is 0.01.
     """
 
@@ -65,7 +65,7 @@ class Units(pint.UnitRegistry[Any]):
 
 
 def _ambiguous(unit: str) -> bool:
-    """Returns whether a product follows a fraction bar, as in gf/cm deg."""
+    """Returns whether a product follows a fraction bar, as in gf/cm deg, which can be misread."""
     flat = unit
     while (inner := re.sub(r"\([^()]*\)", "u", flat)) != flat:
         flat = inner

@@ -15,17 +15,17 @@ import re
 __all__ = ["WAITING"]
 
 # Number of times a thread polls for the next loop before it sleeps. libgomp's default is 300000.
-# tests/benchmarks/waiting.py compared this default with lower counts, for a drape of 14,450
-# triangles on two processors. On an idle machine, the wall time is 1.15 times as long with 2000 and
-# 1.02 times with 30000. With two other busy processes, 30000 takes 0.74 of the processor time and
-# 0.82 of the wall time.
+# tests/benchmarks/waiting.py compared lower counts with this default, for a drape of 14,450
+# triangles on two processors. On an otherwise idle machine, the wall time is 1.15 times as long
+# with a count of 2000, and 1.02 times as long with 30000. Next to two other busy processes, a count
+# of 30000 takes 0.74 of the processor time and 0.82 of the wall time.
 _SPIN_COUNT = 30000
 
 
 def _libgomp_is_loaded() -> bool:
     """Returns whether this process has already loaded the system's libgomp.
 
-    Copies inside other packages have other file names and do not matter.
+    Copies of libgomp inside other packages have other file names and do not matter.
     """
     try:
         with open("/proc/self/maps", encoding="utf-8", errors="replace") as maps:
@@ -35,7 +35,7 @@ def _libgomp_is_loaded() -> bool:
 
 
 def _load_core() -> str:
-    """Loads `_core` with our spin count, restores the environment, and describes the spin count."""
+    """Loads `_core` with our spin count if possible; returns how threads wait, as a text."""
     for name in ("OMP_WAIT_POLICY", "GOMP_SPINCOUNT"):
         if name in os.environ:
             return f"{name}={os.environ[name]} (environment)"
@@ -52,5 +52,5 @@ def _load_core() -> str:
     return f"GOMP_SPINCOUNT={_SPIN_COUNT} (loomstone's)"
 
 
-# Description of the setting in force in this process, for show_versions().
+# How threads wait in this process, as show_versions() prints it.
 WAITING = _load_core()

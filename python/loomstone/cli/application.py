@@ -1,4 +1,4 @@
-"""The application with its help, and the session in which every command runs."""
+"""The command-line application with its help, and the session in which every command runs."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ app.add_typer(report, name="report")
 
 @contextmanager
 def session(parallel: bool = True) -> Iterator[Communicator]:
-    """Yields the ranks of a command, and reports errors.
+    """Yields the communicator of the ranks that run a command, and reports errors.
 
     An error of loomstone is printed as one sentence. A failure on one rank ends all ranks.
     """
@@ -79,5 +79,5 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
 
 
 def main() -> Any:
-    """Entry point of the command."""
+    """Entry point of the command `loomstone`."""
     return app()

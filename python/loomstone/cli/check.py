@@ -25,9 +25,9 @@ def check(
 ) -> None:
     """Checks a scene before it is run, or the claims of a run.
 
-    For a scene: whether it can be simulated, and which triangles intersect at its start. For a run:
-    which triangles intersect in each frame, and whether check() of the scene file passes. Exit code
-    1 if a check fails.
+    A scene is checked for whether it can be simulated, and for triangles that intersect at its
+    start. A run is checked for triangles that intersect in any frame, and by check() of its scene
+    file. The exit code is 1 if a check fails.
 
     \b
         loomstone check scenes/drape.py --render start.png
@@ -46,7 +46,7 @@ def check(
 def info(
     path: Annotated[Path, typer.Argument(help="run, .vtkhdf file, checkpoint, mesh or scene file")],
 ) -> None:
-    """Describes the content of a file or directory.
+    """Describes the content of a run, cache file, checkpoint, mesh or scene file.
 
     \b
         loomstone info out/drape

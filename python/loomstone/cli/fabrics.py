@@ -18,8 +18,8 @@ def fabrics(
 ) -> None:
     """Lists the fabrics of loomstone.fabrics.
 
-    For each fabric: stiffness, strain limits, bending by direction, published drape coefficients
-    and sources.
+    The list shows the stiffness, strain limits, bending by direction, published drape coefficients
+    and source of each fabric.
 
     \b
         loomstone fabrics

@@ -105,9 +105,9 @@ def check_run(run: Run) -> bool:
 
 
 def check_scene(file: SceneFile, picture: Path | None) -> bool:
-    """Prints size and initial intersections of a scene; returns whether it can be simulated.
+    """Prints the size and initial intersections of a scene; returns whether it can be simulated.
 
-    picture : if given, the path of a picture of the start
+    picture : path of a picture of the initial state to draw, or None
     """
     scene = file.scene()
     problem: Error | None = None
@@ -120,7 +120,8 @@ def check_scene(file: SceneFile, picture: Path | None) -> bool:
         simulation = Simulation(
             scene.replace(allow_initial_intersections=True), integrator=file.integrator
         )
-    # Intersections among bodies and obstacles are allowed: walls of a box overlap at its corners.
+    # Intersections among bodies and obstacles are allowed; the walls of a box, for example,
+    # overlap at its corners.
     pairs = [
         pair
         for pair in simulation.intersecting_pairs()
@@ -150,7 +151,7 @@ def _marked(frame: Frame, simulation: Simulation, pairs: list[Any]) -> Frame:
 
 
 def contact_lines(summary: dict[str, Any]) -> list[str]:
-    """Returns lines that summarise the contacts of a run, from the summary of its steps."""
+    """Returns lines of text about the contacts of a run, from the summary of its steps."""
     if not summary.get("most_contacts") and not summary.get("impacts"):
         return []
     lines = [

@@ -69,7 +69,7 @@ def render(
 
     Options that are not given are taken from the existing pictures in frames/, or else from the
     scene file. Existing pictures (PNG) are kept, so an interrupted rendering continues. All
-    pictures in a directory have the same options; other options need --out or --again. Single
+    pictures in a directory have the same options; different ones require --out or --again. Single
     frames (--frame) are always drawn, into the directory of the run unless --out is given. A fitted
     camera is fitted to the first frame. Colours without --color-low and --color-high span the
     values of all frames.
@@ -112,14 +112,14 @@ def render(
 
 
 def _look(run: Run, given: dict[str, Any]) -> RenderOptions:
-    """Returns the given options, completed by those of existing pictures or of the scene file."""
+    """Returns the given options; missing ones are those of existing pictures or the scene file."""
     options = drawn_with(run.directory / "frames")
     options = options or (stored_options(run)[3] if "render" in run.metadata else RenderOptions())
     return options.replace(**given)
 
 
 def _chosen(run: Run, frames: list[int]) -> list[int] | None:
-    """Returns the indices of single frames, counted from the start; None: all frames."""
+    """Returns the chosen frames as indices counted from the start, or None for all frames."""
     for i in frames:
         if not -len(run) <= i < len(run):
             raise InvalidInput(

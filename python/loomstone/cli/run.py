@@ -109,7 +109,7 @@ def resume(run: RunArgument, threads: Threads = 0, render: Render = False) -> No
 
 @dataclass(frozen=True)
 class _Task:
-    """A run to be executed: its scene file, options and target directory."""
+    """A run to be executed, with its scene file, options and target directory."""
 
     file: SceneFile
     integrator: Integrator
@@ -121,7 +121,7 @@ class _Task:
 
 
 def _advance(task: _Task, communicator: Communicator) -> None:
-    """Runs a task. The exit code is 1 if triangles intersect, and 128 + the number of a signal."""
+    """Runs a task. Exits with 1 if triangles intersect, or with 128 plus the number of a signal."""
     # Ranks on the same node share its processors.
     share = int(os.environ.get("OMPI_COMM_WORLD_LOCAL_SIZE", "1"))
     threads = task.threads or max(1, _core.default_thread_count() // share)

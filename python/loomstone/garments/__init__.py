@@ -1,4 +1,4 @@
-"""Garments: flat panels, seams between their edges, and the sewn mesh whose uv are the pattern.
+"""Garments: flat panels, seams between their edges, and sewn meshes whose uv are the pattern.
 
 Lengths are in metres.
 

@@ -1,4 +1,4 @@
-"""Sews by simulation: forces pull the seams of separate panels together, which are then welded."""
+"""Sews by simulation: forces pull seams of separate panels closed, then vertices are welded."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ __all__ = ["close_seams"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-REACH = 0.03  # distance at which the force of a pair saturates [m]
-SHUT, SHUT_AT_REST = 0.15, 0.5  # largest gap of closed seams, relative to the mean edge
-AT_REST = 0.1  # gaps are at rest if their sum has not shrunk by 1 % for this time [s]
+REACH = 0.03  # gap above which the force between two vertices stays constant [m]
+SHUT, SHUT_AT_REST = 0.15, 0.5  # largest gap of a closed seam, relative to the mean edge [1]
+AT_REST = 0.1  # gaps are at rest if their sum shrinks by less than 1 % in this time [s]
 DRAG = 15.0  # damping rate of all vertices [1/s], against oscillation
 
 
@@ -46,16 +46,17 @@ def close_seams(
     """Returns a garment whose seams are closed by springs of zero rest length, without gravity.
 
     pattern : panels may touch one another along seams only, and must not touch the body
-    places : placements of some panels, by name, in place of their own
+    places : placements by panel name, which replace those of the pattern
     obstacles : the body, with which panels collide
-    material : default 300 N/m, 0.2 kg/m^2
-    longest : simulated time after which open seams are an error [s]; step : time step [s]
+    material : material of the panels during sewing; default: 300 N/m, 0.2 kg/m^2
+    longest : simulated time after which open seams are an error [s]
+    step : time step [s]
     ease : largest relative difference in length of sewn edges [1]
 
     Seams are closed if no gap exceeds 1.5 contact distances, or if all gaps are at rest below half
-    an edge: where three panels meet, their thickness keeps them apart. Pairs then meet halfway.
-    Raises SolverFailure naming the widest seam if seams stay open, and InvalidInput if the sewn
-    garment would intersect itself.
+    a mesh edge, because thickness keeps panels apart where three of them meet. The two vertices of
+    each pair are then welded halfway between them. Raises SolverFailure naming the widest seam if
+    seams stay open, and InvalidInput if the sewn garment would intersect itself.
     """
     for name, value in (("longest", longest), ("step", step)):
         if not (np.isfinite(value) and value > 0):
@@ -92,7 +93,7 @@ def close_seams(
 
 
 def _closed_already(pieces: Cut, distance: float) -> NDArray[np.bool_]:
-    """Returns which pairs belong to seams that are closed in the initial placement."""
+    """Returns, for each pair of vertices, whether its whole seam is closed as placed."""
     gap = np.linalg.norm(
         pieces.placed[pieces.pairs[:, 0]] - pieces.placed[pieces.pairs[:, 1]], axis=1
     )
@@ -117,12 +118,12 @@ def _pulled(
     mass: Floats,
     limits: _Limits,
 ) -> Floats:
-    """Pulls by external forces, and returns the positions when all pairs are closed."""
+    """Pulls pairs of vertices together by external forces; returns positions with closed seams."""
     step, longest, edge = limits.step, limits.longest, limits.edge
     a, b = pairs.T
     pair_mass = mass[a] * mass[b] / (mass[a] + mass[b])
-    # The implicit solve does not contain the springs. Their stiffness is a fifth of the explicit
-    # stability limit, divided by the number of springs at a vertex.
+    # The implicit solve does not contain these springs, which act as explicit forces. Their
+    # stiffness is a fifth of the stability limit, divided by the number of springs at a vertex.
     meets = np.bincount(np.concatenate([a, b]), minlength=len(mass))
     stiffness = 0.2 * pair_mass / step**2 / np.maximum(meets[a], meets[b])
     least, since = np.inf, 0

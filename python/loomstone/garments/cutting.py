@@ -18,7 +18,7 @@ __all__ = ["Cut", "cut"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-SHELF = 0.05  # gap between panels in the uv layout [m]
+SHELF = 0.05  # distance between neighbouring panels in the uv layout [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,11 +27,11 @@ class Cut:
 
     flat : (n x 2) the pattern laid out [m], weft along the first axis and warp along the second
     placed : (n x 3) initial positions given by the placements of the panels [m]
-    triangles : (m x 3)
-    panel_of_triangle : (m)
-    pairs : (k x 2) vertices to be joined
-    seam_of_pair : (k) index into the pattern's seams
-    groups : vertices by name, "panel" and "panel.edge" (in order along the edge)
+    triangles : (m x 3) vertex indices
+    panel_of_triangle : (m) index of the panel of each triangle
+    pairs : (k x 2) pairs of vertices to be joined
+    seam_of_pair : (k) index of the seam of each pair in the pattern
+    groups : vertices by name: "panel" and "panel.edge" (in order along the edge)
     """
 
     pattern: Pattern
@@ -45,9 +45,9 @@ class Cut:
 
 
 def cut(pattern: Pattern, *, spacing: float, triangles: int | None, seed: int) -> Cut:
-    """Triangulates every panel with edges of about `spacing` [m].
+    """Triangulates every panel with mesh edges of about `spacing` [m].
 
-    triangles : total number, distributed by area; None: determined by the spacing
+    triangles : total number, distributed over the panels by area; None: determined by `spacing`
     """
     segments = _segments(pattern, spacing)
     flat, placed, faces, owner = [], [], [], []

@@ -16,8 +16,8 @@ __all__ = ["Edge", "arc", "circle", "cubic", "line", "polyline", "quadratic"]
 Floats = NDArray[np.float64]
 Point = tuple[float, float]
 
-# Number of chords that approximate a curve. The length of a half circle has a relative error below
-# 1e-5.
+# Number of chords that approximate a curve. The relative error of a half circle's length is then
+# below 1e-5.
 FINE = 512
 
 
@@ -25,12 +25,13 @@ FINE = 512
 class Edge:
     """One side of a panel or of a hole, from its first point to its last.
 
-    Made by line, polyline, quadratic, cubic, arc or circle.
+    Edges are made by line, polyline, quadratic, cubic, arc or circle.
 
     name : name within the panel
-    kind : "polyline" (all points), "quadratic" or "cubic" (with control points), "arc" (start,
-        intermediate point, end), "circle" (start, opposite point, start)
-    points : [m], as seen from the outside of the garment
+    kind : "polyline", "quadratic", "cubic", "arc" or "circle"
+    points : points that define the edge [m], as seen from the outside of the garment: all points of
+        a polyline; ends and control points of a Bézier curve; start, a point between, and end of
+        an arc; start, opposite point, and start of a circle
     """
 
     name: str
@@ -90,7 +91,7 @@ class Edge:
     def mirrored(self) -> Edge:
         """Returns the edge mirrored about x = 0 and reversed.
 
-        A panel of mirrored edges is thus again seen from its outside.
+        A panel of mirrored edges is thereby seen from its outside again.
         """
         return Edge(self.name, self.kind, tuple((-x, y) for x, y in reversed(self.points)))
 
@@ -113,7 +114,7 @@ def polyline(name: str, points: ArrayLike) -> Edge:
 
 @takes(start="m", control="m", end="m")
 def quadratic(name: str, start: ArrayLike, control: ArrayLike, end: ArrayLike) -> Edge:
-    """Quadratic Bézier curve [m]."""
+    """Quadratic Bézier curve from start to end; points in [m]."""
     return _edge(name, "quadratic", [start, control, end])
 
 
@@ -121,7 +122,7 @@ def quadratic(name: str, start: ArrayLike, control: ArrayLike, end: ArrayLike) -
 def cubic(
     name: str, start: ArrayLike, control: ArrayLike, second_control: ArrayLike, end: ArrayLike
 ) -> Edge:
-    """Cubic Bézier curve [m]."""
+    """Cubic Bézier curve from start to end; points in [m]."""
     return _edge(name, "cubic", [start, control, second_control, end])
 
 

@@ -1,8 +1,8 @@
 """Reads patterns of GarmentCode (pygarment): JSON with panels, edges, stitches and placements.
 
-The format is that of [Korosteleva2023]. Lengths are in 1/units_in_meter, y points up, and rotations
-are in degrees about the fixed axes x, y, z in this order. Curvature is relative to the edge. No
-code of that project is used or needed.
+The format is that of [Korosteleva2023]. Lengths are in units of 1/units_in_meter [m], y points up,
+and rotations are in degrees about the fixed axes x, y and z, in this order. Control points of curved
+edges are given relative to the chord. No code of that project is used or needed.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ __all__ = ["read_garmentcode"]
 
 Floats = NDArray[np.float64]
 
-# Rotates y up to z up; the front then faces -y.
+# Rotates the y axis, which points up in the file, to the z axis. The front then faces -y.
 UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
@@ -66,8 +66,8 @@ def _pattern(content: Mapping[str, Any]) -> Pattern:
     seams = []
     for stitch in pattern.get("stitches", []):
         first, second = (f"{_name(side['panel'])}.edge_{int(side['edge'])}" for side in stitch[:2])
-        # Panels are sewn with their outsides out, unless the stitch joins the right side of one to
-        # the wrong side of the other.
+        # Panels are sewn with both outsides on the same side, unless the stitch joins the right side
+        # of one to the wrong side of the other.
         seams.append(Seam(first, second, not (len(stitch) > 2 and stitch[2] == "right_wrong")))
     return Pattern(panels, tuple(seams))
 
@@ -78,8 +78,8 @@ def _panel(name: str, panel: Mapping[str, Any], scale: float, absolute: bool) ->
     rotation = _rotation(panel.get("rotation", (0, 0, 0)))
     origin = UPRIGHT @ (scale * np.array(panel.get("translation", (0, 0, 0)), float))
     across, up = UPRIGHT @ rotation[:, 0], UPRIGHT @ rotation[:, 1]
-    # Seen from the outside, the edges run counter-clockwise. Other panels are seen from behind, so
-    # their x axis is reversed.
+    # Edges must run counter-clockwise as seen from the outside. A panel whose edges run clockwise is
+    # given as seen from behind, so its x axis is reversed.
     outline = np.concatenate([edge.curve()[:-1] for edge in edges])
     x, y = outline.T
     if (x * np.roll(y, -1) - np.roll(x, -1) * y).sum() < 0:
@@ -98,7 +98,7 @@ def _edge(
     curvature = edge.get("curvature")
     if not curvature:
         return line(name, start, end)
-    if isinstance(curvature, list):  # older files give a single control point
+    if isinstance(curvature, list):  # older files contain just one control point
         curvature = {"type": "quadratic", "params": [curvature]}
     kind, values = str(curvature["type"]), curvature["params"]
     if kind == "circle":
@@ -117,7 +117,7 @@ def _edge(
 
 
 def _arc(name: str, start: Floats, end: Floats, radius: float, large: bool, right: bool) -> Edge:
-    """Returns an arc with the flags of SVG arcs, but y up.
+    """Returns an arc defined by the flags of SVG arcs, but with y up.
 
     If `right`, the arc runs counter-clockwise, and a small arc lies to the right of the chord.
     """

@@ -25,11 +25,11 @@ class Panel:
     """A flat piece of cloth, as seen from the outside of the garment.
 
     name : unique name in the garment
-    edges : outline, counter-clockwise; each edge begins where the previous one ends. Darts are
-        notches of the outline.
-    holes : closed loops of edges, clockwise: cloth lies on their left, as for the outline. A round
-        hole is a single edge, made by circle(). Triangles around a hole that is narrower than two
-        triangle edges have smaller angles.
+    edges : edges of the outline, counter-clockwise; each begins where the previous one ends. Darts
+        are notches of the outline.
+    holes : closed loops of edges, clockwise, so that cloth lies on their left, as for the outline.
+        A round hole is a single edge, made by circle(). Triangles around a hole that is narrower
+        than two mesh edges have smaller angles than elsewhere.
     grain_degrees : direction of the warp relative to the panel's y axis, counter-clockwise
         [degrees]
     place : initial placement: Plane, Cylinder, Cone, Ribbon, or any function that maps points (n x
@@ -103,7 +103,7 @@ class Panel:
         raise InvalidInput(f"panel {self.name!r} has no edge {name!r}; it has {known}")
 
     def mirrored(self, name: str, *, place: Placement | None = None) -> Panel:
-        """Returns the panel mirrored about x = 0, for the other side of the body.
+        """Returns a panel that is mirrored about x = 0, for the other side of the body.
 
         Edges keep their names.
         """
@@ -119,7 +119,7 @@ class Panel:
         return replace(self, place=place)
 
     def pattern(self, points: Floats) -> Floats:
-        """Returns points of the panel in the frame whose axes are weft and warp [m]."""
+        """Converts points of the panel (n x 2) [m] to the axes of weft and warp."""
         angle = np.radians(self.grain_degrees)
         weft, warp = (np.cos(angle), np.sin(angle)), (-np.sin(angle), np.cos(angle))
         turned: Floats = points @ np.array([weft, warp]).T
@@ -183,7 +183,7 @@ def _check_turn(where: str, edges: tuple[Edge, ...], *, hole: bool) -> None:
 def _check_crossings(panel: Panel) -> None:
     """Raises InvalidInput if parts of the outline or holes meet anywhere but at common corners."""
     curves = [[edge.curve() for edge in loop] for loop in panel.loops]
-    # 64 chords per curve, including both ends.
+    # Every curve is approximated by about 64 chords.
     coarse = [[c[:: max(1, (len(c) - 1) // 64)] for c in loop] for loop in curves]
     starts = np.concatenate([c[:-1] for loop in coarse for c in loop])
     ends = np.concatenate([c[1:] for loop in coarse for c in loop])
@@ -196,7 +196,7 @@ def _check_crossings(panel: Panel) -> None:
     n = len(starts)
     for i in range(n - 1):
         others = np.arange(i + 1, n)
-        # Neighbours share a point. They overlap only if one folds back onto the other.
+        # Neighbouring chords share a point. They overlap only if one folds back onto the other.
         a, b, c, d = starts[i], ends[i], starts[others], ends[others]
         sides = _turn(a, b, c) * _turn(a, b, d), _turn(c, d, a) * _turn(c, d, b)
         crossing = (sides[0] < 0) & (sides[1] < 0)
@@ -221,7 +221,7 @@ def _check_crossings(panel: Panel) -> None:
 def _check_nesting(panel: Panel) -> None:
     """Raises InvalidInput if a hole lies outside the outline or inside another hole.
 
-    Precondition: the edges do not cross.
+    The edges must not cross, which _check_crossings() checks.
     """
     loops = [Boundary([_outline(loop)]) for loop in panel.loops]
     for i, hole in enumerate(panel.holes, 1):

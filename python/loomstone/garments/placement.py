@@ -21,7 +21,7 @@ Vector = tuple[float, float, float]
 
 
 class Placement(Protocol):
-    """Any function that maps points of the panel (n x 2) to space (n x 3) [m]."""
+    """Any function that maps points of a panel's plane (n x 2) [m] to space (n x 3) [m]."""
 
     def __call__(self, points: Floats, /) -> Floats: ...
 
@@ -29,7 +29,7 @@ class Placement(Protocol):
 @takes(origin="m", across="1", up="1")
 @dataclass(frozen=True)
 class Plane:
-    """Flat placement: origin + x across + y up.
+    """Flat placement, which maps the point (x, y) of a panel to origin + x across + y up.
 
     The outside faces along the cross product of across and up, by default -y.
     """
@@ -46,12 +46,13 @@ class Plane:
 @takes(radius="m", centre="m", angle_degrees="degrees", axis="1", reference="1")
 @dataclass(frozen=True)
 class Cylinder:
-    """Placement around an axis.
+    """Placement on a cylinder.
 
-    x = 0 is mapped to angle_degrees from `reference`; x increases counter-clockwise about the axis.
+    Points with x = 0 lie at the angle `angle_degrees` from `reference`; x increases counter-clockwise
+    about the axis.
 
-    radius : [m]
-    centre : point on the axis to which y = 0 is mapped [m]
+    radius : radius of the cylinder [m]
+    centre : point on the axis at the height of y = 0 [m]
     axis, reference : directions; reference is made perpendicular to axis
     """
 
@@ -74,12 +75,13 @@ class Cylinder:
 @takes(apex="m", tip="m", slope="1", angle_degrees="degrees")
 @dataclass(frozen=True)
 class Cone:
-    """Placement around a vertical cone, which maps circles about the pattern's apex to rings.
+    """Placement on a vertical cone, which maps circles about the apex to horizontal circles.
 
-    apex : apex in the panel's plane [m]
-    tip : position of the apex in space [m]
-    slope : radius of a ring divided by its distance from the apex, below 1
-    angle_degrees : angle from +x to which the panel's vertical through the apex is mapped
+    apex : the cone's apex in the panel's plane [m]
+    tip : the cone's apex in space [m]
+    slope : radius of a horizontal circle divided by its distance from the apex along the cone,
+        below 1 [1]
+    angle_degrees : angle from +x at which the panel's vertical line through the apex is placed
 
     The cone opens downward if the panel lies below its apex, and otherwise upward.
     """
@@ -107,10 +109,10 @@ class Cone:
 @takes(path="m", across="1")
 @dataclass(frozen=True)
 class Ribbon:
-    """Placement along a path: y is the arc length, x runs along `across`, which may turn.
+    """Placement along a path: y is the arc length, and x runs along `across`, which may turn.
 
-    path : (k x 3) [m]
-    across : (k x 3) directions, which are normalised
+    path : (k x 3) points of the path [m]
+    across : (k x 3) direction of x at each of these points, which is normalised
     """
 
     path: tuple[Vector, ...]

@@ -1,7 +1,7 @@
 """Reduces the strain of a sewn surface before its simulation, by as-rigid-as-possible deformation.
 
-Implements [Sorkine2007] with triangles in place of vertex cells: rotations of all triangles and
-positions are solved alternately. The method ignores contact, so callers must check the result for
+Implements [Sorkine2007] with triangles in place of vertex cells: the rotations of all triangles and
+the positions of all vertices are solved for alternately. The method ignores contact, so callers must check the result for
 intersections.
 """
 
@@ -17,11 +17,11 @@ Indices = NDArray[np.int64]
 
 
 def gradients(flat: Floats) -> tuple[Floats, Floats]:
-    """Returns shape function gradients (m x 3 x 2) [1/m] and areas (m) [m^2] of rest triangles.
+    """Returns the shape function gradients (m x 3 x 2) [1/m] and areas (m) [m^2] of triangles.
 
     flat : rest corners (m x 3 x 2) [m]
     """
-    edges = np.stack([flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]], axis=2)  # as columns
+    edges = np.stack([flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]], axis=2)  # the edges are columns
     inverse = np.linalg.inv(edges)
     area: Floats = np.abs(np.linalg.det(edges)) / 2
     slope = np.stack([-inverse.sum(1), inverse[:, 0], inverse[:, 1]], axis=1)
@@ -44,7 +44,9 @@ def relaxed(
 ) -> Floats:
     """Returns positions (n x 3) [m] whose triangles are closer to their rest shapes.
 
-    The centroid of the vertices is kept. flat : rest corners (m x 3 x 2) [m]
+    The centroid of the vertices is kept.
+
+    flat : rest corners (m x 3 x 2) [m]
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.linalg import splu

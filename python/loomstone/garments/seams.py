@@ -1,4 +1,4 @@
-"""Seams between edges of panels, and the resulting merging of vertices."""
+"""Seams between edges of panels, and the merging of vertices along them."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ Indices = NDArray[np.int64]
 class Seam:
     """Two edges that are sewn together.
 
-    first, second : "panel.edge"
-    reverse : True joins the end of one edge to the start of the other, as for two panels sewn with
-        their outsides out. False joins start to start. None selects the order that brings the
-        placed edges closer together, and True if both are equal.
+    first, second : names of the edges as "panel.edge"
+    reverse : True joins the end of one edge to the start of the other, as for two panels whose
+        outsides face the same way. False joins start to start. None selects the order for which the
+        placed edges are closer together, or True if both orders are equally close.
     """
 
     first: str
@@ -38,9 +38,9 @@ class Seam:
 
 @dataclass(frozen=True)
 class Pattern:
-    """Panels and the seams between them, the input of `garment`.
+    """Panels and the seams between them, which `garment` sews.
 
-    seams : Seam, or pairs of "panel.edge"
+    seams : seams, each a Seam or a pair of names "panel.edge"
     """
 
     panels: tuple[Panel, ...]
@@ -64,7 +64,7 @@ class Pattern:
         return self.panel(panel).edge(edge)
 
     def placed(self, places: Mapping[str, Placement]) -> Pattern:
-        """Returns the pattern with other placements for some panels, by name."""
+        """Returns the pattern with the given placements in place of those of the named panels."""
         for name in places:
             self.panel(name)
         return Pattern(
@@ -75,8 +75,8 @@ class Pattern:
     def check(self, ease: float) -> None:
         """Raises InvalidInput if the pattern cannot be sewn.
 
-        Reasons are unknown edges, edges sewn twice, lengths that differ by more than `ease`, and
-        unconnected panels.
+        This is the case if edges are unknown or sewn twice, if the lengths of sewn edges differ by
+        more than `ease`, or if panels are not connected.
         """
         if not (np.isfinite(ease) and 0 <= ease < 1):
             raise InvalidInput(f"ease must be in [0, 1), got {ease}")
@@ -170,7 +170,7 @@ def turned_panels(pattern: Pattern, reverse: Mapping[Seam, bool]) -> dict[str, b
 
 
 def merged(count: int, pairs: Iterable[tuple[int, int]]) -> Indices:
-    """Returns the index of the vertex that each of `count` vertices becomes when pairs are joined.
+    """Returns the new index of each of `count` vertices after pairs of them have been joined.
 
     New vertices are numbered in order of first use.
     """

@@ -28,10 +28,11 @@ EASE = 0.05  # default limit of the relative difference in length of sewn edges 
 class Garment:
     """A sewn garment.
 
-    mesh : TriangleMesh; uv are the panels laid out next to each other [m], and differ across seams
-    groups : vertices by name: "panel", "panel.edge" (in order along the edge)
+    mesh : TriangleMesh. Its uv are the panels laid out next to each other [m]; the two sides of a
+        seam therefore have different uv.
+    groups : vertices by name: "panel" and "panel.edge" (in order along the edge)
     panel_names : names of the panels
-    panel_of_triangle : (m)
+    panel_of_triangle : (m) index of the panel of each triangle
     seam_edges : (k x 2) edges of the mesh where panels meet
     cut : the panels before sewing, or None for a mesh that was already sewn
     """
@@ -58,7 +59,7 @@ class Garment:
         return corners
 
     def stretches(self) -> Floats:
-        """Returns the principal stretches (m x 2) [1] relative to the pattern.
+        """Returns the principal stretches of all triangles (m x 2) relative to the pattern [1].
 
         The larger stretch of a triangle comes first.
         """
@@ -110,14 +111,14 @@ def garment(
     """Triangulates panels, joins them along seams, and reduces the strain due to their placement.
 
     panels, seams : panels with seams (Seam or pairs of "panel.edge"), or one Pattern
-    triangles : total number, exact up to one triangle per panel; an alternative to edge
+    triangles : total number of triangles, exact up to one per panel; an alternative to `edge`
     edge : mean edge length [m]. Angles are at least 25 degrees if the outline has no corner below
         55 degrees.
     ease : largest difference in length of two sewn edges, relative to the longer one [1]
     seed : seed of the interior points; equal input gives an equal garment
-    relax : number of iterations that bring triangles closer to their rest shapes; 0: joined
-        vertices meet halfway, and nothing else moves
-    allow_intersections : accept a garment that intersects itself
+    relax : number of iterations that bring triangles closer to their rest shapes. With 0, joined
+        vertices meet halfway, and no other vertex moves.
+    allow_intersections : whether a garment that intersects itself is accepted
 
     >>> import loomstone as ls
     >>> names = ("hem", "right", "top", "left")
@@ -165,7 +166,7 @@ def _spacing(
 
 
 def edge_for(area: float, triangles: int) -> float:
-    """Returns the edge length of equilateral triangles that fill an area [m]."""
+    """Returns the edge length [m] of equilateral triangles that fill an area [m^2]."""
     return float(np.sqrt(area / triangles * 4 / np.sqrt(3)))
 
 
@@ -180,9 +181,9 @@ def joined(pieces: Cut, positions: Floats) -> Garment:
 
 
 def welded(pieces: Cut, positions: Floats, pairs: Indices) -> tuple[Indices, TriangleMesh]:
-    """Returns the index of each panel vertex in the welded mesh, and the mesh.
+    """Returns the index of each panel vertex in the welded mesh, and this mesh.
 
-    pairs : vertices that are merged
+    pairs : (k x 2) pairs of vertices that are merged
     """
     index = merged(len(positions), [(int(a), int(b)) for a, b in pairs])
     weight = np.bincount(index)

@@ -20,7 +20,8 @@ __all__ = ["read", "sewn"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# Ease of patterns from files. Ruffles are gathered from up to four times their sewn length.
+# Ease that is allowed for patterns from files. Ruffles are gathered from edges of up to four times
+# the sewn length.
 GATHERED = 0.75
 
 
@@ -28,11 +29,11 @@ GATHERED = 0.75
 def read(path: str | os.PathLike[str], *, triangles: int | None = None, seed: int = 1) -> Garment:
     """Reads a garment: a GarmentCode pattern (.json), or a sewn mesh whose uv are the pattern [m].
 
-    Meshes are .obj or .ply files. If panels of a pattern pass through each other when they are
+    Sewn meshes are .obj or .ply files. If the panels of a pattern would intersect when they are
     welded directly, `close_seams` sews them.
 
-    triangles : total number for a pattern, default 6,000; not allowed for a mesh, which keeps its
-        own
+    triangles : total number of triangles for a pattern, by default 6,000; not allowed for a sewn
+        mesh, which keeps its triangles
     seed : seed of the triangulation of a pattern
     """
     path = Path(path)
@@ -83,7 +84,7 @@ def sewn(mesh: TriangleMesh, *, where: str = "mesh") -> Garment:
 
 
 def _interior_edges(triangles: Indices, uv: Floats) -> tuple[Indices, Indices, NDArray[np.bool_]]:
-    """Returns pairs of half-edges that form an edge, and whether their uv differ.
+    """Returns, for every interior edge, its two half-edges and whether their uv differ.
 
     Half-edge c * m + t starts at corner c of triangle t.
     """
@@ -94,8 +95,8 @@ def _interior_edges(triangles: Indices, uv: Floats) -> tuple[Indices, Indices, N
     ordered = np.sort(half, axis=1)[order]
     same = np.flatnonzero((ordered[1:] == ordered[:-1]).all(1))
     first, second = order[same], order[same + 1]
-    # Neighbours traverse their common edge in opposite directions. Files store uv with about 6
-    # digits.
+    # Neighbouring triangles traverse their common edge in opposite directions. The tolerance allows
+    # for files that store uv with about 6 digits.
     tolerance = 1e-5 * float(np.ptp(uv.reshape(-1, 2), axis=0).max())
     seam = np.abs(ends[first] - ends[second][:, ::-1]).max((1, 2)) > tolerance
     assert (first % m != second % m).all(), "a triangle has no edge twice"

@@ -19,9 +19,9 @@ __all__ = ["dress", "dress_pattern"]
 
 Floats = NDArray[np.float64]
 
-# Heights above the waist of side seam, strap joints and lowest neckline point [m].
+# Heights above the waist: top of the side seam, strap joints, and lowest point of the neckline [m].
 SIDE, STRAP, NECK = 0.15, 0.25, 0.19
-# Width of a strap [m], and angle of its centre line from centre front and centre back [degrees].
+# Width of a strap [m], and angle between its centre line and centre front or back [degrees].
 STRAP_WIDTH, STRAP_AT = 0.045, 34.0
 
 
@@ -38,7 +38,7 @@ def dress(
 ) -> Garment:
     """A sleeveless dress: a bodice of five panels, a skirt of six gores, and two straps over a bar.
 
-    triangles : total number, at least 200, exact up to 13
+    triangles : total number of triangles, at least 200, exact up to 13
     bust, waist, hem : circumferences [m]; the bust is 0.2 m above the waist
     skirt : length of the skirt along the cloth [m]
     bar_radius : radius of the bar along the x axis, 4 mm below the straps [m]; 0.015 to 0.05
@@ -52,8 +52,8 @@ def dress(
     """
     count = whole("triangles", triangles, 200, 10_000_000)
     pattern = dress_pattern(bust=bust, waist=waist, hem=hem, skirt=skirt, bar_radius=bar_radius)
-    # Mesh edges of this length are chords of the strap's path over the bar. The path is raised so
-    # that they clear the bar.
+    # Mesh edges of this length are chords of the strap's path over the bar. The path is raised, so
+    # that these chords do not cut into the bar.
     edge = edge_for(sum(panel.area for panel in pattern.panels), count)
     pattern = dress_pattern(
         bust=bust, waist=waist, hem=hem, skirt=skirt, bar_radius=bar_radius, chord=edge
@@ -73,8 +73,8 @@ def dress_pattern(
 ) -> Pattern:
     """Returns panels and seams of `dress`, which can be changed before they are sewn.
 
-    chord : length of mesh edges that clear the bar [m], at most 0.15; with longer chords, straps
-        start higher and hang slack at first
+    chord : length of the straps' mesh edges, for which the bar is cleared [m], at most 0.15; with
+        longer chords, straps start higher above the bar and are slack at first
     """
     if not 0.0 <= chord <= 0.15:
         raise InvalidInput(f"chord must be in [0, 0.15] m, got {chord}")
@@ -85,7 +85,7 @@ def dress_pattern(
         )
     if not 0.015 <= bar_radius <= 0.05:
         raise InvalidInput(f"bar_radius must be in [0.015, 0.05] m, got {bar_radius}")
-    # The circumference of a cone grows by 2 pi slope per length along the cloth.
+    # The circumference of a cone grows by 2 pi times its slope per unit of length along the cloth.
     upper = _Cone(waist, (bust - waist) / (2 * np.pi * 0.2), 1.0)
     lower = _Cone(waist, (hem - waist) / (2 * np.pi * skirt), -1.0)
     strap_path, strap_across = _strap(upper, bar_radius, chord)
@@ -171,7 +171,7 @@ class _Cone:
 
 
 def _curve(name: str, cone: _Cone, distance: float, first: float, last: float) -> Edge:
-    """Returns an arc of a ring at a given distance from the waist."""
+    """Returns a horizontal arc on a cone, at a given distance from the waist."""
     return arc(
         name,
         cone.at(distance, first),
@@ -182,10 +182,10 @@ def _curve(name: str, cone: _Cone, distance: float, first: float, last: float) -
 
 @dataclass(frozen=True)
 class _Shape:
-    """Joints of straps and bodice, and control points of its curves.
+    """Joints of the straps with the bodice, and control points of the bodice's curves.
 
-    inner, outer : angles of the edges of a strap from centre front and centre back [degrees]
-    armhole, nape : heights of control points above the waist [m]
+    inner, outer : angles of a strap's two edges from centre front or back [degrees]
+    armhole, nape : heights of the control points of these curves above the waist [m]
     """
 
     inner: float

@@ -37,14 +37,14 @@ def tshirt(
     sleeve: float = 0.16,
     seed: int = 1,
 ) -> Garment:
-    """A T-shirt that starts around a standing torso with arms half raised.
+    """A T-shirt, initially placed around a standing torso with arms half raised.
 
     The hem lies in z = 0, and the front faces -y.
 
-    triangles : total number, exact up to 4
-    chest : circumference [m]
-    length : from the shoulder next to the neck to the hem [m]
-    sleeve : length below the armhole [m]
+    triangles : total number of triangles, exact up to 4
+    chest : circumference of the chest [m]
+    length : length from the shoulder next to the neck to the hem [m]
+    sleeve : length of the sleeve below the armhole [m]
     seed : seed of the triangulation
 
     >>> len(tshirt(800).openings())
@@ -109,8 +109,8 @@ def _body(chest: float, length: float, neck_depth: float) -> tuple[Edge, ...]:
 def _sleeve(armhole: float, length: float) -> tuple[Edge, ...]:
     """Returns the edges of a sleeve.
 
-    Each half of the cap has the length of `armhole`, that of one armhole edge [m]. Bisection finds
-    the sleeve width for this.
+    Each half of the sleeve cap has the length `armhole` [m] of one armhole edge. The width of the
+    sleeve that gives this length is found by bisection.
     """
     high = 0.10
 

@@ -1,8 +1,8 @@
 """Triangulation of a flat piece with holes, by scipy's Delaunay triangulation.
 
 Points of the outline and of the holes are fixed. Interior points start on a jittered hexagonal
-lattice. They move to the centroids of their neighbouring triangles (Lloyd's iteration [Lloyd1982]),
-and then to positions with larger smallest angles.
+lattice. They first move to the centroids of their neighbouring triangles (Lloyd's iteration
+[Lloyd1982]), and then to positions where the smallest angle around them is larger.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ __all__ = ["Boundary", "smallest_angles", "triangulated"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-CLEARANCE = 0.5  # smallest distance of start points from the boundary, relative to the spacing
-WANTED_DEGREES = 28.0  # angles below this are improved
+CLEARANCE = 0.5  # smallest distance of initial points from the boundary, relative to their spacing
+WANTED_DEGREES = 28.0  # triangles with a smaller angle are improved
 COMPASS = np.array([(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4])
 
 
 class Boundary:
-    """Closed loops of points (b x 2) [m] without duplicates.
+    """The boundary of a piece: closed loops of points (b x 2) [m] without duplicates.
 
     The outline comes first, counter-clockwise, followed by the holes, clockwise.
     """
@@ -72,7 +72,7 @@ def triangulated(
     The boundary points come first, in order.
 
     interior : number of interior points
-    seed : seed of the start points
+    seed : seed of the initial points
     where : name of the piece in errors
 
     Raises InvalidInput if the boundary is too fine for the spacing of the points.
@@ -82,8 +82,8 @@ def triangulated(
     for _ in range(25):
         faces = _faces(points, boundary)
         moved = centres(points, faces)
-        # Next to the boundary, the neighbouring triangles need not form a convex region. Their
-        # centroid may lie outside.
+        # Next to the boundary, the triangles around a point need not form a convex region, and their
+        # centroid may lie outside the piece. Such points do not move.
         beside = np.unique(faces[(faces < fixed).any(1)])
         outside = beside[~boundary.contains(moved[beside])]
         moved[outside] = points[outside]
@@ -124,9 +124,9 @@ def _distance(boundary: Boundary, points: Floats) -> Floats:
 
 
 def _beyond_corners(boundary: Boundary, points: Floats) -> NDArray[np.bool_]:
-    """Returns which points are far enough from sharp corners to leave each to a single triangle.
+    """Returns which points are so far from sharp corners that each corner keeps a single triangle.
 
-    Two triangles at a corner would each have half its angle.
+    Two triangles at a corner would each have only about half of its angle.
     """
     before, after = boundary.preceding - boundary.points, boundary.following - boundary.points
     angle = np.arctan2(cross(after, before), (after * before).sum(1))
@@ -165,8 +165,8 @@ def _start(boundary: Boundary, interior: int, seed: int) -> Floats:
             break
         spacing *= 0.99
         if attempt % 20 == 19:
-            clearance *= 0.8  # for narrow panels
-    # Surplus points are removed evenly. Relaxation closes the gaps.
+            clearance *= 0.8  # narrow panels may have no room for points otherwise
+    # Surplus points are removed evenly over the piece. Relaxation then closes the gaps.
     surplus = len(found) - interior
     leaves = np.linspace(0, len(found), max(0, surplus), endpoint=False).astype(int)
     return np.delete(found, leaves, axis=0)
@@ -183,9 +183,9 @@ def _faces(points: Floats, boundary: Boundary) -> Indices:
 
 
 def _improve(points: Floats, faces: Indices, fixed: int) -> bool:
-    """Moves interior vertices of poor triangles to maximise the smallest angle around them.
+    """Moves interior vertices of poor triangles to where the smallest angle is largest.
 
-    Uses a compass search. Returns whether any vertex moved.
+    Each vertex is moved by a compass search. Returns whether any vertex moved.
     """
     poor = np.unique(faces[smallest_angles(points, faces) < WANTED_DEGREES])
     order = np.argsort(faces, axis=None, kind="stable")  # corners sorted by vertex
@@ -212,9 +212,9 @@ def _improve(points: Floats, faces: Indices, fixed: int) -> bool:
 
 
 def _worst(places: Floats, ring: Floats) -> Floats:
-    """Returns minus the largest cosine of an angle around a vertex, for positions of it (k x 2).
+    """Rates trial positions (k x 2) of a vertex by the triangles around it.
 
-    The value is -2 if a triangle is inverted.
+    Returns minus the largest cosine of all their angles, or -2 if a triangle would be inverted.
     """
     first, last = ring[None, :, 0] - places[:, None], ring[None, :, 1] - places[:, None]
     across = (ring[:, 1] - ring[:, 0])[None]

@@ -16,7 +16,7 @@ def convex_parts(
 ) -> list[TriangleMesh]:
     """Decomposes a closed mesh into convex parts, for RigidBody(shape="parts", parts=...).
 
-    Uses CoACD (Wei and others, 2022).
+    The decomposition is that of CoACD (Wei and others, 2022).
 
     threshold : largest concavity of a part relative to its size [1], 0.01 to 1
     seed : seed of the tree search

@@ -1,4 +1,4 @@
-"""Meshes from files and to files."""
+"""Reading and writing of mesh files."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["read", "write"]
 def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
     """Reads a TriangleMesh from a file: OBJ or PLY directly, other formats by meshio if installed.
 
-    with_uv : False skips texture coordinates, which obstacles and bodies do not need
+    with_uv : whether texture coordinates are read; obstacles and bodies do not need them
     """
     path = Path(path)
     if path.suffix.lower() in (".obj", ".ply"):
@@ -44,7 +44,7 @@ def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
 
 @takes()
 def write(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
-    """Writes OBJ or PLY, by the suffix of the path, or other formats by meshio if installed."""
+    """Writes OBJ or PLY, depending on the suffix, or other formats by meshio if installed."""
     path = Path(path)
     if path.suffix.lower() in (".obj", ".ply"):
         _core.write_mesh(str(path), mesh)

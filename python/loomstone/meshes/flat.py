@@ -30,13 +30,14 @@ def grid(
     cells: tuple[int, int] | None = None,
     pattern: str = "alternating",
 ) -> TriangleMesh:
-    """Regular rectangle.
+    """Rectangle with a regular mesh.
 
     size : width and height [m]
-    triangles : approximate number, in square cells; an alternative to cells
+    triangles : approximate number of triangles, in nearly square cells; an alternative to `cells`
     cells : (columns, rows), with two triangles per cell; vertex j (columns + 1) + i is at column i,
         row j
-    pattern : diagonals "alternating" like a checkerboard, or all "diagonal"
+    pattern : "alternating" for diagonals that alternate like a checkerboard, or "diagonal" for
+        diagonals that are all parallel
 
     >>> grid(size=(0.5, 0.5), cells=(4, 4)).n_triangles
     32
@@ -58,10 +59,10 @@ def grid(
 def irregular(
     *, size: tuple[float, float] = (0.5, 0.5), triangles: int, seed: int = 1
 ) -> TriangleMesh:
-    """Unstructured rectangle of exactly `triangles` triangles, up to the parity of its boundary.
+    """Rectangle with an unstructured mesh of `triangles` triangles, up to the boundary's parity.
 
     size : width and height [m]
-    seed : seed of the random start points
+    seed : seed of the random initial points
 
     >>> import loomstone as ls
     >>> mesh = irregular(size=(0.5, 0.5), triangles=500)
@@ -100,11 +101,11 @@ def strip(*, length: float, width: float, triangles: int, seed: int | None = Non
 
 @takes(radius="m")
 def disc(*, radius: float = 0.5, triangles: int, seed: int = 1) -> TriangleMesh:
-    """Unstructured disc.
+    """Disc with an unstructured mesh.
 
     radius : [m]
-    triangles : exact number, up to the parity of the boundary
-    seed : seed of the random start points
+    triangles : number of triangles, exact up to the parity of the boundary
+    seed : seed of the random initial points
     """
     _check("disc", "radius", radius)
     edge = _edge_length(np.pi * radius**2, triangles)

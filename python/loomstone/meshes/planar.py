@@ -19,10 +19,10 @@ def cross(a: Floats, b: Floats) -> Floats:
 
 
 def delaunay(points: Floats, flat: float) -> NDArray[Any]:
-    """Returns the triangles (m x 3), counter-clockwise.
+    """Returns the counter-clockwise triangles (m x 3) of a Delaunay triangulation.
 
-    Triangles whose doubled area is at most `flat` [m^2] are left out, because they lie on straight
-    outlines.
+    Triangles whose doubled area is at most `flat` [m^2] are left out, because they only connect
+    points of a straight outline.
     """
     from scipy.spatial import Delaunay  # a late import, so that the command line starts faster
 

@@ -22,7 +22,7 @@ def nearest_vertices(mesh: TriangleMesh, points: ArrayLike) -> list[int]:
 
 @takes()
 def quality(mesh: TriangleMesh) -> dict[str, float]:
-    """Returns smallest and median angle [degrees] and ratio of largest to smallest area [1].
+    """Returns smallest and median angle [degrees], and the ratio of largest to smallest area [1].
 
     The median is taken over the smallest angles of all triangles.
     """

@@ -26,10 +26,10 @@ def relaxed(
     """Returns an unstructured mesh within a convex outline.
 
     depth : function that returns the distance of points from the outline [m], positive inside
-    box : width and height [m]
+    box : width and height of the outline's bounding box [m]
     edge : target edge length [m]
-    triangles : number of triangles. By Euler's formula, triangles = 2 interior + boundary - 2
-        points, which fixes the number of interior points.
+    triangles : number of triangles. It fixes the number of interior points by Euler's formula:
+        triangles = 2 (interior points) + (outline points) - 2.
     """
     random = np.random.default_rng(seed)
     n_interior = max(0, (triangles + 2 - len(outline)) // 2)

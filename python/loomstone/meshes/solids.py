@@ -29,9 +29,10 @@ def capsule(*, radius: float, length: float, segments: int = 32) -> TriangleMesh
 
 @takes(radius="m", length="m")
 def cylinder(*, radius: float, length: float, segments: int = 32) -> TriangleMesh:
-    """Cylinder along z [m]: a prism with `segments` sides, whose vertices lie on the cylinder.
+    """Cylinder along z: a prism with `segments` sides, whose vertices lie on the cylinder.
 
-    With up to 16 sides, a rigid body uses it as a polyhedron with exact contacts.
+    Lengths are in [m]. A rigid body with this mesh collides as an exact polyhedron if there are at
+    most 16 sides.
     """
     return _core.cylinder(radius, length, segments=segments)
 
@@ -46,7 +47,7 @@ def funnel(
     wall: float,
     segments: int = 64,
 ) -> TriangleMesh:
-    """Closed funnel with walls; lengths in [m].
+    """Closed surface of a funnel whose walls have a thickness `wall`; lengths in [m].
 
     A cone from top_radius at z = height to bottom_radius at z = 0 continues as a tube below.
     """
@@ -63,5 +64,5 @@ def wave_bar(
 
 @takes(size="m")
 def floor(*, size: float = 4.0, cells: int = 8) -> TriangleMesh:
-    """Open square in z = 0 with normal +z and edges `size` [m]."""
+    """Open square in the plane z = 0 with normal +z and edges `size` [m]."""
     return _core.floor_square(size, cells=cells)

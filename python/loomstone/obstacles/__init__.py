@@ -1,6 +1,6 @@
 """Obstacles: surfaces that cloth and bodies collide with.
 
-They are static, moved by keyframes, or deforming.
+Obstacles are static, moved by keyframes, or deforming.
 
 >>> import loomstone as ls
 >>> ball = ls.obstacles.sphere(radius=0.15)

@@ -35,14 +35,14 @@ def sequence(
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
-    """Obstacle whose vertices move as given by files, linearly between frames.
+    """Obstacle whose vertices move as files prescribe, linearly between their frames.
 
     source : a pattern of mesh files ("body-*.obj", ordered by the numbers in their names), a list
         of mesh files, or one file of vertex positions [m]: .npy (frames x n x 3), .npz (`positions`
         and optionally `times` [s]), .pc2 or .mdd
-    mesh : mesh with the triangles, if source has positions only
-    rate : frames per second [1/s]; default: from the file (.npz with times, .mdd)
-    start : time of the first frame [s]; default: from the file, or else 0
+    mesh : mesh that provides the triangles if `source` contains positions only
+    rate : frames per second [1/s]; default: that of the file (.npz with times, or .mdd)
+    start : time of the first frame [s]; default: that of the file, or else 0
     friction : friction coefficient [1]
     thickness : contact distance [m], 0: that of the cloth
 
@@ -138,7 +138,7 @@ def _read_meshes(paths: list[Path], mesh: TriangleMesh | None) -> tuple[Triangle
 
 
 def _read_cache(path: Path) -> tuple[NDArray[Any], Floats | None]:
-    """Returns positions, memory-mapped if the format allows it, and times if the file has them."""
+    """Returns positions, memory-mapped if possible, and times, or None if the file has no times."""
     try:
         if path.suffix.lower() in (".npy", ".npz"):
             return _read_numpy(path)
@@ -173,10 +173,10 @@ def _read_numpy(path: Path) -> tuple[NDArray[Any], Floats | None]:
 
 
 def _read_pc2(path: Path, head: bytes) -> tuple[NDArray[Any], None]:
-    """Reads point cache 2.
+    """Reads a file in the format Point Cache 2 (.pc2).
 
-    Header: "POINTCACHE2", version, points, first frame, frames per sample, samples. Positions
-    follow as little-endian floats.
+    The header contains "POINTCACHE2", version, number of points, first frame, frames per sample and
+    number of samples. Positions follow as little-endian floats.
     """
     if head[:12] != b"POINTCACHE2\0" or len(head) < 32:
         raise CacheError(f"{path}: is no point cache (.pc2)")
@@ -192,7 +192,7 @@ def _step_of(source: StrPath | Sequence[StrPath]) -> float:
 
 
 def _read_mdd(path: Path, head: bytes) -> tuple[NDArray[Any], Floats]:
-    """Reads MDD: frames, points, times [s] and positions, all big-endian."""
+    """Reads an MDD file: numbers of frames and points, times [s] and positions, all big-endian."""
     if len(head) < 8:
         raise CacheError(f"{path}: is no point cache (.mdd)")
     samples, points = (int(n) for n in np.frombuffer(head[:8], ">i4"))

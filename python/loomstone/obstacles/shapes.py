@@ -30,16 +30,16 @@ def mesh(
 ) -> Obstacle:
     """Obstacle from any mesh.
 
-    mesh : surface in its own frame; its origin is placed at `centre` [m] unless there are keyframes
+    mesh : surface in its own frame. Without keyframes, its origin is placed at `centre` [m].
     times : (k) times of keyframes [s], ascending
     positions : (k x 3) positions of the mesh's origin [m]; default: `centre` at all times
-    axis_angles : (k x 3) rotation vectors [rad]
+    axis_angles : (k x 3) rotation vectors at these times [rad]
     friction : friction coefficient [1]
     thickness : contact distance [m], 0: that of the cloth
 
-    Without times, the vertices of the mesh are moved, and the frame of the obstacle is that of the
-    world. Magnets in this frame are then placed relative to the world's origin. A single keyframe
-    sets the pose of the frame instead, and magnets move with it.
+    Without `times`, the vertices themselves are moved to `centre`, and the frame of the obstacle is
+    the world frame, so magnets on it are placed relative to the world's origin. With a single
+    keyframe, the frame of the obstacle has the pose of the keyframe, and magnets share it.
     """
     times = np.asarray(times, float).ravel()
     settings: dict[str, Any] = {"name": name, "friction": friction, "thickness": thickness}
@@ -180,7 +180,7 @@ def funnel(
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
-    """Funnel with walls: a cone from z = 0 to z = height on top of a tube; lengths in [m].
+    """Funnel: a cone from z = 0 to z = `height` on top of a tube, with walls; lengths in [m].
 
     centre : position of the centre of the circle in which cone and tube meet [m]
     """

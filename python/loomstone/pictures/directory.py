@@ -1,7 +1,7 @@
 """Directories of pictures.
 
-Such a directory contains frame-00000.png and so on of one run, all drawn with the options in its
-options.json.
+Such a directory contains the pictures of one run: frame-00000.png and so on, all drawn with the
+options in its options.json.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ __all__ = [
 
 
 def options_from_dict(values: dict[str, Any]) -> RenderOptions:
-    """Returns the RenderOptions from the values that their to_dict() returned."""
+    """Restores RenderOptions from the values that to_dict() returned."""
     return (
         RenderOptions(**(values | {"camera": Camera(**values["camera"])}))
         if "camera" in values
@@ -40,17 +40,17 @@ def picture(directory: Path, index: int) -> Path:
 
 
 def note_of(directory: Path) -> dict[str, Any]:
-    """Returns the content of options.json in a directory; empty if there is none."""
+    """Returns the content of options.json in a directory, or {} if it is missing or unreadable."""
     try:
         found = json.loads((directory / "options.json").read_text())
         options_from_dict(found["options"])
-    except (OSError, ValueError, TypeError, KeyError):  # missing, or of another version
+    except (OSError, ValueError, TypeError, KeyError):  # the file is missing or of another version
         return {}
     return found if isinstance(found, dict) else {}
 
 
 def write_note(directory: Path, note: dict[str, Any]) -> None:
-    """Replaces options.json."""
+    """Replaces the content of options.json in a directory."""
     unfinished = directory / "unfinished-options.json"
     unfinished.write_text(json.dumps(note))
     unfinished.replace(directory / "options.json")
@@ -73,8 +73,8 @@ def claim(
     """Reserves a directory for pictures of one run with these options, and returns its note.
 
     metadata : metadata of the run, as in its cache
-    again : delete pictures of other runs or options. Otherwise they are refused with an
-        InvalidInput that ends in `advice`.
+    again : whether pictures of other runs or options are deleted. Otherwise they raise an
+        InvalidInput that ends with `advice`.
     """
     make_directory(directory)
     wanted = {

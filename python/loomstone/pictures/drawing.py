@@ -61,16 +61,18 @@ def render_run(
 ) -> list[Path]:
     """Draws all frames of a run in parallel, and keeps existing pictures.
 
-    out : directory, default `frames` in that of the run; pictures with other options are refused
-    frames : draw only these, and replace their pictures; the default directory is that of the run.
-        A directory with the pictures of a whole run is refused (InvalidInput, as above).
+    out : directory, by default `frames` in the run's directory. If it has pictures with other
+        options, InvalidInput is raised.
+    frames : draws only these frames, replaces their pictures, and makes the run's directory the
+        default of `out`. A directory with the pictures of a whole run raises InvalidInput.
     jobs : number of processes, 0: one per processor
-    again : delete existing pictures first, as happens if automatic colours change with new frames
+    again : deletes existing pictures first. This also happens if new frames change the range of
+        automatic colours.
     progress : function called with the number of pictures finished since its last call
     stop : function called before every picture if jobs=1; True ends drawing
     simulation : simulation of the run, for field lines; default: made from its scene file
 
-    A fitted camera is fitted to the first frame, and automatic colours to the values of all frames.
+    A fitted camera is fitted to the first frame. Automatic colours span the values of all frames.
     """
     if not len(run):
         raise CacheError(f"{run.directory} has no frames yet; draw it later")
@@ -116,7 +118,7 @@ def _claim_all(
     ranges: Ranges | None,
     again: bool,
 ) -> None:
-    """Reserves a directory for a whole run.
+    """Reserves a directory for the pictures of a whole run.
 
     Pictures whose automatic colours spanned another range are deleted.
     """
@@ -166,7 +168,7 @@ def _draw_in_parallel(
             told(1)
 
 
-_prepared: list[tuple[FramesOfRun, Painter]] = []  # run and painter of this process
+_prepared: list[tuple[FramesOfRun, Painter]] = []  # the run and the painter of this worker process
 
 
 def _prepare(run: FramesOfRun, settings: str) -> None:

@@ -1,4 +1,4 @@
-"""Draws single frames; no picture depends on frames drawn earlier."""
+"""Draws single frames. No picture depends on the frames drawn before it."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def colors_need_all_frames(options: RenderOptions) -> bool:
 
 
 class Painter:
-    """Draws frames of one run; no picture depends on frames drawn earlier.
+    """Draws frames of one run. No picture depends on the frames drawn before it.
 
     first : frame to which a fitted camera is fitted; None: the first frame drawn
-    lines : number of field lines
-    simulation : simulation of the scene with the magnets, if field lines are drawn
-    value_ranges : ranges of values for automatic colours
+    lines : number of field lines, 0: none
+    simulation : simulation of the scene, which provides the magnets; needed for field lines
+    value_ranges : (minimum, maximum) that automatic colours span in each row of color_by
     """
 
     def __init__(
@@ -52,6 +52,6 @@ class Painter:
             renderer.fit(first)
 
     def draw(self, path: Path, frame: Frame) -> None:
-        """Writes a picture (PNG)."""
+        """Draws a frame and writes the picture (PNG)."""
         curves = frame_curves(self._simulation, frame, self._lines) if self._lines else None
         _core.write_png(str(path), self._renderer.render(frame, curves, self._ranges))

@@ -1,4 +1,4 @@
-"""Plots of a run, from its table of steps."""
+"""Plots of a run over time, from its table of steps."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ KINDS = ("energy", "stages", "contacts", "stretch", "strain", "iterations")
 def plot_steps(steps: Steps, path: str | os.PathLike[str], *, kind: str = "energy") -> Path:
     """Plots columns of a table of steps over time; returns the path of the picture (PNG).
 
-    steps : as loomstone.Run.steps
+    steps : columns by name, as returned by loomstone.Run.steps
     kind : energy, stages, contacts, stretch, strain or iterations
     """
     if kind not in KINDS:
@@ -56,7 +56,8 @@ def _energy(axes: Any, steps: Steps) -> None:
         for name, values in steps.items()
         if name.startswith("energy.")
     }
-    # The contact energy of a step is that at its start. The other energies are those at its end.
+    # The table contains the contact energy at the start of each step, and the other energies at its
+    # end.
     energies["contact"] = np.append(energies["contact"][1:], np.nan)
     for name, values in energies.items():
         axes.plot(steps["time"], values, label=name)

@@ -1,4 +1,4 @@
-"""Videos from directories of pictures, by ffmpeg."""
+"""Makes videos from directories of pictures, by ffmpeg."""
 
 from __future__ import annotations
 

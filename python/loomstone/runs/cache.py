@@ -1,4 +1,4 @@
-"""Access to a run in its directory."""
+"""Reading of a run from its directory."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ __all__ = ["Run"]
 
 
 class Run:
-    """Frames of a simulation that is finished, interrupted or still running; a sequence of Frame.
+    """The sequence of frames of a run that is finished, interrupted or still in progress.
 
     path : directory of the run, or its run.vtkhdf
 
     `positions` and similar properties stack an array over the frames, (frames x n x 3), and read
-    only the requested frames. A run can be pickled, as its path. It can be used in a `with`
+    only the requested frames. Pickling a Run stores only its path. A Run can be used in a `with`
     statement, which closes its files.
 
     >>> with ls.Run("out/drape") as run:               # doctest: +SKIP
@@ -55,7 +55,7 @@ class Run:
         return self._file
 
     def close(self) -> None:
-        """Closes the files; frames that were read stay valid."""
+        """Closes the files. Frames that have been read stay valid."""
         self._file = None
 
     def __enter__(self) -> Run:
@@ -122,7 +122,7 @@ class Run:
 
     @property
     def topology(self) -> FrameTopology:
-        """Properties that are constant over the run."""
+        """Data of the frames that stay constant over the run."""
         return self._reader.topology
 
     @property
@@ -136,12 +136,12 @@ class Run:
 
     @property
     def metadata_text(self) -> str:
-        """The metadata as stored text."""
+        """The metadata as the text that is stored."""
         return self._reader.metadata or ""
 
     @property
     def rate(self) -> float:
-        """Frames per second of simulated time [1/s]; 25 if a single frame leaves it unknown."""
+        """Frames per second of simulated time [1/s]; 25 if one frame leaves the rate unknown."""
         if isinstance(rate := self.metadata.get("rate"), (int, float)):
             return float(rate)
         length = self.times[-1] - self.times[0] if len(self) > 1 else 0.0
@@ -157,13 +157,13 @@ class Run:
     def intersecting_pairs(self, index: int = -1) -> list[tuple[int, int]]:
         """Returns the pairs of intersecting triangles in a frame.
 
-        Cloth triangles are counted first, then those of bodies and obstacles.
+        Triangles are numbered in the order of surface(): cloth first, then bodies and obstacles.
         """
         points, triangles = self.surface(index)
         return [(int(a), int(b)) for a, b in _core.intersecting_pairs(points, triangles)]
 
     def surface(self, index: int = -1) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-        """Returns points (n x 3) [m] and triangles (m x 3) of a frame.
+        """Returns the points (n x 3) [m] and triangles (m x 3) of all surfaces in a frame.
 
         Cloth comes first, then bodies and obstacles.
         """

@@ -11,19 +11,19 @@ __all__ = ["checkpoint_files", "latest_checkpoint", "write_checkpoint"]
 
 
 def checkpoint_files(directory: Path) -> list[Path]:
-    """Returns the checkpoints of a run, oldest first."""
+    """Returns the paths of the checkpoints of a run, oldest first."""
     return sorted(directory.glob("checkpoint-*.h5"))
 
 
 def write_checkpoint(directory: Path, step: int, checkpoint: Checkpoint) -> None:
-    """Writes a checkpoint and keeps only the one before it."""
+    """Writes a checkpoint, and deletes all earlier ones except the last."""
     _core.write_checkpoint(str(directory / f"checkpoint-{step:010d}.h5"), checkpoint)
     for old in checkpoint_files(directory)[:-2]:
         old.unlink()
 
 
 def latest_checkpoint(directory: Path) -> Checkpoint | None:
-    """Returns the newest readable checkpoint, or None if there are none.
+    """Returns the newest readable checkpoint, or None if there are no checkpoints.
 
     Raises CacheError if there are checkpoints, but none of them is readable.
     """

@@ -1,8 +1,8 @@
 """Runs a simulation into a directory.
 
 A run can be killed at any moment and resumed, with a bit-identical result. Frames are flushed as
-they are written, and each checkpoint follows its frame. Resuming discards everything after the
-newest checkpoint and computes it again.
+they are written, and every checkpoint is written after the frames up to its time. Resuming
+discards everything after the newest checkpoint and computes it again.
 """
 
 from __future__ import annotations
@@ -36,9 +36,11 @@ def execute(
     control: Callable[[Any], None] | None = None,
     observer: Observer | None = None,
 ) -> dict[str, Any]:
-    """Advances a Simulation to the end and returns the report.
+    """Advances a Simulation to the end of its run and returns the report.
 
-    All ranks must call it; rank 0 writes. control : called with the simulation before every step
+    All ranks must call this function. Only rank 0 writes files.
+
+    control : function called with the simulation before every step
     """
     directory, watch, ranks = Path(out), observer or Silence(), simulation.communicator
     n_frames = frame_count(options.duration, options.rate)
@@ -79,7 +81,7 @@ def execute(
 
 
 class _Course:
-    """Time loop of a run, from frame to frame until its end or a signal."""
+    """The time loop of a run, which ends with the last frame or on a signal."""
 
     def __init__(
         self,
@@ -138,7 +140,7 @@ class _Course:
         self._unsaved = False
 
     def _stop_where_saved(self, number: int) -> None:
-        """Raises Interrupted if the state is saved, or if the wait for a checkpoint is too long.
+        """Raises Interrupted if the current state is saved, or if waiting for that takes too long.
 
         In the second case, resuming starts from the last checkpoint.
         """

@@ -26,5 +26,5 @@ def frame_count(duration: float, rate: float) -> int:
 
 
 def frames_due(time: float, rate: float) -> int:
-    """Returns the number of frames up to a time; the tolerance absorbs rounding of summed steps."""
+    """Returns the number of frames up to a time. A tolerance absorbs rounding of summed steps."""
     return int(np.floor(time * rate + 1e-6)) + 1

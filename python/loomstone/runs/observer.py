@@ -19,7 +19,7 @@ class Observer(Protocol):
 
 
 class Silence:
-    """An observer that prints nothing."""
+    """An observer that ignores all calls."""
 
     def start(self, frames: int, done: int) -> None: ...
     def step(self, report: StepReport) -> None: ...

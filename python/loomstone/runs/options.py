@@ -15,7 +15,7 @@ __all__ = ["RunOptions"]
 class RunOptions:
     """Options of a run.
 
-    duration : [s]
+    duration : simulated time [s]
     rate : frames per second of simulated time [1/s]
     render : options of the pictures; None: no pictures. They are drawn during the run, or at its
         end if their colours span the values of all frames.

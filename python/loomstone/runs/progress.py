@@ -1,4 +1,4 @@
-"""Progress of a run: a bar on a terminal, plain lines otherwise, nothing on ranks other than 0."""
+"""Shows the progress of a run: a bar on a terminal, or else plain lines; only rank 0 prints."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def observer(rank: int = 0) -> Observer:
     """Returns the observer that suits the rank and the standard output."""
     if rank != 0:
         return Silence()
-    # MPI launchers may provide a pseudo-terminal.
+    # MPI launchers may provide a pseudo-terminal, which must not get a progress bar.
     launched = "OMPI_COMM_WORLD_SIZE" in os.environ or "PMI_SIZE" in os.environ
     return Bar() if sys.stdout.isatty() and not launched else Lines()
 
@@ -51,7 +51,7 @@ def overstrained(report: StepReport) -> str:
 
 
 class _Counts:
-    """Step rate and the report of the last step."""
+    """Base of the observers that print: counts steps, keeps the last report, prints warnings."""
 
     def __init__(self) -> None:
         self._began = self._last = time.perf_counter()

@@ -34,7 +34,7 @@ __all__ = ["SceneFile", "parse_parameters", "stored_options"]
 
 
 class Stored(Protocol):
-    """The parts of a run that describe how it was made."""
+    """The parts of a Run from which its scene file can be restored."""
 
     directory: Path
 
@@ -43,7 +43,7 @@ class Stored(Protocol):
 
 
 class SceneFile:
-    """A scene file with values of its parameters."""
+    """A scene file, together with values for its parameters."""
 
     def __init__(self, path: Path, source: str, parameters: dict[str, Any]) -> None:
         self.path, self.source = path, source
@@ -99,7 +99,7 @@ class SceneFile:
         return cls(Path(stored["path"]), stored["source"], stored["parameters"])
 
     def scene(self) -> Scene:
-        """Returns the scene for these parameters."""
+        """Returns the scene that the file makes for these parameters."""
         with self._located():
             made = self._function(**self.parameters)
         if not isinstance(made, Scene):
@@ -126,7 +126,7 @@ class SceneFile:
 
     @contextmanager
     def _located(self) -> Iterator[None]:
-        """Reports an error in the file with its line number."""
+        """Reports an error of the scene file with the number of the line that raised it."""
         try:
             yield
         except (Error, AssertionError) as error:
@@ -200,7 +200,7 @@ class SceneFile:
     def metadata(
         self, duration: float, rate: float, integrator: Integrator, render: RenderOptions
     ) -> dict[str, Any]:
-        """Returns everything that resuming needs."""
+        """Returns everything that is needed to resume the run."""
         return {
             "loomstone": _core.__version__,
             "scene_file": {
@@ -259,7 +259,7 @@ def parse_parameters(items: list[str]) -> dict[str, Any]:
             and "e" in text.lower()
             and "." not in text
         ):
-            value = int(value)  # 5e3 is a whole number too
+            value = int(value)  # a value such as 5e3 counts as a whole number
         if name in parameters:
             raise InvalidInput(
                 f"-p {name} must be given once, got {parameters[name]!r} and {value!r}"

@@ -10,8 +10,8 @@ from typing import Any
 
 __all__ = ["LONGEST_WAIT", "Interrupted", "Received", "noted_signals"]
 
-# Longest time that a run continues after a signal to reach a step that can be saved [s]. It is our
-# choice, below the usual grace periods of job schedulers.
+# Longest time for which a run continues after a signal, to reach a step that can be saved [s]. The
+# value is our choice, below the usual grace periods of job schedulers.
 LONGEST_WAIT = 10.0
 
 
@@ -24,18 +24,18 @@ class Interrupted(Exception):
 
 
 class Received:
-    """Number of the first signal (0: none) and the time of its arrival [s]."""
+    """The number of the first signal that arrived (0: none), and its time of arrival [s]."""
 
     number, when = 0, 0.0
 
     def waited(self) -> float:
-        """Returns the seconds since the signal."""
+        """Returns the time since the signal arrived [s], or 0 if there was none."""
         return time.monotonic() - self.when if self.number else 0.0
 
 
 @contextmanager
 def noted_signals() -> Iterator[Received]:
-    """Records SIGINT, SIGTERM and SIGUSR1; the run checks the record between two steps.
+    """Records SIGINT, SIGTERM and SIGUSR1 in the yielded object, for checks between steps.
 
     A second SIGINT ends the run at once.
     """

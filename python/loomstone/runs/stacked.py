@@ -19,9 +19,10 @@ class _Frames(Protocol):
 
 
 class Stacked:
-    """One array of every frame, stacked along a first axis that counts frames.
+    """An array of every frame, such as positions, stacked along a first axis of frames.
 
-    It is indexed like a numpy array, and reads only the requested frames. np.asarray() reads all.
+    It is indexed like a numpy array, and reads only the requested frames. np.asarray() reads all
+    frames.
     """
 
     def __init__(self, frames: _Frames, name: str) -> None:

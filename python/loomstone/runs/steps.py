@@ -17,7 +17,7 @@ __all__ = ["StepTable", "read_steps", "summary_of_steps"]
 
 
 class StepTable:
-    """Writer of steps.csv."""
+    """Writes steps.csv. Rows of an existing file are kept up to the step `until_step`."""
 
     def __init__(self, path: Path, until_step: int) -> None:
         kept: list[list[str]] = []
@@ -50,7 +50,7 @@ class StepTable:
 
 
 def summary_of_steps(path: Path) -> dict[str, Any]:
-    """Returns totals and extremes over all steps of a steps.csv."""
+    """Returns totals and extremes over all steps in the file steps.csv at `path`."""
     header, lines = read_table(path, "step")
     rows = [dict(zip(header, line, strict=True)) for line in lines]
     if not rows:

@@ -13,8 +13,8 @@ __all__ = ["read_table"]
 def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
     """Returns header and rows of a CSV file of numbers whose first column is called `first`.
 
-    An incomplete last row, as left by a killed process, is skipped. CacheError names any other
-    invalid line.
+    An incomplete last row, as left by a killed process, is skipped. Any other invalid line raises a
+    CacheError that names it.
     """
     try:
         with path.open(newline="", encoding="utf-8") as file:

@@ -27,7 +27,8 @@ __all__ = [
 class Intersections(NamedTuple):
     """Numbers of intersecting triangle pairs.
 
-    cloth: pairs with at least one cloth triangle. bodies: pairs among bodies and obstacles.
+    cloth : pairs with at least one cloth triangle
+    bodies : pairs of triangles of bodies and obstacles
     """
 
     cloth: int
@@ -35,7 +36,7 @@ class Intersections(NamedTuple):
 
 
 def count_intersections(topology: FrameTopology, frame: Frame) -> Intersections:
-    """Counts intersecting triangles by exact predicates. Pairs that share a vertex are left out."""
+    """Counts intersecting triangle pairs by exact predicates, except pairs that share a vertex."""
     points = np.concatenate([frame.positions, frame.body_vertices])
     triangles = np.concatenate([topology.triangles, topology.body_triangles + len(frame.positions)])
     pairs = np.asarray(_core.intersecting_pairs(points, triangles)).reshape(-1, 2)
@@ -76,9 +77,9 @@ class FrameTable:
         }
 
 
-# Tables that exist only if a step failed to separate cloth or to keep strain limits: file name and
-# columns. FORCED lists triangle pairs that a step left intersecting. BROKEN lists the largest
-# excesses over strain limits that a step left.
+# File names and columns of two tables that exist only if a step failed to separate cloth or to keep
+# strain limits. FORCED lists the triangle pairs that a step left intersecting. BROKEN lists the
+# largest excesses over strain limits that a step left.
 FORCED = (
     "forced.csv",
     ("step", "triangle", "other_triangle"),
@@ -87,13 +88,13 @@ BROKEN = (
     "limits.csv",
     ("step", "triangle", "direction", "excess"),
 )
-MOST_BROKEN = 20  # rows per step
+MOST_BROKEN = 20  # largest number of rows of BROKEN per step
 
 
 def append_rows(
     path: Path, columns: Sequence[str], step: int, rows: Iterable[Sequence[object]]
 ) -> None:
-    """Appends rows of a step; triangles are counted cloth first, then bodies and obstacles."""
+    """Appends the rows of a step. Cloth triangles are numbered first, then all others."""
     new = not path.exists()
     with path.open("a", newline="") as file:
         table = csv.writer(file)
@@ -103,7 +104,7 @@ def append_rows(
 
 
 def keep_rows(path: Path, until_step: int) -> None:
-    """Removes the rows of steps that will be computed again."""
+    """Removes the rows of steps after `until_step`, which will be computed again."""
     if not path.exists():
         return
     with path.open(newline="") as file:

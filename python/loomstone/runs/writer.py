@@ -25,7 +25,7 @@ __all__ = ["NoWriter", "Writer", "open_writer"]
 
 
 class NoWriter:
-    """Writer of ranks other than 0, which write nothing."""
+    """Takes the place of Writer on ranks other than 0, and writes nothing."""
 
     def __enter__(self) -> NoWriter:
         return self
@@ -48,7 +48,7 @@ class NoWriter:
 
 
 class Writer(NoWriter):
-    """Writer of rank 0."""
+    """Writes all files of a run; used on rank 0 only."""
 
     def __init__(
         self,
@@ -58,7 +58,7 @@ class Writer(NoWriter):
         frames: FrameWriter,
         following: int,
     ) -> None:
-        """Discards rows of tables after the current state of the simulation.
+        """Removes the rows of tables that belong to steps after the simulation's current one.
 
         following : index of the next frame
         """
@@ -81,12 +81,12 @@ class Writer(NoWriter):
         try:
             self._steps.close()
         except OSError:
-            if failure[0] is None:  # otherwise report the error that ended the run
+            if failure[0] is None:  # otherwise the error that ended the run is reported
                 raise
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
-        """Turns a failure to write into one error that says how to continue."""
+        """Turns an OSError during writing into an error that says how to continue the run."""
         try:
             yield
         except OSError as error:
@@ -128,7 +128,7 @@ class Writer(NoWriter):
             write_checkpoint(self._directory, step, state)
 
     def _draws(self) -> bool:
-        """Returns whether pictures are requested and their directory still has the same options."""
+        """Returns whether pictures are requested and their directory still has these options."""
         return (
             self._options.render is not None
             and drawn_with(self._directory / "frames") == self._options.render
@@ -180,9 +180,9 @@ def open_writer(
     overwrite: bool,
     following: int,
 ) -> NoWriter:
-    """Returns the writer of a run, whose next frame is `following`.
+    """Returns the writer of a run whose next frame has the index `following`.
 
-    With metadata None, it continues an existing run. If the run cannot be drawn or written, an
+    If metadata is None, an existing run is continued. If the run cannot be drawn or written, an
     error is raised before anything is written.
     """
     if simulation.rank != 0:
