@@ -6,9 +6,9 @@
 >>> print(f"{cotton.density:g} kg/m^2, {cotton.warp_stiffness:g} N/m along warp")
 0.1036 kg/m^2, 3801 N/m along warp
 
-Other functions fit fabrics to measured curves, make fabrics by levels, convert strip rigidities and
-simulate laboratory tests. Numbers and sources are in table.py. docs/fabrics.md describes how the
-numbers were derived, and their limitations.
+Further functions fit fabrics to measured curves, make fabrics from levels, convert rigidities of
+strips and simulate laboratory tests. The numbers and their sources are in table.py. docs/fabrics.md
+describes how the numbers were derived, and their limitations.
 """
 
 import sys

@@ -1,18 +1,17 @@
 """Fits a fabric to measured curves, as in section 3.3.3 of [Thomaszewski2010].
 
-Each mode is described by a stiffness and a limit. The limit is the strain at which the measured
-curve reaches a given load (100-200 gf/cm; default 150 gf/cm = 147.1 N/m). The stiffness is fitted
-to the curve below the limit, by least squares in closed form. The load per width of the model at
-rest is
+Each mode of deformation is described by a stiffness and a limit. The limit is the strain at which
+the measured curve reaches a given load (100-200 gf/cm; default 150 gf/cm = 147.1 N/m). The
+stiffness is fitted to the curve below the limit, by least squares in closed form. The load P per
+width, or the moment M per width, of the model in equilibrium is
 
     weft, warp:  P = E l (l^2 - 1) / 2,  l = 1 + strain   uniaxial, (2.23) with no transverse load
     shear:       P = G g,  g = tan(angle)                 simple shear, g the engineering shear
     bending:     M = B k
 
-The shear limit is given as the component e12 of U - I, which is e12 = g / sqrt(4 + g^2) for a
-simple shear g. Tensile tests of the Kawabata system clamp a short and wide sample, and therefore
-measure E / (1 - nu12 nu21) instead of E. The two are equal here, because fitted materials have nu =
-0.
+The shear limit is given as the component e12 of U - I, which is g / sqrt(4 + g^2) in a simple shear
+g. Tensile tests of the Kawabata system clamp a short and wide sample, and therefore measure E / (1
+- nu12 nu21) instead of E. The two are equal here, because fitted materials have nu = 0.
 """
 
 from __future__ import annotations
@@ -48,14 +47,14 @@ def fit(
 ) -> Fabric:
     """Returns a Fabric whose stiffness and limits are fitted to measured curves.
 
-    curves : by name: "weft", "warp", "shear" and, if measured, "bending_weft", "bending_warp",
-        "bending_bias" of strips. Each is a pair (strain, load) of arrays of equal length, or an (n
-        x 2) array. Weft and warp: strain [1], load per width [N/m]. Shear: engineering shear [1] or
-        angle (ls.units["deg"]), load per width [N/m]. Bending: curvature [1/m], moment per width
-        [N]. Arrays may carry units: (ls.units["%"] * strain, ls.units["gf/cm"] * load).
+    curves : curves by name: "weft", "warp", "shear" and, if strips were bent, "bending_weft",
+        "bending_warp" and "bending_bias". Each is a pair (strain, load) of arrays of equal length,
+        or an (n x 2) array. Weft and warp: strain [1], load per width [N/m]. Shear: engineering
+        shear [1] or angle (ls.units["deg"]), load per width [N/m]. Bending: curvature [1/m], moment
+        per width [N]. Arrays may carry units: (ls.units["%"] * strain, ls.units["gf/cm"] * load).
     density : [kg/m^2], or a quantity with a unit
     load : load that defines the limits [N/m], or a quantity with a unit
-    shear_limit : largest e12 [1], in place of the strain at `load`, which shear tests rarely reach
+    shear_limit : largest e12 [1]. It replaces the shear at `load`, which shear tests rarely reach.
 
     Raises InvalidInput for curves that cannot be fitted: values that are not finite numbers, strain
     that does not increase, fewer than four points below the limit, or a load that is never reached.
@@ -98,7 +97,7 @@ def fit(
 
 
 def _limits(load: Any, shear_limit: Any) -> tuple[float, float | None]:
-    """Returns load and shear limit as numbers in SI units."""
+    """Returns the load and the shear limit as numbers in SI units, after checks."""
     reached = number_in(load, "N/m", "fit: load")
     if not (np.isfinite(reached) and reached > 0):
         raise InvalidInput(f"fit: load must be > 0 [N/m], got {load}")

@@ -16,10 +16,10 @@ __all__ = ["Fabric", "ModeFit"]
 
 @dataclass(frozen=True)
 class ModeFit:
-    """One mode of deformation fitted to a curve.
+    """The fit of one mode of deformation to a measured curve.
 
-    stiffness : [N/m], for bending [N m]
-    limit : largest strain [1], inf for bending
+    stiffness : stiffness [N/m], or bending rigidity [N m]
+    limit : largest strain [1]; inf for bending
     misfit : root mean square deviation from the curve, relative to its largest load [1]
     points : number of points of the curve that were used
     """
@@ -33,7 +33,7 @@ class ModeFit:
 class Fabric(ClothMaterial):
     """A ClothMaterial with its strain limits and the source of its numbers.
 
-    Used as Cloth(material=fabric), or Cloth(material=fabric, strain_limit=fabric.strain_limit).
+    It is used as Cloth(material=fabric), to which strain_limit=fabric.strain_limit may be added.
 
     name, use, composition, construction : descriptive texts
     limits : largest strain along weft and warp, and largest shear strain e12 [1]; inf if unknown
@@ -100,7 +100,7 @@ class Fabric(ClothMaterial):
 
     @property
     def construction(self) -> str:
-        """Construction, woven or knit; empty if unknown."""
+        """Construction, such as woven or knit; empty if unknown."""
         return str(self._about["construction"])
 
     @property
@@ -111,7 +111,7 @@ class Fabric(ClothMaterial):
 
     @property
     def strain_limit(self) -> StrainLimit | None:
-        """The limits for a Cloth, with free compression; None if no limit is known."""
+        """The StrainLimit for a Cloth, which does not limit compression; None if none is known."""
         return StrainLimit(*self.limits) if any(map(isfinite, self.limits)) else None
 
     @property
@@ -138,7 +138,7 @@ class Fabric(ClothMaterial):
 
     @property
     def fits(self) -> dict[str, ModeFit]:
-        """Fit of each mode; empty for fabrics that fit_fabric did not make."""
+        """Fit of each mode by name; empty for fabrics that were not made by fit_fabric."""
         return dict(self._fits)
 
     def __repr__(self) -> str:

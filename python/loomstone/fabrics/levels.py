@@ -26,8 +26,8 @@ def of_levels(
 
     Levels are "very soft", "soft", "medium", "firm" and "stiff".
 
-    weft, warp, shear : levels that each set a stiffness and a strain limit
-    bending : level of the rigidity in all directions
+    weft, warp, shear : levels, each of which sets a stiffness and a strain limit
+    bending : level of the bending rigidity, which is equal in all directions
     density : [kg/m^2], or a quantity with a unit
 
     >>> of_levels(weft="soft", warp="stiff").limits

@@ -31,7 +31,7 @@ class Catalogue(Mapping[str, Fabric]):
         )
         raise InvalidInput(f"there is no fabric {name!r}; {hint}")
 
-    # Mapping.get() expects a KeyError, but [] raises InvalidInput.
+    # Mapping.get() relies on a KeyError, but [] raises InvalidInput for an unknown name.
     def get(self, name: str, default: Any = None) -> Any:
         return self._fabrics.get(name, default)
 

@@ -32,11 +32,11 @@ def bending_from_strips(
 
     weft, warp, bias : rigidity of strips cut along weft, along warp and at 45 degrees [N m], or
         quantities with a unit
-    poisson : minus the ratio of transverse to longitudinal curvature of a weft strip [1]; near 0
-        for fabrics
+    poisson : Poisson ratio of bending: minus the ratio of transverse to longitudinal curvature of a
+        strip along weft [1]; near 0 for fabrics
 
-    Raises InvalidInput if no plate has such strips: 4 / bias must exceed 1 / weft + 1 / warp - 2
-    poisson / weft.
+    Raises InvalidInput if no plate has strips with these rigidities: 4 / bias must exceed 1 / weft
+    + 1 / warp - 2 poisson / weft.
 
     >>> import loomstone as ls
     >>> bending = ls.fabrics.bending_from_strips(weft=8e-6, warp=1.2e-5, bias=9e-6)
@@ -75,7 +75,7 @@ def bending_from_strips(
 def strip_rigidity(material: ClothMaterial, *, angle_degrees: float = 0.0) -> float:
     """Returns the rigidity [N m] of a strip cut at an angle to weft.
 
-    0 degrees is weft, 90 warp and 45 bias.
+    angle_degrees : 0 for weft, 90 for warp and 45 for the bias
     """
     d11, d22, d12, d33 = (
         material.bending_weft,

@@ -1,4 +1,4 @@
-"""The module `loomstone.fabrics` as a mapping of fabrics by name."""
+"""Lets the module `loomstone.fabrics` act as a mapping of fabrics by name."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Band:
-    """Published range of Cusick's drape coefficient [%] for a kind of fabric."""
+    """Published range of Cusick's drape coefficient for a kind of fabric [%]."""
 
     low: float
     high: float
@@ -38,11 +38,11 @@ class Band:
 
 @dataclass(frozen=True)
 class Row:
-    """One fabric, with stiffness [N/m], Poisson ratio nu12 [1] and density [kg/m^2].
+    """Numbers of one fabric, including its Poisson ratio nu12 [1] and density [kg/m^2].
 
     weft, warp : Young's modulus times thickness [N/m]
-    shear : shear modulus times thickness (load per engineering shear) [N/m]
-    bending : rigidity of strips cut along weft, along warp and on the bias [N m]
+    shear : shear modulus times thickness, the load per engineering shear [N/m]
+    bending : rigidities of strips cut along weft, along warp and on the bias [N m]
     limits : largest strain U - I along weft and warp, and largest e12 [1]; inf if unknown
     """
 
@@ -114,9 +114,9 @@ _NEGATIVE = "the fit's negative coupling is taken as 0"
 
 
 def _bending(warp: float) -> tuple[float, float, float]:
-    """Returns the rigidity along weft, along warp and on the bias.
+    """Returns the rigidities of strips along weft, along warp and on the bias [N m].
 
-    warp : median rigidity along warp of fabrics of the same weight [N m]
+    warp : median rigidity along warp of measured fabrics with the same weight per area [N m]
     """
     return 0.6354 * warp, warp, 0.8316 * warp
 
@@ -144,7 +144,7 @@ def _measured(
     caveats: tuple[str, ...] = (),
     band: str = "",
 ) -> Row:
-    """Returns a fabric of [Wang2011].
+    """Returns the row of a fabric of [Wang2011].
 
     about : use, composition, construction
     """
@@ -258,9 +258,9 @@ FABRICS = {
 class Level:
     """A level for artists, as in section 3.3.3 of [Thomaszewski2010].
 
-    stiffness, limit : along weft or warp [N/m], [1]
-    shear, shear_limit : in shear [N/m], [1]
-    bending : rigidity [N m]
+    stiffness, limit : stiffness [N/m] and largest strain [1] along weft or warp
+    shear, shear_limit : stiffness [N/m] and largest strain e12 [1] in shear
+    bending : bending rigidity [N m]
     """
 
     stiffness: float
@@ -270,7 +270,7 @@ class Level:
     bending: float
 
 
-# Bending is that of the percentiles 5, 25, 50, 75 and 95 of 618 measured fabrics, along warp
+# The bending rigidities are the percentiles 5, 25, 50, 75 and 95 of 618 fabrics measured along warp
 # [Feng2022]. Stiffness and limits are our choice, and span the fabrics above from the softest knit
 # to canvas. Figure 3.5 of [Thomaszewski2010] shows limits of 2, 5 and 15 %.
 LEVELS = {

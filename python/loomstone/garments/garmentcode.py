@@ -1,8 +1,8 @@
 """Reads patterns of GarmentCode (pygarment): JSON with panels, edges, stitches and placements.
 
 The format is that of [Korosteleva2023]. Lengths are in units of 1/units_in_meter [m], y points up,
-and rotations are in degrees about the fixed axes x, y and z, in this order. Control points of curved
-edges are given relative to the chord. No code of that project is used or needed.
+and rotations are in degrees about the fixed axes x, y and z, in this order. Control points of
+curved edges are given relative to the chord. No code of that project is used or needed.
 """
 
 from __future__ import annotations
@@ -66,8 +66,8 @@ def _pattern(content: Mapping[str, Any]) -> Pattern:
     seams = []
     for stitch in pattern.get("stitches", []):
         first, second = (f"{_name(side['panel'])}.edge_{int(side['edge'])}" for side in stitch[:2])
-        # Panels are sewn with both outsides on the same side, unless the stitch joins the right side
-        # of one to the wrong side of the other.
+        # Panels are sewn with both outsides on the same side, unless the stitch joins the right
+        # side of one to the wrong side of the other.
         seams.append(Seam(first, second, not (len(stitch) > 2 and stitch[2] == "right_wrong")))
     return Pattern(panels, tuple(seams))
 
@@ -78,8 +78,8 @@ def _panel(name: str, panel: Mapping[str, Any], scale: float, absolute: bool) ->
     rotation = _rotation(panel.get("rotation", (0, 0, 0)))
     origin = UPRIGHT @ (scale * np.array(panel.get("translation", (0, 0, 0)), float))
     across, up = UPRIGHT @ rotation[:, 0], UPRIGHT @ rotation[:, 1]
-    # Edges must run counter-clockwise as seen from the outside. A panel whose edges run clockwise is
-    # given as seen from behind, so its x axis is reversed.
+    # Edges must run counter-clockwise as seen from the outside. A panel whose edges run clockwise
+    # is given as seen from behind, so its x axis is reversed.
     outline = np.concatenate([edge.curve()[:-1] for edge in edges])
     x, y = outline.T
     if (x * np.roll(y, -1) - np.roll(x, -1) * y).sum() < 0:

@@ -48,8 +48,8 @@ class Plane:
 class Cylinder:
     """Placement on a cylinder.
 
-    Points with x = 0 lie at the angle `angle_degrees` from `reference`; x increases counter-clockwise
-    about the axis.
+    Points with x = 0 lie at the angle `angle_degrees` from `reference`, and x increases
+    counter-clockwise about the axis.
 
     radius : radius of the cylinder [m]
     centre : point on the axis at the height of y = 0 [m]

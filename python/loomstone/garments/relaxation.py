@@ -1,8 +1,8 @@
 """Reduces the strain of a sewn surface before its simulation, by as-rigid-as-possible deformation.
 
 Implements [Sorkine2007] with triangles in place of vertex cells: the rotations of all triangles and
-the positions of all vertices are solved for alternately. The method ignores contact, so callers must check the result for
-intersections.
+the positions of all vertices are solved for alternately. The method ignores contact, so callers
+must check the result for intersections.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def gradients(flat: Floats) -> tuple[Floats, Floats]:
 
     flat : rest corners (m x 3 x 2) [m]
     """
-    edges = np.stack([flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]], axis=2)  # the edges are columns
+    edges = np.stack([flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]], axis=2)  # as columns
     inverse = np.linalg.inv(edges)
     area: Floats = np.abs(np.linalg.det(edges)) / 2
     slope = np.stack([-inverse.sum(1), inverse[:, 0], inverse[:, 1]], axis=1)

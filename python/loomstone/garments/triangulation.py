@@ -82,8 +82,8 @@ def triangulated(
     for _ in range(25):
         faces = _faces(points, boundary)
         moved = centres(points, faces)
-        # Next to the boundary, the triangles around a point need not form a convex region, and their
-        # centroid may lie outside the piece. Such points do not move.
+        # Next to the boundary, the triangles around a point need not form a convex region, and
+        # their centroid may lie outside the piece. Such points do not move.
         beside = np.unique(faces[(faces < fixed).any(1)])
         outside = beside[~boundary.contains(moved[beside])]
         moved[outside] = points[outside]

@@ -1,6 +1,6 @@
 """Magnets as hierarchies of dipole cells, the method of [Thomaszewski2010].
 
-It is fast, but inaccurate near contact.
+The method is fast, but inaccurate near contact.
 """
 
 from __future__ import annotations
@@ -21,10 +21,11 @@ Floats = NDArray[np.float64]
 def cells(body: MagneticBody, *, density: float, separation: float = 3.0) -> MagneticBody:
     """Returns a solid hard magnet as a hierarchy of dipole cells of [Thomaszewski2010].
 
-    The method is that of section 6.3.2. Pose and moment are kept. The bounding box is bisected
-    along its longest axis until the leaves reach `density` [1/m^3]. A leaf of volume v is dropped
-    if its centre lies outside, or closer to the surface than half its diameter v^(1/3). If no leaf
-    remains, a single dipole is used. Every level carries the whole moment.
+    The method is that of section 6.3.2. Pose and moment are kept. The bounding box is repeatedly
+    bisected along its longest axis until the leaves reach `density` [1/m^3]. A leaf of volume v
+    is dropped if its centre lies outside the magnet, or closer to its surface than half the leaf's
+    diameter v^(1/3). If no leaf remains, a single dipole is used. Every level carries the whole
+    moment.
 
     Between two such bodies, force() and forces() sum over fronts of cells. A cell with longest edge
     e is used at distances of at least separation * e, which is eq. (6.19) with r_0 = separation /
@@ -45,7 +46,7 @@ def cells(body: MagneticBody, *, density: float, separation: float = 3.0) -> Mag
 def cell_level(body: MagneticBody, level: int) -> tuple[Floats, Floats]:
     """Returns positions [m] and moments [A m^2], each (n, 3), of the cells of one level.
 
-    Level 0 is the whole body. Leaves of coarser levels are included.
+    Level 0 is the whole body. Leaves that lie on coarser levels are included.
     """
     return _core.magnetic_cell_level(body, level)
 
@@ -60,7 +61,7 @@ def cell_front(body: MagneticBody, other: MagneticBody) -> tuple[Floats, Floats]
 
 
 def as_cells(body: MagneticBody, engine: str, density: float | None) -> MagneticBody:
-    """Returns the body in the representation that an engine needs."""
+    """Returns the body as it is for engine "exact", or made of dipole cells for "cells"."""
     if engine == "exact" and density is None:
         return body
     if engine == "exact":

@@ -1,5 +1,5 @@
-"""Matplotlib figures of fields and forces: slices with contour lines and arrows, force over
-distance, torque over angle.
+"""Figures of fields and forces, drawn by Matplotlib: slices with contour lines and arrows, force
+over distance, and torque over angle.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ PLANES = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}
 
 
 class ForceCurve(NamedTuple):
-    """Forces (n, 3) [N] on a body and torques (n, 3) about its centre [N m], at distances (n) [m]
-    or angles (n) [rad] `places`.
+    """Forces (n, 3) [N] on a body and torques (n, 3) about its centre [N m], at the distances (n)
+    [m] or angles (n) [rad] given by `places`.
     """
 
     places: Floats
@@ -79,7 +79,7 @@ def torque_over_angle(
 ) -> ForceCurve:
     """Returns force and torque on a body turned by `angles` (n) [rad].
 
-    axis (3): axis of rotation through the centre of the body.
+    The axis of rotation `axis` (3) passes through the centre of the body.
     """
     about = unit(axis)
     turns = np.ravel(np.asarray(angles, float))
@@ -124,10 +124,10 @@ def plot_slice(
 ) -> Path:
     """Draws a slice through the field: |B| in colours, its direction as arrows, magnets in outline.
 
-    Contour lines lie at every factor of two. The slice is parallel to `plane` and passes through
-    `centre` (3) [m] (default: the centre of the bodies). extent [m]: half the side length of the
-    slice (0: 0.9 times the longest edge of the bounding box). resolution, arrows: number of points
-    along a side. Returns the path of the picture (PNG).
+    Neighbouring contour lines differ by a factor of two. The slice is parallel to `plane` and
+    passes through `centre` (3) [m] (default: the centre of the bodies). extent [m]: half the side
+    length of the slice (0: 0.9 times the longest edge of the bounding box). resolution, arrows:
+    number of points and of arrows along a side. Returns the path of the picture (PNG).
     """
     sources = as_list(bodies)
     if plane not in PLANES:
@@ -153,7 +153,7 @@ def plot_slice(
 
 
 class _Lattice:
-    """Square lattice of points in a coordinate plane about a centre (3) [m]."""
+    """Square lattices of points parallel to a coordinate plane, about a centre (3) [m]."""
 
     def __init__(self, plane: str, middle: Floats, reach: float) -> None:
         self._axes, self._middle, self._reach = PLANES[plane], middle, reach
@@ -163,7 +163,7 @@ class _Lattice:
         return np.asarray(vectors[:, list(self._axes[:2])])
 
     def points(self, side: int) -> tuple[Floats, Floats, Floats]:
-        """Returns both in-plane coordinates (side, side) and the points (side * side, 3) [m]."""
+        """Returns both in-plane coordinates, each (side, side), and the points (side^2, 3) [m]."""
         u, v, w = self._axes
         along = np.linspace(-self._reach, self._reach, side)
         a, b = np.meshgrid(self._middle[u] + along, self._middle[v] + along)

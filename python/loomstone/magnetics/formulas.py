@@ -64,11 +64,11 @@ def dipole_field(
     """Returns B (k, 3) [T] at observers (k, 3) [m] of point dipoles, eq. (6.5).
 
     The dipoles have moments (n, 3) [A m^2] at points (n, 3) [m]. A dipole located exactly at an
-    observer contributes nothing there; observers=points therefore gives the field of all others at
-    each dipole.
+    observer contributes nothing there. With observers=points, the result at each dipole is
+    therefore the field of all other dipoles.
 
-    tolerance: None sums all pairs directly. A number in [1e-10, 0.1] selects a treecode, in a time
-    that grows like N log N. It bounds the root mean square of the error relative to that of the
+    tolerance: None sums all pairs directly. A number in [1e-10, 0.1] selects a treecode, whose time
+    grows like N log N. It bounds the root mean square of the error relative to that of the
     result, measured against direct sums for 128 observers. Up to about 7,700 dipoles and observers
     (6e7 pairs), all pairs are summed directly.
     """
@@ -112,7 +112,7 @@ def dipole_forces(
     Each torque is about the dipole's own position. The torque about another point x has the
     additional term cross(point - x, force).
 
-    tolerance as in `dipole_field`, met by both forces and torques. Forces and torques within one
+    tolerance as in `dipole_field`; both forces and torques meet it. Forces and torques within one
     set conserve linear and angular momentum to rounding at any tolerance.
     """
     if (by_points is None) != (by_moments is None):
@@ -212,7 +212,7 @@ def sphere_field(
 ) -> Floats:
     """Field of a spherical magnet: radius [m], polarization J (3) [T].
 
-    Outside it is a dipole field. Inside, B = 2/3 J and mu0 H = -J/3.
+    Outside, the field is that of a dipole. Inside, B = 2/3 J and mu0 H = -J/3.
     """
     return field(
         sources.sphere(radius=radius, polarization=polarization),
@@ -226,7 +226,7 @@ def sphere_field(
 def sphere_gradient(
     observers: ArrayLike, *, radius: float, polarization: ArrayLike, threads: int = 0
 ) -> Floats:
-    """Gradient of the field of a spherical magnet, which vanishes inside."""
+    """Gradient of the field of a spherical magnet. It vanishes inside the sphere."""
     return gradient(
         sources.sphere(radius=radius, polarization=polarization), observers, threads=threads
     )

@@ -17,13 +17,13 @@ from .sources import Bodies, as_list, box_of
 __all__ = ["FieldLines", "LineEnd", "curves_of", "field_lines", "frame_curves"]
 
 Floats = NDArray[np.float64]
-# Flux density below which pictures show no field lines [T]: 1/200 of the field that a straight wire
-# with 1 A causes at a distance of 10 cm.
+# Flux density below which pictures show no field lines [T]. It is 1/200 of the flux density that a
+# straight wire with a current of 1 A causes at a distance of 10 cm.
 WEAK = 1e-8
 
 
 class LineEnd(IntEnum):
-    """Reason why a field line ends."""
+    """Reason why a field line begins or ends at a point."""
 
     seed = 0  # this end is the seed of a line traced in one direction only
     body = 1  # the line enters or leaves a magnet or a magnetised body
@@ -88,7 +88,7 @@ def field_lines(
 
 @takes(radius="m")
 def curves_of(found: FieldLines, radius: float) -> Curves:
-    """Returns field lines as tubes of a given radius [m].
+    """Returns field lines as tubes of a given radius [m] for the renderer.
 
     Values for colouring range from 1 where a line leaves a magnet (red) through 0 far from magnets
     (yellow) to -1 where it enters a magnet (blue).
@@ -125,8 +125,8 @@ def frame_curves(
     low, high = box_of(magnets)
     size = float(np.linalg.norm(0.5 * (high - low)))
     thin = 0.006 * size**0.5 * max(m.radius for m in magnets) ** 0.5
-    # This length lets lines leave the ball, and ends lines that circle a current endlessly before
-    # they form a thick bundle.
+    # Lines of this length can leave the ball of radius `extent`, whereas lines that circle a
+    # current endlessly end before they form a thick bundle.
     return curves_of(
         field_lines(magnets, lines, uniform=uniform, tolerance=1e-4, length=6.0 * size, threads=1),
         thin,

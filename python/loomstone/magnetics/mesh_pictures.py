@@ -25,7 +25,7 @@ __all__ = ["curve_of_meshes", "draw_field"]
 
 
 def numbers(text: str, name: str) -> tuple[float, float, float]:
-    """Parses three numbers such as `0,0,1`."""
+    """Parses three numbers separated by commas, such as `0,0,1`."""
     try:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
@@ -84,12 +84,12 @@ def curve_of_meshes(
     reach: float,
     path: Path,
 ) -> Path:
-    """Plots force over distance or torque over angle of two meshes, or of a mesh and its copy.
+    """Plots force over distance or torque over angle of two magnets given by their meshes.
 
-    Both have the same polarization [T]. For forces, the first body starts at a gap of 1e-6 of its
-    radius to the second one along `axis`, and moves by up to `reach` [m] (0: the bounding radius of
-    the second). For torques, it starts at a distance that lets it turn, and turns once about an
-    axis perpendicular to `axis`.
+    A single mesh is used for both. Both have the same polarization [T]. For forces, the first body
+    starts next to the second one along `axis`, at a gap of 1e-6 of its radius, and moves away by up
+    to `reach` [m] (0: the bounding radius of the second). For torques, it is placed far enough away
+    to turn freely, and turns once about an axis perpendicular to `axis`.
     """
     if not 1 <= len(meshes) <= 2:
         raise InvalidInput(

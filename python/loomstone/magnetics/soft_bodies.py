@@ -152,7 +152,7 @@ def induce(
     density: float = 0.0,
     threads: int = 0,
 ) -> Induced:
-    """Magnetises bodies in the field of magnets and currents, in a uniform field and mutually.
+    """Magnetises bodies by magnets and currents, by a uniform field and by one another.
 
     by: magnets and currents. field (3): uniform flux density [T]. tolerance [1]: relative residual
     of the linear system, and error due to the truncated degree of spheres. The returned bodies have
@@ -160,12 +160,12 @@ def induce(
     The axes of returned spheres may differ from those given. Inside bodies with panels, `field`
     returns as B only mu0 H of their charge.
 
-    A body with saturation J_s = mu0 M_s obeys M = chi H / (1 + chi |H| / M_s) in its volume means,
-    as if its susceptibility were chi (1 - |M| / M_s) everywhere.
+    The volume means of M and H in a body with saturation J_s = mu0 M_s obey M = chi H / (1 + chi
+    |H| / M_s), as if its susceptibility were chi (1 - |M| / M_s) everywhere.
 
     response "explicit": the method of [Thomaszewski2010]. Dipole cells of `density` [1/m^3] respond
     as isolated spheres do (those of a superconductor with M = -B / mu0), to `by` and `field` alone.
-    Its error is at least a quarter for chi >> 1.
+    The relative error is at least a quarter for chi >> 1.
 
     threads 0: all processors; the result does not depend on it. Raises InvalidInput if bodies
     overlap, and SolverFailure if no equilibrium is found.

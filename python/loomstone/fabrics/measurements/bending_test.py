@@ -1,11 +1,11 @@
 """The cantilever test of bending (ASTM D1388, option A) [Peirce1930].
 
-A strip 25 mm wide hangs from a clamp under its weight per area w = density * g. Its overhang l is
-the length at which the chord from clamp to tip is inclined by 41.5 degrees. The standard defines
-the bending length c = l / 2 and the rigidity w c^3. The reference solution is the elastica B
-theta'' = -w (l - s) cos(theta), clamped at s = 0 and free at s = l, with B from orthotropic plate
-theory for the direction of the strip. On the bias, the clamp suppresses the twist that this B
-assumes. The overhang is therefore longer, in proportion to the width.
+A strip 25 mm wide hangs from a clamp and bends under its weight per area, w = density * g. The
+overhang l is the length at which the chord from clamp to tip is inclined by 41.5 degrees. The
+standard defines the bending length c = l / 2 and the rigidity w c^3. The reference solution is the
+elastica B theta'' = -w (l - s) cos(theta), clamped at s = 0 and free at s = l, with B from
+orthotropic plate theory for the direction of the strip. On the bias, the clamp suppresses the twist
+that this B assumes. The overhang is therefore longer, in proportion to the width.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ ANGLE, WIDTH, GRAVITY = 41.5, 0.025, 9.81  # [degrees], [m], [m/s^2] as in Scene
 
 @dataclass(frozen=True)
 class CantileverResult:
-    """Result for one direction.
+    """Result of the cantilever test for one direction.
 
     angle_degrees : angle of the strip to weft
     overhang : overhang l at 41.5 degrees [m]
-    elastica : overhang of the elastica [m]
+    elastica : overhang l of the elastica at the same angle [m]
     rigidity : rigidity of the strip by plate theory [N m]
     measured_rigidity : rigidity of an elastica with the measured overhang [N m]
     at_rest : whether every strip came to rest
@@ -116,10 +116,10 @@ def cantilever(
 
 @takes(chord_degrees="degrees")
 def overhang_of_elastica(chord_degrees: float) -> float:
-    """Returns the overhang over (B / w)^(1/3) at which the chord has a given inclination [1].
+    """Returns the overhang, divided by (B / w)^(1/3), at which the chord has an inclination [1].
 
-    In this unit and with u = l - s, measured from the free end, theta'' = -u cos(theta). The
-    boundary conditions are theta'(0) = 0 and theta = 0 at the clamp.
+    With lengths in units of (B / w)^(1/3) and u = l - s, measured from the free end, theta'' = -u
+    cos(theta). The boundary conditions are theta'(0) = 0 and theta = 0 at the clamp.
 
     >>> round(overhang_of_elastica(41.5), 3)
     2.0
@@ -140,7 +140,7 @@ def overhang_of_elastica(chord_degrees: float) -> float:
 
 
 def _elastica(tip_angle: float) -> tuple[float, float]:
-    """Returns length and chord angle [rad] of the elastica with the given tip angle [rad]."""
+    """Returns length [1] and chord angle [rad] of the elastica with a given tip angle [rad]."""
     from scipy.integrate import solve_ivp
 
     def slope(u: float, y: np.ndarray) -> list[float]:
@@ -161,7 +161,7 @@ def _elastica(tip_angle: float) -> tuple[float, float]:
 class _Strip:
     """A strip of fabric cut at an angle to weft.
 
-    width : [m]
+    width : width of the strip [m]
     across : number of mesh cells over the width
     step : time step of the test [s]
     """
@@ -178,7 +178,7 @@ def _hang(strip: _Strip, length: float, threads: int) -> tuple[float, bool]:
     cells = max(16, round(length * strip.across / strip.width))
     size = (length * (cells + 1) / cells, strip.width)
     flat = meshes.grid(size=size, cells=(cells + 1, strip.across))
-    # The clamp ends at x = 0.
+    # The mesh is shifted so that the clamp, one cell long, ends at x = 0.
     vertices = flat.vertices - [
         flat.vertices[:, 0].min() + length / cells,
         0.0,

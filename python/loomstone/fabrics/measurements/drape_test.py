@@ -36,11 +36,11 @@ Floats = NDArray[np.float64]
 class CusickResult:
     """Result of one drape test.
 
-    drape_coefficient : [%]
-    folds : number of maxima of the outline's radius
-    shadow : area as seen from above [m^2]
-    intersections : number of intersecting triangle pairs at the end, with fabric on at least one
-        side
+    drape_coefficient : Cusick's drape coefficient [%]
+    folds : number of folds, counted as maxima of the outline's radius
+    shadow : area of the shadow, which is the fabric as seen from above [m^2]
+    intersections : number of intersecting triangle pairs at the end, except pairs that belong to
+        obstacles only
     rest : whether and how the fabric came to rest
     seconds : wall time [s]
     mesh : mesh of the specimen
@@ -63,12 +63,13 @@ def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
     A ring of vertices lies on the edge of the clamp.
     """
     triangles = whole("triangles", triangles, 400, 1_000_000)
-    # A fifth of the triangles lies in the clamp.
+    # About a fifth of the triangles lie in the clamp.
     area = np.pi * (SPECIMEN**2 - DISC**2) / (0.8 * triangles)
     edge = float(np.sqrt(4 / np.sqrt(3) * area))
     outline = _ring(SPECIMEN, edge)
     rings, radius, spacing = [_ring(DISC, edge)], DISC - 0.87 * edge, edge
-    # Clamped rings fill the disc. Only the ring on its edge affects the drape.
+    # Rings of clamped vertices fill the disc. Only the ring on its edge affects the drape, so the
+    # others become coarser towards the centre.
     while radius > 0.5 * spacing:
         rings.append(_ring(radius, spacing))
         spacing *= 1.4
@@ -104,8 +105,8 @@ def cusick(
     strain_limit : StrainLimit of the specimen; None: no limit
     triangles, seed : number of triangles and random seed of the specimen's mesh; below about 3000
         triangles the coefficient is too high
-    step : time step [s]; None: 4 ms for a contact distance of 1 mm or more, and
-        proportionally less below, but at least 0.5 ms
+    step : time step [s]; None: 4 ms for contact distances of 1 mm or more, and proportionally less
+        for smaller ones, but at least 0.5 ms
     longest : simulated time allowed for coming to rest [s]
     """
     began = time.perf_counter()
@@ -164,9 +165,10 @@ def shadow_area(positions: Floats, triangles: NDArray[np.int32], *, pixel: float
 def shadow(
     positions: Floats, triangles: NDArray[np.int32], *, pixel: float = 2.5e-4
 ) -> tuple[NDArray[np.bool_], Floats, float]:
-    """Returns the pixels whose centre a triangle covers, as seen from above.
+    """Returns the pixels whose centres are covered by triangles, as seen from above.
 
-    The result is the array (x by y), its lower corner [m], and the side of a pixel [m].
+    The result is an array of flags (x by y), the position of its lower corner [m], and the side of
+    a pixel [m].
     """
     xy = positions[:, :2] / pixel
     low = np.floor(xy.min(0)) - 1
@@ -180,7 +182,7 @@ def shadow(
         y = np.arange(first[1], last[1])[None, :] + 0.5
         turn = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
         if turn == 0.0 or not (last > first).all():
-            continue  # seen edge-on
+            continue  # the triangle is seen edge-on
         side = np.sign(turn)
         edges = [
             side * ((q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0]))
@@ -200,7 +202,7 @@ def count_folds(mesh: TriangleMesh, positions: Floats) -> int:
     rim = np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2], axis=1) > SPECIMEN - 1e-6)
     rim = rim[np.argsort(np.arctan2(mesh.vertices[rim, 1], mesh.vertices[rim, 0]))]
     radius = np.linalg.norm(positions[rim, :2], axis=1)
-    start = int(radius.argmin())  # a start at the minimum splits no peak
+    start = int(radius.argmin())  # starting at the minimum splits no peak
     peaks, _ = find_peaks(np.append(np.roll(radius, -start), radius[start]), prominence=3e-3)
     return len(peaks)
 

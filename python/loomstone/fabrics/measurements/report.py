@@ -1,6 +1,6 @@
-"""Report on fabrics: drape tests and cantilever tests, compared with reference values.
+"""Reports on fabrics: drape tests and cantilever tests, compared with reference values.
 
-The references are published ranges of the drape coefficient, and the elastica.
+Drape coefficients are compared with published ranges, and overhangs with the elastica.
 """
 
 from __future__ import annotations
@@ -39,17 +39,17 @@ class FabricReport:
 
     @property
     def drape_coefficient(self) -> float:
-        """Mean over the specimens [%]."""
+        """Mean drape coefficient of the specimens [%]."""
         return float(np.mean([drape.drape_coefficient for drape in self.drapes]))
 
     @property
     def spread(self) -> float:
-        """Half of the range over the specimens [%]."""
+        """Half the difference of the specimens' largest and smallest drape coefficient [%]."""
         return float(np.ptp([drape.drape_coefficient for drape in self.drapes])) / 2
 
     @property
     def folds(self) -> str:
-        """Smallest and largest number of folds."""
+        """Smallest and largest number of folds of the specimens, such as "5-7"."""
         counts = [drape.folds for drape in self.drapes]
         return f"{min(counts)}-{max(counts)}" if min(counts) < max(counts) else str(counts[0])
 
@@ -63,7 +63,7 @@ class FabricReport:
     def off_band(self) -> float:
         """Distance of the mean drape coefficient from the published range [percentage points].
 
-        0 inside the range, or if there is none.
+        It is 0 inside the range, or if no range is known.
         """
         band = self.fabric.band
         return (
@@ -74,7 +74,7 @@ class FabricReport:
 
     @property
     def remark(self) -> str:
-        """Remark on the result: moving specimens, intersections, or why the range is missed."""
+        """Remark on specimens that still move, on intersections, or on why the range is missed."""
         said = []
         if moving := sum(not drape.rest.at_rest for drape in self.drapes):
             said.append(
@@ -179,7 +179,7 @@ HEADER = (
 
 
 def report_text(report: FabricReport) -> str:
-    """Returns one line, and a second one if there is a remark."""
+    """Returns the report of one fabric as a line of a table, with any remark on a second line."""
     band = report.fabric.band
     limits = f"{band.low:g}-{band.high:g}" if band else "-"
     strips = "  ".join(
@@ -200,12 +200,12 @@ def print_report(report: FabricReport) -> None:
 
 
 def chosen(names: str) -> list[str]:
-    """Parses --fabrics of the command line: names separated by commas; empty for all."""
+    """Returns the fabrics that --fabrics of the command line names; all if it is empty."""
     return [catalogue[name.strip()].name for name in names.split(",")] if names else list(catalogue)
 
 
 def parameters(given: Mapping[str, Any]) -> dict[str, int]:
-    """Parses -p of the command line: triangles of a specimen, number of specimens."""
+    """Checks the parameters given by -p: triangles (of a specimen) and (number of) specimens."""
     limits = {"triangles": (400, 1_000_000), "specimens": (1, 100)}
     if unknown := [name for name in given if name not in limits]:
         raise InvalidInput(f"there is no parameter {unknown[0]!r}; known: {', '.join(limits)}")
@@ -215,7 +215,7 @@ def parameters(given: Mapping[str, Any]) -> dict[str, int]:
 def contact_sheet(reports: Sequence[FabricReport], path: Path) -> None:
     """Draws the first specimen of each fabric in one picture (PNG).
 
-    An inset shows its shadow, with circles of 18 and 30 cm diameter.
+    An inset shows the shadow of each specimen, with circles of 18 and 30 cm in diameter.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -1,7 +1,7 @@
 """Brings a simulation to static rest by kinetic damping [Barnes1999].
 
-Velocities are set to zero whenever the kinetic energy has passed a peak, where forces nearly
-balance. The forces are not modified, so the shape at rest depends on the material and gravity
+Velocities are set to zero whenever the kinetic energy has passed a peak, because forces nearly
+balance there. The forces are not modified, so the shape at rest depends on the material and gravity
 alone. If several shapes are stable, the path to rest selects one of them, as in a real test.
 """
 
@@ -25,8 +25,8 @@ class Rest:
     at_rest : whether both conditions of bring_to_rest() were met in the time allowed
     time : simulated time [s]
     stops : number of times that velocities were set to zero
-    energy_ratio : largest kinetic energy in the last window, relative to the largest of all times
-        [1]
+    energy_ratio : largest kinetic energy in the last window of time, relative to the largest since
+        the start [1]
     drift : largest displacement of a vertex over the last window [m]
     """
 
@@ -49,8 +49,8 @@ def bring_to_rest(
     """Advances until the kinetic energy and the displacement of every vertex stay small.
 
     longest : largest simulated time [s]
-    ratio : largest kinetic energy in a window, relative to the largest of all times [1]
-    drift : largest displacement over a window [m]
+    ratio : kinetic energy allowed in a window of time, relative to the largest since the start [1]
+    drift : displacement of a vertex allowed over a window [m]
     window : length of a window [s]
     """
     for name, value in (
