@@ -51,8 +51,8 @@ def takes(**units: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
         converted to this unit. Quantities of another dimension raise InvalidInput.
 
     A misspelt keyword raises a TypeError that suggests the right one. The TypeError for an argument
-    of the wrong type shows all arguments, whereas the TypeError of the core only lists the types
-    that it accepts.
+    of the wrong type shows all arguments, whereas that of the core only lists the types that it
+    accepts.
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:

@@ -93,7 +93,7 @@ def close_seams(
 
 
 def _closed_already(pieces: Cut, distance: float) -> NDArray[np.bool_]:
-    """Returns, for each pair of vertices, whether its whole seam is closed as placed."""
+    """Returns, for each pair, whether its whole seam is closed in the initial placement."""
     gap = np.linalg.norm(
         pieces.placed[pieces.pairs[:, 0]] - pieces.placed[pieces.pairs[:, 1]], axis=1
     )

@@ -73,8 +73,8 @@ def dress_pattern(
 ) -> Pattern:
     """Returns panels and seams of `dress`, which can be changed before they are sewn.
 
-    chord : length of the straps' mesh edges, for which the bar is cleared [m], at most 0.15; with
-        longer chords, straps start higher above the bar and are slack at first
+    chord : length of the straps' mesh edges [m], at most 0.15. Straps start so high that mesh edges
+        of this length clear the bar, and are slack at first if it is large.
     """
     if not 0.0 <= chord <= 0.15:
         raise InvalidInput(f"chord must be in [0, 0.15] m, got {chord}")

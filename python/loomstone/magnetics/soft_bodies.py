@@ -157,8 +157,8 @@ def induce(
     by: magnets and currents. field (3): uniform flux density [T]. tolerance [1]: relative residual
     of the linear system, and error due to the truncated degree of spheres. The returned bodies have
     fields and forces like magnets. A uniform field exerts the additional torque moment x B on them.
-    The axes of returned spheres may differ from those given. Inside bodies with panels, `field`
-    returns as B only mu0 H of their charge.
+    The axes of returned spheres may differ from those given. Inside bodies with panels, the
+    function `field` returns only the contribution mu0 H of their charge to B.
 
     The volume means of M and H in a body with saturation J_s = mu0 M_s obey M = chi H / (1 + chi
     |H| / M_s), as if its susceptibility were chi (1 - |M| / M_s) everywhere.
