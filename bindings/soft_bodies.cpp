@@ -144,7 +144,7 @@ void bind_shapes(py::module_& m) {
       py::arg("panels") = 1500, py::arg("threads") = 0);
 }
 
-void bind_induction(py::module_& m) {
+void bind_induced_fields(py::module_& m) {
   m.def(
       "induce",
       [](const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& by,
@@ -181,7 +181,7 @@ void bind_induction(py::module_& m) {
 void bind_soft_bodies(py::module_& m) {
   bind_soft_body(m);
   bind_shapes(m);
-  bind_induction(m);
+  bind_induced_fields(m);
 }
 
 }  // namespace loomstone
