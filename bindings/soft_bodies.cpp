@@ -152,10 +152,8 @@ void bind_induced_fields(py::module_& m) {
         const Vec3 uniform = as_vector<Vec3>(field, "field");
         const Team team = team_of(threads);
         std::vector<std::string> names;
-        for (std::size_t i = 0; i < soft.size(); ++i)
-          names.push_back("soft[" + std::to_string(i) + "]");
-        for (std::size_t i = 0; i < by.size(); ++i)
-          names.push_back("by[" + std::to_string(i) + "]");
+        for (std::size_t i = 0; i < soft.size(); ++i) names.push_back(formatted("soft[{}]", i));
+        for (std::size_t i = 0; i < by.size(); ++i) names.push_back(formatted("by[{}]", i));
         Induction result;
         {
           const py::gil_scoped_release release;

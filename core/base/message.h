@@ -2,6 +2,7 @@
 //
 //   fail<InvalidInput>("steps must be >= 1, got {}; give at least one", steps);
 //   fail<SolverFailure>("residual {:.3g} after {} iterations; ...", residual, iterations);
+//   require(steps >= 1, "steps must be >= 1, got {}; give at least one", steps);
 //
 // {} prints a number with the fewest digits that restore it exactly.
 #pragma once
@@ -31,6 +32,12 @@ extern template void fail_formatted<Unsupported>(fmt::string_view, fmt::format_a
 template <class Failure, class... Values>
 [[noreturn]] void fail(fmt::format_string<Values...> text, Values&&... values) {
   fail_formatted<Failure>(text, fmt::make_format_args(values...));
+}
+
+// Throws InvalidInput with the formatted text if `holds` is false.
+template <class... Values>
+void require(bool holds, fmt::format_string<Values...> text, Values&&... values) {
+  if (!holds) fail_formatted<InvalidInput>(text, fmt::make_format_args(values...));
 }
 
 // Returns the formatted text, for messages that are composed of several parts.

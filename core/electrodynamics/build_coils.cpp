@@ -4,6 +4,7 @@
 #include <span>
 
 #include "core/base/find_by_name.h"
+#include "core/base/message.h"
 #include "core/electrodynamics/build.h"
 #include "core/electrodynamics/coil_currents.h"
 #include "core/magnetics/induction/flux_linkage.h"
@@ -13,47 +14,45 @@ namespace loomstone {
 
 namespace {
 
-void require(bool holds, const std::string& message) {
-  if (!holds) throw InvalidInput(message);
-}
-
 void check_series(const Coil& coil, const std::vector<double>& values, const char* name,
                   const std::string& where) {
   const bool constant = coil.times.empty() && values.size() <= 1;
   require(constant || coil.times.size() == values.size(),
-          where + "." + name + " must have one value for each of the " +
-              std::to_string(coil.times.size()) + " times, got " + std::to_string(values.size()));
-  for (const double value : values)
-    require(std::isfinite(value), where + "." + name + " must be finite");
+          "{}.{} must have one value for each of the {} times, got {}", where, name,
+          coil.times.size(), values.size());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    require(std::isfinite(values[i]), "{}.{} must be finite, got {} at entry {}", where, name,
+            values[i], i);
   for (std::size_t i = 0; i < coil.times.size(); ++i)
     require(std::isfinite(coil.times[i]) && (i == 0 || coil.times[i] > coil.times[i - 1]),
-            where + ".times must be finite and ascend [s]");
+            "{}.times must be finite and ascending [s], got {} at entry {}; sort them", where,
+            coil.times[i], i);
 }
 
 void check_winding(const Coil& coil, const std::string& where) {
   std::optional<CircularWinding> winding;
   if (coil.source) winding = coil.source->source->winding();
   if (!winding)
-    throw InvalidInput(where + ".source must be a loop or a solenoid of loomstone.magnetics, got " +
-                       (coil.source ? "another one" : "none"));
+    fail<InvalidInput>("{}.source must be a loop or a solenoid of loomstone.magnetics, got {}",
+                       where, coil.source ? "another source" : "none");
   const double current = winding->turn_current;
   require(current == 1.0,
-          where + ".source must be made with the current of 1 A that it has by default, got " +
-              std::to_string(current) + " A; give that as currents");
+          "{}.source must have its default current of 1 A, got {} A; give the current as currents",
+          where, current);
 }
 
 void check_coil(const Coil& coil, const std::string& where) {
   check_fields(coil, where);
-  require(coil.commutator.allFinite(), where + ".commutator must be finite");
+  require(coil.commutator.allFinite(), "{}.commutator must be finite", where);
   const bool circuit = coil.resistance > 0.0;
-  require(circuit == coil.currents.empty(), where +
-                                                " must have either currents, which are given, or a "
-                                                "resistance > 0 [ohm], which makes a circuit");
+  require(circuit == coil.currents.empty(),
+          "{} must have either currents (prescribed) or a resistance > 0 [ohm] (a circuit), got {}",
+          where, circuit ? "both" : "neither");
   require(
       circuit || (coil.voltages.empty() && coil.inductance == 0.0 && coil.commutator.isZero(0.0)),
-      where +
-          ": voltages, inductance and commutator belong to a circuit; give a resistance, or leave "
-          "them out");
+      "{}: voltages, inductance and commutator belong to a circuit; give a resistance, or leave "
+      "them out",
+      where);
   check_series(coil, circuit ? coil.voltages : coil.currents, circuit ? "voltages" : "currents",
                where);
 }
@@ -61,17 +60,18 @@ void check_coil(const Coil& coil, const std::string& where) {
 // Checks that magnetisable bodies respond linearly and mutually, as circuits require. Also checks
 // that a circuit has a self-inductance if there are such bodies.
 void check_circuit(const Coil& coil, const MagneticModel& model, const std::string& where) {
-  for (const CarriedMagnet& magnet : model.magnets) {
+  for (std::size_t k = 0; k < model.magnets.size(); ++k) {
+    const CarriedMagnet& magnet = model.magnets[k];
     if (magnet.source) continue;
     if (magnet.saturation > 0.0 || magnet.cells.rows() > 0)
-      throw Unsupported(
-          where +
-          ": circuits want bodies that magnetise to do so linearly and mutually, got one with " +
-          (magnet.saturation > 0.0 ? "saturation" : "the explicit response") +
-          "; leave that out, or give the coil a current");
-    require(coil.inductance > 0.0, where +
-                                       ".inductance must be > 0 [H] beside bodies that "
-                                       "magnetise; give it that of the winding in air");
+      fail<Unsupported>(
+          "{}: with a circuit, bodies must magnetise linearly and mutually, got magnets[{}] with "
+          "{}; leave that out, or give the coil currents",
+          where, k, magnet.saturation > 0.0 ? "a saturation" : "the explicit response");
+    require(coil.inductance > 0.0,
+            "{}.inductance must be > 0 [H] together with bodies that magnetise, got {}; give that "
+            "of the winding in air",
+            where, coil.inductance);
   }
 }
 
@@ -83,7 +83,6 @@ void check_apart(const MagneticModel& model, const CarrierPlaces& start, std::si
   const CarriedMagnet& magnet = model.magnets[k];
   const MagneticBody coil{wound.source, start.pose(wound.carrier, wound.local)};
   const RigidPose place = start.pose(magnet.carrier, magnet.local);
-  const std::string where = "coils[" + std::to_string(j) + "]";
   const SourcePtr solid =
       magnet.soft ? magnet.soft->solid() : nullptr;  // null: a sphere treated as a point dipole
   const double radius = solid ? solid->radius() : magnet.radius;
@@ -94,17 +93,18 @@ void check_apart(const MagneticModel& model, const CarrierPlaces& start, std::si
       const int row = i / 8, column = i % 8;
       const Vec3 point = panel.at(column / 7.0, panel.line() ? 0.0 : row / 7.0).position;
       const Vec3 there = pose.position + rotation * point;
-      require(
-          (solid ? solid->depth(there) : radius - there.norm()) <= 1e-6 * radius,
-          where + " must lie apart from bodies that magnetise, got a winding that goes into one");
+      require((solid ? solid->depth(there) : radius - there.norm()) <= 1e-6 * radius,
+              "coils[{}] must lie apart from bodies that magnetise, got a winding that enters "
+              "magnets[{}]; move one of them",
+              j, k);
     }
   if (!solid || model.circuits.empty() || !wound.wants_flux()) return;
   const BesideWinding beside = beside_winding(coil, {solid, place});
   if (beside.in_bore && beside.outside)
-    throw Unsupported(where +
-                      ": circuits want bodies that magnetise in the bore or beside the "
-                      "winding, got magnets[" +
-                      std::to_string(k) + "], which reaches round it; split the body");
+    fail<Unsupported>(
+        "coils[{}]: a body that magnetises must lie in the bore of a circuit's winding or outside "
+        "it, got magnets[{}], which reaches around it; split the body",
+        j, k);
 }
 
 }  // namespace
@@ -113,20 +113,22 @@ void add_bearings(const MagneticScene& scene, MagneticModel& model) {
   const std::span bodies(scene.carriers.data(), static_cast<std::size_t>(scene.n_bodies));
   for (std::size_t i = 0; i < scene.bearings.size(); ++i) {
     const Bearing& bearing = scene.bearings[i];
-    const std::string where = "bearings[" + std::to_string(i) + "]";
+    const std::string where = formatted("bearings[{}]", i);
     check_fields(bearing, where);
     const std::size_t body = find_by_name(bodies, bearing.body, where + ".body");
     require(!model.bodies[body].bearing,
-            where + ".body has a bearing already; a body turns in one");
+            "{}.body must have one bearing, but \"{}\" has a bearing already; remove one", where,
+            bearing.body);
     require(bearing.axis.allFinite() && bearing.axis.norm() > 0.0,
-            where + ".axis must be finite and not zero");
+            "{}.axis must be finite and not zero", where);
     const Vec3 axis = bearing.axis.normalized();
     const Mat3 inertia = world_inertia(bodies[body].mass, bodies[body].orientation.normalized());
     const Vec3 momentum = inertia * axis;
-    require((momentum - momentum.dot(axis) * axis).norm() <= 1e-3 * momentum.norm(),
-            where +
-                ".axis must be a principal axis of the body's inertia (within 1e-3); turn the body "
-                "or balance it");
+    const double deviation = (momentum - momentum.dot(axis) * axis).norm() / momentum.norm();
+    require(deviation <= 1e-3,
+            "{}.axis must be a principal axis of the body's inertia (within 1e-3), got one that "
+            "deviates by {:.3g}; turn the body or balance it",
+            where, deviation);
     model.bodies[body].bearing = bearing;
     model.bodies[body].bearing->axis = axis;
   }
@@ -135,20 +137,21 @@ void add_bearings(const MagneticScene& scene, MagneticModel& model) {
 void add_coils(const MagneticScene& scene, MagneticModel& model) {
   for (std::size_t i = 0; i < scene.coils.size(); ++i) {
     const Coil& coil = scene.coils[i];
-    const std::string where = "coils[" + std::to_string(i) + "]";
+    const std::string where = formatted("coils[{}]", i);
     check_coil(coil, where);
     check_winding(coil, where);
     const bool circuit = coil.resistance > 0.0;
     if (circuit && scene.n_bodies == 0)
-      throw Unsupported(where +
-                        ": circuits are advanced together with rigid bodies, got a scene without "
-                        "one; add a body anywhere");
+      fail<Unsupported>(
+          "{}: circuits are advanced together with rigid bodies, got a scene without one; add a "
+          "body anywhere",
+          where);
     const Stand stand = find_stand(scene, coil.body, coil.source->pose, where + ".body");
     model.coils.push_back({coil, coil.source->source, stand.local, stand.carrier});
     (circuit ? model.circuits : model.given).push_back(i);
   }
   for (const std::size_t i : model.circuits)
-    check_circuit(scene.coils[i], model, "coils[" + std::to_string(i) + "]");
+    check_circuit(scene.coils[i], model, formatted("coils[{}]", i));
 }
 
 void check_coils(const MagneticModel& model, const CarrierPlaces& start) {
@@ -166,9 +169,10 @@ void check_coils(const MagneticModel& model, const CarrierPlaces& start) {
   }
   if (m < 2) return;
   require(inductances.llt().info() == Eigen::Success,
-          "circuits must have inductances [H] whose mutual ones M keep M^2 < L_1 L_2, got M = " +
-              std::to_string(inductances(1, 0)) +
-              " H of the first two; give them the inductance of their winding");
+          "circuits must have a positive definite matrix of inductances, M^2 < L_1 L_2 for each "
+          "two, got M = {:.6g} H, L_1 = {:.6g} H and L_2 = {:.6g} H for the first two; give each "
+          "coil the inductance of its winding",
+          inductances(1, 0), inductances(0, 0), inductances(1, 1));
 }
 
 }  // namespace loomstone

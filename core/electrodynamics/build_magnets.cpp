@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/electrodynamics/build.h"
 #include "core/magnetics/fast_sums/expanded_mesh.h"
 #include "core/magnetics/forces/cells.h"
@@ -14,21 +14,18 @@ namespace loomstone {
 
 namespace {
 
-void require(bool holds, const std::string& message) {
-  if (!holds) throw InvalidInput(message);
-}
-
 void carry_hard(const MagneticBody& magnet, const std::string& where, CarriedMagnet& carried) {
   const Source& source = *magnet.source;
   const std::string kind = source.recipe().kind;
-  require(!kind.empty(), where +
-                             " must be a magnet, got a body as it is magnetised; give the body "
-                             "that magnetises (soft_...) itself");
+  require(!kind.empty(),
+          "{} must be a magnet, got the magnetised state of a body; give the body that magnetises "
+          "(soft_...) itself",
+          where);
   require(kind != "loop" && kind != "solenoid" && kind != "polyline",
-          where + " must be a magnet, got a current; loops and solenoids make a Coil");
+          "{} must be a magnet, got a {}; give loops and solenoids as Coil", where, kind);
   const DipoleSet* dipoles = source.dipoles();
   require(dipoles ? !dipoles->moments().isZero(0.0) : !source.moment().isZero(0.0),
-          where + " must have a moment other than zero [A m^2]; leave the magnet out");
+          "{} must have a moment other than zero [A m^2]; leave the magnet out", where);
   carried.source = magnet.source;
 }
 
@@ -51,7 +48,7 @@ void carry_soft(const Magnet& magnet, const std::string& where, CarriedMagnet& c
   try {
     carried.cells = explicit_cells(*body.shape, magnet.density);
   } catch (const InvalidInput& error) {
-    throw InvalidInput(where + "." + error.what());
+    fail<InvalidInput>("{}.{}", where, error.what());
   }
 }
 
@@ -59,16 +56,18 @@ void check_response(const Magnet& magnet, const std::string& where) {
   const auto* soft = std::get_if<SoftBody>(&magnet.source);
   const bool cells = magnet.response == "explicit";
   require(cells || magnet.response == "mutual",
-          where + ".response must be mutual or explicit, got \"" + magnet.response + "\"");
-  require(!cells || soft, where + ".response belongs to bodies that magnetise; leave it out");
+          "{}.response must be mutual or explicit, got \"{}\"", where, magnet.response);
+  require(!cells || soft,
+          "{}.response must be mutual for a permanent magnet, got explicit; leave it out", where);
   require(!cells || soft->saturation == 0.0,
-          where + ".response must be mutual where source has a saturation");
+          "{}.response must be mutual with a saturation, got explicit; change one of them", where);
   require(cells || magnet.density == 0.0,
-          where + ".density belongs to the explicit response; leave it out");
+          "{}.density must be 0 [1/m^3] without the explicit response, got {}; leave it out", where,
+          magnet.density);
   require(!cells || magnet.density > 0.0,
-          where +
-              ".density must be > 0 [1/m^3] with the explicit response; 8e6 is eight cells a "
-              "cubic centimetre");
+          "{}.density must be > 0 [1/m^3] with the explicit response, got {}; 8e6 makes eight "
+          "cells per cubic centimetre",
+          where, magnet.density);
 }
 
 // Replaces the exact fields of meshes and cells by expansions if many spheres are in these fields.
@@ -100,13 +99,14 @@ void expand_fields(MagneticModel& model) {
 void add_magnets(const MagneticScene& scene, MagneticModel& model) {
   for (std::size_t i = 0; i < scene.magnets.size(); ++i) {
     const Magnet& magnet = scene.magnets[i];
-    const std::string where = "magnets[" + std::to_string(i) + "]";
+    const std::string where = formatted("magnets[{}]", i);
     check_fields(magnet, where);
     const auto* hard = std::get_if<MagneticBody>(&magnet.source);
     const auto* soft = std::get_if<SoftBody>(&magnet.source);
-    require(hard || soft, where +
-                              ".source must be a magnet or a body that magnetises, got none; "
-                              "magnetics.mesh(mesh, polarization=...) takes the body's own shape");
+    require(hard || soft,
+            "{}.source must be a magnet or a body that magnetises, got none; "
+            "magnetics.mesh(mesh, polarization=...) takes the body's own shape",
+            where);
     check_response(magnet, where);
     const Stand stand =
         find_stand(scene, magnet.body, hard ? hard->pose : soft->pose, where + ".body");
@@ -157,7 +157,7 @@ void check_magnets(const MagneticModel& model, const CarrierPlaces& start) {
     const CarriedMagnet& magnet = model.magnets[i];
     if (!magnet.source && !magnet.soft) continue;
     const RigidPose pose = start.pose(magnet.carrier, magnet.local);
-    (magnet.soft ? soft_names : hard_names).push_back("magnets[" + std::to_string(i) + "]");
+    (magnet.soft ? soft_names : hard_names).push_back(formatted("magnets[{}]", i));
     if (magnet.soft)
       soft.push_back({magnet.soft, pose, magnet.saturation});
     else

@@ -1,9 +1,8 @@
 #include "core/electrodynamics/inductances.h"
 
 #include <algorithm>
-#include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/magnetics/induction/mutual_inductance.h"
 
 namespace loomstone {
@@ -36,11 +35,11 @@ Inductances MutualInductances::at(const std::vector<MagneticBody>& coils,
     for (std::size_t g = 0; g < given.size(); ++g)
       result.from_given(a, g) += response.inductances(a, given[g]);
     if (!(result.own(a, a) > 0.0))
-      throw InvalidInput("coils[" + std::to_string(circuits[a]) +
-                         "].inductance must be that of the winding in air, more than the " +
-                         std::to_string(-response.inductances(a, circuits[a])) +
-                         " H that diamagnetic bodies in it take away, got " +
-                         std::to_string(model_.coils[circuits[a]].coil.inductance) + " H");
+      fail<InvalidInput>(
+          "coils[{}].inductance must be that of the winding in air, more than the {:.6g} H by "
+          "which diamagnetic bodies reduce it, got {} H",
+          circuits[a], -response.inductances(a, circuits[a]),
+          model_.coils[circuits[a]].coil.inductance);
   }
   return result;
 }

@@ -1,10 +1,8 @@
 #include "core/electrodynamics/kick_drift_kick.h"
 
 #include <cmath>
-#include <sstream>
-#include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 
@@ -21,11 +19,10 @@ constexpr double tolerated_growth = 4.0 / 3.0;
 void Substeps::resolve(double frequency) {
   while (frequency * step_ > limit_ * parts_ && parts_ <= most_substeps) parts_ *= 2, place_ *= 2;
   if (parts_ > most_substeps || !std::isfinite(frequency)) {
-    std::ostringstream out;
-    out << "magnets must move in at most " << most_substeps
-        << " sub-steps, got an angular frequency of " << frequency << " rad/s at step " << step_
-        << " s; shorten integrator.step, or keep point dipoles apart";
-    throw SolverFailure(out.str());
+    fail<SolverFailure>(
+        "magnets must move in at most {} sub-steps a step, got an angular frequency of {:.6g} "
+        "rad/s at a step of {:.6g} s; shorten integrator.step, or keep point dipoles apart",
+        most_substeps, frequency, step_);
   }
   limit_ = tolerated_growth * most_;
 }
@@ -110,9 +107,10 @@ void end_motion(const MagneticModel& model, MovingBodies& bodies) {
             .transpose();
     if (!state.positions.row(b).allFinite() || !state.velocities.row(b).allFinite() ||
         !bodies.momenta.row(b).allFinite())
-      throw SolverFailure(
-          "bodies[" + std::to_string(b) +
-          "] must stay finite, got NaN or infinity from magnetic forces; shorten integrator.step");
+      fail<SolverFailure>(
+          "bodies[{}] must stay finite, got NaN or infinity from magnetic forces; shorten "
+          "integrator.step",
+          b);
   }
 }
 

@@ -331,7 +331,7 @@ TEST_CASE("what cannot be simulated is refused before time passes, naming item a
   scene.cloths[0].pins = {81};
   refused(scene, "pins must be vertex indices in [0, 80], got 81");
   scene.cloths[0].pins = {4, 4};
-  refused(scene, "4 comes twice");
+  refused(scene, "pins must name each vertex once, got 4 twice");
   CHECK_THROWS_WITH(choice_named<BendingElement>("springs", "cloths[0].bending"),
                     Catch::Contains("mid-edge | hinge"));
   scene = drape(8);

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/parallel/partition.h"
 #include "core/sim/model/build.h"
 
@@ -52,11 +52,10 @@ Mat3 rigidity_of(const ClothMaterial& m, const std::string& where) {
   const double mean = std::sqrt(m.bending_weft * m.bending_warp);
   const double twist = m.bending_twist < 0.0 ? 0.5 * (mean - m.bending_coupling) : m.bending_twist;
   if (std::abs(m.bending_coupling) > mean || twist < 0.0)
-    throw InvalidInput(where +
-                       ".bending_coupling must keep the rigidity positive, |bending_coupling| <= "
-                       "sqrt(bending_weft "
-                       "bending_warp) = " +
-                       std::to_string(mean) + " [N m], got " + std::to_string(m.bending_coupling));
+    fail<InvalidInput>(
+        "{}.bending_coupling must keep the rigidity positive, |bending_coupling| <= "
+        "sqrt(bending_weft bending_warp) = {:.6g} [N m], got {}; reduce it",
+        where, mean, m.bending_coupling);
   Mat3 d = Mat3::Zero();
   d(0, 0) = m.bending_weft, d(1, 1) = m.bending_warp, d(2, 2) = twist;
   d(0, 1) = d(1, 0) = m.bending_coupling;

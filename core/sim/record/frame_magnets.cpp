@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/electrodynamics/magnets.h"
 
 namespace loomstone {
@@ -22,9 +22,10 @@ std::vector<MagneticBody> magnets_of_frame(const Team& team, const Model& model,
                                            const Frame& frame) {
   const Index wanted = static_cast<Index>(model.topology.body_of_vertex.size());
   if (frame.body_vertices.rows() != wanted)
-    throw InvalidInput("the frame must be of this scene, with " + std::to_string(wanted) +
-                       " vertices of bodies and obstacles, got " +
-                       std::to_string(frame.body_vertices.rows()));
+    fail<InvalidInput>(
+        "the frame must have the {} vertices of this scene's bodies and obstacles, got {}; take "
+        "frame and scene from the same run",
+        wanted, frame.body_vertices.rows());
   RigidState state;
   state.positions.resize(model.n_bodies(), 3);
   state.orientations.resize(model.n_bodies(), 4);

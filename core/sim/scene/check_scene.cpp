@@ -4,22 +4,21 @@
 #include <cmath>
 #include <set>
 
-#include "core/base/error.h"
 #include "core/base/find_by_name.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 
 std::string item(const char* list, std::size_t index, const std::string& name) {
-  std::string text = std::string(list) + "[" + std::to_string(index) + "]";
-  if (!name.empty()) text += " (\"" + name + "\")";
-  return text;
+  if (name.empty()) return formatted("{}[{}]", list, index);
+  return formatted("{}[{}] (\"{}\")", list, index, name);
 }
 
 std::string name_of(const Scene& scene, const char* kind, std::size_t index, std::size_t count,
                     const std::string& given) {
   if (!given.empty()) return given;
   for (;; index += count) {  // adding `count` avoids the indices of other surfaces of this kind
-    const std::string name = kind + std::to_string(index);
+    const std::string name = formatted("{}{}", kind, index);
     const auto has_it = [&](const auto& list) {
       return std::any_of(list.begin(), list.end(),
                          [&](const auto& each) { return each.name == name; });
@@ -30,53 +29,48 @@ std::string name_of(const Scene& scene, const char* kind, std::size_t index, std
 
 namespace {
 
-void require(bool holds, const std::string& message) {
-  if (!holds) throw InvalidInput(message);
-}
-
 void check_times(const std::string& where, const std::vector<double>& times) {
   for (std::size_t i = 0; i < times.size(); ++i)
     require(std::isfinite(times[i]) && (i == 0 || times[i] > times[i - 1]),
-            where + " must be finite and ascending [s], got " + std::to_string(times[i]) +
-                " at entry " + std::to_string(i));
+            "{} must be finite and ascending [s], got {} at entry {}; sort them", where, times[i],
+            i);
 }
 
-void check_rows(const std::string& where, Index got, Index wanted, const std::string& meaning) {
-  require(got == wanted, where + " must have " + std::to_string(wanted) + " rows (" + meaning +
-                             "), got " + std::to_string(got));
+void check_rows(const std::string& where, Index got, Index wanted, const char* meaning) {
+  require(got == wanted, "{} must have {} rows ({}), got {}", where, wanted, meaning, got);
 }
 
 void check_finite(const std::string& where, const Points& points) {
   for (Index i = 0; i < points.rows(); ++i)
-    require(points.row(i).allFinite(),
-            where + " must be finite, row " + std::to_string(i) + " is not");
+    require(points.row(i).allFinite(), "{} must be finite, row {} is not: ({:.6g}, {:.6g}, {:.6g})",
+            where, i, points(i, 0), points(i, 1), points(i, 2));
 }
 
 void check_vertices(const std::string& where, const std::vector<Index>& vertices, Index n) {
   const bool mask =
       static_cast<Index>(vertices.size()) == n &&
       std::all_of(vertices.begin(), vertices.end(), [](Index v) { return v == 0 || v == 1; });
-  require(!mask, where + " must be vertex indices, got a truth value for each of " +
-                     std::to_string(n) + " vertices; give numpy.flatnonzero of it");
+  require(!mask,
+          "{} must be vertex indices, got a truth value for each of {} vertices; give "
+          "numpy.flatnonzero of it",
+          where, n);
   std::set<Index> seen;
   for (const Index v : vertices) {
-    require(v >= 0 && v < n, where + " must be vertex indices in [0, " + std::to_string(n - 1) +
-                                 "], got " + std::to_string(v));
-    require(seen.insert(v).second,
-            where + " must name a vertex once, " + std::to_string(v) + " comes twice; remove one");
+    require(v >= 0 && v < n, "{} must be vertex indices in [0, {}], got {}", where, n - 1, v);
+    require(seen.insert(v).second, "{} must name each vertex once, got {} twice; remove one", where,
+            v);
   }
 }
 
 void check_cloth(const Cloth& cloth, const std::string& where) {
-  require(cloth.mesh != nullptr, where + ".mesh is missing; give a TriangleMesh");
+  require(cloth.mesh != nullptr, "{}.mesh is missing; give a TriangleMesh", where);
   check_fields(cloth, where);
   check_fields(cloth.material, where + ".material");
   const double twist = cloth.material.bending_twist;
-  require(
-      twist >= 0.0 || twist == -1.0,
-      where +
-          ".material.bending_twist must be >= 0 [N m], or -1 for that of an isotropic plate, got " +
-          std::to_string(twist));
+  require(twist >= 0.0 || twist == -1.0,
+          "{}.material.bending_twist must be >= 0 [N m], or -1 for that of an isotropic plate, got "
+          "{}",
+          where, twist);
   if (cloth.strain_limit) check_fields(*cloth.strain_limit, where + ".strain_limit");
   check_vertices(where + ".pins", cloth.pins, cloth.mesh->n_vertices());
   check_times(where + ".script_times", cloth.script_times);
@@ -86,33 +80,33 @@ void check_cloth(const Cloth& cloth, const std::string& where) {
   check_finite(where + ".script_positions", cloth.script_positions);
   if (cloth.velocities.rows() > 0)
     check_rows(where + ".velocities", static_cast<Index>(cloth.velocities.rows()),
-               cloth.mesh->n_vertices(), "one a vertex, or none");
+               cloth.mesh->n_vertices(), "one per vertex, or none");
   check_finite(where + ".velocities", cloth.velocities);
 }
 
 void check_obstacle(const Obstacle& obstacle, const std::string& where) {
-  require(obstacle.mesh != nullptr, where + ".mesh is missing; give a TriangleMesh");
+  require(obstacle.mesh != nullptr, "{}.mesh is missing; give a TriangleMesh", where);
   check_fields(obstacle, where);
   check_times(where + ".times", obstacle.times);
   const Index k = static_cast<Index>(obstacle.times.size());
   if (obstacle.positions.rows() > 0)
     check_rows(where + ".positions", static_cast<Index>(obstacle.positions.rows()), k,
-               "one a time");
+               "one per time");
   if (obstacle.axis_angles.rows() > 0)
     check_rows(where + ".axis_angles", static_cast<Index>(obstacle.axis_angles.rows()), k,
-               "one a time");
+               "one per time");
   if (obstacle.vertex_positions.rows() > 0) {
     check_rows(where + ".vertex_positions", static_cast<Index>(obstacle.vertex_positions.rows()),
                k * obstacle.mesh->n_vertices(), "times x vertices");
     require(obstacle.positions.rows() == 0 && obstacle.axis_angles.rows() == 0,
-            where + " must move by keyframes or by vertex_positions, got both; drop one");
+            "{} must move by keyframes or by vertex_positions, got both; drop one", where);
   }
-  require(
-      k == 0 || obstacle.positions.rows() + obstacle.axis_angles.rows() +
-                        obstacle.vertex_positions.rows() >
-                    0,
-      where +
-          ".times has entries but nothing moves; give positions, axis_angles or vertex_positions");
+  const bool moves = obstacle.positions.rows() > 0 || obstacle.axis_angles.rows() > 0 ||
+                     obstacle.vertex_positions.rows() > 0;
+  require(k == 0 || moves,
+          "{}.times has {} entries but nothing moves; give positions, axis_angles or "
+          "vertex_positions",
+          where, k);
   check_finite(where + ".positions", obstacle.positions);
   check_finite(where + ".axis_angles", obstacle.axis_angles);
   check_finite(where + ".vertex_positions", obstacle.vertex_positions);
@@ -122,8 +116,7 @@ template <class List>
 void check_names(const char* what, const List& list, std::set<std::string>& seen) {
   for (const auto& each : list)
     require(each.name.empty() || seen.insert(each.name).second,
-            std::string(what) + ": the name \"" + each.name +
-                "\" is used twice; names tell surfaces apart");
+            "{}: names of surfaces must be unique, got \"{}\" twice; rename one", what, each.name);
 }
 
 }  // namespace
@@ -132,10 +125,10 @@ void check_scene(const Scene& scene) {
   check_fields(scene, "scene");
   check_fields(scene.air, "scene.air");
   check_fields(scene.limits, "scene.limits");
-  require(scene.gravity.allFinite(), "scene.gravity must be finite");
-  require(scene.air.wind.allFinite(), "scene.air.wind must be finite");
+  require(scene.gravity.allFinite(), "scene.gravity must be finite [m/s^2]");
+  require(scene.air.wind.allFinite(), "scene.air.wind must be finite [m/s]");
   require(!scene.cloths.empty() || !scene.bodies.empty(),
-          "scene.cloths is empty and there are no bodies: nothing to simulate");
+          "the scene must have a cloth or a body, got neither: nothing to simulate");
   std::set<std::string> names;
   check_names("cloths", scene.cloths, names);
   check_names("bodies", scene.bodies, names);
@@ -148,9 +141,9 @@ void check_scene(const Scene& scene) {
     const RigidBody& body = scene.bodies[i];
     const std::string where = item("bodies", i, body.name);
     check_fields(body, where);
-    require(body.position.allFinite(), where + ".position must be finite [m]");
-    require(body.velocity.allFinite(), where + ".velocity must be finite [m/s]");
-    require(body.angular_velocity.allFinite(), where + ".angular_velocity must be finite [rad/s]");
+    require(body.position.allFinite(), "{}.position must be finite [m]", where);
+    require(body.velocity.allFinite(), "{}.velocity must be finite [m/s]", where);
+    require(body.angular_velocity.allFinite(), "{}.angular_velocity must be finite [rad/s]", where);
   }
 }
 

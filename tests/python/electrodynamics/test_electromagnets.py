@@ -417,5 +417,5 @@ def test_circuits_with_bodies_that_do_not_magnetise_linearly_are_refused():
     winding = M.solenoid(radius=0.012, length=0.01, turns=100).moved((0.005, 0, 0.02))
     coil = ls.Coil(body="coil", source=winding, resistance=1.0, inductance=1e-3)
     scene = held(iron, coil, mesh)
-    with pytest.raises(ls.Unsupported, match="magnets.0., which reaches round it"):
+    with pytest.raises(ls.Unsupported, match="magnets.0., which reaches around it"):
         ls.Simulation(scene)

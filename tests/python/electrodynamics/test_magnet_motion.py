@@ -378,10 +378,10 @@ BAD = {
     "body must be the name of one": dict(body="c"),
     "body must be the name of what": dict(body=""),
     "source must be a magnet or a body that magnetises, got none": dict(source=None),
-    "source must be a magnet, got a current": dict(source=M.loop(radius=0.01)),
-    "source must be a magnet, got a body as it is magnetised": dict(source=magnetised_ball()),
+    "source must be a magnet, got a loop": dict(source=M.loop(radius=0.01)),
+    "source must be a magnet, got the magnetised state of a body": dict(source=magnetised_ball()),
     "source must have a moment": dict(source=M.sphere(radius=0.005, polarization=(0, 0, 0))),
-    "density belongs to": dict(density=1e6),
+    "density must be 0 .* without the explicit response": dict(density=1e6),
 }
 
 

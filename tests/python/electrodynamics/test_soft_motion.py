@@ -172,13 +172,13 @@ BAD = {
     "response must be mutual or explicit": dict(response="thesis"),
     "density must be > 0": dict(response="explicit"),
     "density must give at most": dict(response="explicit", density=1e16),
-    "response must be mutual where source has a saturation": dict(
+    "response must be mutual with a saturation, got explicit": dict(
         source=SATURATED, response="explicit", density=1e9
     ),
-    "response belongs to bodies that magnetise": dict(
+    "response must be mutual for a permanent magnet, got explicit": dict(
         source=M.sphere(radius=0.003, polarization=(0, 0, 1)), response="explicit", density=1e9
     ),
-    "density belongs to the explicit response": dict(density=1e9),
+    "density must be 0 .* without the explicit response, got 1": dict(density=1e9),
 }
 
 

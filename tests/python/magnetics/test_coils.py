@@ -182,13 +182,22 @@ def test_bad_coils_and_bearings_are_refused():
     strong = M.loop(radius=0.01, current=2.0)
     line = M.polyline([(0, 0, 0), (0, 0, 1), (0, 1, 0), (0, 0, 0)], current=1.0)
     for bad, message in (
-        ({"coils": [ls.Coil(**good)]}, "either currents"),
-        ({"coils": [ls.Coil(**good, currents=[1.0], resistance=1.0)]}, "either currents"),
+        ({"coils": [ls.Coil(**good)]}, "either currents .* got neither"),
+        (
+            {"coils": [ls.Coil(**good, currents=[1.0], resistance=1.0)]},
+            "either currents .* got both",
+        ),
         ({"coils": [ls.Coil(**good, currents=[1.0], inductance=1.0)]}, "belong to a circuit"),
         ({"coils": [ls.Coil(**good, currents=[1.0, 2.0])]}, "one value for each"),
-        ({"coils": [ls.Coil(**good, currents=[1.0, 2.0], times=[1.0, 0.0])]}, "ascend"),
+        (
+            {"coils": [ls.Coil(**good, currents=[1.0, 2.0], times=[1.0, 0.0])]},
+            "must be finite and ascending",
+        ),
         ({"coils": [ls.Coil(body="b", currents=[1.0])]}, "loop or a solenoid.*got none"),
-        ({"coils": [ls.Coil(body="b", source=strong, currents=[1.0])]}, "current of 1 A"),
+        (
+            {"coils": [ls.Coil(body="b", source=strong, currents=[1.0])]},
+            "default current of 1 A, got 2 A",
+        ),
         ({"coils": [ls.Coil(**(good | {"body": "c"}), currents=[1.0])]}, "name of one"),
         ({"coils": [ls.Coil(body="b", source=line, currents=[1.0])]}, "loop or a solenoid"),
         ({"bearings": [ls.Bearing(body="b", axis=(1, 1, 0))]}, "principal axis"),
