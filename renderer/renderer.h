@@ -27,13 +27,14 @@ struct Camera {
     using C = Camera;
     return std::make_tuple(
         field("eye", &C::eye,
-              "where the camera is [m]; with fit, only the direction from target counts"),
-        field("target", &C::target, "what the camera looks at [m]"),
-        field("up", &C::up, "direction that is up"),
+              "position of the camera [m]; with fit, only its direction from target matters"),
+        field("target", &C::target, "point at which the camera looks [m]"),
+        field("up", &C::up, "upward direction of the picture"),
         field("field_of_view_degrees", &C::field_of_view_degrees, "degrees", between(1.0, 170.0),
               "vertical field of view"),
         field("fit", &C::fit,
-              "the first frame of a run fills the picture, seen from the direction eye - target"));
+              "whether the first frame of a run fills the picture, seen from the direction eye - "
+              "target"));
   }
 };
 
@@ -66,29 +67,28 @@ struct RenderOptions {
     return std::make_tuple(
         field("width", &O::width, "pixels", between(16, 16384), "width of the picture"),
         field("height", &O::height, "pixels", between(16, 16384),
-              "height of the picture; of each where there are several"),
-        field("samples", &O::samples, "1", between(1, 16), "samples a pixel"),
-        field("pattern", &O::pattern, "surface of the cloth"),
-        field("color_by", &O::color_by,
-              "cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (of each "
-              "cloth the left half shows weft, "
-              "the right one warp) | contact (2: forced to intersect); strain is U - I, as limits "
-              "are; pictures of several, joined "
-              "by +, lie one below another"),
-        field("color_low", &O::color_low, "1", unlimited(), "value at the low end of the colours"),
+              "height of the picture; of each one if color_by names several"),
+        field("samples", &O::samples, "1", between(1, 16), "samples per pixel"),
+        field("pattern", &O::pattern, "pattern on the cloth"),
+        field(
+            "color_by", &O::color_by,
+            "cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (left half "
+            "of each cloth: weft, right half: warp) | contact (2: forced to intersect); strain is "
+            "U - I, as in limits; several, joined by +, give pictures one below another"),
+        field("color_low", &O::color_low, "1", unlimited(),
+              "value at the low end of the colour map"),
         field("color_high", &O::color_high, "1", unlimited(),
-              "value at the high end; equal to color_low: both span all frames that are drawn "
-              "together"),
+              "value at the high end of the colour map; equal to color_low: the range of all "
+              "frames drawn together"),
         field("color_map", &O::color_map, "colour map"),
-        field("wireframe", &O::wireframe, "draws the edges of the cloth's triangles over it"),
+        field("wireframe", &O::wireframe, "whether the edges of the cloth's triangles are drawn"),
         field("shadows", &O::shadows, "soft shadows"),
         field("ambient_occlusion", &O::ambient_occlusion, "ambient occlusion"),
-        field("floor", &O::floor, "draws bodies that are floors as a large ground plane"),
-        field("hidden", &O::hidden,
-              "names of bodies and obstacles that are not drawn, joined by +"),
+        field("floor", &O::floor, "whether floors are drawn as a large ground plane"),
+        field("hidden", &O::hidden, "names of hidden bodies and obstacles, joined by +"),
         field("field_lines", &O::field_lines, "1", between(0, 100000),
-              "lines of the magnets' field that are drawn; 0: none"),
-        field("light_direction", &O::light_direction, "towards the light"),
+              "number of magnetic field lines; 0: none"),
+        field("light_direction", &O::light_direction, "direction towards the light"),
         field("camera", &O::camera, "Camera"));
   }
 };

@@ -21,14 +21,14 @@ struct StageSeconds {
   static auto fields() {
     using R = StageSeconds;
     return std::make_tuple(
-        field("loads", &R::loads, "s", unlimited(), "forces at the start, and scripts"),
-        field("proximity", &R::proximity, "s", unlimited(), "near contacts and their terms"),
+        field("loads", &R::loads, "s", unlimited(), "scripts, and forces at the start of the step"),
+        field("proximity", &R::proximity, "s", unlimited(), "contacts and their terms"),
         field("integrate", &R::integrate, "s", unlimited(), "the cloth's integrator"),
         field("bodies", &R::bodies, "s", unlimited(), "rigid bodies and magnets"),
         field("limit", &R::limit, "s", unlimited(), "strain limits and strain rates"),
         field("certify", &R::certify, "s", unlimited(),
               "continuous collision detection and response"),
-        field("check", &R::check, "s", unlimited(), "divergence, intersections"));
+        field("check", &R::check, "s", unlimited(), "checks for divergence and intersections"));
   }
 };
 
@@ -38,10 +38,9 @@ struct ThreadReport {
 
   static auto fields() {
     using R = ThreadReport;
-    return std::make_tuple(
-        field("least", &R::least, "s", unlimited(), "of the thread with the least"),
-        field("mean", &R::mean, "s", unlimited(), "mean over the threads"),
-        field("most", &R::most, "s", unlimited(), "of the thread with the most"));
+    return std::make_tuple(field("least", &R::least, "s", unlimited(), "shortest time of a thread"),
+                           field("mean", &R::mean, "s", unlimited(), "mean time of the threads"),
+                           field("most", &R::most, "s", unlimited(), "longest time of a thread"));
   }
 };
 
@@ -52,12 +51,12 @@ struct SolverReport {
 
   static auto fields() {
     using R = SolverReport;
-    return std::make_tuple(
-        field("newton_iterations", &R::newton_iterations, "1", unlimited(),
-              "outer iterations; 1 for linearised schemes"),
-        field("linear_iterations", &R::linear_iterations, "1", unlimited(),
-              "of the linear solver, summed over outer iterations"),
-        field("residual", &R::residual, "1", unlimited(), "of the last linear solve, relative"));
+    return std::make_tuple(field("newton_iterations", &R::newton_iterations, "1", unlimited(),
+                                 "Newton iterations; 1 for linearised schemes"),
+                           field("linear_iterations", &R::linear_iterations, "1", unlimited(),
+                                 "iterations of the linear solver, summed over Newton iterations"),
+                           field("residual", &R::residual, "1", unlimited(),
+                                 "relative residual of the last linear solve"));
   }
 };
 
@@ -70,19 +69,21 @@ struct ContactReport {
     using R = ContactReport;
     return std::make_tuple(
         field("near", &R::near, "1", unlimited(),
-              "contacts closer than their thickness, answered by the solve or by impulses"),
-        field("impacts", &R::impacts, "1", unlimited(),
-              "pairs that continuous collision detection finds to hit, first pass"),
+              "contacts: pairs nearer than their thickness, resolved by the solve or by impulses"),
+        field(
+            "impacts", &R::impacts, "1", unlimited(),
+            "impacts: pairs that meet, found by the first pass of continuous collision detection"),
         field("unresolved", &R::unresolved, "1", unlimited(),
-              "impacts that certification leaves, even in 1/64 of the step"),
+              "impacts that certification leaves, even at 1/64 of the step"),
         field("intersections", &R::intersections, "1", unlimited(),
-              "intersecting triangle pairs at the end; counted from an unresolved step on until "
-              "there are none"),
+              "intersecting triangle pairs at the end; counted from a step with unresolved impacts "
+              "until none remain"),
         field("forced", &R::forced, "1", unlimited(),
-              "intersecting pairs for which scripted motion leaves the cloth no room; see "
+              "intersecting pairs where scripted motion leaves the cloth no room; see "
               "sim.forced_pairs"),
         field("acceleration", &R::acceleration, "m/s^2", unlimited(),
-              "root mean square over free vertices in contact, over the whole step"));
+              "root mean square acceleration of free vertices in contact: change of velocity over "
+              "the step"));
   }
 };
 
@@ -94,14 +95,14 @@ struct WithheldReport {
   static auto fields() {
     using R = WithheldReport;
     return std::make_tuple(
-        field("vertices", &R::vertices, "1", unlimited(), "vertices of which motion is withheld"),
+        field("vertices", &R::vertices, "1", unlimited(), "vertices with withheld motion"),
         field("requested", &R::requested, "m", unlimited(),
-              "lengths of the displacements of free cloth vertices, summed"),
+              "sum of the lengths of free cloth vertices' displacements"),
         field("motion", &R::motion, "m", unlimited(),
-              "lengths withheld from cloth and free bodies, summed"),
-        field("share", &R::share, "1", unlimited(), "motion over requested"),
+              "sum of the lengths withheld from cloth and free bodies"),
+        field("share", &R::share, "1", unlimited(), "withheld motion over requested motion"),
         field("momentum", &R::momentum, "kg m/s", unlimited(),
-              "mass times withheld velocity, sizes summed over vertices and bodies"));
+              "mass times withheld velocity, magnitudes summed over vertices and bodies"));
   }
 };
 
@@ -115,31 +116,30 @@ struct StrainLimitReport {
   static auto fields() {
     using R = StrainLimitReport;
     return std::make_tuple(
-        field("sweeps", &R::sweeps, "1", unlimited(), "of strain limiting"),
-        field("rate_sweeps", &R::rate_sweeps, "1", unlimited(), "of strain-rate limiting"),
-        field(
-            "rounds", &R::rounds, "1", unlimited(),
-            "certifications in turn with limiting, most of a part; 1: limits held after the first"),
+        field("sweeps", &R::sweeps, "1", unlimited(), "sweeps of strain limiting"),
+        field("rate_sweeps", &R::rate_sweeps, "1", unlimited(), "sweeps of strain-rate limiting"),
+        field("rounds", &R::rounds, "1", unlimited(),
+              "certifications that alternate with limiting, largest number in a part; 1: limits "
+              "held after the first"),
         field("fallbacks", &R::fallbacks, "1", unlimited(),
-              "rounds in which cloth went back towards the start of the step because limits and "
-              "contacts disagreed"),
+              "fallbacks: rounds with motion withheld because limits and contacts disagree"),
         field("evaluations", &R::evaluations, "1", unlimited(),
-              "elements whose strain the sweeps computed"),
+              "evaluations of an element's strain in sweeps"),
         field("excess", &R::excess, "1", unlimited(),
-              "largest strain beyond its limit right after limiting"),
+              "largest excess (strain beyond its limit) right after limiting"),
         field("weft_excess", &R::weft_excess, "1", unlimited(),
-              "largest strain along weft beyond its limit at the end"),
+              "largest excess along weft at the end"),
         field("warp_excess", &R::warp_excess, "1", unlimited(),
-              "largest strain along warp beyond its limit at the end"),
+              "largest excess along warp at the end"),
         field("shear_excess", &R::shear_excess, "1", unlimited(),
-              "largest shear strain beyond its limit at the end"),
+              "largest excess of shear strain at the end"),
         field("beyond", &R::beyond, "1", unlimited(),
-              "elements beyond a limit by more than the tolerance at the end"),
+              "elements with an excess above the tolerance at the end"),
         field("worst_element", &R::worst_element, "1", unlimited(),
-              "the element most beyond its limit, all cloths end to end; -1: none"),
+              "element of the largest excess, all cloths end to end; -1: none"),
         field("broken", &R::broken, "1", unlimited(),
-              "elements beyond a limit by more than 0.01 (a fifth of limits below 0.05); see "
-              "sim.broken_limits"));
+              "elements with an excess above 0.01 (a fifth of the limit for limits below 0.05); "
+              "see sim.broken_limits"));
   }
 };
 
@@ -153,7 +153,7 @@ struct StrainReport {
     return std::make_tuple(
         field("weft", &R::weft, "1", unlimited(), "largest strain along weft"),
         field("warp", &R::warp, "1", unlimited(), "largest strain along warp"),
-        field("shear", &R::shear, "1", unlimited(), "largest shear strain e12, of either sign"),
+        field("shear", &R::shear, "1", unlimited(), "largest magnitude of shear strain e12"),
         field("stretch", &R::stretch, "1", unlimited(), "largest principal stretch"));
   }
 };
@@ -166,17 +166,18 @@ struct EnergyReport {
   static auto fields() {
     using R = EnergyReport;
     return std::make_tuple(
-        field("kinetic", &R::kinetic, "J", unlimited(), "of cloth"),
-        field("membrane", &R::membrane, "J", unlimited(), "of cloth"),
-        field("bending", &R::bending, "J", unlimited(), "of cloth"),
-        field("gravity", &R::gravity, "J", unlimited(), "of cloth"),
+        field("kinetic", &R::kinetic, "J", unlimited(), "kinetic energy of cloth"),
+        field("membrane", &R::membrane, "J", unlimited(), "membrane energy of cloth"),
+        field("bending", &R::bending, "J", unlimited(), "bending energy of cloth"),
+        field("gravity", &R::gravity, "J", unlimited(), "gravitational energy of cloth"),
         field("contact", &R::contact, "J", unlimited(),
-              "of contacts in the solve, at the start of the step"),
+              "energy of contacts in the solve, at the start of the step"),
         field("body_kinetic", &R::body_kinetic, "J", unlimited(),
-              "of rigid bodies, moving and turning"),
-        field("body_gravity", &R::body_gravity, "J", unlimited(), "of rigid bodies"),
+              "kinetic energy of rigid bodies, translation and rotation"),
+        field("body_gravity", &R::body_gravity, "J", unlimited(),
+              "gravitational energy of rigid bodies"),
         field("magnetic", &R::magnetic, "J", unlimited(),
-              "of magnets in one another's field and in the uniform field"));
+              "energy of magnets in one another's field and in the uniform field"));
   }
 };
 
@@ -187,10 +188,10 @@ struct MagnetReport {
 
   static auto fields() {
     using R = MagnetReport;
-    return std::make_tuple(field("substeps", &R::substeps, "1", unlimited(),
-                                 "sub-steps that the motion of magnets takes"),
-                           field("force_error", &R::force_error, "N", unlimited(),
-                                 "largest estimated error of a force at the end"));
+    return std::make_tuple(
+        field("substeps", &R::substeps, "1", unlimited(), "sub-steps of the magnets' motion"),
+        field("force_error", &R::force_error, "N", unlimited(),
+              "largest estimated error of a magnetic force at the end"));
   }
 };
 
@@ -201,14 +202,15 @@ struct CircuitReport {
   static auto fields() {
     using R = CircuitReport;
     return std::make_tuple(
-        field("current", &R::current, "A", unlimited(), "in the first circuit at the end"),
+        field("current", &R::current, "A", unlimited(), "current in the first circuit at the end"),
         field("energy", &R::energy, "J", unlimited(),
-              "of the inductances of all circuits, own and mutual"),
-        field("heat", &R::heat, "J", unlimited(), "in the resistances of circuits since the start"),
+              "energy of the self and mutual inductances of all circuits"),
+        field("heat", &R::heat, "J", unlimited(),
+              "heat in the resistances of circuits since the start"),
         field("supply", &R::supply, "J", unlimited(),
-              "by the sources of all coils since the start"),
+              "energy from the sources of all coils since the start"),
         field("bearing_work", &R::bearing_work, "J", unlimited(),
-              "taken out by friction and torques of bearings since the start"));
+              "energy lost to friction and torques of bearings since the start"));
   }
 };
 
@@ -231,19 +233,19 @@ struct StepReport {
     using R = StepReport;
     return std::make_tuple(
         field("step", &R::step, "1", unlimited(), "number of the step"),
-        field("time", &R::time, "s", unlimited(), "at the end of the step"),
+        field("time", &R::time, "s", unlimited(), "time at the end of the step"),
         field("parts", &R::parts, "1", unlimited(),
-              "parts the step is taken in: several where certification, limits or the solver fail "
-              "at its full length"),
+              "parts of the step: several if certification, limits or the solver fail at its full "
+              "length"),
         field("seconds", &R::seconds, "wall time of each stage"),
         field("busy", &R::busy, "time of threads in the loops of collision handling"),
-        field("solver", &R::solver, "the solves of the integrator"),
+        field("solver", &R::solver, "solves of the integrator"),
         field("contacts", &R::contacts, "contacts and intersections"),
         field("withheld", &R::withheld, "motion that certification withholds"),
         field("limits", &R::limits, "strain limits"),
         field("strain", &R::strain, "strain of all triangles at the end"),
         field("energy", &R::energy, "energies at the end"),
-        field("magnets", &R::magnets, "the motion of magnets"),
+        field("magnets", &R::magnets, "motion of magnets"),
         field("circuits", &R::circuits, "electric circuits and bearings"));
   }
 };

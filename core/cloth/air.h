@@ -23,7 +23,7 @@ struct Air {
               "drag coefficient normal to a triangle"),
         field("tangential_drag", &A::tangential_drag, "1", non_negative(),
               "drag coefficient tangential to a triangle"),
-        field("wind", &A::wind, "velocity of the air [m/s]"),
+        field("wind", &A::wind, "velocity of the wind [m/s]"),
         field("gust", &A::gust, "1", between(0.0, 1.0),
               "relative amplitude of slow variations of the wind"));
   }

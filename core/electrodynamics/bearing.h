@@ -20,9 +20,9 @@ struct Bearing {
         field("body", &B::body, "name of the rigid body"),
         field("axis", &B::axis, "(3) direction in space, a principal axis of the body's inertia"),
         field("friction", &B::friction, "N m s", non_negative(),
-              "torque over angular velocity that slows it"),
+              "viscous friction: braking torque over angular velocity"),
         field("torque", &B::torque, "N m", unlimited(),
-              "that drives it about the axis; against its sense: a load"));
+              "driving torque about the axis; a load if it opposes the rotation"));
   }
 };
 

@@ -27,21 +27,20 @@ struct Coil {
               "winding: loop or solenoid of loomstone.magnetics, made with 1 A, at its pose in the "
               "frame of the body's mesh"),
         field("times", &C::times,
-              "times of currents or voltages [s], ascending; empty: one value holds for ever"),
+              "times of currents or voltages [s], ascending; empty: one constant value"),
         field("currents", &C::currents,
-              "given current in each turn at these times [A], linear between, counter-clockwise "
-              "seen from +z of the winding"),
+              "prescribed current per turn at these times [A], linearly interpolated, "
+              "counter-clockwise seen from +z of the winding"),
         field("voltages", &C::voltages,
-              "of the source of a circuit at these times [V], linear between; empty: "
+              "source voltage of a circuit at these times [V], linearly interpolated; empty: "
               "short-circuited"),
         field("resistance", &C::resistance, "ohm", non_negative(),
-              "of a circuit, whose current follows L di/dt + R i = V - d(flux)/dt; 0: the current "
-              "is given"),
+              "resistance R of a circuit, L di/dt + R i = V - d(flux)/dt; 0: prescribed current"),
         field("inductance", &C::inductance, "H", non_negative(),
-              "of a circuit, of its winding in air"),
+              "inductance L of a circuit: that of its winding in air"),
         field("commutator", &C::commutator,
-              "(3) direction in space: the source is reversed while the coil's axis points against "
-              "it; zero: none"));
+              "(3) commutator direction in space: the source voltage is reversed while the coil's "
+              "axis points against it; zero: no commutator"));
   }
 };
 

@@ -29,11 +29,11 @@ struct Magnet {
               "body that magnetises (soft_cuboid, soft_cylinder, soft_sphere, soft_mesh), at its "
               "pose in the frame of the body's mesh"),
         field("response", &M::response,
-              "of a body that magnetises: mutual, to the field of all others | explicit, the "
-              "thesis' own way: cells of `density` that answer as lone spheres, to permanent "
-              "magnets alone"),
+              "response of a body that magnetises: mutual (to the field of all other sources) | "
+              "explicit (as in the thesis: cells of `density` respond as isolated spheres to "
+              "permanent magnets only)"),
         field("density", &M::density, "1/m^3", non_negative(),
-              "of the cells of an explicit response"));
+              "number density of the cells of an explicit response"));
   }
 };
 

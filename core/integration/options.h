@@ -16,14 +16,14 @@ namespace loomstone {
 
 constexpr auto choices(JacobianKind) {
   return std::array{
-      ChoiceName{JacobianKind::Positive, "spd", "positive part of the geometric term"},
+      ChoiceName{JacobianKind::Positive, "spd", "positive semidefinite part of the geometric term"},
       ChoiceName{JacobianKind::Exact, "exact"}};
 }
 
 enum class BendingInStep { Auto, Explicit, Implicit };
 constexpr auto choices(BendingInStep) {
   return std::array{
-      ChoiceName{BendingInStep::Auto, "auto", "implicit where an explicit step is unstable"},
+      ChoiceName{BendingInStep::Auto, "auto", "implicit where explicit bending would be unstable"},
       ChoiceName{BendingInStep::Explicit, "explicit"},
       ChoiceName{BendingInStep::Implicit, "implicit"}};
 }
@@ -54,11 +54,12 @@ struct ImplicitOptions : IntegratorCommon {
     return std::make_tuple(
         field("step", &O::step, "s", positive(), "time step"),
         field("jacobian", &O::jacobian, "Jacobian of the membrane's forces"),
-        field("bending", &O::bending, "how bending enters the step"),
+        field("bending", &O::bending, "treatment of bending forces"),
         field("linear_solver", &O::linear_solver, "solver of the linear system"),
         field("tolerance", &O::tolerance, "1", positive(),
-              "of the linear solver, on the preconditioned norm"),
-        field("max_iterations", &O::max_iterations, "1", between(1, 1e9), "of the linear solver"));
+              "relative tolerance of the linear solver, in the preconditioned norm"),
+        field("max_iterations", &O::max_iterations, "1", between(1, 1e9),
+              "largest number of iterations of the linear solver"));
   }
 };
 
@@ -69,11 +70,12 @@ struct NewtonOptions : ImplicitOptions {
 
   static auto fields() {
     using O = NewtonOptions;
-    return std::tuple_cat(ImplicitOptions::fields(),
-                          std::make_tuple(field("newton_tolerance", &O::newton_tolerance, "1",
-                                                positive(), "relative residual of the Newton loop"),
-                                          field("max_newton_iterations", &O::max_newton_iterations,
-                                                "1", between(1, 1e6), "of the Newton loop")));
+    return std::tuple_cat(
+        ImplicitOptions::fields(),
+        std::make_tuple(field("newton_tolerance", &O::newton_tolerance, "1", positive(),
+                              "relative residual at which Newton's method stops"),
+                        field("max_newton_iterations", &O::max_newton_iterations, "1",
+                              between(1, 1e6), "largest number of Newton iterations")));
   }
 };
 

@@ -42,8 +42,10 @@ constexpr auto choices(LinearMethod) {
   using M = LinearMethod;
   return std::array{
       ChoiceName{M::Pcg, "pcg", "conjugate gradients with aggregation multigrid"},
-      ChoiceName{M::BlockJacobi, "block-jacobi", "with the diagonal blocks"},
-      ChoiceName{M::GaussSeidel, "gauss-seidel", "with symmetric Gauss-Seidel, one thread"},
+      ChoiceName{M::BlockJacobi, "block-jacobi",
+                 "conjugate gradients with a block-diagonal preconditioner"},
+      ChoiceName{M::GaussSeidel, "gauss-seidel",
+                 "conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread"},
       ChoiceName{M::Direct, "direct", "sparse Cholesky factorisation"}};
 }
 

@@ -41,8 +41,8 @@ struct RigidBody {
     return std::make_tuple(
         field("name", &RigidBody::name, "name in reports and files"),
         field("mesh", &RigidBody::mesh, "closed surface in the body's own frame"),
-        field("shape", &RigidBody::shape, "collision shape between bodies"),
-        field("parts", &RigidBody::parts, "convex parts when shape is parts"),
+        field("shape", &RigidBody::shape, "collision shape towards bodies and obstacles"),
+        field("parts", &RigidBody::parts, "convex parts, for the shape parts"),
         field("density", &RigidBody::density, "kg/m^3", positive(), "density"),
         field("position", &RigidBody::position, "world position of the mesh's origin [m]"),
         field("orientation", &RigidBody::orientation,
@@ -54,7 +54,7 @@ struct RigidBody {
         field("restitution", &RigidBody::restitution, "1", between(0.0, 1.0),
               "restitution coefficient"),
         field("thickness", &RigidBody::thickness, "m", non_negative(),
-              "contact distance to cloth, 0: that of the cloth"));
+              "contact distance to cloth; 0: that of the cloth"));
   }
 };
 

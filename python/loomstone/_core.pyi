@@ -173,7 +173,7 @@ class StageSeconds:
     @property
     def check(self) -> float:
         """
-        divergence, intersections [s]
+        checks for divergence and intersections [s]
         """
     @property
     def integrate(self) -> float:
@@ -188,12 +188,12 @@ class StageSeconds:
     @property
     def loads(self) -> float:
         """
-        forces at the start, and scripts [s]
+        scripts, and forces at the start of the step [s]
         """
     @property
     def proximity(self) -> float:
         """
-        near contacts and their terms [s]
+        contacts and their terms [s]
         """
 
 class ThreadReport:
@@ -209,17 +209,17 @@ class ThreadReport:
     @property
     def least(self) -> float:
         """
-        of the thread with the least [s]
+        shortest time of a thread [s]
         """
     @property
     def mean(self) -> float:
         """
-        mean over the threads [s]
+        mean time of the threads [s]
         """
     @property
     def most(self) -> float:
         """
-        of the thread with the most [s]
+        longest time of a thread [s]
         """
 
 class SolverReport:
@@ -235,17 +235,17 @@ class SolverReport:
     @property
     def linear_iterations(self) -> int:
         """
-        of the linear solver, summed over outer iterations [1]
+        iterations of the linear solver, summed over Newton iterations [1]
         """
     @property
     def newton_iterations(self) -> int:
         """
-        outer iterations; 1 for linearised schemes [1]
+        Newton iterations; 1 for linearised schemes [1]
         """
     @property
     def residual(self) -> float:
         """
-        of the last linear solve, relative [1]
+        relative residual of the last linear solve [1]
         """
 
 class ContactReport:
@@ -261,32 +261,32 @@ class ContactReport:
     @property
     def acceleration(self) -> float:
         """
-        root mean square over free vertices in contact, over the whole step [m/s^2]
+        root mean square acceleration of free vertices in contact: change of velocity over the step [m/s^2]
         """
     @property
     def forced(self) -> int:
         """
-        intersecting pairs for which scripted motion leaves the cloth no room; see sim.forced_pairs [1]
+        intersecting pairs where scripted motion leaves the cloth no room; see sim.forced_pairs [1]
         """
     @property
     def impacts(self) -> int:
         """
-        pairs that continuous collision detection finds to hit, first pass [1]
+        impacts: pairs that meet, found by the first pass of continuous collision detection [1]
         """
     @property
     def intersections(self) -> int:
         """
-        intersecting triangle pairs at the end; counted from an unresolved step on until there are none [1]
+        intersecting triangle pairs at the end; counted from a step with unresolved impacts until none remain [1]
         """
     @property
     def near(self) -> int:
         """
-        contacts closer than their thickness, answered by the solve or by impulses [1]
+        contacts: pairs nearer than their thickness, resolved by the solve or by impulses [1]
         """
     @property
     def unresolved(self) -> int:
         """
-        impacts that certification leaves, even in 1/64 of the step [1]
+        impacts that certification leaves, even at 1/64 of the step [1]
         """
 
 class WithheldReport:
@@ -302,27 +302,27 @@ class WithheldReport:
     @property
     def momentum(self) -> float:
         """
-        mass times withheld velocity, sizes summed over vertices and bodies [kg m/s]
+        mass times withheld velocity, magnitudes summed over vertices and bodies [kg m/s]
         """
     @property
     def motion(self) -> float:
         """
-        lengths withheld from cloth and free bodies, summed [m]
+        sum of the lengths withheld from cloth and free bodies [m]
         """
     @property
     def requested(self) -> float:
         """
-        lengths of the displacements of free cloth vertices, summed [m]
+        sum of the lengths of free cloth vertices' displacements [m]
         """
     @property
     def share(self) -> float:
         """
-        motion over requested [1]
+        withheld motion over requested motion [1]
         """
     @property
     def vertices(self) -> int:
         """
-        vertices of which motion is withheld [1]
+        vertices with withheld motion [1]
         """
 
 class StrainLimitReport:
@@ -338,62 +338,62 @@ class StrainLimitReport:
     @property
     def beyond(self) -> int:
         """
-        elements beyond a limit by more than the tolerance at the end [1]
+        elements with an excess above the tolerance at the end [1]
         """
     @property
     def broken(self) -> int:
         """
-        elements beyond a limit by more than 0.01 (a fifth of limits below 0.05); see sim.broken_limits [1]
+        elements with an excess above 0.01 (a fifth of the limit for limits below 0.05); see sim.broken_limits [1]
         """
     @property
     def evaluations(self) -> int:
         """
-        elements whose strain the sweeps computed [1]
+        evaluations of an element's strain in sweeps [1]
         """
     @property
     def excess(self) -> float:
         """
-        largest strain beyond its limit right after limiting [1]
+        largest excess (strain beyond its limit) right after limiting [1]
         """
     @property
     def fallbacks(self) -> int:
         """
-        rounds in which cloth went back towards the start of the step because limits and contacts disagreed [1]
+        fallbacks: rounds with motion withheld because limits and contacts disagree [1]
         """
     @property
     def rate_sweeps(self) -> int:
         """
-        of strain-rate limiting [1]
+        sweeps of strain-rate limiting [1]
         """
     @property
     def rounds(self) -> int:
         """
-        certifications in turn with limiting, most of a part; 1: limits held after the first [1]
+        certifications that alternate with limiting, largest number in a part; 1: limits held after the first [1]
         """
     @property
     def shear_excess(self) -> float:
         """
-        largest shear strain beyond its limit at the end [1]
+        largest excess of shear strain at the end [1]
         """
     @property
     def sweeps(self) -> int:
         """
-        of strain limiting [1]
+        sweeps of strain limiting [1]
         """
     @property
     def warp_excess(self) -> float:
         """
-        largest strain along warp beyond its limit at the end [1]
+        largest excess along warp at the end [1]
         """
     @property
     def weft_excess(self) -> float:
         """
-        largest strain along weft beyond its limit at the end [1]
+        largest excess along weft at the end [1]
         """
     @property
     def worst_element(self) -> int:
         """
-        the element most beyond its limit, all cloths end to end; -1: none [1]
+        element of the largest excess, all cloths end to end; -1: none [1]
         """
 
 class StrainReport:
@@ -409,7 +409,7 @@ class StrainReport:
     @property
     def shear(self) -> float:
         """
-        largest shear strain e12, of either sign [1]
+        largest magnitude of shear strain e12 [1]
         """
     @property
     def stretch(self) -> float:
@@ -440,42 +440,42 @@ class EnergyReport:
     @property
     def bending(self) -> float:
         """
-        of cloth [J]
+        bending energy of cloth [J]
         """
     @property
     def body_gravity(self) -> float:
         """
-        of rigid bodies [J]
+        gravitational energy of rigid bodies [J]
         """
     @property
     def body_kinetic(self) -> float:
         """
-        of rigid bodies, moving and turning [J]
+        kinetic energy of rigid bodies, translation and rotation [J]
         """
     @property
     def contact(self) -> float:
         """
-        of contacts in the solve, at the start of the step [J]
+        energy of contacts in the solve, at the start of the step [J]
         """
     @property
     def gravity(self) -> float:
         """
-        of cloth [J]
+        gravitational energy of cloth [J]
         """
     @property
     def kinetic(self) -> float:
         """
-        of cloth [J]
+        kinetic energy of cloth [J]
         """
     @property
     def magnetic(self) -> float:
         """
-        of magnets in one another's field and in the uniform field [J]
+        energy of magnets in one another's field and in the uniform field [J]
         """
     @property
     def membrane(self) -> float:
         """
-        of cloth [J]
+        membrane energy of cloth [J]
         """
 
 class MagnetReport:
@@ -491,12 +491,12 @@ class MagnetReport:
     @property
     def force_error(self) -> float:
         """
-        largest estimated error of a force at the end [N]
+        largest estimated error of a magnetic force at the end [N]
         """
     @property
     def substeps(self) -> int:
         """
-        sub-steps that the motion of magnets takes [1]
+        sub-steps of the magnets' motion [1]
         """
 
 class CircuitReport:
@@ -512,27 +512,27 @@ class CircuitReport:
     @property
     def bearing_work(self) -> float:
         """
-        taken out by friction and torques of bearings since the start [J]
+        energy lost to friction and torques of bearings since the start [J]
         """
     @property
     def current(self) -> float:
         """
-        in the first circuit at the end [A]
+        current in the first circuit at the end [A]
         """
     @property
     def energy(self) -> float:
         """
-        of the inductances of all circuits, own and mutual [J]
+        energy of the self and mutual inductances of all circuits [J]
         """
     @property
     def heat(self) -> float:
         """
-        in the resistances of circuits since the start [J]
+        heat in the resistances of circuits since the start [J]
         """
     @property
     def supply(self) -> float:
         """
-        by the sources of all coils since the start [J]
+        energy from the sources of all coils since the start [J]
         """
 
 class StepReport:
@@ -577,12 +577,12 @@ class StepReport:
     @property
     def magnets(self) -> MagnetReport:
         """
-        the motion of magnets
+        motion of magnets
         """
     @property
     def parts(self) -> int:
         """
-        parts the step is taken in: several where certification, limits or the solver fail at its full length [1]
+        parts of the step: several if certification, limits or the solver fail at its full length [1]
         """
     @property
     def seconds(self) -> StageSeconds:
@@ -592,7 +592,7 @@ class StepReport:
     @property
     def solver(self) -> SolverReport:
         """
-        the solves of the integrator
+        solves of the integrator
         """
     @property
     def step(self) -> int:
@@ -607,7 +607,7 @@ class StepReport:
     @property
     def time(self) -> float:
         """
-        at the end of the step [s]
+        time at the end of the step [s]
         """
     @property
     def withheld(self) -> WithheldReport:
@@ -916,8 +916,8 @@ class RigidBody:
     ---------------------
     name : name in reports and files; default ''
     mesh : closed surface in the body's own frame
-    shape : collision shape between bodies: sphere | box | convex (convex hull of the mesh) | parts (the convex meshes of parts); default 'convex'
-    parts : convex parts when shape is parts
+    shape : collision shape towards bodies and obstacles: sphere | box | convex (convex hull of the mesh) | parts (the convex meshes of parts); default 'convex'
+    parts : convex parts, for the shape parts
     density : density [kg/m^3]; > 0; default 1000.0
     position : world position of the mesh's origin [m]
     orientation : unit quaternion (w, x, y, z), body to world
@@ -925,7 +925,7 @@ class RigidBody:
     angular_velocity : angular velocity in world axes [rad/s]
     friction : friction coefficient [1]; >= 0; default 0.3
     restitution : restitution coefficient [1]; in [0, 1]; default 0.0
-    thickness : contact distance to cloth, 0: that of the cloth [m]; >= 0; default 0.0
+    thickness : contact distance to cloth; 0: that of the cloth [m]; >= 0; default 0.0
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1017,7 +1017,7 @@ class RigidBody:
     @property
     def parts(self) -> list[TriangleMesh]:
         """
-        convex parts when shape is parts
+        convex parts, for the shape parts
         """
     @property
     def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1032,12 +1032,12 @@ class RigidBody:
     @property
     def shape(self) -> typing.Literal["sphere", "box", "convex", "parts"]:
         """
-        collision shape between bodies: sphere | box | convex (convex hull of the mesh) | parts (the convex meshes of parts); default 'convex'
+        collision shape towards bodies and obstacles: sphere | box | convex (convex hull of the mesh) | parts (the convex meshes of parts); default 'convex'
         """
     @property
     def thickness(self) -> float:
         """
-        contact distance to cloth, 0: that of the cloth [m]; >= 0; default 0.0
+        contact distance to cloth; 0: that of the cloth [m]; >= 0; default 0.0
         """
     @property
     def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1173,15 +1173,15 @@ class ClothMaterial:
     weft_stiffness : Young's modulus times thickness along weft [N/m]; > 0; default 300.0
     warp_stiffness : Young's modulus times thickness along warp [N/m]; > 0; default 300.0
     shear_stiffness : shear modulus times thickness [N/m]; > 0; default 150.0
-    poisson : Poisson ratio nu12, contraction along warp [1]; in [-1, 1]; default 0.0
+    poisson : Poisson ratio nu12: contraction along warp under tension along weft [1]; in [-1, 1]; default 0.0
     density : mass per area [kg/m^2]; > 0; default 0.3
     bending_weft : flexural rigidity along weft [N m]; >= 0; default 1e-05
     bending_warp : flexural rigidity along warp [N m]; >= 0; default 1e-05
     bending_twist : twist rigidity (entry of 2 kxy), >= 0; -1: that of an isotropic plate [N m]; default -1.0
-    bending_coupling : rigidity coupling weft and warp [N m]; default 0.0
-    viscosity_dilation : lambda_d of (2.25) [N s/m]; default 0.0
-    viscosity_shear : mu_d of (2.25) [N s/m]; >= 0; default 0.0
-    bending_damping : bending damping proportional to stiffness [s]; >= 0; default 0.0
+    bending_coupling : coupling rigidity of curvatures along weft and warp [N m]; default 0.0
+    viscosity_dilation : dilational viscosity lambda_d, equation (2.25) [N s/m]; default 0.0
+    viscosity_shear : shear viscosity mu_d, equation (2.25) [N s/m]; >= 0; default 0.0
+    bending_damping : stiffness-proportional damping of bending [s]; >= 0; default 0.0
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1243,12 +1243,12 @@ class ClothMaterial:
     @property
     def bending_coupling(self) -> float:
         """
-        rigidity coupling weft and warp [N m]; default 0.0
+        coupling rigidity of curvatures along weft and warp [N m]; default 0.0
         """
     @property
     def bending_damping(self) -> float:
         """
-        bending damping proportional to stiffness [s]; >= 0; default 0.0
+        stiffness-proportional damping of bending [s]; >= 0; default 0.0
         """
     @property
     def bending_twist(self) -> float:
@@ -1273,7 +1273,7 @@ class ClothMaterial:
     @property
     def poisson(self) -> float:
         """
-        Poisson ratio nu12, contraction along warp [1]; in [-1, 1]; default 0.0
+        Poisson ratio nu12: contraction along warp under tension along weft [1]; in [-1, 1]; default 0.0
         """
     @property
     def shear_stiffness(self) -> float:
@@ -1283,12 +1283,12 @@ class ClothMaterial:
     @property
     def viscosity_dilation(self) -> float:
         """
-        lambda_d of (2.25) [N s/m]; default 0.0
+        dilational viscosity lambda_d, equation (2.25) [N s/m]; default 0.0
         """
     @property
     def viscosity_shear(self) -> float:
         """
-        mu_d of (2.25) [N s/m]; >= 0; default 0.0
+        shear viscosity mu_d, equation (2.25) [N s/m]; >= 0; default 0.0
         """
     @property
     def warp_stiffness(self) -> float:
@@ -1313,10 +1313,10 @@ class StrainLimit:
     weft : largest strain along weft [1]; >= 0; default inf
     warp : largest strain along warp [1]; >= 0; default inf
     shear : largest shear strain e12 (half the engineering shear) [1]; >= 0; default inf
-    weft_min : smallest strain along weft; -1: compression is free [1]; in [-1, 0]; default -1.0
-    warp_min : smallest strain along warp; -1: compression is free [1]; in [-1, 0]; default -1.0
+    weft_min : smallest strain along weft; -1: unlimited compression [1]; in [-1, 0]; default -1.0
+    warp_min : smallest strain along warp; -1: unlimited compression [1]; in [-1, 0]; default -1.0
     shear_min : smallest shear strain e12; None: -shear [1]; <= 0
-    edge : largest elongation of an edge; if given, this cloth is limited by edges, whatever the method; None: the smaller of weft and warp, used by the method edges only [1]; >= 0
+    edge : largest elongation of an edge; if given, edges limit this cloth with every method; None: the smaller of weft and warp, with the method edges only [1]; >= 0
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1363,7 +1363,7 @@ class StrainLimit:
     @property
     def edge(self) -> float | None:
         """
-        largest elongation of an edge; if given, this cloth is limited by edges, whatever the method; None: the smaller of weft and warp, used by the method edges only [1]; >= 0
+        largest elongation of an edge; if given, edges limit this cloth with every method; None: the smaller of weft and warp, with the method edges only [1]; >= 0
         """
     @property
     def shear(self) -> float:
@@ -1383,7 +1383,7 @@ class StrainLimit:
     @property
     def warp_min(self) -> float:
         """
-        smallest strain along warp; -1: compression is free [1]; in [-1, 0]; default -1.0
+        smallest strain along warp; -1: unlimited compression [1]; in [-1, 0]; default -1.0
         """
     @property
     def weft(self) -> float:
@@ -1393,7 +1393,7 @@ class StrainLimit:
     @property
     def weft_min(self) -> float:
         """
-        smallest strain along weft; -1: compression is free [1]; in [-1, 0]; default -1.0
+        smallest strain along weft; -1: unlimited compression [1]; in [-1, 0]; default -1.0
         """
 
 class LimitOptions:
@@ -1404,11 +1404,11 @@ class LimitOptions:
 
     Parameters (keywords)
     ---------------------
-    method : how elements are corrected: gauss-seidel (coloured, parallel) | gauss-seidel-random (seeded order, one thread) | jacobi | edges (along edges, one bound for all directions); default 'gauss-seidel'
-    tolerance : excess over a limit that sweeps do not correct; a tenth of limits below 0.02 [1]; > 0; default 0.002
-    max_sweeps : largest number of sweeps over the elements per step; remaining violations are reported [1]; in [1, 1e+06]; default 100
-    active_set : after the first sweep evaluate only corrected elements and their neighbours; default True
-    in_solve : implicit integrators: near its limits cloth enters a stiff second phase inside the solve, so that little remains to be corrected; not with the method edges; default True
+    method : method of correction: gauss-seidel (coloured, parallel) | gauss-seidel-random (random order of a given seed, one thread) | jacobi | edges (along edges, one bound for all directions); default 'gauss-seidel'
+    tolerance : excess that sweeps leave uncorrected; a tenth of the limit for limits below 0.02 [1]; > 0; default 0.002
+    max_sweeps : largest number of sweeps over the elements per step; the remaining excess is reported [1]; in [1, 1e+06]; default 100
+    active_set : whether sweeps after the first evaluate only corrected elements and their neighbours; default True
+    in_solve : whether implicit integrators stiffen the membrane near its limits (limit phase), so that sweeps have little to correct; not with the method edges; default True
     strain_rate : largest change of strain per step that velocities may cause; 0: no limit [1]; >= 0; default 0.1
     seed : seed of the random order [1]; in [0, 2.14748e+09]; default 1
     """
@@ -1459,22 +1459,22 @@ class LimitOptions:
     @property
     def active_set(self) -> bool:
         """
-        after the first sweep evaluate only corrected elements and their neighbours; default True
+        whether sweeps after the first evaluate only corrected elements and their neighbours; default True
         """
     @property
     def in_solve(self) -> bool:
         """
-        implicit integrators: near its limits cloth enters a stiff second phase inside the solve, so that little remains to be corrected; not with the method edges; default True
+        whether implicit integrators stiffen the membrane near its limits (limit phase), so that sweeps have little to correct; not with the method edges; default True
         """
     @property
     def max_sweeps(self) -> int:
         """
-        largest number of sweeps over the elements per step; remaining violations are reported [1]; in [1, 1e+06]; default 100
+        largest number of sweeps over the elements per step; the remaining excess is reported [1]; in [1, 1e+06]; default 100
         """
     @property
     def method(self) -> typing.Literal["gauss-seidel", "gauss-seidel-random", "jacobi", "edges"]:
         """
-        how elements are corrected: gauss-seidel (coloured, parallel) | gauss-seidel-random (seeded order, one thread) | jacobi | edges (along edges, one bound for all directions); default 'gauss-seidel'
+        method of correction: gauss-seidel (coloured, parallel) | gauss-seidel-random (random order of a given seed, one thread) | jacobi | edges (along edges, one bound for all directions); default 'gauss-seidel'
         """
     @property
     def seed(self) -> int:
@@ -1489,7 +1489,7 @@ class LimitOptions:
     @property
     def tolerance(self) -> float:
         """
-        excess over a limit that sweeps do not correct; a tenth of limits below 0.02 [1]; > 0; default 0.002
+        excess that sweeps leave uncorrected; a tenth of the limit for limits below 0.02 [1]; > 0; default 0.002
         """
 
 class Cloth:
@@ -1503,17 +1503,17 @@ class Cloth:
     name : name in reports and files; default ''
     mesh : triangle mesh; its vertices are the start positions
     material : ClothMaterial
-    rest : rest lengths: uv (of the pattern: uv are lengths [m]) | mesh (of the mesh: uv give the directions alone); default 'uv'
+    rest : rest lengths: uv (lengths of the pattern: uv in metres [m]) | mesh (lengths of the mesh: uv give only the directions); default 'uv'
     rest_angles : rest angles between triangles: flat | mesh (those of the mesh as given); default 'flat'
     bending : bending element: mid-edge (beam theory within 1 % along any direction) | hinge (off by up to 25 % along the axes of grids, 12 to 18 % in strips of 16 to 6 elements across on smoothed irregular meshes, a factor 2 at 45 degrees); default 'mid-edge'
-    pins : indices of vertices that are held, or moved by script
-    script_times : times of the script [s], ascending; empty: pins stand still
-    script_positions : (times * pins x 3) positions of the pins [m], linear between
-    velocities : (n x 3) at the start [m/s]; empty: at rest
+    pins : indices of prescribed vertices: at rest, or moved by a script
+    script_times : times of the script [s], ascending; empty: pins at rest
+    script_positions : (times * pins x 3) positions of the pins [m], linearly interpolated
+    velocities : (n x 3) initial velocities [m/s]; empty: at rest
     thickness : contact distance; 0: chosen from the mesh [m]; >= 0; default 0.0
     friction : friction coefficient [1]; >= 0; default 0.3
-    self_collision : the cloth collides with itself; default True
-    strain_limit : StrainLimit: how far it may strain; None: as far as forces take it
+    self_collision : whether the cloth collides with itself; default True
+    strain_limit : StrainLimit: bounds of its strain; None: no bounds
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1606,12 +1606,12 @@ class Cloth:
     @property
     def pins(self) -> list[int]:
         """
-        indices of vertices that are held, or moved by script
+        indices of prescribed vertices: at rest, or moved by a script
         """
     @property
     def rest(self) -> typing.Literal["uv", "mesh"]:
         """
-        rest lengths: uv (of the pattern: uv are lengths [m]) | mesh (of the mesh: uv give the directions alone); default 'uv'
+        rest lengths: uv (lengths of the pattern: uv in metres [m]) | mesh (lengths of the mesh: uv give only the directions); default 'uv'
         """
     @property
     def rest_angles(self) -> typing.Literal["flat", "mesh"]:
@@ -1621,22 +1621,22 @@ class Cloth:
     @property
     def script_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (times * pins x 3) positions of the pins [m], linear between
+        (times * pins x 3) positions of the pins [m], linearly interpolated
         """
     @property
     def script_times(self) -> list[float]:
         """
-        times of the script [s], ascending; empty: pins stand still
+        times of the script [s], ascending; empty: pins at rest
         """
     @property
     def self_collision(self) -> bool:
         """
-        the cloth collides with itself; default True
+        whether the cloth collides with itself; default True
         """
     @property
     def strain_limit(self) -> StrainLimit | None:
         """
-        StrainLimit: how far it may strain; None: as far as forces take it
+        StrainLimit: bounds of its strain; None: no bounds
         """
     @property
     def thickness(self) -> float:
@@ -1646,7 +1646,7 @@ class Cloth:
     @property
     def velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) at the start [m/s]; empty: at rest
+        (n x 3) initial velocities [m/s]; empty: at rest
         """
 
 class Obstacle:
@@ -1658,14 +1658,14 @@ class Obstacle:
     Parameters (keywords)
     ---------------------
     name : name in reports and files; default ''
-    mesh : surface; closed ones refuse cloth that starts inside
+    mesh : surface; cloth must start outside a closed one
     friction : friction coefficient [1]; >= 0; default 0.3
-    thickness : contact distance; 0: as the cloth's [m]; >= 0; default 0.0
-    times : times of the keyframes [s], ascending; empty: stands still
-    positions : (times x 3) positions of the mesh's origin [m], linear between
+    thickness : contact distance; 0: that of the cloth [m]; >= 0; default 0.0
+    times : times of the keyframes [s], ascending; empty: at rest
+    positions : (times x 3) positions of the mesh's origin [m], linearly interpolated
     axis_angles : (times x 3) rotation vectors [rad], interpolated as rotations
-    vertex_positions : (times * n x 3) vertex sequence [m], linear between
-    floor : drawn as ground; default False
+    vertex_positions : (times * n x 3) vertex positions instead of keyframes [m], linearly interpolated
+    floor : whether it is drawn as ground; default False
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1723,7 +1723,7 @@ class Obstacle:
     @property
     def floor(self) -> bool:
         """
-        drawn as ground; default False
+        whether it is drawn as ground; default False
         """
     @property
     def friction(self) -> float:
@@ -1733,7 +1733,7 @@ class Obstacle:
     @property
     def mesh(self) -> TriangleMesh:
         """
-        surface; closed ones refuse cloth that starts inside
+        surface; cloth must start outside a closed one
         """
     @property
     def name(self) -> str:
@@ -1743,22 +1743,22 @@ class Obstacle:
     @property
     def positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (times x 3) positions of the mesh's origin [m], linear between
+        (times x 3) positions of the mesh's origin [m], linearly interpolated
         """
     @property
     def thickness(self) -> float:
         """
-        contact distance; 0: as the cloth's [m]; >= 0; default 0.0
+        contact distance; 0: that of the cloth [m]; >= 0; default 0.0
         """
     @property
     def times(self) -> list[float]:
         """
-        times of the keyframes [s], ascending; empty: stands still
+        times of the keyframes [s], ascending; empty: at rest
         """
     @property
     def vertex_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (times * n x 3) vertex sequence [m], linear between
+        (times * n x 3) vertex positions instead of keyframes [m], linearly interpolated
         """
 
 class Attachment:
@@ -1817,8 +1817,8 @@ class Magnet:
     ---------------------
     body : name of the rigid body or obstacle that carries it; default ''
     source : magnet (cuboid, cylinder, sphere, mesh, dipoles or cells of loomstone.magnetics) or body that magnetises (soft_cuboid, soft_cylinder, soft_sphere, soft_mesh), at its pose in the frame of the body's mesh
-    response : of a body that magnetises: mutual, to the field of all others | explicit, the thesis' own way: cells of `density` that answer as lone spheres, to permanent magnets alone; default 'mutual'
-    density : of the cells of an explicit response [1/m^3]; >= 0; default 0.0
+    response : response of a body that magnetises: mutual (to the field of all other sources) | explicit (as in the thesis: cells of `density` respond as isolated spheres to permanent magnets only); default 'mutual'
+    density : number density of the cells of an explicit response [1/m^3]; >= 0; default 0.0
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1856,12 +1856,12 @@ class Magnet:
     @property
     def density(self) -> float:
         """
-        of the cells of an explicit response [1/m^3]; >= 0; default 0.0
+        number density of the cells of an explicit response [1/m^3]; >= 0; default 0.0
         """
     @property
     def response(self) -> str:
         """
-        of a body that magnetises: mutual, to the field of all others | explicit, the thesis' own way: cells of `density` that answer as lone spheres, to permanent magnets alone; default 'mutual'
+        response of a body that magnetises: mutual (to the field of all other sources) | explicit (as in the thesis: cells of `density` respond as isolated spheres to permanent magnets only); default 'mutual'
         """
     @property
     def source(self) -> None | MagneticBody | SoftBody:
@@ -1879,12 +1879,12 @@ class Coil:
     ---------------------
     body : name of the rigid body or obstacle that carries it; default ''
     source : winding: loop or solenoid of loomstone.magnetics, made with 1 A, at its pose in the frame of the body's mesh
-    times : times of currents or voltages [s], ascending; empty: one value holds for ever
-    currents : given current in each turn at these times [A], linear between, counter-clockwise seen from +z of the winding
-    voltages : of the source of a circuit at these times [V], linear between; empty: short-circuited
-    resistance : of a circuit, whose current follows L di/dt + R i = V - d(flux)/dt; 0: the current is given [ohm]; >= 0; default 0.0
-    inductance : of a circuit, of its winding in air [H]; >= 0; default 0.0
-    commutator : (3) direction in space: the source is reversed while the coil's axis points against it; zero: none
+    times : times of currents or voltages [s], ascending; empty: one constant value
+    currents : prescribed current per turn at these times [A], linearly interpolated, counter-clockwise seen from +z of the winding
+    voltages : source voltage of a circuit at these times [V], linearly interpolated; empty: short-circuited
+    resistance : resistance R of a circuit, L di/dt + R i = V - d(flux)/dt; 0: prescribed current [ohm]; >= 0; default 0.0
+    inductance : inductance L of a circuit: that of its winding in air [H]; >= 0; default 0.0
+    commutator : (3) commutator direction in space: the source voltage is reversed while the coil's axis points against it; zero: no commutator
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1939,22 +1939,22 @@ class Coil:
     @property
     def commutator(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        (3) direction in space: the source is reversed while the coil's axis points against it; zero: none
+        (3) commutator direction in space: the source voltage is reversed while the coil's axis points against it; zero: no commutator
         """
     @property
     def currents(self) -> list[float]:
         """
-        given current in each turn at these times [A], linear between, counter-clockwise seen from +z of the winding
+        prescribed current per turn at these times [A], linearly interpolated, counter-clockwise seen from +z of the winding
         """
     @property
     def inductance(self) -> float:
         """
-        of a circuit, of its winding in air [H]; >= 0; default 0.0
+        inductance L of a circuit: that of its winding in air [H]; >= 0; default 0.0
         """
     @property
     def resistance(self) -> float:
         """
-        of a circuit, whose current follows L di/dt + R i = V - d(flux)/dt; 0: the current is given [ohm]; >= 0; default 0.0
+        resistance R of a circuit, L di/dt + R i = V - d(flux)/dt; 0: prescribed current [ohm]; >= 0; default 0.0
         """
     @property
     def source(self) -> MagneticBody | None:
@@ -1964,12 +1964,12 @@ class Coil:
     @property
     def times(self) -> list[float]:
         """
-        times of currents or voltages [s], ascending; empty: one value holds for ever
+        times of currents or voltages [s], ascending; empty: one constant value
         """
     @property
     def voltages(self) -> list[float]:
         """
-        of the source of a circuit at these times [V], linear between; empty: short-circuited
+        source voltage of a circuit at these times [V], linearly interpolated; empty: short-circuited
         """
 
 class Bearing:
@@ -1982,8 +1982,8 @@ class Bearing:
     ---------------------
     body : name of the rigid body; default ''
     axis : (3) direction in space, a principal axis of the body's inertia
-    friction : torque over angular velocity that slows it [N m s]; >= 0; default 0.0
-    torque : that drives it about the axis; against its sense: a load [N m]; default 0.0
+    friction : viscous friction: braking torque over angular velocity [N m s]; >= 0; default 0.0
+    torque : driving torque about the axis; a load if it opposes the rotation [N m]; default 0.0
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -2026,12 +2026,12 @@ class Bearing:
     @property
     def friction(self) -> float:
         """
-        torque over angular velocity that slows it [N m s]; >= 0; default 0.0
+        viscous friction: braking torque over angular velocity [N m s]; >= 0; default 0.0
         """
     @property
     def torque(self) -> float:
         """
-        that drives it about the axis; against its sense: a load [N m]; default 0.0
+        driving torque about the axis; a load if it opposes the rotation [N m]; default 0.0
         """
 
 class Air:
@@ -2045,7 +2045,7 @@ class Air:
     density : density of the air [kg/m^3]; >= 0; default 1.2
     normal_drag : drag coefficient normal to a triangle [1]; >= 0; default 0.0
     tangential_drag : drag coefficient tangential to a triangle [1]; >= 0; default 0.0
-    wind : velocity of the air [m/s]
+    wind : velocity of the wind [m/s]
     gust : relative amplitude of slow variations of the wind [1]; in [0, 1]; default 0.0
     """
 
@@ -2107,7 +2107,7 @@ class Air:
     @property
     def wind(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        velocity of the air [m/s]
+        velocity of the wind [m/s]
         """
 
 class Scene:
@@ -2122,21 +2122,21 @@ class Scene:
     obstacles : list of Obstacle
     bodies : list of RigidBody
     attachments : list of Attachment
-    magnets : list of Magnet: what makes bodies and obstacles magnetic
-    coils : list of Coil: currents on bodies and obstacles
-    bearings : list of Bearing: bodies that only turn
-    magnetic_field : (3) uniform flux density that magnets feel besides one another's [T]
-    magnetic_tolerance : error of the force between two magnets over the largest such force [1]; in [1e-12, 0.1]; default 0.0001
-    magnetic_step : length of the sub-steps in which magnets move times their largest angular frequency [1]; in [0, 1]; default 0.15
+    magnets : list of Magnet: magnets on bodies and obstacles
+    coils : list of Coil: coils on bodies and obstacles
+    bearings : list of Bearing: axes about which bodies turn
+    magnetic_field : (3) external uniform flux density [T]
+    magnetic_tolerance : largest error of the force between two magnets, relative to the largest such force [1]; in [1e-12, 0.1]; default 0.0001
+    magnetic_step : length of a magnetic sub-step times the largest angular frequency of the magnets' motion [1]; in [0, 1]; default 0.15
     air : Air: drag and wind
-    limits : LimitOptions: how strain limits of cloths are enforced
-    gravity : acceleration [m/s^2]
-    collisions : contacts between surfaces are handled; default True
-    contact_stiffness : of a contact; 0: chosen from the material [N/m]; >= 0; default 0.0
-    response : how contacts act: implicit (terms of the implicit solve) | impulse (impulses after it, as explicit integrators always do); default 'implicit'
-    allow_initial_intersections : accept a start with intersections: they are moved apart, then guarded; default False
-    rigid_iterations : sweeps of the rigid-body solver over all contacts in a step: stacks want many, loose heaps few; fewer than 10 feed energy in [1]; in [10, 10000]; default 50
-    rigid_rebuild_interval : steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them [1]; in [1, 1000]; default 40
+    limits : LimitOptions: enforcement of strain limits
+    gravity : acceleration of gravity [m/s^2]
+    collisions : whether surfaces collide; default True
+    contact_stiffness : stiffness of a contact; 0: chosen from the material [N/m]; >= 0; default 0.0
+    response : contact response: implicit (terms of the implicit solve) | impulse (impulses after the solve; explicit integrators always use them); default 'implicit'
+    allow_initial_intersections : whether the start may have intersections; they are untangled, then kept apart; default False
+    rigid_iterations : sweeps of the rigid-body solver over all contacts per step; stacks need more than loose heaps, and fewer than 10 add energy [1]; in [10, 10000]; default 50
+    rigid_rebuild_interval : steps between rebuilds of the rigid-body world; with bodies, checkpoints are taken only at a rebuild [1]; in [1, 1000]; default 40
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -2224,7 +2224,7 @@ class Scene:
     @property
     def allow_initial_intersections(self) -> bool:
         """
-        accept a start with intersections: they are moved apart, then guarded; default False
+        whether the start may have intersections; they are untangled, then kept apart; default False
         """
     @property
     def attachments(self) -> list[Attachment]:
@@ -2234,7 +2234,7 @@ class Scene:
     @property
     def bearings(self) -> list[Bearing]:
         """
-        list of Bearing: bodies that only turn
+        list of Bearing: axes about which bodies turn
         """
     @property
     def bodies(self) -> list[RigidBody]:
@@ -2249,47 +2249,47 @@ class Scene:
     @property
     def coils(self) -> list[Coil]:
         """
-        list of Coil: currents on bodies and obstacles
+        list of Coil: coils on bodies and obstacles
         """
     @property
     def collisions(self) -> bool:
         """
-        contacts between surfaces are handled; default True
+        whether surfaces collide; default True
         """
     @property
     def contact_stiffness(self) -> float:
         """
-        of a contact; 0: chosen from the material [N/m]; >= 0; default 0.0
+        stiffness of a contact; 0: chosen from the material [N/m]; >= 0; default 0.0
         """
     @property
     def gravity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        acceleration [m/s^2]
+        acceleration of gravity [m/s^2]
         """
     @property
     def limits(self) -> LimitOptions:
         """
-        LimitOptions: how strain limits of cloths are enforced
+        LimitOptions: enforcement of strain limits
         """
     @property
     def magnetic_field(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        (3) uniform flux density that magnets feel besides one another's [T]
+        (3) external uniform flux density [T]
         """
     @property
     def magnetic_step(self) -> float:
         """
-        length of the sub-steps in which magnets move times their largest angular frequency [1]; in [0, 1]; default 0.15
+        length of a magnetic sub-step times the largest angular frequency of the magnets' motion [1]; in [0, 1]; default 0.15
         """
     @property
     def magnetic_tolerance(self) -> float:
         """
-        error of the force between two magnets over the largest such force [1]; in [1e-12, 0.1]; default 0.0001
+        largest error of the force between two magnets, relative to the largest such force [1]; in [1e-12, 0.1]; default 0.0001
         """
     @property
     def magnets(self) -> list[Magnet]:
         """
-        list of Magnet: what makes bodies and obstacles magnetic
+        list of Magnet: magnets on bodies and obstacles
         """
     @property
     def obstacles(self) -> list[Obstacle]:
@@ -2299,17 +2299,17 @@ class Scene:
     @property
     def response(self) -> typing.Literal["implicit", "impulse"]:
         """
-        how contacts act: implicit (terms of the implicit solve) | impulse (impulses after it, as explicit integrators always do); default 'implicit'
+        contact response: implicit (terms of the implicit solve) | impulse (impulses after the solve; explicit integrators always use them); default 'implicit'
         """
     @property
     def rigid_iterations(self) -> int:
         """
-        sweeps of the rigid-body solver over all contacts in a step: stacks want many, loose heaps few; fewer than 10 feed energy in [1]; in [10, 10000]; default 50
+        sweeps of the rigid-body solver over all contacts per step; stacks need more than loose heaps, and fewer than 10 add energy [1]; in [10, 10000]; default 50
         """
     @property
     def rigid_rebuild_interval(self) -> int:
         """
-        steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them [1]; in [1, 1000]; default 40
+        steps between rebuilds of the rigid-body world; with bodies, checkpoints are taken only at a rebuild [1]; in [1, 1000]; default 40
         """
 
 class Integrator:
@@ -2406,11 +2406,11 @@ class SemiImplicitEuler(Integrator):
     Parameters (keywords)
     ---------------------
     step : time step [s]; > 0; default 0.001
-    jacobian : Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
-    bending : how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
-    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
-    tolerance : of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
-    max_iterations : of the linear solver [1]; in [1, 1e+09]; default 2000
+    jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
+    bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
+    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+    tolerance : relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
+    max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -2455,22 +2455,22 @@ class SemiImplicitEuler(Integrator):
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
         """
-        how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
+        treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
         """
     @property
     def jacobian(self) -> typing.Literal["spd", "exact"]:
         """
-        Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
+        Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
         """
     @property
     def linear_solver(self) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"]:
         """
-        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
         """
     @property
     def max_iterations(self) -> int:
         """
-        of the linear solver [1]; in [1, 1e+09]; default 2000
+        largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
         """
     @property
     def step(self) -> float:
@@ -2480,7 +2480,7 @@ class SemiImplicitEuler(Integrator):
     @property
     def tolerance(self) -> float:
         """
-        of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
+        relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
         """
 
 class BackwardEuler(Integrator):
@@ -2492,13 +2492,13 @@ class BackwardEuler(Integrator):
     Parameters (keywords)
     ---------------------
     step : time step [s]; > 0; default 0.001
-    jacobian : Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
-    bending : how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
-    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
-    tolerance : of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
-    max_iterations : of the linear solver [1]; in [1, 1e+09]; default 2000
-    newton_tolerance : relative residual of the Newton loop [1]; > 0; default 1e-06
-    max_newton_iterations : of the Newton loop [1]; in [1, 1e+06]; default 100
+    jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
+    bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
+    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+    tolerance : relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
+    max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
+    newton_tolerance : relative residual at which Newton's method stops [1]; > 0; default 1e-06
+    max_newton_iterations : largest number of Newton iterations [1]; in [1, 1e+06]; default 100
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -2549,32 +2549,32 @@ class BackwardEuler(Integrator):
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
         """
-        how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
+        treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
         """
     @property
     def jacobian(self) -> typing.Literal["spd", "exact"]:
         """
-        Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
+        Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
         """
     @property
     def linear_solver(self) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"]:
         """
-        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
         """
     @property
     def max_iterations(self) -> int:
         """
-        of the linear solver [1]; in [1, 1e+09]; default 2000
+        largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
         """
     @property
     def max_newton_iterations(self) -> int:
         """
-        of the Newton loop [1]; in [1, 1e+06]; default 100
+        largest number of Newton iterations [1]; in [1, 1e+06]; default 100
         """
     @property
     def newton_tolerance(self) -> float:
         """
-        relative residual of the Newton loop [1]; > 0; default 1e-06
+        relative residual at which Newton's method stops [1]; > 0; default 1e-06
         """
     @property
     def step(self) -> float:
@@ -2584,7 +2584,7 @@ class BackwardEuler(Integrator):
     @property
     def tolerance(self) -> float:
         """
-        of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
+        relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
         """
 
 class ImplicitMidpoint(Integrator):
@@ -2596,11 +2596,11 @@ class ImplicitMidpoint(Integrator):
     Parameters (keywords)
     ---------------------
     step : time step [s]; > 0; default 0.001
-    jacobian : Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
-    bending : how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
-    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
-    tolerance : of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
-    max_iterations : of the linear solver [1]; in [1, 1e+09]; default 2000
+    jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
+    bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
+    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+    tolerance : relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
+    max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -2645,22 +2645,22 @@ class ImplicitMidpoint(Integrator):
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
         """
-        how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
+        treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
         """
     @property
     def jacobian(self) -> typing.Literal["spd", "exact"]:
         """
-        Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
+        Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
         """
     @property
     def linear_solver(self) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"]:
         """
-        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
         """
     @property
     def max_iterations(self) -> int:
         """
-        of the linear solver [1]; in [1, 1e+09]; default 2000
+        largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
         """
     @property
     def step(self) -> float:
@@ -2670,7 +2670,7 @@ class ImplicitMidpoint(Integrator):
     @property
     def tolerance(self) -> float:
         """
-        of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
+        relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
         """
 
 class NonlinearMidpoint(Integrator):
@@ -2682,13 +2682,13 @@ class NonlinearMidpoint(Integrator):
     Parameters (keywords)
     ---------------------
     step : time step [s]; > 0; default 0.001
-    jacobian : Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
-    bending : how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
-    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
-    tolerance : of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
-    max_iterations : of the linear solver [1]; in [1, 1e+09]; default 2000
-    newton_tolerance : relative residual of the Newton loop [1]; > 0; default 1e-06
-    max_newton_iterations : of the Newton loop [1]; in [1, 1e+06]; default 100
+    jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
+    bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
+    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+    tolerance : relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
+    max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
+    newton_tolerance : relative residual at which Newton's method stops [1]; > 0; default 1e-06
+    max_newton_iterations : largest number of Newton iterations [1]; in [1, 1e+06]; default 100
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -2739,32 +2739,32 @@ class NonlinearMidpoint(Integrator):
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
         """
-        how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
+        treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
         """
     @property
     def jacobian(self) -> typing.Literal["spd", "exact"]:
         """
-        Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
+        Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
         """
     @property
     def linear_solver(self) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"]:
         """
-        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
         """
     @property
     def max_iterations(self) -> int:
         """
-        of the linear solver [1]; in [1, 1e+09]; default 2000
+        largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
         """
     @property
     def max_newton_iterations(self) -> int:
         """
-        of the Newton loop [1]; in [1, 1e+06]; default 100
+        largest number of Newton iterations [1]; in [1, 1e+06]; default 100
         """
     @property
     def newton_tolerance(self) -> float:
         """
-        relative residual of the Newton loop [1]; > 0; default 1e-06
+        relative residual at which Newton's method stops [1]; > 0; default 1e-06
         """
     @property
     def step(self) -> float:
@@ -2774,7 +2774,7 @@ class NonlinearMidpoint(Integrator):
     @property
     def tolerance(self) -> float:
         """
-        of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
+        relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
         """
 
 class BDF2(Integrator):
@@ -2786,11 +2786,11 @@ class BDF2(Integrator):
     Parameters (keywords)
     ---------------------
     step : time step [s]; > 0; default 0.001
-    jacobian : Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
-    bending : how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
-    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
-    tolerance : of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
-    max_iterations : of the linear solver [1]; in [1, 1e+09]; default 2000
+    jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
+    bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
+    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+    tolerance : relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
+    max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -2835,22 +2835,22 @@ class BDF2(Integrator):
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
         """
-        how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
+        treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
         """
     @property
     def jacobian(self) -> typing.Literal["spd", "exact"]:
         """
-        Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
+        Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
         """
     @property
     def linear_solver(self) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"]:
         """
-        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
         """
     @property
     def max_iterations(self) -> int:
         """
-        of the linear solver [1]; in [1, 1e+09]; default 2000
+        largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
         """
     @property
     def step(self) -> float:
@@ -2860,7 +2860,7 @@ class BDF2(Integrator):
     @property
     def tolerance(self) -> float:
         """
-        of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
+        relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
         """
 
 class LimitReport:
@@ -3048,11 +3048,11 @@ class Camera:
 
     Parameters (keywords)
     ---------------------
-    eye : where the camera is [m]; with fit, only the direction from target counts
-    target : what the camera looks at [m]
-    up : direction that is up
+    eye : position of the camera [m]; with fit, only its direction from target matters
+    target : point at which the camera looks [m]
+    up : upward direction of the picture
     field_of_view_degrees : vertical field of view [degrees]; in [1, 170]; default 35.0
-    fit : the first frame of a run fills the picture, seen from the direction eye - target; default True
+    fit : whether the first frame of a run fills the picture, seen from the direction eye - target; default True
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -3093,7 +3093,7 @@ class Camera:
     @property
     def eye(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        where the camera is [m]; with fit, only the direction from target counts
+        position of the camera [m]; with fit, only its direction from target matters
         """
     @property
     def field_of_view_degrees(self) -> float:
@@ -3103,17 +3103,17 @@ class Camera:
     @property
     def fit(self) -> bool:
         """
-        the first frame of a run fills the picture, seen from the direction eye - target; default True
+        whether the first frame of a run fills the picture, seen from the direction eye - target; default True
         """
     @property
     def target(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        what the camera looks at [m]
+        point at which the camera looks [m]
         """
     @property
     def up(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        direction that is up
+        upward direction of the picture
         """
 
 class RenderOptions:
@@ -3125,20 +3125,20 @@ class RenderOptions:
     Parameters (keywords)
     ---------------------
     width : width of the picture [pixels]; in [16, 16384]; default 1280
-    height : height of the picture; of each where there are several [pixels]; in [16, 16384]; default 720
-    samples : samples a pixel [1]; in [1, 16]; default 4
-    pattern : surface of the cloth: weave | checker | plain; default 'weave'
-    color_by : cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (of each cloth the left half shows weft, the right one warp) | contact (2: forced to intersect); strain is U - I, as limits are; pictures of several, joined by +, lie one below another; default 'cloth'
-    color_low : value at the low end of the colours [1]; default 0.0
-    color_high : value at the high end; equal to color_low: both span all frames that are drawn together [1]; default 0.0
+    height : height of the picture; of each one if color_by names several [pixels]; in [16, 16384]; default 720
+    samples : samples per pixel [1]; in [1, 16]; default 4
+    pattern : pattern on the cloth: weave | checker | plain; default 'weave'
+    color_by : cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (left half of each cloth: weft, right half: warp) | contact (2: forced to intersect); strain is U - I, as in limits; several, joined by +, give pictures one below another; default 'cloth'
+    color_low : value at the low end of the colour map [1]; default 0.0
+    color_high : value at the high end of the colour map; equal to color_low: the range of all frames drawn together [1]; default 0.0
     color_map : colour map: viridis | magma | diverging (blue to red); default 'viridis'
-    wireframe : draws the edges of the cloth's triangles over it; default False
+    wireframe : whether the edges of the cloth's triangles are drawn; default False
     shadows : soft shadows; default True
     ambient_occlusion : ambient occlusion; default True
-    floor : draws bodies that are floors as a large ground plane; default True
-    hidden : names of bodies and obstacles that are not drawn, joined by +; default ''
-    field_lines : lines of the magnets' field that are drawn; 0: none [1]; in [0, 100000]; default 0
-    light_direction : towards the light
+    floor : whether floors are drawn as a large ground plane; default True
+    hidden : names of hidden bodies and obstacles, joined by +; default ''
+    field_lines : number of magnetic field lines; 0: none [1]; in [0, 100000]; default 0
+    light_direction : direction towards the light
     camera : Camera
     """
 
@@ -3223,17 +3223,17 @@ class RenderOptions:
     @property
     def color_by(self) -> str:
         """
-        cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (of each cloth the left half shows weft, the right one warp) | contact (2: forced to intersect); strain is U - I, as limits are; pictures of several, joined by +, lie one below another; default 'cloth'
+        cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (left half of each cloth: weft, right half: warp) | contact (2: forced to intersect); strain is U - I, as in limits; several, joined by +, give pictures one below another; default 'cloth'
         """
     @property
     def color_high(self) -> float:
         """
-        value at the high end; equal to color_low: both span all frames that are drawn together [1]; default 0.0
+        value at the high end of the colour map; equal to color_low: the range of all frames drawn together [1]; default 0.0
         """
     @property
     def color_low(self) -> float:
         """
-        value at the low end of the colours [1]; default 0.0
+        value at the low end of the colour map [1]; default 0.0
         """
     @property
     def color_map(self) -> typing.Literal["viridis", "magma", "diverging"]:
@@ -3243,37 +3243,37 @@ class RenderOptions:
     @property
     def field_lines(self) -> int:
         """
-        lines of the magnets' field that are drawn; 0: none [1]; in [0, 100000]; default 0
+        number of magnetic field lines; 0: none [1]; in [0, 100000]; default 0
         """
     @property
     def floor(self) -> bool:
         """
-        draws bodies that are floors as a large ground plane; default True
+        whether floors are drawn as a large ground plane; default True
         """
     @property
     def height(self) -> int:
         """
-        height of the picture; of each where there are several [pixels]; in [16, 16384]; default 720
+        height of the picture; of each one if color_by names several [pixels]; in [16, 16384]; default 720
         """
     @property
     def hidden(self) -> str:
         """
-        names of bodies and obstacles that are not drawn, joined by +; default ''
+        names of hidden bodies and obstacles, joined by +; default ''
         """
     @property
     def light_direction(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        towards the light
+        direction towards the light
         """
     @property
     def pattern(self) -> typing.Literal["weave", "checker", "plain"]:
         """
-        surface of the cloth: weave | checker | plain; default 'weave'
+        pattern on the cloth: weave | checker | plain; default 'weave'
         """
     @property
     def samples(self) -> int:
         """
-        samples a pixel [1]; in [1, 16]; default 4
+        samples per pixel [1]; in [1, 16]; default 4
         """
     @property
     def shadows(self) -> bool:
@@ -3288,7 +3288,7 @@ class RenderOptions:
     @property
     def wireframe(self) -> bool:
         """
-        draws the edges of the cloth's triangles over it; default False
+        whether the edges of the cloth's triangles are drawn; default False
         """
 
 class Curves:

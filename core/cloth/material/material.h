@@ -30,7 +30,7 @@ struct ClothMaterial {
         field("shear_stiffness", &M::shear_stiffness, "N/m", positive(),
               "shear modulus times thickness"),
         field("poisson", &M::poisson, "1", between(-1.0, 1.0),
-              "Poisson ratio nu12, contraction along warp"),
+              "Poisson ratio nu12: contraction along warp under tension along weft"),
         field("density", &M::density, "kg/m^2", positive(), "mass per area"),
         field("bending_weft", &M::bending_weft, "N m", non_negative(),
               "flexural rigidity along weft"),
@@ -39,12 +39,13 @@ struct ClothMaterial {
         field("bending_twist", &M::bending_twist, "N m", unlimited(),
               "twist rigidity (entry of 2 kxy), >= 0; -1: that of an isotropic plate"),
         field("bending_coupling", &M::bending_coupling, "N m", unlimited(),
-              "rigidity coupling weft and warp"),
+              "coupling rigidity of curvatures along weft and warp"),
         field("viscosity_dilation", &M::viscosity_dilation, "N s/m", unlimited(),
-              "lambda_d of (2.25)"),
-        field("viscosity_shear", &M::viscosity_shear, "N s/m", non_negative(), "mu_d of (2.25)"),
+              "dilational viscosity lambda_d, equation (2.25)"),
+        field("viscosity_shear", &M::viscosity_shear, "N s/m", non_negative(),
+              "shear viscosity mu_d, equation (2.25)"),
         field("bending_damping", &M::bending_damping, "s", non_negative(),
-              "bending damping proportional to stiffness"));
+              "stiffness-proportional damping of bending"));
   }
 };
 

@@ -26,21 +26,21 @@ struct StrainLimit {
   static auto fields() {
     using L = StrainLimit;
     constexpr Limits most{0.0, std::numeric_limits<double>::infinity(), false, true};
-    return std::make_tuple(field("weft", &L::weft, "1", most, "largest strain along weft"),
-                           field("warp", &L::warp, "1", most, "largest strain along warp"),
-                           field("shear", &L::shear, "1", most,
-                                 "largest shear strain e12 (half the engineering shear)"),
-                           field("weft_min", &L::weft_min, "1", between(-1.0, 0.0),
-                                 "smallest strain along weft; -1: compression is free"),
-                           field("warp_min", &L::warp_min, "1", between(-1.0, 0.0),
-                                 "smallest strain along warp; -1: compression is free"),
-                           field("shear_min", &L::shear_min, "1",
-                                 Limits{-std::numeric_limits<double>::infinity(), 0.0, false, true},
-                                 "smallest shear strain e12; None: -shear"),
-                           field("edge", &L::edge, "1", non_negative(),
-                                 "largest elongation of an edge; if given, this cloth is limited "
-                                 "by edges, whatever the method; None: the smaller of weft and "
-                                 "warp, used by the method edges only"));
+    return std::make_tuple(
+        field("weft", &L::weft, "1", most, "largest strain along weft"),
+        field("warp", &L::warp, "1", most, "largest strain along warp"),
+        field("shear", &L::shear, "1", most,
+              "largest shear strain e12 (half the engineering shear)"),
+        field("weft_min", &L::weft_min, "1", between(-1.0, 0.0),
+              "smallest strain along weft; -1: unlimited compression"),
+        field("warp_min", &L::warp_min, "1", between(-1.0, 0.0),
+              "smallest strain along warp; -1: unlimited compression"),
+        field("shear_min", &L::shear_min, "1",
+              Limits{-std::numeric_limits<double>::infinity(), 0.0, false, true},
+              "smallest shear strain e12; None: -shear"),
+        field("edge", &L::edge, "1", non_negative(),
+              "largest elongation of an edge; if given, edges limit this cloth with every method; "
+              "None: the smaller of weft and warp, with the method edges only"));
   }
   double least_shear() const { return shear_min.value_or(-shear); }
   double edge_bound() const { return edge.value_or(weft < warp ? weft : warp); }
@@ -56,11 +56,11 @@ inline double limit_margin(double limit) {
 enum class LimitMethod { GaussSeidel, GaussSeidelRandom, Jacobi, Edges };
 constexpr auto choices(LimitMethod) {
   using M = LimitMethod;
-  return std::array{
-      ChoiceName{M::GaussSeidel, "gauss-seidel", "coloured, parallel"},
-      ChoiceName{M::GaussSeidelRandom, "gauss-seidel-random", "seeded order, one thread"},
-      ChoiceName{M::Jacobi, "jacobi"},
-      ChoiceName{M::Edges, "edges", "along edges, one bound for all directions"}};
+  return std::array{ChoiceName{M::GaussSeidel, "gauss-seidel", "coloured, parallel"},
+                    ChoiceName{M::GaussSeidelRandom, "gauss-seidel-random",
+                               "random order of a given seed, one thread"},
+                    ChoiceName{M::Jacobi, "jacobi"},
+                    ChoiceName{M::Edges, "edges", "along edges, one bound for all directions"}};
 }
 
 struct LimitOptions {
@@ -75,17 +75,18 @@ struct LimitOptions {
   static auto fields() {
     using O = LimitOptions;
     return std::make_tuple(
-        field("method", &O::method, "how elements are corrected"),
+        field("method", &O::method, "method of correction"),
         field("tolerance", &O::tolerance, "1", positive(),
-              "excess over a limit that sweeps do not correct; a tenth of limits below 0.02"),
+              "excess that sweeps leave uncorrected; a tenth of the limit for limits below 0.02"),
         field("max_sweeps", &O::max_sweeps, "1", between(1, 1e6),
-              "largest number of sweeps over the elements per step; remaining violations are "
+              "largest number of sweeps over the elements per step; the remaining excess is "
               "reported"),
-        field("active_set", &O::active_set,
-              "after the first sweep evaluate only corrected elements and their neighbours"),
+        field(
+            "active_set", &O::active_set,
+            "whether sweeps after the first evaluate only corrected elements and their neighbours"),
         field("in_solve", &O::in_solve,
-              "implicit integrators: near its limits cloth enters a stiff second phase inside the "
-              "solve, so that little remains to be corrected; not with the method edges"),
+              "whether implicit integrators stiffen the membrane near its limits (limit phase), so "
+              "that sweeps have little to correct; not with the method edges"),
         field("strain_rate", &O::strain_rate, "1", non_negative(),
               "largest change of strain per step that velocities may cause; 0: no limit"),
         field("seed", &O::seed, "1", between(0, 2147483647), "seed of the random order"));

@@ -24,8 +24,8 @@ namespace loomstone {
 enum class RestLengths { Uv, Mesh };
 constexpr auto choices(RestLengths) {
   return std::array{
-      ChoiceName{RestLengths::Uv, "uv", "of the pattern: uv are lengths [m]"},
-      ChoiceName{RestLengths::Mesh, "mesh", "of the mesh: uv give the directions alone"}};
+      ChoiceName{RestLengths::Uv, "uv", "lengths of the pattern: uv in metres [m]"},
+      ChoiceName{RestLengths::Mesh, "mesh", "lengths of the mesh: uv give only the directions"}};
 }
 enum class RestAngles { Flat, Mesh };
 constexpr auto choices(RestAngles) {
@@ -59,18 +59,18 @@ struct Cloth {
         field("material", &C::material, "ClothMaterial"), field("rest", &C::rest, "rest lengths"),
         field("rest_angles", &C::rest_angles, "rest angles between triangles"),
         field("bending", &C::bending, "bending element"),
-        field("pins", &C::pins, "indices of vertices that are held, or moved by script"),
+        field("pins", &C::pins, "indices of prescribed vertices: at rest, or moved by a script"),
         field("script_times", &C::script_times,
-              "times of the script [s], ascending; empty: pins stand still"),
+              "times of the script [s], ascending; empty: pins at rest"),
         field("script_positions", &C::script_positions,
-              "(times * pins x 3) positions of the pins [m], linear between"),
-        field("velocities", &C::velocities, "(n x 3) at the start [m/s]; empty: at rest"),
+              "(times * pins x 3) positions of the pins [m], linearly interpolated"),
+        field("velocities", &C::velocities, "(n x 3) initial velocities [m/s]; empty: at rest"),
         field("thickness", &C::thickness, "m", non_negative(),
               "contact distance; 0: chosen from the mesh"),
         field("friction", &C::friction, "1", non_negative(), "friction coefficient"),
-        field("self_collision", &C::self_collision, "the cloth collides with itself"),
+        field("self_collision", &C::self_collision, "whether the cloth collides with itself"),
         field("strain_limit", &C::strain_limit,
-              "StrainLimit: how far it may strain; None: as far as forces take it"));
+              "StrainLimit: bounds of its strain; None: no bounds"));
   }
 };
 
@@ -90,18 +90,18 @@ struct Obstacle {
     using O = Obstacle;
     return std::make_tuple(
         field("name", &O::name, "name in reports and files"),
-        field("mesh", &O::mesh, "surface; closed ones refuse cloth that starts inside"),
+        field("mesh", &O::mesh, "surface; cloth must start outside a closed one"),
         field("friction", &O::friction, "1", non_negative(), "friction coefficient"),
         field("thickness", &O::thickness, "m", non_negative(),
-              "contact distance; 0: as the cloth's"),
-        field("times", &O::times, "times of the keyframes [s], ascending; empty: stands still"),
+              "contact distance; 0: that of the cloth"),
+        field("times", &O::times, "times of the keyframes [s], ascending; empty: at rest"),
         field("positions", &O::positions,
-              "(times x 3) positions of the mesh's origin [m], linear between"),
+              "(times x 3) positions of the mesh's origin [m], linearly interpolated"),
         field("axis_angles", &O::axis_angles,
               "(times x 3) rotation vectors [rad], interpolated as rotations"),
         field("vertex_positions", &O::vertex_positions,
-              "(times * n x 3) vertex sequence [m], linear between"),
-        field("floor", &O::floor, "drawn as ground"));
+              "(times * n x 3) vertex positions instead of keyframes [m], linearly interpolated"),
+        field("floor", &O::floor, "whether it is drawn as ground"));
   }
 };
 
@@ -123,7 +123,7 @@ constexpr auto choices(ContactResponse) {
   return std::array{
       ChoiceName{ContactResponse::Implicit, "implicit", "terms of the implicit solve"},
       ChoiceName{ContactResponse::Impulse, "impulse",
-                 "impulses after it, as explicit integrators always do"}};
+                 "impulses after the solve; explicit integrators always use them"}};
 }
 
 // Description of a whole scene.
@@ -155,31 +155,30 @@ struct Scene {
         field("obstacles", &S::obstacles, "list of Obstacle"),
         field("bodies", &S::bodies, "list of RigidBody"),
         field("attachments", &S::attachments, "list of Attachment"),
-        field("magnets", &S::magnets, "list of Magnet: what makes bodies and obstacles magnetic"),
-        field("coils", &S::coils, "list of Coil: currents on bodies and obstacles"),
-        field("bearings", &S::bearings, "list of Bearing: bodies that only turn"),
-        field("magnetic_field", &S::magnetic_field,
-              "(3) uniform flux density that magnets feel besides one another's [T]"),
+        field("magnets", &S::magnets, "list of Magnet: magnets on bodies and obstacles"),
+        field("coils", &S::coils, "list of Coil: coils on bodies and obstacles"),
+        field("bearings", &S::bearings, "list of Bearing: axes about which bodies turn"),
+        field("magnetic_field", &S::magnetic_field, "(3) external uniform flux density [T]"),
         field("magnetic_tolerance", &S::magnetic_tolerance, "1", between(1e-12, 0.1),
-              "error of the force between two magnets over the largest such force"),
-        field(
-            "magnetic_step", &S::magnetic_step, "1", Limits{0.0, 1.0, true, false},
-            "length of the sub-steps in which magnets move times their largest angular frequency"),
+              "largest error of the force between two magnets, relative to the largest such force"),
+        field("magnetic_step", &S::magnetic_step, "1", Limits{0.0, 1.0, true, false},
+              "length of a magnetic sub-step times the largest angular frequency of the magnets' "
+              "motion"),
         field("air", &S::air, "Air: drag and wind"),
-        field("limits", &S::limits, "LimitOptions: how strain limits of cloths are enforced"),
-        field("gravity", &S::gravity, "acceleration [m/s^2]"),
-        field("collisions", &S::collisions, "contacts between surfaces are handled"),
+        field("limits", &S::limits, "LimitOptions: enforcement of strain limits"),
+        field("gravity", &S::gravity, "acceleration of gravity [m/s^2]"),
+        field("collisions", &S::collisions, "whether surfaces collide"),
         field("contact_stiffness", &S::contact_stiffness, "N/m", non_negative(),
-              "of a contact; 0: chosen from the material"),
-        field("response", &S::response, "how contacts act"),
+              "stiffness of a contact; 0: chosen from the material"),
+        field("response", &S::response, "contact response"),
         field("allow_initial_intersections", &S::allow_initial_intersections,
-              "accept a start with intersections: they are moved apart, then guarded"),
+              "whether the start may have intersections; they are untangled, then kept apart"),
         field("rigid_iterations", &S::rigid_iterations, "1", between(10, 10000),
-              "sweeps of the rigid-body solver over all contacts in a step: stacks want many, "
-              "loose heaps few; fewer than 10 feed energy in"),
+              "sweeps of the rigid-body solver over all contacts per step; stacks need more than "
+              "loose heaps, and fewer than 10 add energy"),
         field("rigid_rebuild_interval", &S::rigid_rebuild_interval, "1", between(1, 1000),
-              "steps between rebuilds of the rigid-body world; checkpoints with bodies fall on "
-              "them"));
+              "steps between rebuilds of the rigid-body world; with bodies, checkpoints are taken "
+              "only at a rebuild"));
   }
 };
 

@@ -181,7 +181,7 @@ def test_a_choice_that_does_not_exist_is_refused_with_those_that_do():
     with pytest.raises(TypeError, match=r"Cloth.rest \(rest lengths: uv \(.*cannot be a int"):
         ls.Cloth(rest=1)
     assert ls.BDF2(jacobian="exact").to_dict()["jacobian"] == "exact"
-    assert "uv (of the pattern" in ls.Cloth.rest.__doc__
+    assert "uv (lengths of the pattern: uv in metres" in ls.Cloth.rest.__doc__
 
 
 def test_fabrics_are_materials_and_softer_than_steel():
