@@ -10,7 +10,7 @@ namespace loomstone {
 inline py::tuple state_of(const SourceRecipe& recipe) {
   if (recipe.kind.empty())
     throw Unsupported(
-        "a body as it is magnetised cannot be pickled; pickle the body that magnetises");
+        "the magnetised state of a body cannot be pickled; pickle the body that magnetises");
   const py::object of = recipe.of ? py::object(state_of(*recipe.of)) : py::none();
   return py::make_tuple(recipe.kind, recipe.values, recipe.mesh, of);
 }

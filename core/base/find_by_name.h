@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 
@@ -16,8 +16,9 @@ std::size_t find_by_name(const List& list, const std::string& name, const std::s
     if (list[i].name == name) return i;
     known += (known.empty() ? "\"" : ", \"") + list[i].name + "\"";
   }
-  throw InvalidInput(where + " must be the name of one (" +
-                     (known.empty() ? "there are none" : known) + "), got \"" + name + "\"");
+  if (known.empty())
+    fail<InvalidInput>("{} must be an existing name, but there are none, got \"{}\"", where, name);
+  fail<InvalidInput>("{} must be one of the names {}, got \"{}\"", where, known, name);
 }
 
 }  // namespace loomstone

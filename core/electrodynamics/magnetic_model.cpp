@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "core/base/error.h"
 #include "core/base/find_by_name.h"
+#include "core/base/message.h"
 #include "core/electrodynamics/build.h"
 
 namespace loomstone {
@@ -16,12 +16,12 @@ bool MagneticModel::acts() const {
 Stand find_stand(const MagneticScene& scene, const std::string& name, const RigidPose& in_mesh,
                  const std::string& where) {
   if (name.empty())
-    throw InvalidInput(where +
-                       " must be the name of what carries it, got none; name the body or obstacle");
+    fail<InvalidInput>("{} must be the name of the body or obstacle that carries it, got none",
+                       where);
   const std::size_t carrier = find_by_name(scene.carriers, name, where);
   if (scene.carriers[carrier].deforms)
-    throw Unsupported(where +
-                      " must keep its shape, got an obstacle that deforms by vertex_positions");
+    fail<Unsupported>("{} must keep its shape, got an obstacle that deforms by vertex_positions",
+                      where);
   Stand stand{static_cast<Index>(carrier), in_mesh};
   if (stand.carrier < scene.n_bodies) stand.local.position -= scene.carriers[carrier].mass.centre;
   return stand;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/magnetics/forces/cells.h"
 #include "core/magnetics/sources/axisymmetric.h"
 #include "core/magnetics/sources/polyhedron.h"
@@ -38,14 +38,16 @@ class Values {
     return pointer;
   }
   [[noreturn]] void missing(const char* name) const {
-    throw InvalidInput("a recipe of \"" + recipe_.kind + "\" must have " + name);
+    fail<InvalidInput>("a recipe of \"{}\" must have {}", recipe_.kind, name);
   }
   const SourceRecipe& recipe_;
 };
 
 [[noreturn]] void refuse(const SourceRecipe& recipe) {
-  throw InvalidInput("a recipe must name a source of loomstone.magnetics, got \"" + recipe.kind +
-                     "\"; what was found by induction has none");
+  fail<InvalidInput>(
+      "a recipe must name a source of loomstone.magnetics, got \"{}\"; the magnetised state of a "
+      "body has none",
+      recipe.kind);
 }
 
 bool same(const std::shared_ptr<const TriangleMesh>& a,

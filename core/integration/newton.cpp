@@ -191,7 +191,7 @@ class NewtonIntegrator final : public Integrator {
       if (size > largest) largest = size, worst = i;
     }
     throw NewtonFailure(
-        formatted("the Newton loop of {} {} ({} iterations, relative residual {:.6g}, asked "
+        formatted("the Newton loop of {} {} ({} iterations, relative residual {:.6g}, tolerance "
                   "{:.6g}); shorten integrator.step or raise integrator.newton_tolerance",
                   name_, how, report.newton_iterations, report.newton_residuals.back(),
                   options_.newton_tolerance),

@@ -87,7 +87,7 @@ class DirectSolver final : public LinearSolver {
     factor_ = cholmod_analyze(&lower, &common_);
     if (factor_ == nullptr)
       throw SolverFailure(
-          "direct solve: the symbolic analysis needs more memory than there is; use \"pcg\"");
+          "direct solve: the symbolic analysis needs more memory than is available; use \"pcg\"");
   }
 
   // Returns the sorted pairs of rows that terms couple but the matrix does not.
@@ -202,7 +202,8 @@ class DirectSolver final : public LinearSolver {
           row);
     }
     if (common_.status < CHOLMOD_OK)
-      throw SolverFailure("direct solve: the factor needs more memory than there is; use \"pcg\"");
+      throw SolverFailure(
+          "direct solve: the factor needs more memory than is available; use \"pcg\"");
   }
 
   void back_substitute() {

@@ -172,8 +172,8 @@ TriangleMesh wave_bar(double length, double radius, double amplitude, double wav
   const double k = 2.0 * M_PI / wavelength;
   if (!(radius * amplitude * k * k < 1.0)) {
     fail<InvalidInput>(
-        "radius must be below the wave's smallest radius of curvature {:.6g} m, or the tube cuts "
-        "itself; got {}; raise wavelength or lower amplitude or radius",
+        "radius must be below the wave's smallest radius of curvature {:.6g} m, or the tube "
+        "intersects itself; got {}; raise wavelength or lower amplitude or radius",
         1.0 / (amplitude * k * k), radius);
   }
   // The centre line is z = amplitude cos(k y). Rings are equally spaced along its arc length, which

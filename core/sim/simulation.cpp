@@ -104,9 +104,10 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
   data_->communicator = std::move(communicator);
   together(*data_->communicator, [&] { build(scene, data_->model, data_->state); });
   if (integrator.implicit() == nullptr && !scene.attachments.empty())
-    throw Unsupported("attachments are part of an implicit solve, got the integrator " +
-                      std::string(integrator.name()) +
-                      "; choose an implicit integrator or remove the attachments");
+    fail<Unsupported>(
+        "attachments require an implicit integrator, got {}; choose an implicit integrator or "
+        "remove the attachments",
+        integrator.name());
   data_->digests = digests(scene, integrator);
   data_->layout = std::make_unique<RowLayout>(data_->model.n_rows(), data_->communicator);
   data_->make_stepper();
@@ -250,8 +251,7 @@ Checkpoint Simulation::checkpoint() const {
   if (!may_checkpoint())
     fail<InvalidInput>(
         "a scene with rigid bodies can be saved only at multiples of scene.rigid_rebuild_interval "
-        "= "
-        "{} steps, this is step {}",
+        "= {} steps, this is step {}",
         data_->model.scene.rigid_rebuild_interval, data_->state.step);
   data_->settle();
   // In previous_bending, only the rows of this rank are current.

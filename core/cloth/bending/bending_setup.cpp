@@ -15,7 +15,7 @@ namespace {
 [[noreturn]] void refuse_size(const char* field, const char* expected, std::size_t wanted,
                               std::size_t got) {
   fail<InvalidInput>(
-      "bending: {} must have one entry a {} ({}), got {}; build it from the same mesh", field,
+      "bending: {} must have one entry per {} ({}), got {}; build it from the same mesh", field,
       expected, wanted, got);
 }
 

@@ -71,7 +71,8 @@ void embree_pairs(const std::vector<Slabs>& a, const std::vector<Slabs>& b,
   rtcCollide(first.scene, second.scene, report, &reports);
   const RTCError error = rtcGetDeviceError(device.get());
   if (error != RTC_ERROR_NONE)
-    fail<Error>("Embree failed with error {}; usually memory ran out", static_cast<int>(error));
+    fail<Error>("Embree failed with error {}; the usual cause is a lack of memory",
+                static_cast<int>(error));
   for (const auto& [i, j] : reports.pairs) visit(first.item[i], second.item[j]);
 }
 

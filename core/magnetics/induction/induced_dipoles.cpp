@@ -142,8 +142,8 @@ Points induced_moments(const Team& team, const Points& positions, const Vector& 
   const GmresResult solved = gmres(apply, flat(right), tolerance, most_iterations, begin);
   if (!(solved.residual <= tolerance))
     fail<SolverFailure>(
-        "spheres that magnetise each other must come to an equilibrium, got a relative residual of "
-        "{:.3g} after {} iterations; move spheres that overlap apart",
+        "spheres that magnetise each other must reach an equilibrium, got a relative residual of "
+        "{:.3g} after {} iterations; separate spheres that overlap",
         solved.residual, solved.iterations);
   return rows(solved.solution);
 }

@@ -157,8 +157,8 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
       const GmresResult solved = gmres(apply, joined(answers), tolerance, most_iterations);
       if (!(solved.residual <= tolerance))
         fail<SolverFailure>(
-            "bodies that magnetise each other must come to an equilibrium, got a relative residual "
-            "of {:.3g} after {} iterations; move bodies that overlap apart",
+            "bodies that magnetise each other must reach an equilibrium, got a relative residual "
+            "of {:.3g} after {} iterations; separate bodies that overlap",
             solved.residual, solved.iterations);
       charges = parted(solved.solution, answers);
       result.residual = solved.residual;
@@ -174,7 +174,7 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
     if (!changed) return result;
   }
   fail<SolverFailure>(
-      "saturating bodies must come to an equilibrium, got none after {} rounds; give a larger "
+      "saturating bodies must reach an equilibrium, got none after {} rounds; give a larger "
       "tolerance",
       most_rounds);
 }
@@ -231,7 +231,7 @@ MagneticBody explicit_response(const SoftBody& body, const Points& local,
   Points b = magnetic_field(Team{}, hard, world, "B");
   b.rowwise() += field.transpose();
   if (body.saturation > 0.0)
-    throw InvalidInput("saturation must be 0 [T] where the response is explicit");
+    throw InvalidInput("saturation must be 0 [T] with the explicit response");
   const double chi = body.shape->susceptibility();
   const double share = chi == -1.0 ? -1.0
                        : chi > 1.0 ? 3.0 / (3.0 / chi + 1.0)

@@ -249,7 +249,7 @@ SoftShapePtr soft_mesh_shape(const Team& team, const TriangleMesh& mesh, double 
                              Index panels) {
   check_susceptibility(susceptibility);
   if (panels < 0 || std::max(panels, mesh.n_triangles()) > most_panels)
-    fail<InvalidInput>("panels must be at most {} and the mesh have no more triangles, got {}",
+    fail<InvalidInput>("panels must be at most {}, and so must the triangles of the mesh, got {}",
                        most_panels, std::max(panels, mesh.n_triangles()));
   PanelForm form;
   form.solid = std::make_shared<MeshMagnet>(mesh, Vec3(0, 0, 1));

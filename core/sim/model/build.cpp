@@ -46,8 +46,7 @@ void check_intersections(const Model& model, const Points& vertices) {
          << place(model, pairs[i][1]);
   fail<InvalidInput>(
       "the start must be free of intersections, got {} intersecting triangle pairs ({}{}); move "
-      "the "
-      "cloth, or set scene.allow_initial_intersections",
+      "the cloth, or set scene.allow_initial_intersections",
       found, list.str(), found > 10 ? "; ..." : "");
 }
 

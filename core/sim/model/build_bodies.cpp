@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 #include "core/base/message.h"
 #include "core/mesh/adjacency.h"
@@ -72,12 +71,11 @@ double own_thickness(const Cloth& cloth, const std::string& name) {
     smallest = std::min(smallest, a.cross(b).norm() / longest);
   }
   if (cloth.thickness > smallest && cloth.self_collision) {
-    std::ostringstream out;
-    out << name << ".thickness must not be above the smallest height of a triangle, " << smallest
-        << " m, got " << cloth.thickness
-        << " m: the cloth would push itself apart; take a coarser mesh or less (0: chosen from the "
-           "mesh)";
-    throw InvalidInput(out.str());
+    fail<InvalidInput>(
+        "{}.thickness must be at most the smallest height of a triangle, {:.6g} m, got {} m: "
+        "contact would push neighbouring triangles apart; take a coarser mesh or a smaller "
+        "thickness (0: chosen from the mesh)",
+        name, smallest, cloth.thickness);
   }
   return cloth.thickness > 0.0
              ? cloth.thickness

@@ -44,12 +44,11 @@ void build_magnetics(const Scene& scene, Model& model) {
     throw InvalidInput("scene.magnetic_field must be finite [T]");
   if (!scene.magnetic_field.isZero(0.0) && scene.magnets.empty() && scene.coils.empty())
     throw InvalidInput(
-        "scene.magnetic_field acts on magnets and coils, and there are none; add some or leave it "
-        "out");
+        "scene.magnetic_field must be 0 [T] without magnets and coils, on which it acts; add some "
+        "or leave it out");
   if (!scene.bearings.empty() && !scene.cloths.empty())
     throw Unsupported(
-        "scene.bearings hold bodies among bodies, not beside cloth; leave out the cloths or the "
-        "bearings");
+        "scene.bearings require a scene without cloth; leave out the cloths or the bearings");
   model.magnetics = build_magnetic_model(magnetic_scene(scene, model));
   if (!scene.magnets.empty()) build_poles(model);
 }

@@ -19,7 +19,7 @@ bool same_bits(const Points& a, const Points& b) {
                          const std::string& wanted) {
   std::ostringstream out;
   out << what << " must be " << wanted << ", got (" << table.row(row)
-      << "); write numbers before the next step";
+      << "); correct it before the next step";
   throw InvalidInput(out.str());
 }
 

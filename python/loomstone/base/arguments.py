@@ -94,7 +94,7 @@ def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Call
                 if key in bound and parameter.annotation is not parameter.empty
             )
             raise TypeError(
-                f"{name}: an argument has the wrong kind, got {text[:300]}; wanted {wanted}"
+                f"{name}: an argument has the wrong type, got {text[:300]}; expected {wanted}"
             ) from None
 
     call.units = units  # type: ignore[attr-defined]

@@ -38,11 +38,10 @@ class Units(pint.UnitRegistry[Any]):
 
     def __getitem__(self, unit: str) -> Any:
         if not isinstance(unit, str) or not unit.strip():
-            raise InvalidInput(f"a unit must be a text like 'gf/cm', got {unit!r}")
+            raise InvalidInput(f"a unit must be a string like 'gf/cm', got {unit!r}")
         if _ambiguous(unit):
             raise InvalidInput(
-                f"unit {unit!r} is ambiguous; put what is below the line in parentheses, as in"
-                " gf/(cm deg)"
+                f"unit {unit!r} is ambiguous; put the denominator in parentheses, as in gf/(cm deg)"
             )
         try:
             return self.Quantity(1.0, self.parse_units(unit.replace("%", "percent")))

@@ -20,7 +20,7 @@ def check(
     p: Parameters = [],  # noqa: B006
     render: Annotated[
         Path | None,
-        typer.Option(help="draw the start here (PNG), vertices of intersecting triangles marked"),
+        typer.Option(help="picture (PNG) of the start, vertices of intersecting triangles marked"),
     ] = None,
 ) -> None:
     """Checks a scene before it is run, or the claims of a run.

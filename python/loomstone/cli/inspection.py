@@ -50,8 +50,8 @@ def _describe_mesh(mesh: TriangleMesh) -> None:
         f" {np.round(high, 4)} m"
     )
     print(
-        f"smallest angle {quality['min_angle_degrees']:.1f} degrees, areas within 1 :"
-        f" {quality['area_ratio']:.2f}"
+        f"smallest angle {quality['min_angle_degrees']:.1f} degrees, ratio of largest to smallest"
+        f" area {quality['area_ratio']:.2f}"
     )
 
 
@@ -90,14 +90,14 @@ def check_run(run: Run) -> bool:
     print(f"{len(run)} frames, {len(tangled)} with intersecting triangles of cloth")
     if bodies := max((count.bodies for count in counts), default=0):
         print(
-            f"bodies and obstacles among themselves: at most {bodies} intersecting pairs (not held"
-            " apart as cloth is)"
+            f"bodies and obstacles among themselves: at most {bodies} intersecting pairs (not"
+            " prevented)"
         )
     for index, number in tangled.items():
         print(f"  frame {index} at {run.times[index]:.3f} s: {number} pairs")
     claims = SceneFile.of_run(run).check
     if claims is None:
-        print("the scene file makes no claims")
+        print("the scene file has no check()")
     else:
         claims(run)
         print("the scene's claims hold")
@@ -170,7 +170,7 @@ def contact_lines(summary: dict[str, Any]) -> list[str]:
         lines.append(
             f"{summary['forced_steps']} steps ended with triangles forced to intersect, at most"
             f" {summary['most_forced']} pairs: scripted motion left the cloth no room"
-            " (forced.csv; 2 by --color-by contact)"
+            " (forced.csv; value 2 of --color-by contact)"
         )
     return lines
 
@@ -180,7 +180,7 @@ def report_text(report: dict[str, Any]) -> str:
     wall, frames = report["wall_seconds"], max(report["frames"], 1)
     lines = [
         f"{report['steps']} steps to {report['time']:.3f} s in {wall:.1f} s ({wall / frames:.3f} s"
-        " a frame)"
+        " per frame)"
     ]
     if "seconds_per_stage" in report:
         total = sum(report["seconds_per_stage"].values()) or 1.0
@@ -190,20 +190,20 @@ def report_text(report: dict[str, Any]) -> str:
         )
         lines.append("stages: " + ", ".join(shares))
         lines.append(
-            f"{report['linear_iterations_per_step']:.1f} linear iterations a step, at most"
+            f"{report['linear_iterations_per_step']:.1f} linear iterations per step, at most"
             f" {report['most_contacts']} contacts, largest stretch {report['largest_stretch']:.3f}"
         )
         lines.extend(contact_lines(report))
     if report.get("unresolved_steps"):
         lines.append(
             f"{report['unresolved_steps']} steps left impacts and at most"
-            f" {report.get('most_intersections', 0)} triangle pairs intersected: what moves by"
-            " script leaves the cloth no room (columns of steps.csv)"
+            f" {report.get('most_intersections', 0)} triangle pairs intersected: scripted"
+            " motion leaves the cloth no room (columns of steps.csv)"
         )
     elif report.get("most_intersections"):
         lines.append(
             f"at most {report['most_intersections']} triangle pairs intersected: the cloth"
-            " started so"
+            " started with intersections"
         )
     if "verified_frames" in report:
         lines.append(

@@ -13,9 +13,7 @@ SceneArgument = Annotated[Path, typer.Argument(help="Python file with a function
 RunArgument = Annotated[Path, typer.Argument(help="directory of a run")]
 Parameters = Annotated[
     list[str],
-    typer.Option(
-        "-p", "--parameter", help="parameter of scene() as name=value; may be given again"
-    ),
+    typer.Option("-p", "--parameter", help="parameter of scene() as name=value; may be repeated"),
 ]
-Threads = Annotated[int, typer.Option(help="threads, 0: all processors", min=0)]
+Threads = Annotated[int, typer.Option(help="number of threads; 0: all processors", min=0)]
 Render = Annotated[bool, typer.Option("--render", help="draw every frame and make a video")]

@@ -18,7 +18,7 @@ def plot(
     run: Annotated[
         Path,
         typer.Argument(
-            help="directory of a run; or `force` or `torque`, of magnets given by --mesh"
+            help="directory of a run, or `force` or `torque` for magnets given by --mesh"
         ),
     ],
     what: Annotated[str, typer.Option(help=" | ".join(plots.KINDS))] = "energy",
@@ -28,12 +28,18 @@ def plot(
     ] = None,
     mesh: Annotated[
         list[Path],
-        typer.Option(help="closed mesh of a magnet [m]; given twice: the first over the second"),
+        typer.Option(
+            help="closed mesh of a magnet [m]; if given twice: force on the first by the second"
+        ),
     ] = [],  # noqa: B006
-    magnetization: Annotated[str, typer.Option(help="J = mu0 M of the magnets [T]")] = "0,0,1",
-    axis: Annotated[str, typer.Option(help="where the first magnet is from the second")] = "0,0,1",
+    magnetization: Annotated[
+        str, typer.Option(help="polarization J = mu0 M of the magnets [T]")
+    ] = "0,0,1",
+    axis: Annotated[
+        str, typer.Option(help="direction from the second magnet to the first")
+    ] = "0,0,1",
     reach: Annotated[
-        float, typer.Option(help="largest distance [m], 0: the size of the magnet")
+        float, typer.Option(help="largest distance [m]; 0: the size of the magnet")
     ] = 0.0,
 ) -> None:
     """Plots a run over time, or forces between magnets.
@@ -64,18 +70,22 @@ def plot(
 @app.command()
 def field(
     mesh: Annotated[Path, typer.Argument(help="closed mesh [m], OBJ or PLY")],
-    magnetization: Annotated[str, typer.Option(help="J = mu0 M inside [T]")] = "0,0,1",
-    lines: Annotated[int, typer.Option(help="field lines, each of equal flux", min=1)] = 150,
+    magnetization: Annotated[
+        str, typer.Option(help="polarization J = mu0 M of the magnet [T]")
+    ] = "0,0,1",
+    lines: Annotated[
+        int, typer.Option(help="number of field lines, each of equal flux", min=1)
+    ] = 150,
     out: Annotated[
         Path, typer.Option(help="picture (PNG) of the magnet with its field lines")
     ] = Path("field.png"),
-    eye: Annotated[str, typer.Option(help="direction from which it is seen")] = "0.6,-1,0.35",
+    eye: Annotated[str, typer.Option(help="direction from the magnet to the eye")] = "0.6,-1,0.35",
     slice_: Annotated[
         Path | None,
-        typer.Option("--slice", help="also draw |B| and its direction in a plane here (PNG)"),
+        typer.Option("--slice", help="picture (PNG) of |B| and its direction in a plane"),
     ] = None,
     plane: Annotated[
-        str, typer.Option(help="of the slice, through the centre: xy | xz | yz")
+        str, typer.Option(help="plane of the slice, through the centre: xy | xz | yz")
     ] = "xz",
 ) -> None:
     """Draws the field of a magnet of any shape.

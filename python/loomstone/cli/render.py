@@ -17,7 +17,7 @@ from ..runs.scene_file import stored_options
 from .application import app, session
 from .options import RunArgument
 
-Pixels = Annotated[int | None, typer.Option(help="[pixels]")]
+Pixels = Annotated[int | None, typer.Option(help="size of the picture [pixels]")]
 ColorBy = Annotated[
     str | None,
     typer.Option(
@@ -28,23 +28,21 @@ ColorBy = Annotated[
     ),
 ]
 ColorMap = Annotated[str | None, typer.Option(help="viridis | magma | diverging")]
-Low = Annotated[float | None, typer.Option(help="value at the low end of the colours")]
-High = Annotated[float | None, typer.Option(help="value at the high end of the colours")]
+Low = Annotated[float | None, typer.Option(help="value at the low end of the colour map")]
+High = Annotated[float | None, typer.Option(help="value at the high end of the colour map")]
 Pattern = Annotated[str | None, typer.Option(help="weave | checker | plain")]
-Wireframe = Annotated[bool | None, typer.Option(help="edges over the cloth")]
-FieldLines = Annotated[int | None, typer.Option(help="lines of the magnets' field, 0: none")]
-Frames = Annotated[
-    list[int], typer.Option(help="only this frame, -1 is the last; may be given again")
-]
+Wireframe = Annotated[bool | None, typer.Option(help="draw the edges of the cloth's triangles")]
+FieldLines = Annotated[int | None, typer.Option(help="number of magnetic field lines; 0: none")]
+Frames = Annotated[list[int], typer.Option(help="only this frame (-1: the last); may be repeated")]
 Target = Annotated[
     Path | None,
     typer.Option(
-        help="directory for pictures and video; default: frames in the run, its video.mp4"
+        help="directory for pictures and video; default: frames/ and video.mp4 in the run"
     ),
 ]
-Jobs = Annotated[int, typer.Option(help="frames drawn at once, 0: one a processor", min=0)]
+Jobs = Annotated[int, typer.Option(help="frames drawn in parallel; 0: one per processor", min=0)]
 Again = Annotated[
-    bool, typer.Option("--again", help="delete the pictures that are there and draw all")
+    bool, typer.Option("--again", help="delete existing pictures and draw all frames")
 ]
 
 

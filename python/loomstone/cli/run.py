@@ -36,14 +36,14 @@ def run(
     ] = None,
     p: Parameters = [],  # noqa: B006
     duration: Annotated[
-        float | None, typer.Option(help="simulated time [s]; default: as the scene file says")
+        float | None, typer.Option(help="simulated time [s]; default: that of the scene file")
     ] = None,
     rate: Annotated[
         float | None,
-        typer.Option(help="frames a second of simulated time; default: as the scene file says"),
+        typer.Option(help="frames per second of simulated time; default: that of the scene file"),
     ] = None,
     step: Annotated[
-        float | None, typer.Option(help="time step [s]; default: as the scene file says")
+        float | None, typer.Option(help="time step [s]; default: that of the scene file")
     ] = None,
     integrator: Annotated[str | None, typer.Option(help=" | ".join(sorted(METHODS)))] = None,
     threads: Threads = 0,
@@ -51,9 +51,7 @@ def run(
     verify: Annotated[
         bool, typer.Option("--verify", help="count intersecting triangles of every frame exactly")
     ] = False,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="replace a run that is there")
-    ] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="replace an existing run")] = False,
 ) -> None:
     """Simulates a scene.
 
@@ -156,7 +154,7 @@ def _advance(task: _Task, communicator: Communicator) -> None:
     if options.render:
         say(
             f"pictures: {task.directory / 'frames'}\n"
-            f"video: {report.get('video', 'none: frames/ was given other options while it ran')}"
+            f"video: {report.get('video', 'none: the options of frames/ changed during the run')}"
         )
     if report.get("intersecting_frames"):
         raise typer.Exit(1)

@@ -173,7 +173,7 @@ def _bending(fits: dict[str, ModeFit]) -> dict[str, float]:
         return bending_from_strips(**given)
     if "bias" in given:
         raise InvalidInput(
-            "fit: bending_bias needs bending_weft and bending_warp beside it; give all three curves"
+            "fit: bending_bias needs bending_weft and bending_warp too; give all three curves"
         )
     if len(given) == 1:
         raise InvalidInput(
@@ -203,7 +203,7 @@ def _read(mode: str, curve: Any, x_unit: str, y_unit: str) -> tuple[Floats, Floa
     x, y = columns
     if x.ndim != 1 or x.shape != y.shape:
         raise InvalidInput(
-            f"fit: {mode}: strain and load must be of one length, got shapes {x.shape} and"
+            f"fit: {mode}: strain and load must have the same length, got shapes {x.shape} and"
             f" {y.shape}"
         )
     if len(x) == 0:
@@ -217,8 +217,8 @@ def _read(mode: str, curve: Any, x_unit: str, y_unit: str) -> tuple[Floats, Floa
     if (bad := np.flatnonzero(np.diff(x) <= 0)).size:
         i = int(bad[0])
         raise InvalidInput(
-            f"fit: {mode}: strain must grow from point to point, got {x[i]:g} then"
-            f" {x[i + 1]:g} at point {i + 1}; give the loading branch alone"
+            f"fit: {mode}: strain must increase from point to point, got {x[i]:g} then"
+            f" {x[i + 1]:g} at point {i + 1}; give only the loading branch"
         )
     return x, y
 
@@ -229,13 +229,13 @@ def _crossing(mode: str, strain: Floats, load: Floats, wanted: float) -> float:
     if above.size == 0:
         raise InvalidInput(
             f"fit: {mode}: the curve never reaches the load of {wanted:.4g} [N/m], its"
-            f" largest is {load.max(initial=0.0):.4g}; measure further, or give a lower load"
+            f" largest is {load.max(initial=0.0):.4g}; extend the measurement, or give a lower load"
         )
     i = int(above[0])
     if i == 0:
         raise InvalidInput(
-            f"fit: {mode}: the curve starts above the load of {wanted:.4g} [N/m]; give it"
-            " from zero load on"
+            f"fit: {mode}: the curve starts above the load of {wanted:.4g} [N/m]; begin"
+            " it at zero load"
         )
     share = (wanted - load[i - 1]) / (load[i] - load[i - 1])
     limit = float(strain[i - 1] + share * (strain[i] - strain[i - 1]))
@@ -263,7 +263,7 @@ def _through_origin(
     stiffness = float(basis @ y / (basis @ basis))
     if not stiffness > 0:
         raise InvalidInput(
-            f"fit: {mode}: the load must grow with strain, got a fitted stiffness of"
+            f"fit: {mode}: the load must increase with strain, got a fitted stiffness of"
             f" {stiffness:.3g}"
         )
     misfit = float(np.sqrt(np.mean((y - stiffness * basis) ** 2)) / np.abs(y).max())

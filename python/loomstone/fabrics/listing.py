@@ -31,10 +31,10 @@ def fabrics_text() -> str:
         licence = next(fabric.licence for fabric in catalogue.values() if fabric.source == source)
         lines += [f"[{number}] {source}", f"    {licence}"]
     lines.append(
-        "limits: largest strain (shear: e12), - where none is known; band: published drape"
-        " coefficient of such fabrics"
+        "limits: largest strain (shear: e12), - if unknown; band: published drape"
+        " coefficients of similar fabrics"
     )
-    lines.append("caveats of each: loomstone fabrics --json")
+    lines.append("caveats: loomstone fabrics --json")
     return "\n".join(lines)
 
 

@@ -52,7 +52,7 @@ def bending_from_strips(
     if not (math.isfinite(poisson) and poisson**2 * s11 < s22):
         raise InvalidInput(
             "bending_from_strips: poisson must be below sqrt(weft / warp) ="
-            f" {math.sqrt(s22 / s11):.4g} in size, got {poisson}"
+            f" {math.sqrt(s22 / s11):.4g} in magnitude, got {poisson}"
         )
     s12 = -poisson * s11
     s33 = 4.0 / given["bias"] - s11 - s22 - 2.0 * s12

@@ -80,7 +80,7 @@ def cut(pattern: Pattern, *, spacing: float, triangles: int | None, seed: int) -
         where = np.asarray(panel.place(points), float)
         if where.shape != (len(points), 3) or not np.isfinite(where).all():
             raise InvalidInput(
-                f"panel {panel.name!r}: its place must give finite points (n x 3) [m]"
+                f"panel {panel.name!r}: its place must return finite points (n x 3) [m]"
             )
         placed.append(where)
         faces.append(panel_faces + first)

@@ -51,7 +51,7 @@ def read_garmentcode(path: str | os.PathLike[str]) -> Pattern:
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         kind = "" if isinstance(error, ValueError) else f"{type(error).__name__}: "
         raise InvalidInput(
-            f"{path}: is no GarmentCode pattern that can be read: {kind}{error}"
+            f"{path}: is not a readable GarmentCode pattern: {kind}{error}"
         ) from error
 
 

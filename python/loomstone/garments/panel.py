@@ -76,8 +76,8 @@ class Panel:
         """Returns a panel with straight edges; edge i runs from corner i [m] to the next one."""
         if len(names) != len(corners):
             raise InvalidInput(
-                f"panel {name!r}: names must be as many as corners, got {len(names)} and"
-                f" {len(corners)}"
+                f"panel {name!r}: names must be one for each corner, got {len(names)} names"
+                f" and {len(corners)} corners"
             )
         points = [(float(x), float(y)) for x, y in corners]
         ends = zip(names, points, points[1:] + points[:1], strict=True)

@@ -80,8 +80,8 @@ def dress_pattern(
         raise InvalidInput(f"chord must be in [0, 0.15] m, got {chord}")
     if not 0.3 < waist < bust < waist + 0.8 or not waist < hem < waist + 5.0 * skirt:
         raise InvalidInput(
-            "waist must be in (0.3, bust) and bust and hem not too much wider [m], got"
-            f" bust={bust}, waist={waist}, hem={hem}, skirt={skirt}"
+            "waist must be in (0.3, bust), bust < waist + 0.8 and hem in (waist, waist + 5 skirt)"
+            f" [m], got bust={bust}, waist={waist}, hem={hem}, skirt={skirt}"
         )
     if not 0.015 <= bar_radius <= 0.05:
         raise InvalidInput(f"bar_radius must be in [0.015, 0.05] m, got {bar_radius}")

@@ -65,12 +65,12 @@ def as_cells(body: MagneticBody, engine: str, density: float | None) -> Magnetic
     if engine == "exact" and density is None:
         return body
     if engine == "exact":
-        raise InvalidInput('density belongs to engine="cells", got it with engine="exact"')
+        raise InvalidInput(f'density must be None with engine="exact", got {density}; leave it out')
     if engine != "cells":
         raise InvalidInput(f'engine must be "exact" or "cells", got {engine!r}')
     if density is None:
         raise InvalidInput(
-            'density [1/m^3] must be given with engine="cells"; 8e6 is eight cells a cubic'
-            " centimetre"
+            'density [1/m^3] must be given with engine="cells"; 8e6 makes eight cells per'
+            " cubic centimetre"
         )
     return cells(body, density=density)

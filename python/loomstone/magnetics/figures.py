@@ -139,7 +139,7 @@ def plot_slice(
     middle = 0.5 * (low + high) if centre is None else np.asarray(centre, float)
     reach = extent or 0.9 * float((high - low).max())
     if not reach > 0:
-        raise InvalidInput("extent [m] must be given where bodies have none (point dipoles)")
+        raise InvalidInput("extent [m] must be given for bodies without one (point dipoles)")
 
     lattice = _Lattice(plane, middle, reach)
     figure, axes = _figure((7.0, 6.0))

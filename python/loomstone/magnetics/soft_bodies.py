@@ -186,5 +186,7 @@ def induce(
     if response != "mutual":
         raise _core.InvalidInput(f'response must be "mutual" or "explicit", got "{response}"')
     if density != 0.0:
-        raise _core.InvalidInput("density belongs to the explicit response; leave it out")
+        raise _core.InvalidInput(
+            f"density must be 0 [1/m^3] without the explicit response, got {density}; leave it out"
+        )
     return Induced(*_core.induce(bodies, as_list(by), field, tolerance, threads))

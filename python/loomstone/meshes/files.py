@@ -65,7 +65,8 @@ def write(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
         SystemExit,
     ) as error:
         raise InvalidInput(
-            f"{path}: must end in .obj, .ply or what meshio writes, as .stl, .off or .vtk: {error}"
+            f"{path}: must end in .obj, .ply or a format of meshio, such as .stl, .off or .vtk:"
+            f" {error}"
         ) from None
     except OSError as error:
         raise _core.CacheError(f"{path}: cannot be written: {error.strerror or error}") from error

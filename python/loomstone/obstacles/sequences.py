@@ -94,11 +94,9 @@ def _moments(
             raise InvalidInput(f"rate must be > 0 [1/s], got {rate}; correct this value")
         times = np.asarray(np.arange(count) * (_step_of(source) / rate), float)
     elif times is None:
-        raise InvalidInput(
-            f"{source}: does not say when its frames are; give rate, frames a second [1/s]"
-        )
+        raise InvalidInput(f"{source}: must come with times; give rate, frames per second [1/s]")
     elif times.shape != (count,):
-        raise InvalidInput(f"{source}: must have one time a frame ({count}), got {times.size}")
+        raise InvalidInput(f"{source}: must have one time per frame ({count}), got {times.size}")
     return times if start is None else times - times[0] + start
 
 
@@ -109,7 +107,7 @@ def _in_order(source: StrPath | Sequence[StrPath]) -> list[Path]:
     found = glob.glob(os.fspath(source))
     if not found:
         raise CacheError(
-            f"{source}: no file has such a name; give a pattern as 'body-*.obj', or a file that"
+            f"{source}: no file matches; give a pattern such as 'body-*.obj', or a file that"
             f" ends in {', '.join(_CACHES)}"
         )
     return [
@@ -128,8 +126,8 @@ def _read_meshes(paths: list[Path], mesh: TriangleMesh | None) -> tuple[Triangle
         mesh = read if mesh is None else mesh
         if not np.array_equal(read.triangles, mesh.triangles):
             raise InvalidInput(
-                f"{path}: must have the triangles of the frames before it ({mesh.n_triangles}), got"
-                f" {read.n_triangles} or others"
+                f"{path}: must have the same {mesh.n_triangles} triangles as the frames before it,"
+                f" got {read.n_triangles} triangles or different ones"
             )
         frames.append(read.vertices)
     if mesh is None:
@@ -179,7 +177,7 @@ def _read_pc2(path: Path, head: bytes) -> tuple[NDArray[Any], None]:
     number of samples. Positions follow as little-endian floats.
     """
     if head[:12] != b"POINTCACHE2\0" or len(head) < 32:
-        raise CacheError(f"{path}: is no point cache (.pc2)")
+        raise CacheError(f"{path}: is not a point cache (.pc2)")
     points, samples = (int(n) for n in np.frombuffer(head, "<i4")[[4, 7]])
     return _mapped(path, "<f4", 32, samples, points), None
 
@@ -194,10 +192,10 @@ def _step_of(source: StrPath | Sequence[StrPath]) -> float:
 def _read_mdd(path: Path, head: bytes) -> tuple[NDArray[Any], Floats]:
     """Reads an MDD file: numbers of frames and points, times [s] and positions, all big-endian."""
     if len(head) < 8:
-        raise CacheError(f"{path}: is no point cache (.mdd)")
+        raise CacheError(f"{path}: is not a point cache (.mdd)")
     samples, points = (int(n) for n in np.frombuffer(head[:8], ">i4"))
     if samples < 1 or points < 1:
-        raise CacheError(f"{path}: is no point cache (.mdd)")
+        raise CacheError(f"{path}: is not a point cache (.mdd)")
     frames = _mapped(path, ">f4", 8 + 4 * samples, samples, points)
     return frames, np.fromfile(path, ">f4", samples, offset=8).astype(float)
 
@@ -206,7 +204,7 @@ def _mapped(path: Path, kind: str, offset: int, samples: int, points: int) -> ND
     wanted, size = offset + 12 * samples * points, path.stat().st_size
     if samples < 1 or points < 1 or size < wanted:
         raise CacheError(
-            f"{path}: says {samples} frames of {points} points, which take {wanted} bytes, but has"
-            f" {size}; it is cut short"
+            f"{path}: must have {wanted} bytes for {samples} frames of {points} points, got {size};"
+            " it is cut short"
         )
     return np.memmap(path, kind, "r", offset, (samples, points, 3))

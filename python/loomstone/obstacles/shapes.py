@@ -46,8 +46,8 @@ def mesh(
     if len(times) == 0:
         if positions is not None or axis_angles is not None:
             raise InvalidInput(
-                f"obstacle {name!r}: positions and axis_angles need times [s], got none; give one"
-                " time a row"
+                f"obstacle {name!r}: positions and axis_angles require times [s], got none; give"
+                " one time per row"
             )
         return Obstacle(mesh=mesh.moved(vector("centre", centre, 3)), **settings)
     if positions is None:

@@ -85,7 +85,7 @@ def claim(
     same = all(note.get(name) == value for name, value in wanted.items())
     if not again and not same and (note or there):
         if not note:
-            found = "pictures, and no options.json that tells how they were drawn"
+            found = "pictures but no options.json"
         elif note.get("run") != wanted["run"]:
             found = "pictures of another run"
         else:

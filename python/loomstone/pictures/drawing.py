@@ -75,7 +75,7 @@ def render_run(
     A fitted camera is fitted to the first frame. Automatic colours span the values of all frames.
     """
     if not len(run):
-        raise CacheError(f"{run.directory} has no frames yet; draw it later")
+        raise CacheError(f"{run.directory} must have frames, but has none yet; render it later")
     if any(not 0 <= i < len(run) for i in frames or ()):
         raise InvalidInput(
             f"frames must be in [0, {len(run) - 1}], got {list(frames or ())}; the run has"

@@ -71,12 +71,12 @@ def _stages(axes: Any, steps: Steps) -> None:
     axes.stackplot(
         steps["time"], milliseconds, labels=[name.removeprefix("seconds.") for name in names]
     )
-    axes.set_ylabel("wall time a step [ms]")
+    axes.set_ylabel("wall time per step [ms]")
 
 
 def _contacts(axes: Any, steps: Steps) -> None:
     for name, label in (
-        ("contacts.near", "near contacts"),
+        ("contacts.near", "contacts"),
         ("contacts.impacts", "impacts"),
         ("withheld.vertices", "vertices with withheld motion"),
     ):
@@ -96,8 +96,8 @@ def _strain(axes: Any, steps: Steps) -> None:
     """
     if "strain.weft" not in steps:
         raise InvalidInput(
-            "this run has no strains in its table of steps: it was made by an earlier version; run"
-            " it again"
+            "the table of steps must have strains, but was written by an earlier version; run the"
+            " scene again"
         )
     for name, color in (("weft", "C0"), ("warp", "C1"), ("shear", "C2")):
         axes.plot(steps["time"], steps[f"strain.{name}"], color, label=name)
@@ -107,20 +107,20 @@ def _strain(axes: Any, steps: Steps) -> None:
                 steps[f"limits.{name}_excess"],
                 color,
                 linestyle=":",
-                label=f"{name} beyond limits",
+                label=f"excess of {name}",
             )
     axes.set_ylabel("largest strain [1]")
     if steps["limits.sweeps"].any():
         right = axes.twinx()
         right.plot(steps["time"], steps["limits.sweeps"], "0.6", linewidth=0.8, zorder=0)
-        right.set_ylabel("sweeps a step [1] (grey)")
+        right.set_ylabel("sweeps per step [1] (grey)")
         right.set_ylim(bottom=0)
 
 
 def _iterations(axes: Any, steps: Steps) -> None:
     axes.plot(steps["time"], steps["solver.linear_iterations"], label="linear")
     axes.plot(steps["time"], steps["solver.newton_iterations"], label="Newton")
-    axes.set_ylabel("iterations a step [1]")
+    axes.set_ylabel("iterations per step [1]")
 
 
 _DRAW = {

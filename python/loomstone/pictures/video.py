@@ -43,7 +43,7 @@ def encode(directory: Path, target: Path, *, frames: int, rate: float = 25.0) ->
     if done.returncode != 0:
         raise CacheError(
             f"{target}: ffmpeg could not make the video: {done.stderr.strip()[-500:]}; the pictures"
-            " are kept, loomstone render makes it"
+            " are kept: make the video by loomstone render"
         )
     unfinished.replace(target)
     return str(target)

@@ -35,7 +35,7 @@ def latest_checkpoint(directory: Path) -> Checkpoint | None:
             problem = problem or error
     if problem:
         raise CacheError(
-            f"{directory}: none of its checkpoints can be read, so it cannot go on; its frames can"
-            f" still be rendered. Run the scene again into another directory. ({problem})"
+            f"{directory}: none of its checkpoints can be read, so the run cannot be resumed; its"
+            f" frames can be rendered. Run the scene again into another directory. ({problem})"
         )
     return None

@@ -34,8 +34,8 @@ def observer(rank: int = 0) -> Observer:
 def trouble(report: StepReport) -> str:
     """Returns the message about a step in which certification left impacts."""
     return (
-        f"step {report.step} (t {report.time:.3f} s): {report.contacts.unresolved} impacts are left"
-        f" even in 1/64 of the step and {report.contacts.intersections} triangle pairs intersect;"
+        f"step {report.step} (t {report.time:.3f} s): {report.contacts.unresolved} impacts remain"
+        f" at 1/64 of the step, and {report.contacts.intersections} triangle pairs intersect:"
         " scripted motion leaves the cloth no room"
     )
 
@@ -44,9 +44,9 @@ def overstrained(report: StepReport) -> str:
     """Returns the message about a step in which strain limits were exceeded."""
     excess = max(report.limits.weft_excess, report.limits.warp_excess, report.limits.shear_excess)
     return (
-        f"step {report.step} (t {report.time:.3f} s): {report.limits.broken} triangles strain"
-        f" beyond their limits, by up to {excess:.3f} (triangle {report.limits.worst_element});"
-        " limits.csv names the worst of every step"
+        f"step {report.step} (t {report.time:.3f} s): {report.limits.broken} triangles exceed"
+        f" their strain limits, by up to {excess:.3f} (triangle {report.limits.worst_element});"
+        " limits.csv lists the worst triangle of each step"
     )
 
 

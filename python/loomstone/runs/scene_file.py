@@ -83,7 +83,7 @@ class SceneFile:
             raise CacheError(f"{path}: scene file cannot be read: {error.strerror}") from error
         except UnicodeDecodeError as error:
             raise CacheError(
-                f"{path}: scene file cannot be read: it is no text; give a Python file"
+                f"{path}: scene file cannot be read: it is not a text file; give a Python file"
             ) from error
         return cls(path.resolve(), source, parameters)
 

@@ -26,7 +26,7 @@ class StepTable:
             header, rows = read_table(path, "step")
             if header != columns:
                 raise CacheError(
-                    f"{path}: has other columns than this version writes; run the scene again"
+                    f"{path}: its columns must be those of this version; run the scene again"
                 )
             kept = [row for row in rows if int(row[0]) <= until_step]
         self._path, self._file = path, path.open("w", newline="")

@@ -252,15 +252,15 @@ TEST_CASE(
     }
   };
   refused([](BendingSetup& s) { s.corners.pop_back(); },
-          "corners must have one entry a triangle (8), got 7");
+          "corners must have one entry per triangle (8), got 7");
   refused([](BendingSetup& s) { s.rigidity.pop_back(); },
-          "rigidity must have one entry a triangle (8), got 7");
+          "rigidity must have one entry per triangle (8), got 7");
   refused([](BendingSetup& s) { s.damping.pop_back(); },
-          "damping must have one entry a triangle (8), got 7");
+          "damping must have one entry per triangle (8), got 7");
   refused([](BendingSetup& s) { s.prescribed.pop_back(); },
-          "prescribed must have one entry a vertex (9), got 8");
+          "prescribed must have one entry per vertex (9), got 8");
   refused([](BendingSetup& s) { s.rest_angles = {0.1}; },
-          "rest_angles must have one entry a hinge (8), got 1");
+          "rest_angles must have one entry per hinge (8), got 1");
   refused([](BendingSetup& s) { s.rest_angles.assign(8, 0.0), s.rest_angles[2] = 4.0; },
           "rest_angles[2] must be in (-pi, pi) [rad], got 4");
   refused([](BendingSetup& s) { s.rigidity[3](0, 1) = 2.0; },

@@ -245,7 +245,7 @@ def test_broken_limits_are_named_the_worst_first_and_in_a_table(tmp_path, capsys
     )
     strained = progress.overstrained(last)
     assert (
-        f"{last.limits.broken} triangles strain beyond" in strained
+        f"{last.limits.broken} triangles exceed their strain limits" in strained
         and f"triangle {last.limits.worst_element}" in strained
     )
 

@@ -375,8 +375,8 @@ def magnetised_ball() -> ls.magnetics.MagneticBody:
 
 
 BAD = {
-    "body must be the name of one": dict(body="c"),
-    "body must be the name of what": dict(body=""),
+    "body must be one of the names": dict(body="c"),
+    "body must be the name of the body or obstacle that carries it, got none": dict(body=""),
     "source must be a magnet or a body that magnetises, got none": dict(source=None),
     "source must be a magnet, got a loop": dict(source=M.loop(radius=0.01)),
     "source must be a magnet, got the magnetised state of a body": dict(source=magnetised_ball()),
@@ -395,7 +395,7 @@ def test_a_bad_magnet_is_refused(message):
 
 
 def test_a_field_without_magnets_is_refused():
-    with pytest.raises(ls.InvalidInput, match="magnetic_field acts on magnets"):
+    with pytest.raises(ls.InvalidInput, match="magnetic_field must be 0 .* without magnets"):
         ls.Simulation(on_the_floor().replace(magnets=[], magnetic_field=(0, 0, 1)))
 
 

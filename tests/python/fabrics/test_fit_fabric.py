@@ -130,11 +130,11 @@ BAD = [
     ),
     (
         {"weft": (STRAIN[::-1], GOOD)},
-        r"weft: strain must grow from point to point, got 0.2 then 0.195",
+        r"weft: strain must increase from point to point, got 0.2 then 0.195",
     ),
     (
         {"warp": (np.append(STRAIN, 0.1), np.append(GOOD, 50.0))},
-        r"warp: strain must grow .* give the loading branch alone",
+        r"warp: strain must increase .* give only the loading branch",
     ),
     (
         {"warp": (STRAIN, 0.1 * GOOD)},
@@ -146,7 +146,7 @@ BAD = [
     ),
     (
         {"weft": (STRAIN, GOOD[:-1])},
-        r"weft: strain and load must be of one length, got shapes \(41,\) and \(40,\)",
+        r"weft: strain and load must have the same length, got shapes \(41,\) and \(40,\)",
     ),
     (
         {"weft": (100 * STRAIN, GOOD)},
@@ -166,11 +166,11 @@ BAD = [
         {"wefft": (STRAIN, GOOD)},
         r"there is no curve 'wefft'; known: weft, warp, shear, bending_weft",
     ),
-    ({"shear": (STRAIN, -GOOD)}, r"shear: the load must grow with strain"),
+    ({"shear": (STRAIN, -GOOD)}, r"shear: the load must increase with strain"),
     ({"bending_weft": (STRAIN, STRAIN)}, r"bending_weft and bending_warp belong together"),
     (
         {"bending_bias": (STRAIN, STRAIN)},
-        r"bending_bias needs bending_weft and bending_warp beside it",
+        r"bending_bias needs bending_weft and bending_warp too",
     ),
 ]
 

@@ -162,7 +162,7 @@ def test_files_that_are_not_json_are_reported(tmp_path):
 def test_json_that_is_no_pattern_is_refused(tmp_path, content):
     path = tmp_path / "none.json"
     path.write_text(json.dumps(content))
-    with pytest.raises(ls.InvalidInput, match="is no GarmentCode pattern that can be read"):
+    with pytest.raises(ls.InvalidInput, match="is not a readable GarmentCode pattern"):
         g.read_garmentcode(path)
 
 

@@ -357,7 +357,7 @@ MISTAKES = {
         relax=0,
     ),
     "bar_radius must be in [0.015, 0.05] m, got 0.2": lambda: g.dress(900, bar_radius=0.2),
-    "bust and hem not too much wider": lambda: g.dress(900, waist=1.2),
+    "bust < waist + 0.8 and hem in (waist, waist + 5 skirt)": lambda: g.dress(900, waist=1.2),
     "triangles must be in [200, 10000000], got 5": lambda: g.dress(5),
     "chest must be in [0.6, 2]": lambda: g.tshirt(chest=3.0),
     "join two corners of one triangle": lambda: ls.garment(

@@ -198,7 +198,10 @@ def test_bad_coils_and_bearings_are_refused():
             {"coils": [ls.Coil(body="b", source=strong, currents=[1.0])]},
             "default current of 1 A, got 2 A",
         ),
-        ({"coils": [ls.Coil(**(good | {"body": "c"}), currents=[1.0])]}, "name of one"),
+        (
+            {"coils": [ls.Coil(**(good | {"body": "c"}), currents=[1.0])]},
+            "body must be one of the names .b., got .c.",
+        ),
         ({"coils": [ls.Coil(body="b", source=line, currents=[1.0])]}, "loop or a solenoid"),
         ({"bearings": [ls.Bearing(body="b", axis=(1, 1, 0))]}, "principal axis"),
         ({"bearings": [ls.Bearing(body="b"), ls.Bearing(body="b")]}, "has a bearing already"),
@@ -212,7 +215,7 @@ def test_bad_coils_and_bearings_are_refused():
                 "bearings": [ls.Bearing(body="b")],
                 "cloths": [ls.Cloth(mesh=ls.grid(cells=(2, 2)).moved((0, 0, 1)))],
             },
-            "not beside cloth",
+            "scene.bearings require a scene without cloth",
         ),
     ):
         with pytest.raises(ls.Unsupported, match=message):

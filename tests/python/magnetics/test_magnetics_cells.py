@@ -243,7 +243,7 @@ def test_cells_of_a_cylinder_converge_to_the_magnet():
         ),
         (
             lambda: M.force(on=M.cuboid(**CUBE), by=M.cuboid(**CUBE), density=1),
-            'belongs to engine="cells"',
+            'density must be None with engine="exact", got',
         ),
         (
             lambda: M.force(on=M.cuboid(**CUBE), by=M.cuboid(**CUBE), engine="magic"),

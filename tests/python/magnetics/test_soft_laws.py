@@ -356,7 +356,9 @@ BAD = {
     "field must be finite": lambda: M.induce(BOX, field=(0, np.nan, 0)),
     "tolerance must be in": lambda: M.induce(BOX, field=(0, 0, 1), tolerance=0.0),
     "response must be": lambda: M.induce(BOX, field=(0, 0, 1), response="thesis"),  # type: ignore[arg-type]
-    "density belongs to the explicit": lambda: M.induce(BOX, field=(0, 0, 1), density=1.0),
+    "density must be 0 .* without the explicit response, got 1": lambda: M.induce(
+        BOX, field=(0, 0, 1), density=1.0
+    ),
     "density must be > 0": lambda: M.induce(BOX, field=(0, 0, 1), response="explicit"),
     "saturation must be 0 .* explicit": lambda: M.induce(
         M.soft_sphere(**ball, saturation=1.0), field=(0, 0, 1), response="explicit", density=1e9

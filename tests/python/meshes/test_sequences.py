@@ -91,7 +91,7 @@ def test_what_is_wrong_with_a_sequence_is_one_sentence(tmp_path):
     np.save(tmp_path / "text.npy", np.array(["a", "b"]))
     for source, settings, said in [
         (npy, {"rate": 25.0}, "give the mesh whose vertices move"),
-        (npy, {"mesh": BALL}, "does not say when its frames are; give rate"),
+        (npy, {"mesh": BALL}, "must come with times; give rate"),
         (npy, {"mesh": BALL, "rate": 0.0}, "rate must be > 0"),
         (
             npy,
@@ -100,14 +100,18 @@ def test_what_is_wrong_with_a_sequence_is_one_sentence(tmp_path):
         ),
         (tmp_path / "short.pc2", more, "it is cut short"),
         (tmp_path / "short.mdd", {"mesh": BALL}, "it is cut short"),
-        (tmp_path / "noise.pc2", more, "is no point cache"),
+        (tmp_path / "noise.pc2", more, r"is not a point cache \(.pc2\)"),
         (tmp_path / "noise.npy", more, "cannot be read as vertex positions"),
         (tmp_path / "text.npy", more, "must hold numbers"),
         (tmp_path / "absent.mdd", more, "cannot be read: No such file"),
         (tmp_path / "other.npz", more, "must hold an array `positions` .* got x"),
-        (tmp_path / "times.npz", {"mesh": BALL}, r"one time a frame \(3\), got 1"),
-        (tmp_path / "absent-*.obj", {"rate": 25.0}, "no file has such a name"),
-        (meshes, {"rate": 25.0}, "ball-11.obj: must have the triangles of the frames before it"),
+        (tmp_path / "times.npz", {"mesh": BALL}, r"one time per frame \(3\), got 1"),
+        (tmp_path / "absent-*.obj", {"rate": 25.0}, "no file matches; give a pattern such as"),
+        (
+            meshes,
+            {"rate": 25.0},
+            "ball-11.obj: must have the same 80 triangles as the frames before it",
+        ),
         ([], {"rate": 25.0}, "empty list"),
     ]:
         with pytest.raises((ls.InvalidInput, ls.CacheError), match=said) as told:

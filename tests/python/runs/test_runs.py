@@ -57,7 +57,7 @@ def test_a_run_says_once_that_cloth_was_pinched_and_records_every_step_of_it(
     lines = [
         line
         for line in capsys.readouterr().out.splitlines()
-        if "impacts are left even in 1/64 of the step" in line
+        if "impacts remain at 1/64 of the step" in line
     ]
     steps = read_steps(tmp_path)
     first = int(np.flatnonzero(steps["contacts.unresolved"])[0])

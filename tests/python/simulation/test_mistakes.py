@@ -44,7 +44,7 @@ BOX = ls.meshes.box(size=(0.1, 0.1, 0.1))
                 )
             ),
             (
-                r"cloths\[0\].thickness must not be above the smallest height of a triangle,"
+                r"cloths\[0\].thickness must be at most the smallest height of a triangle,"
                 r" 0.0707107 m, got 0.08 m"
             ),
         ),
@@ -114,7 +114,7 @@ BOX = ls.meshes.box(size=(0.1, 0.1, 0.1))
         ),
         (
             lambda: ls.meshes.write("mesh.glb", BOX),
-            "mesh.glb: must end in .obj, .ply or what meshio writes",
+            "mesh.glb: must end in .obj, .ply or a format of meshio, such as",
         ),
         (
             lambda: ls.meshes.write("no/such/mesh.stl", BOX),
@@ -136,7 +136,7 @@ BOX = ls.meshes.box(size=(0.1, 0.1, 0.1))
         ),
         (
             lambda: ls.sphere(radius=1, positions=[[0, 0, 0]]),
-            "positions and axis_angles need times",
+            "positions and axis_angles require times",
         ),
         (lambda: ls.capsule(radius=1, length=1, axis=(0, 0, 0)), "axis must have a direction"),
         (lambda: ls.meshes.SpatialQuery(BOX).closest((0, 0), 1), r"point must have shape \(3,\)"),
@@ -197,7 +197,7 @@ def test_arguments_of_the_wrong_kind_are_reported_in_one_line():
         lambda: ls.floor(cells="many"),
         lambda: ls.meshes.capsule(radius=1, length=None),
     ):
-        with pytest.raises(TypeError, match="an argument has the wrong kind, got .*=") as told:
+        with pytest.raises(TypeError, match="an argument has the wrong type, got .*=") as told:
             mistake()
         assert "\n" not in str(told.value)
 

@@ -57,9 +57,7 @@ def test_numbers_and_arrays_take_a_unit_by_multiplication_from_either_side():
 
 @pytest.mark.parametrize("unit", ["gf/cm deg", "gf / cm * deg"])
 def test_a_product_after_a_fraction_bar_is_refused_as_ambiguous(unit):
-    with pytest.raises(
-        ls.InvalidInput, match=r"ambiguous; put what is below the line in parentheses"
-    ):
+    with pytest.raises(ls.InvalidInput, match=r"ambiguous; put the denominator in parentheses"):
         units[unit]
 
 
@@ -70,10 +68,10 @@ def test_a_product_after_a_fraction_bar_is_refused_as_ambiguous(unit):
         ("gf/", "not understood"),
         ("(gf", "not understood"),
         ("gf)", "not understood"),
-        ("", "must be a text"),
+        ("", "must be a string"),
         ("5 gf", "'5 gf' is not understood"),
         ("m^x", "not understood"),
-        (3, "must be a text"),
+        (3, "must be a string"),
     ],
 )
 def test_what_is_no_unit_is_refused(unit, said):

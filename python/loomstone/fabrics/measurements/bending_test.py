@@ -110,7 +110,8 @@ def cantilever(
                 time.perf_counter() - began,
             )
     raise SolverFailure(
-        f"cantilever: six strips did not hang at {ANGLE} degrees; the last one at {hanging[0]:.1f}"
+        f"cantilever: one of six strips must hang at {ANGLE} degrees, got {hanging[0]:.1f} with the"
+        " last one; change across or step"
     )
 
 
@@ -128,7 +129,7 @@ def overhang_of_elastica(chord_degrees: float) -> float:
 
     if not 0 < chord_degrees < 88:
         raise InvalidInput(
-            f"overhang_of_elastica: the chord must fall by (0, 88) degrees, got {chord_degrees}"
+            f"overhang_of_elastica: chord_degrees must be in (0, 88), got {chord_degrees}"
         )
     tip = brentq(
         lambda angle: _elastica(angle)[1] - np.radians(chord_degrees),

@@ -83,8 +83,10 @@ class FabricReport:
         if pairs := sum(drape.intersections for drape in self.drapes):
             said.append(f"{pairs} pairs of triangles intersect")
         if self.in_band is False:
-            within = ", less than specimens differ" if self.off_band <= self.spread else ""
-            said.append(f"misses the band by {self.off_band:.1f} points{within}")
+            within = (
+                ", less than the spread of the specimens" if self.off_band <= self.spread else ""
+            )
+            said.append(f"{self.off_band:.1f} points outside the published range{within}")
             said += [caveat for caveat in self.fabric.caveats if caveat.startswith("bending")]
         return "; ".join(said)
 
