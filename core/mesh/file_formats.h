@@ -81,7 +81,8 @@ bool parse_number(std::string_view word, Number& value) {
 template <class Number>
 void append_number(std::string& text, Number value) {
   char buffer[40];
-  text.append(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
+  const char* end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
+  text.append(std::string_view(buffer, end));
 }
 
 }  // namespace loomstone
