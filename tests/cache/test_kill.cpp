@@ -84,7 +84,9 @@ TEST_CASE("a run killed at any moment can be read, and every frame is right") {
   int n_killed = 0, most = 0;
   for (int trial = 0; trial < number_of_kills(20); ++trial) {
     const TemporaryDirectory directory;
-    FrameWriter(directory.path(), topology, "");
+    {
+      const FrameWriter empty(directory.path(), topology, "");
+    }
     const bool killed = kill_after(1 + random() % window, [&] { write(directory.path(), 100000); });
     n_killed += killed;
     try {
@@ -104,7 +106,9 @@ TEST_CASE("a run killed and continued repeatedly ends with the content of an uni
   const int n_frames = 300, most_kills = 10;
   std::mt19937 random(2);
   const TemporaryDirectory directory;
-  { FrameWriter(directory.path(), topology, "kept"); }
+  {
+    const FrameWriter kept(directory.path(), topology, "kept");
+  }
   // A checkpoint follows every fifth frame, as in a run.
   const std::string checkpoint_path = directory / "state.checkpoint";
   const auto checkpoint = [](int next) {

@@ -66,12 +66,10 @@ def render_run(
     frames : draws only these frames, replaces their pictures, and makes the run's directory the
         default of `out`. A directory with the pictures of a whole run raises InvalidInput.
     jobs : number of processes, 0: one per processor
-    again : deletes existing pictures first. This also happens if new frames change the range of
-        automatic colours.
-    progress : function called with the number of pictures finished since its last call
-    stop : function called before every picture if jobs=1; True ends drawing
-    simulation : simulation of the run, for field lines; default: made from its scene file
-
+    again : deletes existing pictures first, as do new frames that change automatic colours
+    progress : is called with the number of pictures finished since its last call
+    stop : is called before every picture if jobs=1; True ends drawing
+    simulation : of the run, for field lines; default: made from its scene file
     A fitted camera is fitted to the first frame. Automatic colours span the values of all frames.
     """
     if not len(run):

@@ -64,7 +64,7 @@ TEST_CASE(
 TEST_CASE("motions within one plane, along one line and without motion are decided") {
   // The vertex stays in the plane of the face. It moves through the face, through a corner and past
   // the face, and then rests inside, on an edge and outside.
-  const auto in_plane = [](Vec3 from, Vec3 to) {
+  const auto in_plane = [](const Vec3& from, const Vec3& to) {
     MovingPoints q = falling(0, 0, 0, 0);
     q[0] = from, q[4] = to;
     return meet(q, true);
@@ -234,8 +234,7 @@ void check_queries(const std::string& path, double bound) {
     const ExactImpact verdict = exact(q, face);
     wrong += verdict.hit != truth;
     late += truth && verdict.time > row[27];
-    without_separated(
-        face, 1, [&](Index, int k) { return q[k].data(); }, [&](Index) { ++left; });
+    without_separated(face, 1, [&](Index, int k) { return q[k].data(); }, [&](Index) { ++left; });
     separated_hits += truth && left == n_left;
     n_left = left;
   }
