@@ -6,6 +6,7 @@
 #include <metis.h>
 
 #include <array>
+#include <mutex>
 #include <numeric>
 
 #include "core/parallel/team.h"
@@ -68,6 +69,9 @@ class Bisection {
     METIS_SetDefaultOptions(options.data());
     options[METIS_OPTION_SEED] = 1;
     part_.assign(n, 0);
+    // METIS draws from the random numbers of the C library, which all threads share.
+    static std::mutex one_at_a_time;
+    const std::lock_guard<std::mutex> lock(one_at_a_time);
     METIS_PartGraphRecursive(&n_vertices, &n_constraints, sub_start_.data(), sub_adjacent_.data(),
                              nullptr, nullptr, nullptr, &n_parts, shares.data(), nullptr,
                              options.data(), &cut, part_.data());

@@ -1,7 +1,9 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <numeric>
+#include <thread>
 
 #include "core/parallel/partition.h"
 #include "core/parallel/team.h"
@@ -82,4 +84,17 @@ TEST_CASE("separate components and isolated vertices are ordered too") {
   std::vector<Index> order = bisection_order(graph);
   std::sort(order.begin(), order.end());
   for (Index i = 0; i < 1000; ++i) REQUIRE(order[i] == i);
+}
+
+TEST_CASE("threads that order graphs at the same time find the order that one thread finds") {
+  const Graph graph = grid(40);
+  const std::vector<Index> alone = bisection_order(graph);
+  std::atomic<int> different = 0;
+  const auto order_often = [&] {
+    for (int i = 0; i < 100; ++i) different += bisection_order(graph) != alone;
+  };
+  std::thread other(order_often);
+  order_often();
+  other.join();
+  CHECK(different == 0);
 }
