@@ -9,8 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// Number of frames allocated at once. Allocation is rare, so that a process is rarely killed during
-// it. The unused rest is a hole in the file that takes no disk space.
+// Number of frames allocated at once. Large blocks make allocations rare, so a process is unlikely
+// to be killed during one. The unused remainder is a hole in the file and takes no disk space.
 constexpr std::int64_t frames_per_block = 16;
 constexpr std::int64_t table_block = 1024;  // rows per chunk of a table
 

@@ -9,7 +9,7 @@ namespace loomstone {
 
 // Magnets at one instant.
 struct Magnetised {
-  // In the order of the model. The axes of induced dipoles are those of the world.
+  // Same order as in the model. Induced dipoles are expressed in world axes.
   std::vector<MagneticBody> magnets;
   std::vector<KnownField> known;  // fields of hard magnets at induced dipoles, reused for forces
   Points moments;  // (k x 3) of induced dipoles, or the initial guess if there are none [A m^2]

@@ -1,5 +1,5 @@
-// Finds pairs of overlapping boxes with a plain binary tree. Used for infrequent searches and for
-// independent checks of this module.
+// Finds pairs of overlapping boxes with a plain binary tree. It serves infrequent searches
+// and independent checks of the other trees.
 #pragma once
 
 #include <algorithm>

@@ -19,8 +19,9 @@ class CoupledResponse {
   // must not.
   CoupledResponse(const Team& team, const std::vector<SoftBody>& soft);
 
-  // Returns what each body receives from magnets and a uniform field. For bodies made of panels,
-  // `applied` is set to the field within the panels.
+  // Returns the excitation (flux, harmonics or field, depending on the type of body) of each body
+  // by magnets and a uniform field. For bodies made of panels, `applied` is set to the field within
+  // the panels.
   std::vector<Vector> received(const std::vector<MagneticBody>& hard, const Vec3& field,
                                std::vector<AppliedField>& applied) const;
 

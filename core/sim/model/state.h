@@ -20,8 +20,8 @@ struct State {
   RigidState rigid;        // written by the bodies' stage
   MagneticState magnetic;  // written by the bodies' stage
   ContactState contacts;   // friction anchors, written by certification
-  // 0: no intersections. 1: positions given by the user may intersect. 2: a step left impacts.
-  // Written by the checks after a step.
+  // 0: no intersections. 1: positions given by the user may intersect. 2: a step ended with
+  // unresolved impacts. Written by the checks after a step.
   std::uint8_t tangled = 0;
   Points obstacle_vertices;  // (k x 3) vertices of all obstacles at the current time [m]
   Points external_force;     // (n x 3) [N], set by the user

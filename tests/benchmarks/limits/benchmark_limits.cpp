@@ -1,7 +1,7 @@
 // Time of one sweep of strain limiting over all elements, with all elements within their limits
-// (evaluation only) and with all above their limits (evaluation and correction). Times are minima
-// of 40, compared with a block product (7,396 rows, one thread) in the same run. Only the ratio
-// carries over to other machines.
+// (evaluation only) and with all above their limits (evaluation and correction). Each time
+// is the minimum of 40 runs. It is compared with a block matrix-vector product (7,396 rows, one
+// thread) in the same run. Only this ratio carries over to other machines.
 //   benchmark_limits [cells ...]      (default 42, 85, 224: 3,528, 14,450 and 100,352 triangles;
 //   --smoke: 10)
 #include <algorithm>
