@@ -75,6 +75,8 @@ void bind_reports(py::module_& m) {
   bind_report<ThreadReport>(m, "ThreadReport",
                             "Time that threads spend in the loops of collision handling [s].");
   bind_report<SolverReport>(m, "SolverReport", "Solves of the integrator.");
+  bind_report<ErrorReport>(m, "ErrorReport",
+                           "Error of a step, and the parts in which it is taken.");
   bind_report<ContactReport>(m, "ContactReport", "Contacts and intersections.");
   bind_report<WithheldReport>(m, "WithheldReport", "Motion withheld by certification.");
   bind_report<StrainLimitReport>(m, "StrainLimitReport", "Strain limits.");

@@ -60,6 +60,25 @@ struct SolverReport {
   }
 };
 
+// Error of a step, and the parts in which it is taken.
+struct ErrorReport {
+  double strain = 0.0, energy = 0.0, least_part = 0.0;
+  int beyond = 0;
+
+  static auto fields() {
+    using R = ErrorReport;
+    return std::make_tuple(
+        field("strain", &R::strain, "1", unlimited(),
+              "largest strain that the linear model of a part neglects"),
+        field("energy", &R::energy, "1", unlimited(),
+              "membrane energy of neglected strains over the kinetic energy of the cloth, largest "
+              "of all cloths and parts"),
+        field("least_part", &R::least_part, "s", unlimited(), "length of the shortest part"),
+        field("beyond", &R::beyond, "1", unlimited(),
+              "number of shortest possible parts whose error is still too large"));
+  }
+};
+
 // Contacts and intersections.
 struct ContactReport {
   std::int64_t near = 0, impacts = 0, unresolved = 0, intersections = 0, forced = 0;
@@ -221,6 +240,7 @@ struct StepReport {
   StageSeconds seconds;
   ThreadReport busy;
   SolverReport solver;
+  ErrorReport error;
   ContactReport contacts;
   WithheldReport withheld;
   StrainLimitReport limits;
@@ -234,12 +254,14 @@ struct StepReport {
     return std::make_tuple(
         field("step", &R::step, "1", unlimited(), "number of the step"),
         field("time", &R::time, "s", unlimited(), "time at the end of the step"),
-        field("parts", &R::parts, "1", unlimited(),
-              "parts of the step: several if certification, limits or the solver fail at its full "
-              "length"),
+        field(
+            "parts", &R::parts, "1", unlimited(),
+            "parts of the step: several if its error is too large, or if certification, limits or "
+            "the solver fail at its full length"),
         field("seconds", &R::seconds, "wall time of each stage"),
         field("busy", &R::busy, "time of threads in the loops of collision handling"),
         field("solver", &R::solver, "solves of the integrator"),
+        field("error", &R::error, "error of the step, and its parts"),
         field("contacts", &R::contacts, "contacts and intersections"),
         field("withheld", &R::withheld, "motion that certification withholds"),
         field("limits", &R::limits, "strain limits"),

@@ -16,6 +16,10 @@ constexpr std::int64_t table_block = 1024;  // rows per chunk of a table
 
 const std::string root = "/VTKHDF";
 
+std::string below(std::string group, const std::string& name) {
+  return group.append("/").append(name);
+}
+
 }  // namespace
 
 PolyDataWriter::PolyDataWriter(const std::string& path, std::int64_t n_points,
@@ -57,7 +61,7 @@ void PolyDataWriter::create_cells(const Triangles& triangles) {
     offsets.push_back(3 * triangle);
   for (const std::string kind : {"Vertices", "Lines", "Polygons", "Strips"}) {
     const bool ours = kind == "Polygons";
-    const std::string group = root + "/" + kind;
+    const std::string group = below(root, kind);
     file_.create_group(group);
     file_.write_array(group + "/NumberOfCells", Number::Int64, {1}, ours ? &n_triangles : &none);
     file_.write_array(group + "/NumberOfConnectivityIds", Number::Int64, {1},
@@ -72,10 +76,11 @@ void PolyDataWriter::create_cells(const Triangles& triangles) {
 void PolyDataWriter::create_fields(const std::string& group,
                                    const std::vector<PolyDataField>& fields, std::int64_t n_rows,
                                    std::vector<Values>& values) {
-  file_.create_group(root + "/" + group);
-  file_.create_group(root + "/Steps/" + group + "Offsets");
+  const std::string offsets = below(root, "Steps/").append(group).append("Offsets");
+  file_.create_group(below(root, group));
+  file_.create_group(offsets);
   for (const PolyDataField& field : fields) {
-    const std::string path = root + "/" + group + "/" + field.name;
+    const std::string path = below(below(root, group), field.name);
     if (field.constant) {
       const auto shape = field.components == 1
                              ? std::vector<std::int64_t>{n_rows}
@@ -85,8 +90,7 @@ void PolyDataWriter::create_fields(const std::string& group,
       const std::int64_t block = std::max<std::int64_t>(n_rows * frames_per_block, 1);
       values.push_back({file_.create_rows(path, {field.type, field.components}, block), n_rows});
     }
-    create_table(root + "/Steps/" + group + "Offsets/" + field.name, field.constant ? 0 : n_rows,
-                 1);
+    create_table(below(offsets, field.name), field.constant ? 0 : n_rows, 1);
   }
 }
 

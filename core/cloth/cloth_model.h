@@ -22,6 +22,8 @@ struct ClothModel {
   };
 
   Index n_vertices = 0;
+  // (cloths + 1) each cloth has its own range of vertices and of triangles.
+  std::vector<Index> first_vertex, first_triangle;
   Triangles triangles;                       // (m x 3)
   std::vector<Corners2> corners;             // (m) rest coordinates [m]
   std::vector<MembraneConstants> constants;  // (m)

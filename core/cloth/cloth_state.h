@@ -12,11 +12,18 @@ struct ClothState {
   // scaled as in BodyRows. The integrator writes it and uses it as the initial guess of the next
   // solve.
   Points last_change;
+  // [s] Length of the step that led to x and v; 0 at the start and after the user wrote either. The
+  // stepper writes it.
+  double previous_step = 0.0;
   // History of multistep schemes (BDF-2, extrapolated bending); empty if there is none. The
   // integrator writes it. It is cleared when certification moves a vertex.
   Points previous_x;        // (n x 3) [m]
   Points previous_v;        // (n x 3) [m/s]
   Points previous_bending;  // (n x 3) [N]
+
+  // Ratio of the change of velocity in the next step, of length h [s], to the last one, if
+  // accelerations do not change [1].
+  double change_scale(double h) const { return previous_step > 0.0 ? h / previous_step : 1.0; }
 
   // Restarts multistep schemes, for example after a velocity jump.
   void restart_multistep() {
@@ -29,6 +36,11 @@ struct ClothState {
   void forget_last_step() {
     restart_multistep();
     last_change.resize(0, 3);
+  }
+  // Discards all of the past, as where the user has set positions or velocities.
+  void forget_all() {
+    forget_last_step();
+    previous_step = 0.0;
   }
 };
 

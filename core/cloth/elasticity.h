@@ -72,6 +72,7 @@ class Elasticity {
 
   double membrane_energy(const Team& team, const Points& x) { return membrane_.energy(team, x); }
   double bending_energy(const Team& team, const Points& x) const;
+  const Membrane& membrane() const { return membrane_; }
   void strain(const Team& team, const Points& x, Points& green, Vector& stretch) {
     membrane_.strain(team, x, green, stretch);
   }

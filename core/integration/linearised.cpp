@@ -36,6 +36,7 @@ class LinearisedIntegrator final : public Integrator {
         model_(model),
         elasticity_(elasticity),
         tolerance_(options.tolerance),
+        corrects_stress_(options.accuracy.has_value()),
         solver_({options.linear_solver, options.tolerance, options.max_iterations}) {}
 
   bool implicit() const override { return true; }
@@ -114,10 +115,11 @@ class LinearisedIntegrator final : public Integrator {
     // With contacts, the change of velocity in the last step is not used as a warm start, because
     // its residual is nearly always larger than that of a zero guess.
     const bool warm = !step.asks_friction() && state.last_change.rows() == layout.n_rows();
+    const double scale = state.change_scale(step.inputs.step);
     parallel_for(step.team, layout.end() - layout.begin(), [&](Index i) {
       const Index row = layout.begin() + i;
       displace(step, state, body_velocity, row);
-      Vec3 change = warm ? Vec3(state.last_change.row(row)) : Vec3(Vec3::Zero());
+      Vec3 change = warm ? Vec3(scale * state.last_change.row(row)) : Vec3(Vec3::Zero());
       if (row < step.n && (*step.inputs.fixed)[row])
         change = (step.inputs.target->row(row) - state.x.row(row)).transpose() / step.inputs.step -
                  Vec3(state.v.row(row));
@@ -155,7 +157,9 @@ class LinearisedIntegrator final : public Integrator {
       viscous_velocity = &drift_;
     }
     elasticity_.add_implicit_forces(step.team, state.x, viscous_velocity, begin, end, force_);
-    elasticity_.assemble(step.team, state.x, {kind_, {c.c_k, c.c_d}}, begin, end,
+    PastMotion past;
+    if (corrects_stress_ && state.previous_step > 0.0) past = {state.v.data(), state.previous_step};
+    elasticity_.assemble(step.team, state.x, {kind_, {c.c_k, c.c_d}, past}, begin, end,
                          {&cloth_displacement_, &product_});
     parallel_for(step.team, end - begin, [&](Index i) {
       const Index row = begin + i;
@@ -258,6 +262,9 @@ class LinearisedIntegrator final : public Integrator {
   const ClothModel& model_;
   Elasticity& elasticity_;
   double tolerance_;
+  // The stress in the geometric term is that of the start without the strain that the last step
+  // neglected. Only with steps whose error is bounded: wrinkles that snap lose damping by it.
+  bool corrects_stress_;
   StepSolve solver_;
   SolveMemory memory_;  // reused storage; no results carry over between steps
   // Scratch data of a step.

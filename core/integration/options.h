@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string_view>
 #include <tuple>
 #include <utility>
@@ -48,6 +49,7 @@ struct ImplicitOptions : IntegratorCommon {
   LinearMethod linear_solver = LinearMethod::Pcg;
   double tolerance = 1e-4;
   int max_iterations = 2000;
+  std::optional<double> accuracy = 1.0;
 
   static auto fields() {
     using O = ImplicitOptions;
@@ -59,7 +61,10 @@ struct ImplicitOptions : IntegratorCommon {
         field("tolerance", &O::tolerance, "1", positive(),
               "relative tolerance of the linear solver, in the preconditioned norm"),
         field("max_iterations", &O::max_iterations, "1", between(1, 1e9),
-              "largest number of iterations of the linear solver"));
+              "largest number of iterations of the linear solver"),
+        field("accuracy", &O::accuracy, "1", positive(),
+              "tolerated error of a step as a multiple of the default; a step with a larger error "
+              "is taken in parts; None: steps are taken as given"));
   }
 };
 

@@ -87,7 +87,7 @@ struct Simulation::Data {
     if (written == UserWrites::Positions) state.tangled = 1;
   }
   void forget_last_step() {
-    state.cloth.forget_last_step();
+    state.cloth.forget_all();
     measured = false;
   }
 };
@@ -265,6 +265,7 @@ void Simulation::restore(const Checkpoint& checkpoint) {
   check_digests(checkpoint.texts, data_->digests);
   from_checkpoint(data_->model, checkpoint, data_->state, data_->outcome);
   data_->outcome.report = StepReport{};
+  data_->outcome.path.clear();
   data_->outcome.forced.clear();
   data_->outcome.broken.clear();
   data_->outcome.report.step = data_->state.step;

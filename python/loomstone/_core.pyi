@@ -30,6 +30,7 @@ __all__: list[str] = [
     "Detector",
     "EnergyReport",
     "Error",
+    "ErrorReport",
     "ExplicitEuler",
     "Frame",
     "FrameReader",
@@ -246,6 +247,37 @@ class SolverReport:
     def residual(self) -> float:
         """
         relative residual of the last linear solve [1]
+        """
+
+class ErrorReport:
+    """
+    Error of a step, and the parts in which it is taken.
+    """
+    def __init__(self) -> None: ...
+    def __repr__(self) -> str: ...
+    def to_dict(self) -> typing.Any:
+        """
+        Returns all numbers by name, with nested reports as dictionaries.
+        """
+    @property
+    def beyond(self) -> int:
+        """
+        number of shortest possible parts whose error is still too large [1]
+        """
+    @property
+    def energy(self) -> float:
+        """
+        membrane energy of neglected strains over the kinetic energy of the cloth, largest of all cloths and parts [1]
+        """
+    @property
+    def least_part(self) -> float:
+        """
+        length of the shortest part [s]
+        """
+    @property
+    def strain(self) -> float:
+        """
+        largest strain that the linear model of a part neglects [1]
         """
 
 class ContactReport:
@@ -570,6 +602,11 @@ class StepReport:
         energies at the end
         """
     @property
+    def error(self) -> ErrorReport:
+        """
+        error of the step, and its parts
+        """
+    @property
     def limits(self) -> StrainLimitReport:
         """
         strain limits
@@ -582,7 +619,7 @@ class StepReport:
     @property
     def parts(self) -> int:
         """
-        parts of the step: several if certification, limits or the solver fail at its full length [1]
+        parts of the step: several if its error is too large, or if certification, limits or the solver fail at its full length [1]
         """
     @property
     def seconds(self) -> StageSeconds:
@@ -2411,6 +2448,7 @@ class SemiImplicitEuler(Integrator):
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
     tolerance : relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
+    accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -2421,6 +2459,7 @@ class SemiImplicitEuler(Integrator):
         "linear_solver",
         "tolerance",
         "max_iterations",
+        "accuracy",
     )
     method: typing.ClassVar[str] = "semi-implicit-euler"
     def __eq__(self, arg0: object) -> bool: ...
@@ -2433,6 +2472,7 @@ class SemiImplicitEuler(Integrator):
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
         tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000,
+        accuracy: typing.SupportsFloat | typing.SupportsIndex | None = 1.0,
     ) -> None: ...
     def __repr__(self) -> str: ...
     def replace(
@@ -2444,6 +2484,7 @@ class SemiImplicitEuler(Integrator):
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
         tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
+        accuracy: typing.SupportsFloat | typing.SupportsIndex | None = ...,
     ) -> SemiImplicitEuler:
         """
         Returns a copy with the given fields changed.
@@ -2451,6 +2492,11 @@ class SemiImplicitEuler(Integrator):
     def to_dict(self) -> typing.Any:
         """
         Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        """
+    @property
+    def accuracy(self) -> float | None:
+        """
+        tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
         """
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
@@ -2497,6 +2543,7 @@ class BackwardEuler(Integrator):
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
     tolerance : relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
+    accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
     newton_tolerance : relative residual at which Newton's method stops [1]; > 0; default 1e-06
     max_newton_iterations : largest number of Newton iterations [1]; in [1, 1e+06]; default 100
     """
@@ -2509,6 +2556,7 @@ class BackwardEuler(Integrator):
         "linear_solver",
         "tolerance",
         "max_iterations",
+        "accuracy",
         "newton_tolerance",
         "max_newton_iterations",
     )
@@ -2523,6 +2571,7 @@ class BackwardEuler(Integrator):
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
         tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000,
+        accuracy: typing.SupportsFloat | typing.SupportsIndex | None = 1.0,
         newton_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-06,
         max_newton_iterations: typing.SupportsInt | typing.SupportsIndex = 100,
     ) -> None: ...
@@ -2536,6 +2585,7 @@ class BackwardEuler(Integrator):
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
         tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
+        accuracy: typing.SupportsFloat | typing.SupportsIndex | None = ...,
         newton_tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
         max_newton_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
     ) -> BackwardEuler:
@@ -2545,6 +2595,11 @@ class BackwardEuler(Integrator):
     def to_dict(self) -> typing.Any:
         """
         Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        """
+    @property
+    def accuracy(self) -> float | None:
+        """
+        tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
         """
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
@@ -2601,6 +2656,7 @@ class ImplicitMidpoint(Integrator):
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
     tolerance : relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
+    accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -2611,6 +2667,7 @@ class ImplicitMidpoint(Integrator):
         "linear_solver",
         "tolerance",
         "max_iterations",
+        "accuracy",
     )
     method: typing.ClassVar[str] = "implicit-midpoint"
     def __eq__(self, arg0: object) -> bool: ...
@@ -2623,6 +2680,7 @@ class ImplicitMidpoint(Integrator):
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
         tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000,
+        accuracy: typing.SupportsFloat | typing.SupportsIndex | None = 1.0,
     ) -> None: ...
     def __repr__(self) -> str: ...
     def replace(
@@ -2634,6 +2692,7 @@ class ImplicitMidpoint(Integrator):
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
         tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
+        accuracy: typing.SupportsFloat | typing.SupportsIndex | None = ...,
     ) -> ImplicitMidpoint:
         """
         Returns a copy with the given fields changed.
@@ -2641,6 +2700,11 @@ class ImplicitMidpoint(Integrator):
     def to_dict(self) -> typing.Any:
         """
         Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        """
+    @property
+    def accuracy(self) -> float | None:
+        """
+        tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
         """
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
@@ -2687,6 +2751,7 @@ class NonlinearMidpoint(Integrator):
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
     tolerance : relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
+    accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
     newton_tolerance : relative residual at which Newton's method stops [1]; > 0; default 1e-06
     max_newton_iterations : largest number of Newton iterations [1]; in [1, 1e+06]; default 100
     """
@@ -2699,6 +2764,7 @@ class NonlinearMidpoint(Integrator):
         "linear_solver",
         "tolerance",
         "max_iterations",
+        "accuracy",
         "newton_tolerance",
         "max_newton_iterations",
     )
@@ -2713,6 +2779,7 @@ class NonlinearMidpoint(Integrator):
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
         tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000,
+        accuracy: typing.SupportsFloat | typing.SupportsIndex | None = 1.0,
         newton_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-06,
         max_newton_iterations: typing.SupportsInt | typing.SupportsIndex = 100,
     ) -> None: ...
@@ -2726,6 +2793,7 @@ class NonlinearMidpoint(Integrator):
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
         tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
+        accuracy: typing.SupportsFloat | typing.SupportsIndex | None = ...,
         newton_tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
         max_newton_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
     ) -> NonlinearMidpoint:
@@ -2735,6 +2803,11 @@ class NonlinearMidpoint(Integrator):
     def to_dict(self) -> typing.Any:
         """
         Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        """
+    @property
+    def accuracy(self) -> float | None:
+        """
+        tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
         """
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
@@ -2791,6 +2864,7 @@ class BDF2(Integrator):
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
     tolerance : relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
+    accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -2801,6 +2875,7 @@ class BDF2(Integrator):
         "linear_solver",
         "tolerance",
         "max_iterations",
+        "accuracy",
     )
     method: typing.ClassVar[str] = "bdf2"
     def __eq__(self, arg0: object) -> bool: ...
@@ -2813,6 +2888,7 @@ class BDF2(Integrator):
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
         tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000,
+        accuracy: typing.SupportsFloat | typing.SupportsIndex | None = 1.0,
     ) -> None: ...
     def __repr__(self) -> str: ...
     def replace(
@@ -2824,6 +2900,7 @@ class BDF2(Integrator):
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
         tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
+        accuracy: typing.SupportsFloat | typing.SupportsIndex | None = ...,
     ) -> BDF2:
         """
         Returns a copy with the given fields changed.
@@ -2831,6 +2908,11 @@ class BDF2(Integrator):
     def to_dict(self) -> typing.Any:
         """
         Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        """
+    @property
+    def accuracy(self) -> float | None:
+        """
+        tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
         """
     @property
     def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:

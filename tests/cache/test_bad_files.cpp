@@ -278,7 +278,7 @@ TEST_CASE("a full disk stops a run with an error, and the frames before it stay"
   int n_written = 0;
   std::string message;
   {
-    const FullDisk full(1500000);
+    const FullDisk full(3000000);
     try {
       for (; n_written < 1000; ++n_written) write_example(writer, topology, n_written);
     } catch (const CacheError& error) {

@@ -12,9 +12,17 @@ struct StiffnessScales {
 // semi-definite.
 enum class JacobianKind { Exact, Positive };
 
+// A motion of the past step whose second-order strain is left out of the stress in the geometric
+// term: see neglected_strains() in membrane_kernels.h.
+struct PastMotion {
+  const double* velocity = nullptr;  // (n x 3) [m/s]; null: nothing is left out
+  double step = 0.0;                 // [s]
+};
+
 struct JacobianTerms {
   JacobianKind kind = JacobianKind::Exact;
   StiffnessScales scales;
+  PastMotion past = {};
 };
 
 }  // namespace loomstone

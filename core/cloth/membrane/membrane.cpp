@@ -110,6 +110,25 @@ double Membrane::energy(const Team& team, const Points& x) {
   });
 }
 
+Membrane::Neglected Membrane::neglected(const double* start, const double* end,
+                                        Index first_triangle, Index last_triangle) const {
+  constexpr Index batches_at_once = 16;
+  const membrane::Tables tables = this->tables();
+  double strains[batches_at_once * membrane::neglected_stride];
+  Neglected found;
+  for (Index t = first_triangle; t < last_triangle;) {
+    const Index batch = t / lanes;
+    const Index n = std::min(batches_at_once, (last_triangle - 1) / lanes + 1 - batch);
+    membrane::neglected_strains(tables, {batch, n}, start, end, strains);
+    for (const Index stop = std::min(last_triangle, (batch + n) * lanes); t < stop; ++t) {
+      const double* of = strains + membrane::neglected_stride * (t / lanes - batch) + t % lanes;
+      found.strain = std::max(found.strain, of[0]);
+      found.energy += of[lanes];
+    }
+  }
+  return found;
+}
+
 void Membrane::add_forces(const Team& team, const Points& x, const Points* v, Index begin,
                           Index end, Points& force) {
   select_rows(begin, end);

@@ -71,6 +71,16 @@ class Membrane {
   void set_chunk(Index chunk, const Points& x, JacobianTerms terms, AlignedDoubles& scratch,
                  BlockMatrix& matrix) const;
 
+  // Strain that a linear model neglects, see neglected_strains() in membrane_kernels.h.
+  struct Neglected {
+    double strain = 0.0;  // largest eigenvalue [1]
+    double energy = 0.0;  // [J]
+  };
+  // Finds it over the displacement end - start (n x 3 each; start may be null) for the triangles
+  // [first_triangle, last_triangle).
+  Neglected neglected(const double* start, const double* end, Index first_triangle,
+                      Index last_triangle) const;
+
   // Computes the Green strain (E11, E22, E12) (m x 3) and the largest principal stretch (m) of each
   // triangle.
   void strain(const Team& team, const Points& x, Points& green, Vector& stretch);

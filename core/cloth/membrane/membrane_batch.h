@@ -61,6 +61,26 @@ LOOMSTONE_INLINE Tensor<Lanes> elastic_stress(const Moduli<Lanes>& m, const Tens
           2.0 * m.g * e.t12};  // (2.23)
 }
 
+// Density of the elastic energy (2.21).
+template <class Lanes>
+LOOMSTONE_INLINE Lanes energy_density(const Moduli<Lanes>& m, const Tensor<Lanes>& e) {
+  return 0.5 * (m.a11 * e.t11 * e.t11 + m.a22 * e.t22 * e.t22) + m.a12 * e.t11 * e.t22 +
+         2.0 * m.g * e.t12 * e.t12;
+}
+
+// 1/2 dF^T dF of a displacement with gradient dF = (d1, d2).
+template <class Lanes>
+LOOMSTONE_INLINE Tensor<Lanes> second_order_strain(const Lanes3<Lanes>& d1,
+                                                   const Lanes3<Lanes>& d2) {
+  return {0.5 * dot(d1, d1), 0.5 * dot(d2, d2), 0.5 * dot(d1, d2)};
+}
+
+template <class Lanes>
+LOOMSTONE_INLINE Lanes largest_eigenvalue(const Tensor<Lanes>& e) {
+  const Lanes d = 0.5 * (e.t11 - e.t22);
+  return 0.5 * (e.t11 + e.t22) + lanes_sqrt(d * d + e.t12 * e.t12);
+}
+
 // Positive part of a symmetric tensor with eigenvalues m +- r.
 template <class Lanes>
 LOOMSTONE_INLINE Tensor<Lanes> positive_part(const Tensor<Lanes>& s) {

@@ -73,6 +73,21 @@ void forces(const Tables& tables, const Index* batches, Index n, const double* x
   LOOMSTONE_WIDEST(forces)(tables, batches, n, x, v, out);
 }
 
+// Largest strain of the past motion that is left out of the geometric term. Our choice: it removes
+// the slow motion of stiff sheets; the whole of it takes damping from wrinkles that snap.
+constexpr double most_left_out = 0.01;
+
+template <class Lanes>
+LOOMSTONE_INLINE Tensor<Lanes> past_strain(const Batch<Lanes>& batch, const PastMotion& past) {
+  Lanes3<Lanes> d1, d2;
+  gradient_columns(batch, past.velocity, d1, d2);
+  const Tensor<Lanes> rate = second_order_strain(d1, d2);
+  const double square = past.step * past.step;
+  const Lanes most = lanes_of<Lanes>([](int) LOOMSTONE_INLINE_LAMBDA { return most_left_out; });
+  const Lanes share = square * (most / lanes_max(most, square * largest_eigenvalue(rate)));
+  return {share * rate.t11, share * rate.t22, share * rate.t12};
+}
+
 template <class Lanes>
 LOOMSTONE_INLINE void blocks(const Tables& tables, const Index* batches, Index n, const double* x,
                              JacobianTerms terms, double* out) {
@@ -88,6 +103,11 @@ LOOMSTONE_INLINE void blocks(const Tables& tables, const Index* batches, Index n
       add_phase_stress(phase, e, s);
       m.a11 += phase_slope<Lanes>(phase, 0), m.a22 += phase_slope<Lanes>(phase, 1),
           m.g += 0.5 * phase_slope<Lanes>(phase, 2);
+    }
+    if (terms.past.velocity) {
+      const Tensor<Lanes> past = past_strain(batch, terms.past);
+      const Tensor<Lanes> left_out = elastic_stress(moduli(batch), past);
+      s = {s.t11 - left_out.t11, s.t22 - left_out.t22, s.t12 - left_out.t12};
     }
     if (terms.kind == JacobianKind::Positive) s = positive_part(s);
     const double scale_k = terms.scales.elastic, scale_d = terms.scales.viscous;
@@ -160,6 +180,29 @@ LOOMSTONE_INLINE void rows(Index n, const Index* row_start, const Index* diagona
 void rows(Index n, const Index* row_start, const Index* diagonal, const Index* sources,
           const double* elements, double* values) {
   LOOMSTONE_WIDEST(rows)(n, row_start, diagonal, sources, elements, values);
+}
+
+template <class Lanes>
+LOOMSTONE_INLINE void neglected_strains(const Tables& tables, BatchRange batches,
+                                        const double* start, const double* end, double* out) {
+  for (Index i = 0; i < batches.n; ++i) {
+    const Batch<Lanes> batch = batch_of<Lanes>(tables, batches.first + i);
+    Lanes3<Lanes> d1, d2;
+    gradient_columns(batch, end, d1, d2);
+    if (start) {
+      Lanes3<Lanes> s1, s2;
+      gradient_columns(batch, start, s1, s2);
+      d1 = minus(d1, s1), d2 = minus(d2, s2);
+    }
+    const Tensor<Lanes> e = second_order_strain(d1, d2);
+    double* o = out + neglected_stride * static_cast<std::size_t>(i);
+    store(o, 0, largest_eigenvalue(e));
+    store(o, 1, batch.constant(0) * energy_density(moduli(batch), e));
+  }
+}
+void neglected_strains(const Tables& tables, BatchRange batches, const double* start,
+                       const double* end, double* out) {
+  LOOMSTONE_WIDEST(neglected_strains)(tables, batches, start, end, out);
 }
 
 template <class Lanes>

@@ -148,6 +148,11 @@ void build_cloth(const Scene& scene, Model& model, State& state) {
   ClothModel& cloth = model.cloth;
   const Index n = cloth.n_vertices = static_cast<Index>(all.x.rows());
   if (n > 0) model.cloth_size = (all.x.colwise().maxCoeff() - all.x.colwise().minCoeff()).norm();
+  cloth.first_vertex = cloth.first_triangle = {0};
+  for (const Cloth& each : scene.cloths) {
+    cloth.first_vertex.push_back(cloth.first_vertex.back() + each.mesh->n_vertices());
+    cloth.first_triangle.push_back(cloth.first_triangle.back() + each.mesh->n_triangles());
+  }
   order_vertices(scene, all, model);
   order_triangles(all, model);
   state.cloth.x.resize(n, 3);

@@ -64,6 +64,24 @@ void capture_strain(const Engines& engines, const Points& x, Frame& frame) {
   frame.report.strain.stretch = stretch.maxCoeff();
 }
 
+// Positions of everything that collides when `share` of the last step has passed. They lie on the
+// straight paths over its parts, which certification has checked.
+Points vertices_at(const Model& model, const State& state, const StepOutcome& outcome,
+                   double share) {
+  PathPoint from, to{1.0, {}};
+  collision_vertices(model, state, to.vertices);
+  if (share >= 1.0) return to.vertices;
+  collision_vertices(model, outcome.start, from.vertices);
+  for (const PathPoint& point : outcome.path) {
+    if (point.share <= share)
+      from = point;
+    else if (point.share < to.share)
+      to = point;
+  }
+  const double passed = (share - from.share) / (to.share - from.share);
+  return from.vertices + passed * (to.vertices - from.vertices);
+}
+
 }  // namespace
 
 void measure(const State& state, double time, const Engines& engines, StepReport& report) {
@@ -100,13 +118,7 @@ Frame capture(const State& state, const StepOutcome& outcome, const Engines& eng
   frame.time = at.time;
   frame.report = outcome.report;
   frame.coil_currents = coil_currents(model.magnetics, state.magnetic.circuits, frame.time);
-  Points vertices;
-  collision_vertices(model, state, vertices);
-  if (at.share < 1.0) {
-    Points start;
-    collision_vertices(model, outcome.start, start);
-    vertices = start + at.share * (vertices - start);
-  }
+  const Points vertices = vertices_at(model, state, outcome, at.share);
   const Points rows = vertices.topRows(n);
   frame.body_vertices = vertices.bottomRows(vertices.rows() - n);
   frame.positions.resize(n, 3);

@@ -14,8 +14,9 @@ struct FrameTime {
   double time = 0.0;   // [s]
   double share = 1.0;  // fraction of the step that has passed at this time [1]
 };
-// Captures a frame at a time within the last step. Positions are interpolated linearly, and strains
-// follow from them. Velocities and contacts are those at the end of the step.
+// Captures a frame at a time within the last step. Positions are interpolated linearly over
+// the part of the step, and strains follow from them. Velocities and contacts are those at the end
+// of the step.
 Frame capture(const State& state, const StepOutcome& outcome, const Engines& engines, FrameTime at);
 
 // Sets the energies, strains and circuit values of a report for `state` at `time` [s].

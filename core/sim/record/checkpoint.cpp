@@ -50,6 +50,20 @@ std::vector<std::uint8_t> flags(const Checkpoint& c, const std::string& name) {
   return found->second;
 }
 
+// On entry, `cloth` has positions and velocities of the size that the checkpoint must have.
+void get_cloth(const Checkpoint& c, ClothState& cloth) {
+  const Points like = cloth.x;
+  get(c, "cloth.x", cloth.x, like);
+  get(c, "cloth.v", cloth.v, like);
+  get(c, "cloth.last_change", cloth.last_change);
+  get(c, "cloth.previous_x", cloth.previous_x);
+  get(c, "cloth.previous_v", cloth.previous_v);
+  get(c, "cloth.previous_bending", cloth.previous_bending);
+  Vector previous_step;
+  get(c, "cloth.previous_step", previous_step, Vector(Vector::Zero(1)));
+  cloth.previous_step = previous_step[0];
+}
+
 }  // namespace
 
 Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutcome& outcome) {
@@ -65,6 +79,7 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
   put(c, "cloth.previous_x", state.cloth.previous_x);
   put(c, "cloth.previous_v", state.cloth.previous_v);
   put(c, "cloth.previous_bending", state.cloth.previous_bending);
+  put(c, "cloth.previous_step", Vector(Vector::Constant(1, state.cloth.previous_step)));
   put(c, "rigid.positions", state.rigid.positions);
   put(c, "rigid.orientations", state.rigid.orientations);
   put(c, "rigid.velocities", state.rigid.velocities);
@@ -108,12 +123,7 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
   State s = state;
   s.step = integers(c, "step").at(0);
   s.tangled = static_cast<std::uint8_t>(integers(c, "tangled").at(0));
-  get(c, "cloth.x", s.cloth.x, state.cloth.x);
-  get(c, "cloth.v", s.cloth.v, state.cloth.v);
-  get(c, "cloth.last_change", s.cloth.last_change);
-  get(c, "cloth.previous_x", s.cloth.previous_x);
-  get(c, "cloth.previous_v", s.cloth.previous_v);
-  get(c, "cloth.previous_bending", s.cloth.previous_bending);
+  get_cloth(c, s.cloth);
   get(c, "rigid.positions", s.rigid.positions, state.rigid.positions);
   get(c, "rigid.orientations", s.rigid.orientations, state.rigid.orientations);
   get(c, "rigid.velocities", s.rigid.velocities, state.rigid.velocities);

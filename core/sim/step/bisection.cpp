@@ -13,7 +13,8 @@ Bisection::Verdict Bisection::judge(const PartResult& result) {
   // converge slowly. The remaining excess is reported.
   const bool worth = result.stopped_for_limits || limits_in_solve_;
   const int least_for_limits = worth ? StepPart::least : StepPart::quarter;
-  if (!result.solved || halves(result.impacts > 0, impacts_, StepPart::least) ||
+  if (!result.solved || (result.inaccurate && part.length() > StepPart::least) ||
+      halves(result.impacts > 0, impacts_, StepPart::least) ||
       halves(limits, limits_, least_for_limits) ||
       halves(result.withheld_much, withheld_, StepPart::quarter)) {
     const int middle = part.first + part.length() / 2;

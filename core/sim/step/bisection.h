@@ -1,6 +1,6 @@
-// A step that fails is repeated in two halves. A step fails if the solver finds no solution, or if
-// certification leaves impacts or withholds much of the motion. It also fails if strain limits that
-// are satisfied at the start are violated at the end.
+// A step that fails is repeated in two halves. A step fails if its error is too large, if the
+// solver finds no solution, or if certification leaves impacts or withholds much of the motion. It
+// also fails if strain limits that are satisfied at the start are violated at the end.
 #pragma once
 
 #include <cstdint>
@@ -18,10 +18,17 @@ struct StepPart {
 // The result of an attempt at a part.
 struct PartResult {
   bool solved = true;               // the solver found a solution
+  bool inaccurate = false;          // the error of the part is larger than tolerated
   std::int64_t impacts = 0;         // impacts that certification left
   bool withheld_much = false;       // certification withheld much of the motion
   bool broke_limits = false;        // limits satisfied at the start are violated at the end
   bool stopped_for_limits = false;  // fallbacks withheld much of the motion
+
+  static PartResult of_inaccurate() {
+    PartResult result;
+    result.inaccurate = true;
+    return result;
+  }
 };
 
 // Divides a step into parts and decides whether an attempt is accepted. The decision depends only

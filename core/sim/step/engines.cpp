@@ -39,6 +39,9 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Tea
   if (!model.cloth.strain_limits.empty())
     limiter = std::make_unique<StrainLimiter>(limited_cloth(model.cloth), model.scene.limits,
                                               &layout.communicator());
+  if (const ImplicitOptions* implicit = options.implicit()) accuracy = implicit->accuracy;
+  if (accuracy && model.cloth.n_vertices > 0)
+    error = std::make_unique<DisplacementError>(model.cloth, elasticity->membrane(), layout);
   contacts_in_solve = integrator->implicit() && model.scene.response == ContactResponse::Implicit;
   limits_in_solve = integrator->implicit() && model.scene.limits.in_solve &&
                     model.scene.limits.method != LimitMethod::Edges;

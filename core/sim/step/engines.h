@@ -4,7 +4,9 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
+#include "core/cloth/displacement_error.h"
 #include "core/cloth/elasticity.h"
 #include "core/cloth/limits/strain_limiter.h"
 #include "core/collision/collision_stage.h"
@@ -33,9 +35,11 @@ struct Engines {
   std::unique_ptr<RigidWorld> world;          // null: no bodies
   // Null: no bodies, or neither magnets nor coils nor bearings.
   std::unique_ptr<MagneticMotion> magnetics;
-  std::unique_ptr<StrainLimiter> limiter;  // null: no cloth has limits
-  bool contacts_in_solve = false;          // false: impulses resolve contacts after the solve
-  bool limits_in_solve = false;            // false: strain limits are enforced only after the solve
+  std::unique_ptr<StrainLimiter> limiter;    // null: no cloth has limits
+  std::optional<double> accuracy;            // of steps [1], see ImplicitOptions
+  std::unique_ptr<DisplacementError> error;  // null: no accuracy or no cloth
+  bool contacts_in_solve = false;            // false: impulses resolve contacts after the solve
+  bool limits_in_solve = false;  // false: strain limits are enforced only after the solve
 };
 
 }  // namespace loomstone

@@ -35,8 +35,8 @@ FreeBodies free_bodies(const Loads& loads, const State& state, const Engines& en
 }
 
 // Moves the cloth to x1 and adds the corrections, divided by the length of the part, to its
-// velocities.
-void move_cloth(const StepContext& part, const Points& x1, ClothState& cloth) {
+// velocities. Returns true if any vertex moved.
+bool move_cloth(const StepContext& part, const Points& x1, ClothState& cloth) {
   bool any = false;
   for (Index i = 0; i < cloth.x.rows(); ++i) {
     if (x1.row(i) == cloth.x.row(i)) continue;
@@ -45,6 +45,7 @@ void move_cloth(const StepContext& part, const Points& x1, ClothState& cloth) {
     cloth.x.row(i) = x1.row(i);
   }
   if (any) cloth.restart_multistep();
+  return any;
 }
 
 // Sets the poses and velocities of the bodies. The rigid-body world reads them in its next step.
@@ -103,14 +104,14 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, const N
   inputs.x0 = &loads.x0;
   inputs.inverse_mass = &model.inverse_mass;
   const ConstrainReport done = constrain(inputs, x1, bodies);
-  move_cloth(part, x1, state.cloth);
+  Certified certified;
+  certified.moved = move_cloth(part, x1, state.cloth);
   move_bodies_with(part, bodies, state.rigid);
   for (const Index i : done.touched) outcome.contact[i] = 1;
   if (engines.collision && engines.contacts_in_solve)
     engines.collision->update_anchors(near.contacts, near.contact_terms, loads.x0, x1,
                                       state.contacts);
   add_to_report(part, done, engines.limiter != nullptr, outcome.report);
-  Certified certified;
   certified.result.impacts = done.certified.unresolved;
   certified.result.withheld_much =
       done.certified.withheld_length() > much_withheld * done.requested;

@@ -13,6 +13,7 @@ namespace loomstone {
 
 struct Certified {
   PartResult result;
+  bool moved = false;                 // limiting or certification moved cloth
   std::optional<LimitReport> limits;  // report after limiting; empty if vertices have moved since
 };
 

@@ -13,12 +13,13 @@ void expect_motion(const StepContext& part, const Loads& loads, const State& sta
   near.v0.resize(loads.x0.rows(), 3);
   near.last_change.resize(loads.x0.rows(), 3);
   const bool has_change = state.cloth.last_change.rows() == model.n_rows();
+  const double scale = state.cloth.change_scale(part.h);
   parallel_for(engines.team, n, [&](Index i) {
     near.v0.row(i) = state.cloth.v.row(i);
     if (model.cloth.prescribed[i])
       near.v0.row(i) = (loads.target.row(i) - loads.x0.row(i)) / part.h;
     near.last_change.row(i).setZero();
-    if (has_change) near.last_change.row(i) = state.cloth.last_change.row(i);
+    if (has_change) near.last_change.row(i) = scale * state.cloth.last_change.row(i);
   });
   near.last_change.bottomRows(loads.x0.rows() - n).setZero();
   for (std::size_t b = 0; b < model.bodies.size(); ++b)

@@ -12,6 +12,7 @@ struct StepContext {
   // Length of the part divided by the length of the step that remains at the start of the part [1].
   // The part covers this fraction of the motion to the user's targets.
   double share = 1.0;
+  bool divisible = true;   // a failed attempt can be repeated in two halves
   std::uint64_t seed = 0;  // seed of random orders; differs between parts and steps
 };
 

@@ -1,5 +1,8 @@
 #include "core/sim/step/step_outcome.h"
 
+#include <algorithm>
+#include <numeric>
+
 namespace loomstone {
 
 void begin_outcome(std::int64_t step, double step_length, Index n_vertices, StepOutcome& outcome) {
@@ -9,8 +12,15 @@ void begin_outcome(std::int64_t step, double step_length, Index n_vertices, Step
   report.time = static_cast<double>(step + 1) * step_length;
   report.parts = 0;
   outcome.contact.assign(n_vertices, 0);
+  outcome.path.clear();
   outcome.forced.clear();
   outcome.broken.clear();
+}
+
+ThreadReport summary_of(const std::vector<double>& busy) {
+  const double sum = std::accumulate(busy.begin(), busy.end(), 0.0);
+  return {*std::min_element(busy.begin(), busy.end()), sum / static_cast<double>(busy.size()),
+          *std::max_element(busy.begin(), busy.end())};
 }
 
 void return_to(const OutcomeMark& mark, StepOutcome& outcome) {

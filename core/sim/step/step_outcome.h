@@ -12,9 +12,16 @@
 
 namespace loomstone {
 
+// Positions of everything that collides at a time within a step.
+struct PathPoint {
+  double share = 0.0;  // fraction of the step that has passed [1]
+  Points vertices;     // (vertices x 3) [m]
+};
+
 struct StepOutcome {
   StepReport report;
   State start;  // state at the start of the step; frames within the step interpolate from it
+  std::vector<PathPoint> path;  // ends of all parts but the last; the motion is linear in between
   // (n) 1: in contact, 2: in a triangle that is forced to intersect
   std::vector<std::uint8_t> contact;
   std::vector<BrokenLimit> broken;  // with internal triangle indices, the largest excess first
@@ -32,6 +39,9 @@ struct OutcomeMark {
 void begin_outcome(std::int64_t step, double step_length, Index n_vertices, StepOutcome& outcome);
 
 inline OutcomeMark mark(const StepOutcome& outcome) { return {outcome.report, outcome.contact}; }
+
+// Summarises the seconds that each thread was busy.
+ThreadReport summary_of(const std::vector<double>& busy);
 
 // Undoes an attempt. Its run time and its iterations stay in the report.
 void return_to(const OutcomeMark& mark, StepOutcome& outcome);

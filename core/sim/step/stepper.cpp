@@ -1,15 +1,16 @@
 #include "core/sim/step/stepper.h"
 
 #include <algorithm>
-#include <numeric>
 #include <sstream>
 
 #include "core/base/error.h"
+#include "core/sim/model/motion.h"
 #include "core/sim/step/checks.h"
 #include "core/sim/step/integrate.h"
 #include "core/sim/step/limit_and_certify.h"
 #include "core/sim/step/move_bodies.h"
 #include "core/sim/step/stage_timer.h"
+#include "core/sim/step/step_error.h"
 #include "core/sim/step/strain_rate.h"
 
 namespace loomstone {
@@ -47,14 +48,17 @@ void Stepper::take_parts(State& state, StepOutcome& outcome) {
     const PartResult result = attempt(part, state, outcome);
     if (bisection.judge(result) == Bisection::Verdict::Halved) {
       return_to_state(*snapshot, state);
-      state.cloth.forget_last_step();
+      state.cloth.restart_multistep();
       return_to(start, outcome);
       continue;
     }
     outcome.report.contacts.unresolved += result.impacts;
     ++outcome.report.parts;
-    if (part.length() < StepPart::whole) state.cloth.forget_last_step();
+    if (part.length() < StepPart::whole) state.cloth.restart_multistep();
     if (bisection.done()) return;
+    PathPoint end{static_cast<double>(part.last) / StepPart::whole, {}};
+    collision_vertices(engines_.model, state, end.vertices);
+    outcome.path.push_back(std::move(end));
     part_start = state;
     save_to(part_start);
     snapshot = &part_start;
@@ -77,6 +81,8 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
   StageSeconds& seconds = report.seconds;
   Points body_velocity;
   Certified certified;
+  StepError error;
+  if (expects_error(part, state, engines_)) return PartResult::of_inaccurate();
   timed(seconds.loads, [&] { find_loads(part, state, engines_, loads_); });
   timed(seconds.proximity,
         [&] { find_near_contacts(part, loads_, state, engines_, near_, report); });
@@ -85,20 +91,24 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
     // Certification requires finite positions.
     check_divergence(engines_.model, loads_.x0, state.cloth, "integrate");
   });
+  timed(seconds.check, [&] { error = error_of_motion(part, loads_, state, engines_); });
+  if (must_divide(part, error, engines_)) return PartResult::of_inaccurate();
   timed(seconds.bodies, [&] { move_bodies(part, loads_, body_velocity, state, engines_, report); });
   timed(seconds.certify,
         [&] { certified = limit_and_certify(part, loads_, near_, state, engines_, outcome); });
   timed(seconds.limit, [&] { limit_strain_rate(part, certified, state, engines_, outcome); });
+  timed(seconds.check, [&] {
+    if (certified.moved) error = error_of_motion(part, loads_, state, engines_);
+    note_error(part, error, engines_, report);
+  });
+  state.cloth.previous_step = part.h;
+  certified.result.inaccurate = must_divide(part, error, engines_);
   return certified.result;
 }
 
 void Stepper::finish(State& state, StepOutcome& outcome) {
   StepReport& report = outcome.report;
-  const std::vector<double>& busy = engines_.busy;
-  report.busy.least = *std::min_element(busy.begin(), busy.end());
-  report.busy.mean =
-      std::accumulate(busy.begin(), busy.end(), 0.0) / static_cast<double>(busy.size());
-  report.busy.most = *std::max_element(busy.begin(), busy.end());
+  report.busy = summary_of(engines_.busy);
   const StageTimer timer(report.seconds.check);
   ++state.step;
   check_divergence(engines_.model, loads_.x0, state.cloth, "certify");
@@ -122,6 +132,7 @@ StepContext Stepper::context(StepPart part, std::int64_t step) const {
   context.t0 = time(part.first);
   context.t1 = time(part.last);
   context.share = static_cast<double>(part.length()) / (StepPart::whole - part.first);
+  context.divisible = part.length() > StepPart::least;
   context.seed =
       static_cast<std::uint64_t>(step) * StepPart::whole + static_cast<std::uint64_t>(part.first);
   return context;

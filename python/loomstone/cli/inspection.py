@@ -216,6 +216,15 @@ def report_text(report: dict[str, Any]) -> str:
             )
         )
     if report.get("steps_in_parts"):
-        lines.append(f"{report['steps_in_parts']} steps were taken in parts")
+        lines.append(
+            f"{report['steps_in_parts']} steps were taken in parts; parts last"
+            f" {1e3 * report['mean_part']:.3g} ms on average, the shortest"
+            f" {1e3 * report['least_part']:.3g} ms"
+        )
+    if report.get("steps_beyond_accuracy"):
+        lines.append(
+            f"the error of {report['steps_beyond_accuracy']} steps is larger than"
+            " integrator.accuracy allows, even in the shortest parts; shorten integrator.step"
+        )
     lines.append(f"state {report['digest'][:16]}")
     return "\n".join(lines)

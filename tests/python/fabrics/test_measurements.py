@@ -174,12 +174,15 @@ def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
 
 
 def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_cloth_comes_to_rest():
-    # A limp knit that strains by 2 % if its limits allow it. The means of four specimens are
-    # compared, because single specimens differ by 8 % and six folds.
+    # A limp knit that strains by 2 % if its limits allow it. The means of eight specimens are
+    # compared, because single specimens differ by 8 % and four folds.
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
     limits = (ls.StrainLimit(0.05, 0.05, 0.05), ls.StrainLimit(0.01, 0.01, 0.05))
     loose, tight = (
-        [cusick(knit, strain_limit=limit, triangles=900, seed=seed) for seed in (1, 2, 3, 4)]
+        [
+            cusick(knit, strain_limit=limit, triangles=900, seed=seed, step=1e-3)
+            for seed in range(1, 9)
+        ]
         for limit in limits
     )
     for result in tight:
@@ -190,7 +193,7 @@ def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_clo
     coefficient = [np.mean([r.drape_coefficient for r in results]) for results in (loose, tight)]
     assert coefficient[1] == pytest.approx(coefficient[0], rel=0.1)
     folds = [np.mean([r.folds for r in results]) for results in (loose, tight)]
-    assert folds[1] == pytest.approx(folds[0], rel=0.1)  # six specimens: 11.3 and 11.0
+    assert folds[1] == pytest.approx(folds[0], rel=0.1)  # 11.75 and 12.0 were measured
 
 
 def test_conforming_triangles_do_not_lock_at_limits_of_a_hundredth_in_stretch_and_compression():

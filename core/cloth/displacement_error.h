@@ -1,0 +1,64 @@
+// Error of a displacement of cloth: the strain that a linear model of the motion neglects.
+#pragma once
+
+#include <vector>
+
+#include "core/cloth/cloth_model.h"
+#include "core/cloth/membrane/membrane.h"
+#include "core/parallel/row_layout.h"
+
+namespace loomstone {
+
+struct StepError {
+  // Largest eigenvalue of 1/2 dF^T dF over all triangles, dF the gradient of the displacement [1].
+  double strain = 0.0;
+  // Membrane energy of these strains as a fraction of the kinetic energy of the cloth; the largest
+  // fraction of all cloths [1]. Kinetic energy is measured in a frame that moves with the cloth:
+  // with the mean velocity of its prescribed vertices if there are any, otherwise with the velocity
+  // of its centre of mass.
+  double energy = 0.0;
+};
+
+// Evaluates the error. Each rank evaluates an equal share of the triangles, and the sums of blocks
+// are added in order. Results are therefore bitwise independent of the number of threads and ranks.
+class DisplacementError {
+ public:
+  DisplacementError(const ClothModel& cloth, const Membrane& membrane, const RowLayout& layout);
+
+  // Returns the error of the displacement end - start (n x 3 each) [m] in the time h [s].
+  // Collective.
+  StepError over(const Team& team, const Points& start, const Points& end, double h);
+  // As over(), for a displacement h v with velocities v (n x 3) [m/s].
+  StepError at(const Team& team, const Points& v, double h);
+
+ private:
+  // Triangles and vertices of one cloth.
+  struct Block {
+    Index cloth = 0, first_triangle = 0, last_triangle = 0, first_vertex = 0, last_vertex = 0;
+  };
+  // Over a displacement u: the strain, the energy of that strain, and sums over vertices.
+  struct Sums {
+    double strain = 0.0, energy = 0.0;
+    double squares = 0.0;            // of m u^2 [kg m^2]
+    Vec3 moment = Vec3::Zero();      // of m u [kg m]
+    Vec3 prescribed = Vec3::Zero();  // of m u of prescribed vertices [kg m]
+  };
+  struct Masses {
+    double all = 0.0, prescribed = 0.0;  // [kg]
+  };
+
+  // The displacement is (end - start) * time; start may be null.
+  StepError evaluate(const Team& team, const Points* start, const Points& end, double time,
+                     double h);
+  Sums sums_of(const Block& block, const Points* start, const Points& end) const;
+
+  const ClothModel& cloth_;
+  const Membrane& membrane_;
+  const RowLayout& layout_;
+  std::vector<Block> blocks_;
+  std::vector<std::size_t> offsets_;  // (ranks + 1) start of the blocks of each rank [byte]
+  std::vector<Masses> masses_;        // (cloths)
+  std::vector<Sums> sums_;            // (blocks)
+};
+
+}  // namespace loomstone

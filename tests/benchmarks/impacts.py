@@ -1,0 +1,162 @@
+"""Compares steps with short ones: towels that meet a floor, and sheets that swing.
+
+    python tests/benchmarks/impacts.py --triangles 400 1280 3000 --tilts 30 60 90 --speeds 2 4 8
+    python tests/benchmarks/impacts.py --swing
+
+The first table lists for each towel and step: the largest stretch and its ratio to that of steps of
+0.25 ms, the gain of energy (kinetic, membrane, bending and gravity) over the largest kinetic
+energy, the number of parts, the shortest part and the processor time. The second table lists the
+time until the free edge of a sheet, held at two corners and let go flat, swings below them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import dataclass
+
+import loomstone as ls
+import numpy as np
+from smoke import parsed
+
+SIZE = (0.18, 0.12)
+STEPS = (1e-3, 4e-3, 1e-2)
+FINE = 2.5e-4
+SHEETS = ((300.0, 0.3), (3e3, 0.3), (1e4, 0.3), (1e5, 0.03))
+
+
+def isotropic(stiffness: float, density: float) -> ls.ClothMaterial:
+    return ls.ClothMaterial(
+        weft_stiffness=stiffness,
+        warp_stiffness=stiffness,
+        shear_stiffness=stiffness / 2,
+        density=density,
+    )
+
+
+def towel(triangles: int, tilt: float, speed: float) -> ls.Scene:
+    """A towel, tilted by `tilt` [degrees], that falls to a floor at `speed` [m/s]."""
+    rows = max(1, round(np.sqrt(triangles / 2 * SIZE[1] / SIZE[0])))
+    mesh = ls.grid(size=SIZE, cells=(max(1, round(triangles / 2 / rows)), rows))
+    along = mesh.vertices[:, 0] - mesh.vertices[:, 0].min()
+    angle = np.radians(tilt)
+    vertices = np.column_stack(
+        (along * np.cos(angle), mesh.vertices[:, 1], 0.005 + along * np.sin(angle))
+    )
+    velocities = np.zeros_like(vertices)
+    velocities[:, 2] = -speed
+    cloth = ls.Cloth(
+        mesh=ls.TriangleMesh(vertices, mesh.triangles, mesh.uv),
+        material=isotropic(300.0, 0.3),
+        velocities=velocities,
+    )
+    return ls.Scene(cloths=[cloth], obstacles=[ls.floor(height=0.0)])
+
+
+@dataclass
+class Fall:
+    stretch: float
+    gain: float
+    parts: int
+    least_part: float
+    seconds: float
+
+
+def fall(scene: ls.Scene, step: float, accuracy: float | None, duration: float) -> Fall:
+    sim = ls.Simulation(
+        scene, integrator=ls.SemiImplicitEuler(step=step, accuracy=accuracy), threads=1
+    )
+
+    def total() -> float:
+        energy = sim.report.energy
+        return float(energy.kinetic + energy.membrane + energy.bending + energy.gravity)
+
+    energies, kinetic = [total()], [sim.report.energy.kinetic]
+    stretch, parts, least = 1.0, 0, step
+    began = time.process_time()
+    while sim.time < duration - 1e-9:
+        sim.step()
+        report = sim.report
+        stretch, parts = max(stretch, report.strain.stretch), parts + report.parts
+        least = min(least, report.error.least_part)
+        energies.append(total())
+        kinetic.append(report.energy.kinetic)
+    gain = (max(energies) - energies[0]) / max(kinetic)
+    return Fall(stretch, gain, parts, least, time.process_time() - began)
+
+
+def towels(arguments: argparse.Namespace) -> None:
+    print("triangles tilt speed   step  stretch  ratio    gain  parts  shortest  seconds")
+    worst, most_gain = 1.0, 0.0
+    for triangles in arguments.triangles:
+        for tilt in arguments.tilts:
+            for speed in arguments.speeds:
+                scene = towel(triangles, tilt, speed)
+                fine = fall(scene, FINE, arguments.accuracy, arguments.duration)
+                for step in (FINE, *STEPS):
+                    found = fall(scene, step, arguments.accuracy, arguments.duration)
+                    ratio = found.stretch / fine.stretch
+                    worst, most_gain = max(worst, ratio), max(most_gain, found.gain)
+                    print(
+                        f"{triangles:>9} {tilt:>4.0f} {speed:>5.1f} {1e3 * step:>6.2f}"
+                        f" {found.stretch:>8.3f} {ratio:>6.3f} {found.gain:>7.4f} {found.parts:>6}"
+                        f" {1e3 * found.least_part:>9.3f} {found.seconds:>8.2f}",
+                        flush=True,
+                    )
+    print(f"largest ratio {worst:.3f}, largest gain {most_gain:.4f}")
+
+
+def swing_time(stiffness: float, density: float, step: float, accuracy: float | None) -> float:
+    mesh = ls.grid(size=(0.3, 0.3), cells=(12, 12))
+    x = mesh.vertices
+    held = np.isclose(x[:, 1], x[:, 1].min())
+    corners = held & (np.isclose(x[:, 0], x[:, 0].min()) | np.isclose(x[:, 0], x[:, 0].max()))
+    edge = np.isclose(x[:, 1], x[:, 1].max())
+    cloth = ls.Cloth(
+        mesh=mesh, material=isotropic(stiffness, density), pins=list(np.flatnonzero(corners))
+    )
+    sim = ls.Simulation(
+        ls.Scene(cloths=[cloth]),
+        integrator=ls.SemiImplicitEuler(step=step, accuracy=accuracy),
+        threads=1,
+    )
+    low, before = x[:, 1].min(), x[:, 1].max()
+    while sim.time < 2.0:
+        sim.step()
+        now = sim.positions[edge, 1].mean()
+        if now < low:
+            return float(sim.time - step * (low - now) / (before - now))
+        before = now
+    return np.inf
+
+
+def swings(accuracy: float | None) -> None:
+    print(
+        "stiffness [N/m]  time to the bottom [s] at steps of "
+        + ", ".join(f"{1e3 * step:g} ms" for step in (5e-4, *STEPS))
+    )
+    for stiffness, density in SHEETS:
+        times = [swing_time(stiffness, density, step, accuracy) for step in (5e-4, *STEPS)]
+        print(f"{stiffness:>15.0f}  " + " ".join(f"{t:.4f}" for t in times), flush=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--triangles", type=int, nargs="+", default=[400, 1280, 3000])
+    parser.add_argument("--tilts", type=float, nargs="+", default=[30.0, 60.0, 90.0])
+    parser.add_argument("--speeds", type=float, nargs="+", default=[2.0, 4.0, 8.0])
+    parser.add_argument("--duration", type=float, default=0.2, help="of each fall [s]")
+    parser.add_argument("--accuracy", type=float, default=1.0)
+    parser.add_argument("--no-accuracy", action="store_true", help="steps as given")
+    parser.add_argument("--swing", action="store_true", help="the second table instead")
+    arguments = parsed(parser, triangles=[100], tilts=[60.0], speeds=[4.0], duration=0.04)
+    if arguments.no_accuracy:
+        arguments.accuracy = None
+    if arguments.swing:
+        swings(arguments.accuracy)
+    else:
+        towels(arguments)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,165 @@
+// Claims about steps that know their error: impacts make no energy, stiff sheets swing in time, and
+// frames lie on the paths that certification has checked.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/collision/tangle/intersections.h"
+#include "core/mesh/generators.h"
+#include "tests/sim/sim_support.h"
+
+using namespace loomstone;
+using namespace loomstone::test;
+
+namespace {
+
+ClothMaterial isotropic(double stiffness, double density) {
+  ClothMaterial material;
+  material.weft_stiffness = material.warp_stiffness = stiffness;
+  material.shear_stiffness = 0.5 * stiffness;
+  material.density = density;
+  return material;
+}
+
+// A towel, tilted by 60 degrees, that falls to a floor with this speed [m/s].
+Scene towel(double speed) {
+  Scene scene;
+  Cloth cloth;
+  cloth.name = "towel";
+  TriangleMesh flat = grid_cells(0.18, 0.12, 22, 15);
+  Points x = flat.vertices();
+  const double angle = std::acos(0.5);
+  for (Index i = 0; i < x.rows(); ++i) {
+    const double along = x(i, 0) + 0.09;
+    x.row(i) << along * std::cos(angle), x(i, 1), 0.005 + along * std::sin(angle);
+  }
+  cloth.mesh = share(TriangleMesh(x, flat.triangles(), flat.uv()));
+  cloth.material = isotropic(300.0, 0.3);
+  cloth.velocities = Points::Zero(x.rows(), 3);
+  cloth.velocities.col(2).setConstant(-speed);
+  scene.cloths.push_back(cloth);
+  Obstacle floor;
+  floor.name = "floor";
+  floor.mesh = share(floor_square(2.0, 4));
+  scene.obstacles.push_back(floor);
+  return scene;
+}
+
+IntegratorOptions step_with(double h, std::optional<double> accuracy) {
+  IntegratorOptions options = step_of(h);
+  options.implicit()->accuracy = accuracy;
+  return options;
+}
+
+struct Fall {
+  double stretch = 1.0;  // largest over all steps
+  double gain = 0.0;     // of energy above the start, over the largest kinetic energy
+  int parts = 0;
+};
+
+Fall fall(const Scene& scene, const IntegratorOptions& options, double duration) {
+  Simulation sim(scene, options, 1);
+  const auto total = [&] {
+    const EnergyReport& e = sim.report().energy;
+    return e.kinetic + e.membrane + e.bending + e.gravity;
+  };
+  const double start = total();
+  double most = start, kinetic = sim.report().energy.kinetic;
+  Fall found;
+  while (sim.time() < duration - 1e-9) {
+    sim.step();
+    found.stretch = std::max(found.stretch, sim.report().strain.stretch);
+    found.parts += sim.report().parts;
+    most = std::max(most, total());
+    kinetic = std::max(kinetic, sim.report().energy.kinetic);
+  }
+  found.gain = (most - start) / kinetic;
+  return found;
+}
+
+// Time after which the free edge of a sheet, held at two corners and let go flat, swings below them
+// [s]; linear between two steps.
+double time_to_bottom(double stiffness, double density, const IntegratorOptions& options) {
+  const Index cells = 12;
+  Scene scene;
+  Cloth cloth;
+  cloth.mesh = share(grid_cells(0.3, 0.3, cells, cells));
+  cloth.material = isotropic(stiffness, density);
+  const Points& x = cloth.mesh->vertices();
+  const double low = x.col(1).minCoeff(), high = x.col(1).maxCoeff();
+  std::vector<Index> free_edge;
+  for (Index i = 0; i < x.rows(); ++i) {
+    const bool side = x(i, 0) == x.col(0).minCoeff() || x(i, 0) == x.col(0).maxCoeff();
+    if (x(i, 1) == low && side) cloth.pins.push_back(i);
+    if (x(i, 1) == high) free_edge.push_back(i);
+  }
+  REQUIRE(cloth.pins.size() == 2);
+  scene.cloths.push_back(cloth);
+  Simulation sim(scene, options, 1);
+  double before = high;
+  while (sim.time() < 1.5) {
+    sim.step();
+    const Points now = sim.positions();
+    double mean = 0.0;
+    for (const Index i : free_edge) mean += now(i, 1) / static_cast<double>(free_edge.size());
+    if (mean < low) return sim.time() - sim.step_size() * (low - mean) / (before - mean);
+    before = mean;
+  }
+  return INFINITY;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "a towel that meets a floor neither gains energy nor stretches more than in short steps") {
+  for (const double speed : {4.0, 8.0}) {
+    const Fall fine = fall(towel(speed), step_with(2.5e-4, 1.0), 0.08);
+    for (const double h : {1e-3, 4e-3, 1e-2}) {
+      const Fall coarse = fall(towel(speed), step_with(h, 1.0), 0.08);
+      CAPTURE(speed, h, coarse.stretch, fine.stretch, coarse.parts);
+      CHECK(coarse.stretch < 1.08 * fine.stretch);
+      CHECK(coarse.gain < 0.02);
+    }
+    // Without a bound on the error the same step stretches the towel to twice its length.
+    CHECK(fall(towel(speed), step_with(4e-3, std::nullopt), 0.08).stretch > 1.5);
+  }
+}
+
+TEST_CASE("a smaller accuracy takes more parts") {
+  CHECK(fall(towel(4.0), step_with(4e-3, 0.2), 0.08).parts >
+        1.3 * fall(towel(4.0), step_with(4e-3, 1.0), 0.08).parts);
+}
+
+TEST_CASE(
+    "the time in which a sheet swings down depends neither on its stiffness nor on the step") {
+  const double exact = time_to_bottom(300.0, 0.3, step_with(5e-4, 1.0));
+  for (const auto& [stiffness, density] : {std::pair{300.0, 0.3}, {1e4, 0.3}, {1e5, 0.03}})
+    for (const double h : {2e-3, 4e-3}) {
+      CAPTURE(stiffness, h);
+      CHECK(time_to_bottom(stiffness, density, step_with(h, 1.0)) == Approx(exact).epsilon(0.03));
+    }
+  // Backward Euler at a fixed step moves a stiff sheet in slow motion.
+  CHECK(time_to_bottom(1e5, 0.03, step_with(4e-3, std::nullopt)) > 1.5 * exact);
+}
+
+TEST_CASE("frames inside a step that is taken in parts do not intersect") {
+  Simulation sim(towel(8.0), step_with(1e-2, 1.0), 1);
+  const Index n = static_cast<Index>(sim.positions().rows());
+  Triangles all = sim.topology().triangles;
+  const Index cloth = static_cast<Index>(all.rows());
+  const Triangles floor = floor_square(2.0, 4).triangles();
+  all.conservativeResize(cloth + floor.rows(), 3);
+  all.bottomRows(floor.rows()) = floor.array() + n;
+  int in_parts = 0;
+  for (int step = 0; step < 6; ++step) {
+    sim.step();
+    in_parts += sim.report().parts > 1;
+    for (int i = 1; i < 16; ++i) {
+      const Frame frame = sim.frame_at(sim.time() - sim.step_size() * i / 16.0);
+      Points vertices(n + frame.body_vertices.rows(), 3);
+      vertices << frame.positions, frame.body_vertices;
+      CAPTURE(step, i);
+      CHECK(intersecting_pairs(vertices, all).empty());
+    }
+  }
+  CHECK(in_parts > 0);
+}
