@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <variant>
 
+#include "bindings/automatic.h"
 #include "bindings/bindings.h"
 #include "core/base/field.h"
 #include "core/electrodynamics/magnet.h"
@@ -50,6 +51,7 @@ inline bool equal(const SoftBody& a, const SoftBody& b) {
   return equal(a.pose, b.pose) && a.saturation == b.saturation &&
          (a.shape == b.shape || a.shape->recipe() == b.shape->recipe());
 }
+inline bool equal(const Automatic& a, const Automatic& b) { return a == b; }
 inline bool equal(std::monostate, std::monostate) { return true; }
 template <class... T>
 bool equal(const std::variant<T...>& a, const std::variant<T...>& b) {
@@ -123,6 +125,7 @@ inline py::object plain(const SoftBody& body) {
   return with_pose(dict, body.pose);
 }
 inline py::object plain(std::monostate) { return py::none(); }
+inline py::object plain(const Automatic& value) { return py::cast(value); }
 template <class... T>
 py::object plain(const std::variant<T...>& value) {
   return std::visit([](const auto& v) -> py::object { return plain(v); }, value);
@@ -179,13 +182,14 @@ std::string field_text(const F& each) {
   std::string text = each.meaning;
   if (*each.unit) text += std::string(" [") + each.unit + "]";
   if constexpr ((std::is_arithmetic_v<Member> && !std::is_same_v<Member, bool>) ||
-                std::is_same_v<Member, std::optional<double>>) {
+                std::is_same_v<Member, std::optional<double>> ||
+                std::is_same_v<Member, Automatic>) {
     const std::string limits = to_text(each.limits);
     if (limits != "finite") text += "; " + limits;
   }
   if constexpr (Choice<Member>) text += ": " + choices_text<Member>();
   if constexpr (std::is_arithmetic_v<Member> || std::is_same_v<Member, std::string> ||
-                Choice<Member>)
+                std::is_same_v<Member, Automatic> || Choice<Member>)
     if (!is_required(each)) text += "; default " + repr_of(D{}.*(each.member));
   return text;
 }
@@ -200,9 +204,10 @@ std::string unit_of(const F& each) {
 }
 
 template <class Member>
-constexpr bool may_carry_unit = (std::is_arithmetic_v<Member> && !std::is_same_v<Member, bool>) ||
-                                std::is_same_v<Member, std::optional<double>> ||
-                                std::is_same_v<Member, std::vector<double>> || EigenArray<Member>;
+constexpr bool may_carry_unit =
+    (std::is_arithmetic_v<Member> && !std::is_same_v<Member, bool>) ||
+    std::is_same_v<Member, std::optional<double>> || std::is_same_v<Member, Automatic> ||
+    std::is_same_v<Member, std::vector<double>> || EigenArray<Member>;
 
 // Converts a value that carries a unit to plain numbers in the unit of the field. Returns other
 // values unchanged.
@@ -211,6 +216,7 @@ py::object plain_number(const py::object& value, const F& each, const char* name
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
   if (!may_carry_unit<Member>) return value;
   if (PyFloat_Check(value.ptr()) || PyLong_Check(value.ptr()) || value.is_none()) return value;
+  if (std::is_same_v<Member, Automatic> && py::isinstance<py::str>(value)) return value;
   return in_unit(value, unit_of(each).c_str(), std::string(name) + "." + each.name);
 }
 

@@ -19,7 +19,7 @@ void bind_common(py::module_& m) {
       m, "Integrator",
       "Base class of the integrators that advance the cloth, such as SemiImplicitEuler.");
   c.def_property_readonly(
-      "step", [](const IntegratorCommon& self) { return self.step; }, "time step [s]");
+      "step", [](const IntegratorCommon& self) { return self.step; }, "time step [s], or auto");
   c.attr("method") = "";  // name on the command line and in files, set by each derived class
   c.def(
       "replace",

@@ -123,7 +123,8 @@ void bind_stepping(py::class_<S>& c) {
         "successful step.");
   c.def_property_readonly("time", &S::time, "[s]");
   c.def_property_readonly("step_index", &S::step_index, "number of completed steps");
-  c.def_property_readonly("step_size", &S::step_size, "[s]");
+  c.def_property_readonly("step_size", &S::step_size,
+                          "length of a step, the largest length of automatic steps [s]");
   c.def_property_readonly("report", &S::report, "StepReport of the last step");
   c.def("rebuild_stages", &S::rebuild_stages, Released(),
         "Discards all stages and builds them again. If may_checkpoint is True, this does not "

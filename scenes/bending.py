@@ -15,15 +15,6 @@ render = ls.RenderOptions(camera=ls.Camera(eye=(0.0, -1.0, 0.62)), width=1600, h
 SPACING, SIZE, RADIUS = 0.42, 0.36, 0.07
 
 
-def integrator(triangles: int = 3600) -> ls.Integrator:
-    """The time step is proportional to the contact distance. It is 4 ms at a contact distance of
-    1 mm, and is clamped to the range from 0.5 to 4 ms.
-    """
-    return ls.SemiImplicitEuler(
-        step=float(np.clip(0.4 * SIZE / np.sqrt(triangles / 2), 5e-4, 4e-3))
-    )
-
-
 def scene(triangles: int = 3600, bending: float = 2e-6, factor: float = 8.0) -> ls.Scene:
     cells = max(1, round(np.sqrt(triangles / 2)))
     flat = ls.grid(size=(SIZE, SIZE), cells=(cells, cells))

@@ -18,11 +18,6 @@ render = ls.RenderOptions(
 SIZE = 0.5
 
 
-def integrator(triangles: int = 5000) -> ls.Integrator:
-    edge = SIZE / np.sqrt(triangles / 2)
-    return ls.SemiImplicitEuler(step=float(np.clip(0.4 * edge, 1e-3, 4e-3)))
-
-
 def scene(triangles: int = 5000, boxes: int = 5, speed: float = 1.0) -> ls.Scene:
     cells = max(2, round(np.sqrt(triangles / 2)))
     mesh = ls.grid(size=(SIZE, SIZE), cells=(cells, cells))

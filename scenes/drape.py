@@ -17,14 +17,6 @@ render = ls.RenderOptions(
 RADIUS, CENTRE = 0.15, np.array([0.03, 0.02, 0.0])
 
 
-def integrator(triangles: int = 14450) -> ls.Integrator:
-    """The time step is proportional to the contact distance, which is a tenth of a mesh edge. It is
-    4 ms at a contact distance of 1 mm, and is clamped to the range from 0.5 to 4 ms.
-    """
-    edge = 0.5 / np.sqrt(triangles / 2)
-    return ls.SemiImplicitEuler(step=float(np.clip(4.0 * 0.1 * edge * 1.2, 5e-4, 4e-3)))
-
-
 def scene(triangles: int = 14450) -> ls.Scene:
     cells = max(1, round(np.sqrt(triangles / 2)))
     mesh = ls.grid(size=(0.5, 0.5), cells=(cells, cells)).moved((0.0, 0.0, RADIUS + 0.006))

@@ -18,11 +18,6 @@ render = ls.RenderOptions(
 LAYER, WIDTH, DROP = 0.06, 0.20, 0.02
 
 
-def integrator(triangles: int = 6000, layers: int = 10) -> ls.Integrator:
-    edge = np.sqrt(2.0 * LAYER * layers * WIDTH / triangles)
-    return ls.SemiImplicitEuler(step=float(np.clip(0.4 * edge, 1e-3, 4e-3)))
-
-
 def scene(triangles: int = 6000, layers: int = 10, lean: float = 50.0) -> ls.Scene:
     """lean: initial angle of each layer from the vertical, with alternating sign [degrees]."""
     length = LAYER * layers

@@ -19,11 +19,6 @@ FLOOR = -0.40
 BALL = 0.038
 
 
-def integrator(triangles: int = 14476) -> ls.Integrator:
-    edge = 0.5 / np.sqrt(triangles / 2)
-    return ls.SemiImplicitEuler(step=float(np.clip(0.3 * edge, 5e-4, 2e-3)))
-
-
 def scene(triangles: int = 14476) -> ls.Scene:
     mesh = ls.meshes.irregular(size=(0.5, 0.5), triangles=triangles).moved(
         (0.004, 0.003, HEIGHT + 0.03)

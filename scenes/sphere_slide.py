@@ -7,7 +7,6 @@ never exceeds the limits of 10 % along weft and warp. This is the scene of figur
 """
 
 import loomstone as ls
-import numpy as np
 
 duration = 3.0
 rate = 25.0
@@ -17,14 +16,6 @@ render = ls.RenderOptions(
 
 RADIUS = 0.15
 LIMITS = (0.1, 0.1, 0.4)
-
-
-def integrator(triangles: int = 14476) -> ls.Integrator:
-    """The time step is proportional to the contact distance, which is a tenth of a mesh edge. It is
-    4 ms at a contact distance of 1 mm, and is clamped to the range from 0.5 to 4 ms.
-    """
-    edge = 0.5 / np.sqrt(triangles / 2)
-    return ls.SemiImplicitEuler(step=float(np.clip(4.0 * 0.1 * edge * 1.2, 5e-4, 4e-3)))
 
 
 def scene(triangles: int = 14476, limited: bool = True, friction: float = 0.1) -> ls.Scene:

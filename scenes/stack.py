@@ -20,11 +20,6 @@ render = ls.RenderOptions(
 SIZE, BOX, WALL, HEIGHT, SPACING = 0.20, 0.23, 0.01, 0.12, 0.006
 
 
-def integrator(triangles: int = 800) -> ls.Integrator:
-    edge = SIZE / np.sqrt(triangles / 2)
-    return ls.SemiImplicitEuler(step=float(np.clip(0.4 * edge, 1e-3, 4e-3)))
-
-
 def shaking() -> tuple[np.ndarray, np.ndarray]:
     """Returns times [s] and positions [m] of the box. The box is at rest while the sheets land,
     then moves sideways and up and down, and comes to rest again.

@@ -23,14 +23,6 @@ render = ls.RenderOptions(
 SIZE = 0.5
 
 
-def integrator(triangles: int = 7200) -> ls.Integrator:
-    """The time step is proportional to the contact distance, which is a tenth of a mesh edge. It is
-    4 ms at a contact distance of 1 mm, and is clamped to the range from 0.5 to 4 ms.
-    """
-    edge = SIZE / np.sqrt(triangles / 2)
-    return ls.SemiImplicitEuler(step=float(np.clip(4.0 * 0.1 * edge * 1.2, 5e-4, 4e-3)))
-
-
 def scene(
     triangles: int = 7200, turns: float = 0.5, friction: float = 0.3, collisions: bool = True
 ) -> ls.Scene:

@@ -18,6 +18,7 @@
 #include <tuple>
 #include <type_traits>
 
+#include "core/base/automatic.h"
 #include "core/base/error.h"
 
 namespace loomstone {
@@ -108,6 +109,8 @@ void check_fields(const Description& description, const std::string& where) {
       check(static_cast<double>(description.*(each.member)));
     else if constexpr (std::is_same_v<Member, std::optional<double>>)
       if (description.*(each.member)) check(*(description.*(each.member)));
+    if constexpr (std::is_same_v<Member, Automatic>)
+      if ((description.*(each.member)).given) check(*(description.*(each.member)).given);
   });
 }
 

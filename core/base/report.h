@@ -235,7 +235,7 @@ struct CircuitReport {
 
 struct StepReport {
   std::int64_t step = 0;
-  double time = 0.0;
+  double time = 0.0, length = 0.0;
   int parts = 1;
   StageSeconds seconds;
   ThreadReport busy;
@@ -254,6 +254,7 @@ struct StepReport {
     return std::make_tuple(
         field("step", &R::step, "1", unlimited(), "number of the step"),
         field("time", &R::time, "s", unlimited(), "time at the end of the step"),
+        field("length", &R::length, "s", unlimited(), "length of the step"),
         field(
             "parts", &R::parts, "1", unlimited(),
             "parts of the step: several if its error is too large, or if certification, limits or "

@@ -15,15 +15,20 @@ struct ClothState {
   // [s] Length of the step that led to x and v; 0 at the start and after the user wrote either. The
   // stepper writes it.
   double previous_step = 0.0;
+  // [s] Length of the next step that the error of the last one allows; 0: unknown. The stepper
+  // writes it.
+  double expected_step = 0.0;
   // History of multistep schemes (BDF-2, extrapolated bending); empty if there is none. The
   // integrator writes it. It is cleared when certification moves a vertex.
   Points previous_x;        // (n x 3) [m]
   Points previous_v;        // (n x 3) [m/s]
   Points previous_bending;  // (n x 3) [N]
 
+  // Length of the last step; h if there is none [s].
+  double last_length(double h) const { return previous_step > 0.0 ? previous_step : h; }
   // Ratio of the change of velocity in the next step, of length h [s], to the last one, if
   // accelerations do not change [1].
-  double change_scale(double h) const { return previous_step > 0.0 ? h / previous_step : 1.0; }
+  double change_scale(double h) const { return h / last_length(h); }
 
   // Restarts multistep schemes, for example after a velocity jump.
   void restart_multistep() {
@@ -40,7 +45,7 @@ struct ClothState {
   // Discards all of the past, as where the user has set positions or velocities.
   void forget_all() {
     forget_last_step();
-    previous_step = 0.0;
+    previous_step = expected_step = 0.0;
   }
 };
 

@@ -1,6 +1,8 @@
 #include "core/cloth/displacement_error.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 
 namespace loomstone {
 
@@ -10,22 +12,27 @@ constexpr Index triangles_per_block = 128, least_blocks_a_thread = 8;
 // Kinetic energy below this fraction of the one in the world's frame is rounding of their
 // difference [1].
 constexpr double rounding = 1e-14;
+// A step resolves a motion of which implicit Euler takes less than this fraction per step [1].
+constexpr double resolved = 0.1;
 
 }  // namespace
 
 DisplacementError::DisplacementError(const ClothModel& cloth, const Membrane& membrane,
-                                     const RowLayout& layout)
+                                     double gravity, const RowLayout& layout)
     : cloth_(cloth), membrane_(membrane), layout_(layout) {
   const Index n_cloths = static_cast<Index>(cloth.first_vertex.size()) - 1;
-  masses_.resize(n_cloths);
+  scales_.resize(n_cloths);
   for (Index c = 0; c < n_cloths; ++c) {
     const Index first = cloth.first_triangle[c], last = cloth.first_triangle[c + 1];
     const Index first_vertex = cloth.first_vertex[c];
     const Index n_vertices = cloth.first_vertex[c + 1] - first_vertex;
     for (Index i = first_vertex; i < first_vertex + n_vertices; ++i) {
-      masses_[c].all += cloth.mass[i];
-      if (cloth.prescribed[i]) masses_[c].prescribed += cloth.mass[i];
+      scales_[c].mass += cloth.mass[i];
+      if (cloth.prescribed[i]) scales_[c].mass_of_prescribed += cloth.mass[i];
     }
+    const std::vector<double>& areas = membrane.rest_area();
+    const double area = std::accumulate(areas.begin() + first, areas.begin() + last, 0.0);
+    scales_[c].height = 0.5 * scales_[c].mass * gravity * std::sqrt(area);
     // Vertices are split in proportion to triangles.
     const auto vertex_at = [&](Index triangle) {
       return first_vertex + static_cast<Index>(static_cast<std::int64_t>(n_vertices) *
@@ -54,35 +61,72 @@ StepError DisplacementError::at(const Team& team, const Points& v, double h) {
 
 StepError DisplacementError::evaluate(const Team& team, const Points* start, const Points& end,
                                       double time, double h) {
+  gather(team, [&](const Block& block) { return sums_of(block, start, end); });
+  StepError error;
+  const double square = time * time;
+  for (std::size_t b = 0; b < blocks_.size();) {
+    const Scales& scales = scales_[blocks_[b].cloth];
+    const Sums sums = total(b);
+    error.strain = std::max(error.strain, square * sums.strain);
+    const double energy = square / (h * h) * kinetic(sums, scales);
+    error.energy = std::max(error.energy, square * square * sums.energy / std::max(energy, 1e-300));
+  }
+  return error;
+}
+
+double DisplacementError::dissipation(const Team& team, const Points& x1, const Points& v0,
+                                      const Points& v1, double h) {
+  gather(team, [&](const Block& block) {
+    Sums sums = sums_of(block, nullptr, v1);
+    sums.elastic =
+        membrane_.neglected(nullptr, x1.data(), block.first_triangle, block.last_triangle).elastic;
+    sums.energy = 0.0;
+    for (Index i = block.first_vertex; i < block.last_vertex; ++i)
+      if (!cloth_.prescribed[i])
+        sums.energy += 0.5 * cloth_.mass[i] * (v1.row(i) - v0.row(i)).squaredNorm();
+    return sums;
+  });
+  double rate = 0.0;
+  for (std::size_t b = 0; b < blocks_.size();) {
+    const Scales& scales = scales_[blocks_[b].cloth];
+    const Sums sums = total(b);
+    const double energy = kinetic(sums, scales);
+    if (sums.energy < resolved * energy)
+      rate = std::max(rate, sums.energy / (h * (energy + sums.elastic + scales.height)));
+  }
+  return rate;
+}
+
+template <class OfBlock>
+void DisplacementError::gather(const Team& team, OfBlock&& of_block) {
   const int rank = layout_.communicator().rank();
   const Index first = static_cast<Index>(offsets_[rank] / sizeof(Sums));
   const Index n = static_cast<Index>(offsets_[rank + 1] / sizeof(Sums)) - first;
   parallel_for(
-      team, n, [&](Index i) { sums_[first + i] = sums_of(blocks_[first + i], start, end); },
+      team, n, [&](Index i) { sums_[first + i] = of_block(blocks_[first + i]); },
       least_blocks_a_thread);
   if (!layout_.single()) layout_.communicator().gather_all(sums_.data(), offsets_);
+}
 
-  StepError error;
-  const double square = time * time;
-  for (std::size_t b = 0; b < blocks_.size();) {
-    const Index c = blocks_[b].cloth;
-    Sums all;
-    for (; b < blocks_.size() && blocks_[b].cloth == c; ++b) {
-      const Sums& sums = sums_[b];
-      all.strain = std::max(all.strain, sums.strain), all.energy += sums.energy;
-      all.squares += sums.squares, all.moment += sums.moment, all.prescribed += sums.prescribed;
-    }
-    error.strain = std::max(error.strain, square * all.strain);
-    const Masses& mass = masses_[c];
-    const Vec3 frame = mass.prescribed > 0.0 ? Vec3(all.prescribed / mass.prescribed)
-                                             : Vec3(all.moment / mass.all);
-    const double relative =
-        all.squares - 2.0 * frame.dot(all.moment) + mass.all * frame.squaredNorm();
-    const double kinetic =
-        0.5 * square / (h * h) * std::max({relative, rounding * all.squares, 1e-300});
-    error.energy = std::max(error.energy, square * square * all.energy / kinetic);
+DisplacementError::Sums DisplacementError::total(std::size_t& block) const {
+  const Index cloth = blocks_[block].cloth;
+  Sums all;
+  for (; block < blocks_.size() && blocks_[block].cloth == cloth; ++block) {
+    const Sums& sums = sums_[block];
+    all.strain = std::max(all.strain, sums.strain), all.energy += sums.energy;
+    all.elastic += sums.elastic;
+    all.squares += sums.squares, all.moment += sums.moment, all.prescribed += sums.prescribed;
   }
-  return error;
+  return all;
+}
+
+double DisplacementError::kinetic(const Sums& sums, const Scales& scales) const {
+  const Vec3 frame = scales.mass_of_prescribed > 0.0
+                         ? Vec3(sums.prescribed / scales.mass_of_prescribed)
+                         : Vec3(sums.moment / scales.mass);
+  const double relative =
+      sums.squares - 2.0 * frame.dot(sums.moment) + scales.mass * frame.squaredNorm();
+  return 0.5 * std::max(relative, rounding * sums.squares);
 }
 
 DisplacementError::Sums DisplacementError::sums_of(const Block& block, const Points* start,

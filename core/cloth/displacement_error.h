@@ -23,13 +23,22 @@ struct StepError {
 // are added in order. Results are therefore bitwise independent of the number of threads and ranks.
 class DisplacementError {
  public:
-  DisplacementError(const ClothModel& cloth, const Membrane& membrane, const RowLayout& layout);
+  // gravity : magnitude [m/s^2]
+  DisplacementError(const ClothModel& cloth, const Membrane& membrane, double gravity,
+                    const RowLayout& layout);
 
   // Returns the error of the displacement end - start (n x 3 each) [m] in the time h [s].
   // Collective.
   StepError over(const Team& team, const Points& start, const Points& end, double h);
   // As over(), for a displacement h v with velocities v (n x 3) [m/s].
   StepError at(const Team& team, const Points& v, double h);
+  // Returns the energy that implicit Euler takes from free motion in the time h [s], per second:
+  // 1/2 m (v1 - v0)^2 / h over an energy scale, the largest of all cloths [1/s]. The scale is the
+  // sum of kinetic energy, membrane energy and 1/2 m g L, with L the square root of the area of the
+  // cloth. A cloth whose motion the step does not resolve, such as wrinkles that snap, does not
+  // count. Positions at the end and velocities at both ends are (n x 3). Collective.
+  double dissipation(const Team& team, const Points& x1, const Points& v0, const Points& v1,
+                     double h);
 
  private:
   // Triangles and vertices of one cloth.
@@ -38,26 +47,32 @@ class DisplacementError {
   };
   // Over a displacement u: the strain, the energy of that strain, and sums over vertices.
   struct Sums {
-    double strain = 0.0, energy = 0.0;
+    double strain = 0.0, energy = 0.0, elastic = 0.0;
     double squares = 0.0;            // of m u^2 [kg m^2]
     Vec3 moment = Vec3::Zero();      // of m u [kg m]
     Vec3 prescribed = Vec3::Zero();  // of m u of prescribed vertices [kg m]
   };
-  struct Masses {
-    double all = 0.0, prescribed = 0.0;  // [kg]
+  struct Scales {
+    double mass = 0.0, mass_of_prescribed = 0.0;  // [kg]
+    double height = 0.0;                          // 1/2 m g L [J]
   };
 
   // The displacement is (end - start) * time; start may be null.
   StepError evaluate(const Team& team, const Points* start, const Points& end, double time,
                      double h);
   Sums sums_of(const Block& block, const Points* start, const Points& end) const;
+  // Sets the sums of all blocks. Collective.
+  template <class OfBlock>
+  void gather(const Team& team, OfBlock&& of_block);
+  Sums total(std::size_t& block) const;  // of one cloth; moves `block` to the next cloth
+  double kinetic(const Sums& sums, const Scales& scales) const;  // of velocities u [J]
 
   const ClothModel& cloth_;
   const Membrane& membrane_;
   const RowLayout& layout_;
   std::vector<Block> blocks_;
   std::vector<std::size_t> offsets_;  // (ranks + 1) start of the blocks of each rank [byte]
-  std::vector<Masses> masses_;        // (cloths)
+  std::vector<Scales> scales_;        // (cloths)
   std::vector<Sums> sums_;            // (blocks)
 };
 

@@ -54,7 +54,8 @@ bool bending_is_implicit(const ImplicitOptions& options, const ClothModel& model
   // An implicit step with explicit bending, whose damping force beta K v is that at the start of
   // the step, is stable if h (h + 2 beta) lambda < 4.
   const double limit = 0.8 * 2.0;
-  return options.step * (options.step + 2.0 * largest_bending_damping(model)) *
+  const double step = options.step.given.value();
+  return step * (step + 2.0 * largest_bending_damping(model)) *
              Elasticity::bending_eigenvalue(model) >
          limit * limit;
 }

@@ -81,7 +81,8 @@ class Integrator {
   virtual IntegrationReport advance(const Team& team, const RowLayout& layout,
                                     const StepInputs& inputs, ClothState& state,
                                     Points& body_velocity) = 0;
-  virtual bool implicit() const = 0;  // the scheme accepts extra terms
+  virtual bool implicit() const = 0;            // the scheme accepts extra terms
+  virtual bool damps() const { return false; }  // the scheme is implicit Euler
   // True if the scheme evaluates the energy of all rows on every rank.
   virtual bool asks_energy() const { return false; }
 };

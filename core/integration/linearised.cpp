@@ -4,7 +4,8 @@
 //   (M + c_d D + c_k K) dv = inertia + sigma (f_ext - f_el(x) - D w)
 //                            - (sigma / c_k) (c_d D + c_k K) u0.
 // Here u0 is the displacement that follows from dv = 0. For BDF-2, with previous values x_ and v_,
-// inertia = M (v - v_) / 3 and w = -(x - x_) / (3 sigma). Both are 0 for the other schemes.
+// inertia = b M (v - v_) and w = -b (x - x_) / sigma with b = SchemeCoefficients::history. Both are
+// 0 for the other schemes.
 #include <algorithm>
 #include <cmath>
 
@@ -40,12 +41,15 @@ class LinearisedIntegrator final : public Integrator {
         solver_({options.linear_solver, options.tolerance, options.max_iterations}) {}
 
   bool implicit() const override { return true; }
+  bool damps() const override { return scheme_ == Scheme::BackwardEuler; }
 
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points& body_velocity) override {
-    const bool has_history = state.previous_x.rows() == model_.n_vertices;
+    // Ratio of this step to the last one. BDF-2 is unstable if it exceeds 1 + sqrt(2) = 2.41.
+    const double ratio = state.change_scale(inputs.step);
+    const bool has_history = state.previous_x.rows() == model_.n_vertices && ratio < 2.4;
     const Scheme scheme = scheme_ == Scheme::Bdf2 && !has_history ? Scheme::Midpoint : scheme_;
-    const SchemeCoefficients c = coefficients(scheme, inputs.step);
+    const SchemeCoefficients c = coefficients(scheme, inputs.step, ratio);
     const BodyRows bodies(inputs.step, c);
     body_mass_ = bodies.masses(inputs.body_mass);
     Step step{team, layout, inputs, scheme, c, model_.n_vertices};
@@ -102,7 +106,7 @@ class LinearisedIntegrator final : public Integrator {
     const Vec3 velocity(cloth ? state.v.row(row) : body_velocity.row(row - step.n));
     Vec3 moved = step.c.reach * velocity;
     if (step.scheme == Scheme::Bdf2 && cloth)
-      moved += (state.x.row(row) - state.previous_x.row(row)).transpose() / 3.0;
+      moved += step.c.history * (state.x.row(row) - state.previous_x.row(row)).transpose();
     if (step.scheme == Scheme::Bdf2 && !cloth) moved = step.inputs.step * velocity;
     displacement_.row(row) = moved;
     if (cloth) cloth_displacement_.row(row) = moved;
@@ -153,7 +157,7 @@ class LinearisedIntegrator final : public Integrator {
     add_explicit_bending(step, state);
     const Points* viscous_velocity = nullptr;
     if (step.scheme == Scheme::Bdf2) {
-      drift_ = -(state.x - state.previous_x) / (3.0 * c.sigma);
+      drift_ = -c.history / c.sigma * (state.x - state.previous_x);
       viscous_velocity = &drift_;
     }
     elasticity_.add_implicit_forces(step.team, state.x, viscous_velocity, begin, end, force_);
@@ -165,7 +169,8 @@ class LinearisedIntegrator final : public Integrator {
       const Index row = begin + i;
       rhs_.row(row) = c.sigma * force_.row(row) - c.sigma / c.c_k * product_.row(row);
       if (step.scheme == Scheme::Bdf2)
-        rhs_.row(row) += model_.mass[row] / 3.0 * (state.v.row(row) - state.previous_v.row(row));
+        rhs_.row(row) +=
+            c.history * model_.mass[row] * (state.v.row(row) - state.previous_v.row(row));
     });
   }
 
@@ -182,10 +187,9 @@ class LinearisedIntegrator final : public Integrator {
     if (!extrapolate)
       parallel_for(step.team, end - begin,
                    [&](Index i) { force_.row(begin + i) += bending_.row(begin + i); });
-    else if (step.scheme == Scheme::Bdf2)
-      force_ += 2.0 * bending_ - state.previous_bending;
     else
-      force_ += 1.5 * bending_ - 0.5 * state.previous_bending;
+      force_ += bending_ + step.c.time / state.last_length(step.inputs.step) *
+                               (bending_ - state.previous_bending);
     if (second_order) state.previous_bending = bending_;
   }
 
@@ -249,7 +253,7 @@ class LinearisedIntegrator final : public Integrator {
       else if (step.scheme == Scheme::Midpoint)
         x1 += h / 2 * (v0 + v1);
       else
-        x1 = (4.0 * x1 - state.previous_x.row(i).transpose()) / 3.0 + 2 * h / 3 * v1;
+        x1 += step.c.history * (x1 - state.previous_x.row(i).transpose()) + step.c.sigma * v1;
       state.x.row(i) = x1;
       state.v.row(i) = v1;
     });

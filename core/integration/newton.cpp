@@ -36,6 +36,7 @@ class NewtonIntegrator final : public Integrator {
             {options.linear_solver, std::min(options.tolerance, 1e-4), options.max_iterations}) {}
 
   bool implicit() const override { return true; }
+  bool damps() const override { return scheme_ == Scheme::BackwardEuler; }
   bool asks_energy() const override { return true; }
 
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,

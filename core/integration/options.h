@@ -31,14 +31,14 @@ constexpr auto choices(BendingInStep) {
 
 // Options of all schemes.
 struct IntegratorCommon {
-  double step = 1e-3;
+  Automatic step;
 };
 
 // Options of schemes without a linear system.
 struct ExplicitOptions : IntegratorCommon {
   static auto fields() {
-    return std::make_tuple(
-        required_field("step", &ExplicitOptions::step, "s", positive(), "time step"));
+    return std::make_tuple(field("step", &ExplicitOptions::step, "s", positive(),
+                                 "time step; auto: half the limit of stability at the start"));
   }
 };
 
@@ -54,7 +54,9 @@ struct ImplicitOptions : IntegratorCommon {
   static auto fields() {
     using O = ImplicitOptions;
     return std::make_tuple(
-        field("step", &O::step, "s", positive(), "time step"),
+        field("step", &O::step, "s", positive(),
+              "time step, taken in parts where its error is too large; auto: steps of the length "
+              "that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies"),
         field("jacobian", &O::jacobian, "Jacobian of the membrane's forces"),
         field("bending", &O::bending, "treatment of bending forces"),
         field("linear_solver", &O::linear_solver, "solver of the linear system"),
@@ -130,7 +132,7 @@ class IntegratorOptions {
   std::string_view name() const {
     return visit([](const auto& method) { return method.name; });
   }
-  double step() const {
+  Automatic step() const {
     return visit([](const auto& method) { return method.step; });
   }
   void set_step(double step) {

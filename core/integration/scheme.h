@@ -15,9 +15,13 @@ struct SchemeCoefficients {
   double sigma;  // factor of forces on the right-hand side [s]
   double reach;  // displacement at constant velocity divided by this velocity [s]
   double time;   // from the start of the step to the evaluation of forces [s]
+  // BDF-2: factor of the last displacement and change of velocity; 0 for the other schemes [1].
+  double history = 0.0;
 };
 
-inline SchemeCoefficients coefficients(Scheme scheme, double h) {
+// `ratio` is h divided by the length of the last step, for BDF-2. For y' = f, its formula is
+// y+ = y + b (y - y_) + B h f+ with b = r^2 / (1 + 2 r) and B = (1 + r) / (1 + 2 r).
+inline SchemeCoefficients coefficients(Scheme scheme, double h, double ratio = 1.0) {
   switch (scheme) {
     case Scheme::BackwardEuler:
       return {h, h * h, h, h, h};
@@ -26,7 +30,8 @@ inline SchemeCoefficients coefficients(Scheme scheme, double h) {
     case Scheme::Bdf2:
       break;
   }
-  return {2 * h / 3, 4 * h * h / 9, 2 * h / 3, 2 * h / 3, h};
+  const double reach = (1 + ratio) / (1 + 2 * ratio) * h;
+  return {reach, reach * reach, reach, reach, h, ratio * ratio / (1 + 2 * ratio)};
 }
 
 // Scaling of the rows of free bodies in the linear system. For every scheme, bodies move by

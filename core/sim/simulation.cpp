@@ -12,6 +12,7 @@
 #include "core/sim/record/capture.h"
 #include "core/sim/record/frame_magnets.h"
 #include "core/sim/scene/scene_digest.h"
+#include "core/sim/step/step_choice.h"
 #include "core/sim/step/stepper.h"
 #include "core/sim/step/user_writes.h"
 
@@ -37,7 +38,8 @@ class Stepping {
 }  // namespace
 
 struct Simulation::Data {
-  IntegratorOptions options;
+  IntegratorOptions options;  // with the largest step as a number
+  StepChoice steps;
   std::map<std::string, std::string> digests;  // hashes of the fields of scene and options, by name
   Team team;
   std::shared_ptr<const Communicator> communicator;
@@ -54,7 +56,7 @@ struct Simulation::Data {
   void make_stepper() {
     Team counted = team;
     counted.iterations = &iterations;
-    stepper = std::make_unique<Stepper>(model, options, counted, *layout, state);
+    stepper = std::make_unique<Stepper>(model, options, steps, counted, *layout, state);
   }
   Points to_user(const Points& rows) const {
     Points user(model.cloth.n_vertices, 3);
@@ -99,7 +101,6 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
     fail<InvalidInput>("threads must be in [0, {}] (0: all processors), got {}", most_threads,
                        threads);
   integrator.visit([](const auto& method) { check_fields(method, "integrator"); });
-  data_->options = integrator;
   data_->team.threads = threads == 0 ? default_thread_count() : threads;
   data_->communicator = std::move(communicator);
   together(*data_->communicator, [&] { build(scene, data_->model, data_->state); });
@@ -109,6 +110,10 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
         "remove the attachments",
         integrator.name());
   data_->digests = digests(scene, integrator);
+  together(*data_->communicator,
+           [&] { data_->steps = choose_steps(integrator, data_->model, data_->state); });
+  data_->options = integrator;
+  data_->options.set_step(data_->steps.largest);
   data_->layout = std::make_unique<RowLayout>(data_->model.n_rows(), data_->communicator);
   data_->make_stepper();
   data_->outcome.start = data_->state;
@@ -127,11 +132,9 @@ void Simulation::step() {
   d.writes.remember(d.state);
 }
 
-double Simulation::time() const {
-  return static_cast<double>(data_->state.step) * data_->options.step();
-}
+double Simulation::time() const { return data_->state.time; }
 std::int64_t Simulation::step_index() const { return data_->state.step; }
-double Simulation::step_size() const { return data_->options.step(); }
+double Simulation::step_size() const { return data_->steps.largest; }
 int Simulation::threads() const { return data_->team.threads; }
 const Communicator& Simulation::communicator() const { return *data_->communicator; }
 
@@ -153,17 +156,18 @@ const FrameTopology& Simulation::topology() const { return data_->model.topology
 Frame Simulation::frame() const { return frame_at(time()); }
 
 Frame Simulation::frame_at(double at) const {
-  const double share = 1.0 - (time() - at) / data_->options.step();
-  if (share > 1.0 + 1e-9 || share < -1e-9)
-    fail<InvalidInput>("a frame must lie within the last step ({} to {} s), got {} s",
-                       time() - data_->options.step(), time(), at);
+  const double start = data_->outcome.start.time, length = time() - start;
+  // Rounding of times that users compute.
+  const double slack = 1e-9 * data_->steps.largest;
+  if (at > time() + slack || at < start - slack)
+    fail<InvalidInput>("a frame must lie within the last step ({} to {} s), got {} s", start,
+                       time(), at);
   report();
   // If the time is the end of the step up to rounding, the frame shows the state itself.
   const FrameTime end{time(), 1.0};
-  const double start = static_cast<double>(data_->state.step) - (1.0 - share);
-  const FrameTime within{start * data_->options.step(), share};
+  const double share = length > 0.0 ? (at - start) / length : 1.0;
   return capture(data_->state, data_->outcome, data_->stepper->engines(),
-                 share > 1.0 - 1e-9 ? end : within);
+                 time() - at > slack ? FrameTime{at, std::max(share, 0.0)} : end);
 }
 
 const std::vector<Index>& Simulation::vertex_order() const { return data_->model.row_of_vertex; }

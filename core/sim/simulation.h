@@ -33,7 +33,7 @@ class Simulation {
   void step();
   double time() const;  // [s]
   std::int64_t step_index() const;
-  double step_size() const;  // [s]
+  double step_size() const;  // length of a step; the largest length of automatic steps [s]
   int threads() const;
   const Communicator& communicator() const;
   const StepReport& report() const;  // of the last step

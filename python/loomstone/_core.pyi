@@ -607,6 +607,11 @@ class StepReport:
         error of the step, and its parts
         """
     @property
+    def length(self) -> float:
+        """
+        length of the step [s]
+        """
+    @property
     def limits(self) -> StrainLimitReport:
         """
         strain limits
@@ -2364,9 +2369,9 @@ class Integrator:
         Returns plain values for JSON.
         """
     @property
-    def step(self) -> float:
+    def step(self) -> float | typing.Literal["auto"]:
         """
-        time step [s]
+        time step [s], or auto
         """
 
 class ExplicitEuler(Integrator):
@@ -2377,16 +2382,16 @@ class ExplicitEuler(Integrator):
 
     Parameters (keywords)
     ---------------------
-    step : time step [s]; > 0
+    step : time step; auto: half the limit of stability at the start [s]; > 0; default 'auto'
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
     field_names: typing.ClassVar[tuple[str, ...]] = ("step",)
     method: typing.ClassVar[str] = "explicit-euler"
     def __eq__(self, arg0: object) -> bool: ...
-    def __init__(self, *, step: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def __init__(self, *, step: float | typing.Literal["auto"] = "auto") -> None: ...
     def __repr__(self) -> str: ...
-    def replace(self, *, step: typing.SupportsFloat | typing.SupportsIndex = ...) -> ExplicitEuler:
+    def replace(self, *, step: float | typing.Literal["auto"] = ...) -> ExplicitEuler:
         """
         Returns a copy with the given fields changed.
         """
@@ -2395,9 +2400,9 @@ class ExplicitEuler(Integrator):
         Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
-    def step(self) -> float:
+    def step(self) -> float | typing.Literal["auto"]:
         """
-        time step [s]; > 0
+        time step; auto: half the limit of stability at the start [s]; > 0; default 'auto'
         """
 
 class SymplecticEuler(Integrator):
@@ -2408,18 +2413,16 @@ class SymplecticEuler(Integrator):
 
     Parameters (keywords)
     ---------------------
-    step : time step [s]; > 0
+    step : time step; auto: half the limit of stability at the start [s]; > 0; default 'auto'
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
     field_names: typing.ClassVar[tuple[str, ...]] = ("step",)
     method: typing.ClassVar[str] = "symplectic-euler"
     def __eq__(self, arg0: object) -> bool: ...
-    def __init__(self, *, step: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def __init__(self, *, step: float | typing.Literal["auto"] = "auto") -> None: ...
     def __repr__(self) -> str: ...
-    def replace(
-        self, *, step: typing.SupportsFloat | typing.SupportsIndex = ...
-    ) -> SymplecticEuler:
+    def replace(self, *, step: float | typing.Literal["auto"] = ...) -> SymplecticEuler:
         """
         Returns a copy with the given fields changed.
         """
@@ -2428,9 +2431,9 @@ class SymplecticEuler(Integrator):
         Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
         """
     @property
-    def step(self) -> float:
+    def step(self) -> float | typing.Literal["auto"]:
         """
-        time step [s]; > 0
+        time step; auto: half the limit of stability at the start [s]; > 0; default 'auto'
         """
 
 class SemiImplicitEuler(Integrator):
@@ -2442,7 +2445,7 @@ class SemiImplicitEuler(Integrator):
 
     Parameters (keywords)
     ---------------------
-    step : time step [s]; > 0; default 0.001
+    step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
@@ -2466,7 +2469,7 @@ class SemiImplicitEuler(Integrator):
     def __init__(
         self,
         *,
-        step: typing.SupportsFloat | typing.SupportsIndex = 0.001,
+        step: float | typing.Literal["auto"] = "auto",
         jacobian: typing.Literal["spd", "exact"] = "spd",
         bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
@@ -2478,7 +2481,7 @@ class SemiImplicitEuler(Integrator):
     def replace(
         self,
         *,
-        step: typing.SupportsFloat | typing.SupportsIndex = ...,
+        step: float | typing.Literal["auto"] = ...,
         jacobian: typing.Literal["spd", "exact"] = ...,
         bending: typing.Literal["auto", "explicit", "implicit"] = ...,
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
@@ -2519,9 +2522,9 @@ class SemiImplicitEuler(Integrator):
         largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
         """
     @property
-    def step(self) -> float:
+    def step(self) -> float | typing.Literal["auto"]:
         """
-        time step [s]; > 0; default 0.001
+        time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
         """
     @property
     def tolerance(self) -> float:
@@ -2537,7 +2540,7 @@ class BackwardEuler(Integrator):
 
     Parameters (keywords)
     ---------------------
-    step : time step [s]; > 0; default 0.001
+    step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
@@ -2565,7 +2568,7 @@ class BackwardEuler(Integrator):
     def __init__(
         self,
         *,
-        step: typing.SupportsFloat | typing.SupportsIndex = 0.001,
+        step: float | typing.Literal["auto"] = "auto",
         jacobian: typing.Literal["spd", "exact"] = "spd",
         bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
@@ -2579,7 +2582,7 @@ class BackwardEuler(Integrator):
     def replace(
         self,
         *,
-        step: typing.SupportsFloat | typing.SupportsIndex = ...,
+        step: float | typing.Literal["auto"] = ...,
         jacobian: typing.Literal["spd", "exact"] = ...,
         bending: typing.Literal["auto", "explicit", "implicit"] = ...,
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
@@ -2632,9 +2635,9 @@ class BackwardEuler(Integrator):
         relative residual at which Newton's method stops [1]; > 0; default 1e-06
         """
     @property
-    def step(self) -> float:
+    def step(self) -> float | typing.Literal["auto"]:
         """
-        time step [s]; > 0; default 0.001
+        time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
         """
     @property
     def tolerance(self) -> float:
@@ -2650,7 +2653,7 @@ class ImplicitMidpoint(Integrator):
 
     Parameters (keywords)
     ---------------------
-    step : time step [s]; > 0; default 0.001
+    step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
@@ -2674,7 +2677,7 @@ class ImplicitMidpoint(Integrator):
     def __init__(
         self,
         *,
-        step: typing.SupportsFloat | typing.SupportsIndex = 0.001,
+        step: float | typing.Literal["auto"] = "auto",
         jacobian: typing.Literal["spd", "exact"] = "spd",
         bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
@@ -2686,7 +2689,7 @@ class ImplicitMidpoint(Integrator):
     def replace(
         self,
         *,
-        step: typing.SupportsFloat | typing.SupportsIndex = ...,
+        step: float | typing.Literal["auto"] = ...,
         jacobian: typing.Literal["spd", "exact"] = ...,
         bending: typing.Literal["auto", "explicit", "implicit"] = ...,
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
@@ -2727,9 +2730,9 @@ class ImplicitMidpoint(Integrator):
         largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
         """
     @property
-    def step(self) -> float:
+    def step(self) -> float | typing.Literal["auto"]:
         """
-        time step [s]; > 0; default 0.001
+        time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
         """
     @property
     def tolerance(self) -> float:
@@ -2745,7 +2748,7 @@ class NonlinearMidpoint(Integrator):
 
     Parameters (keywords)
     ---------------------
-    step : time step [s]; > 0; default 0.001
+    step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
@@ -2773,7 +2776,7 @@ class NonlinearMidpoint(Integrator):
     def __init__(
         self,
         *,
-        step: typing.SupportsFloat | typing.SupportsIndex = 0.001,
+        step: float | typing.Literal["auto"] = "auto",
         jacobian: typing.Literal["spd", "exact"] = "spd",
         bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
@@ -2787,7 +2790,7 @@ class NonlinearMidpoint(Integrator):
     def replace(
         self,
         *,
-        step: typing.SupportsFloat | typing.SupportsIndex = ...,
+        step: float | typing.Literal["auto"] = ...,
         jacobian: typing.Literal["spd", "exact"] = ...,
         bending: typing.Literal["auto", "explicit", "implicit"] = ...,
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
@@ -2840,9 +2843,9 @@ class NonlinearMidpoint(Integrator):
         relative residual at which Newton's method stops [1]; > 0; default 1e-06
         """
     @property
-    def step(self) -> float:
+    def step(self) -> float | typing.Literal["auto"]:
         """
-        time step [s]; > 0; default 0.001
+        time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
         """
     @property
     def tolerance(self) -> float:
@@ -2858,7 +2861,7 @@ class BDF2(Integrator):
 
     Parameters (keywords)
     ---------------------
-    step : time step [s]; > 0; default 0.001
+    step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
@@ -2882,7 +2885,7 @@ class BDF2(Integrator):
     def __init__(
         self,
         *,
-        step: typing.SupportsFloat | typing.SupportsIndex = 0.001,
+        step: float | typing.Literal["auto"] = "auto",
         jacobian: typing.Literal["spd", "exact"] = "spd",
         bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
@@ -2894,7 +2897,7 @@ class BDF2(Integrator):
     def replace(
         self,
         *,
-        step: typing.SupportsFloat | typing.SupportsIndex = ...,
+        step: float | typing.Literal["auto"] = ...,
         jacobian: typing.Literal["spd", "exact"] = ...,
         bending: typing.Literal["auto", "explicit", "implicit"] = ...,
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
@@ -2935,9 +2938,9 @@ class BDF2(Integrator):
         largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
         """
     @property
-    def step(self) -> float:
+    def step(self) -> float | typing.Literal["auto"]:
         """
-        time step [s]; > 0; default 0.001
+        time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
         """
     @property
     def tolerance(self) -> float:
@@ -3694,7 +3697,7 @@ class Simulation:
     @property
     def step_size(self) -> float:
         """
-        [s]
+        length of a step, the largest length of automatic steps [s]
         """
     @property
     def threads(self) -> int: ...

@@ -11,7 +11,7 @@ True
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 from ._core import (
     BDF2,
@@ -56,6 +56,21 @@ def with_method(options: Integrator, name: str, where: str = "integrator") -> In
     if name not in METHODS:
         raise InvalidInput(f"{where} must be one of {', '.join(sorted(METHODS))}, got {name!r}")
     return _made(METHODS[name], options.to_dict())
+
+
+def parse_step(text: str) -> float | Literal["auto"]:
+    """Returns the time step that the command line gives: a number [s] or "auto"."""
+    if text == "auto":
+        return "auto"
+    try:
+        return float(text)
+    except ValueError:
+        raise InvalidInput(f"--step must be a time [s] or auto, got {text!r}") from None
+
+
+def step_text(options: Integrator) -> str:
+    """Returns a text such as "step 0.004 s" or "automatic steps"."""
+    return "automatic steps" if options.step == "auto" else f"step {options.step:g} s"
 
 
 def to_record(options: Integrator) -> dict[str, Any]:

@@ -45,7 +45,7 @@ def ours(name: str, options: argparse.Namespace) -> Seen:
     scene = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(scene)
     size = {} if options.triangles is None else {"triangles": options.triangles}
-    integrator = scene.integrator(**size)
+    integrator = getattr(scene, "integrator", ls.SemiImplicitEuler())
     if options.step is not None:
         integrator = ls.SemiImplicitEuler(step=options.step)
     sim = ls.Simulation(scene.scene(**size), integrator=integrator, threads=options.threads)

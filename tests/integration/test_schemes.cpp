@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/integration/stable_step.h"
 #include "tests/support/cloth_fixture.h"
 
 using namespace loomstone;
@@ -45,9 +46,10 @@ Points spinning(const Points& x) {
 }
 
 // Returns the positions of a spinning sheet after 0.05 s, computed with the given step. The sheet
-// starts stretched in its plane, so it is under tension everywhere.
+// starts stretched in its plane, so it is under tension everywhere. If the steps are unequal, their
+// lengths alternate between 1.4 and 0.6 times the given one.
 Points end_of_motion(const std::string& method, double step, double bending,
-                     const char* treatment = nullptr) {
+                     const char* treatment = nullptr, bool unequal = false) {
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 4, 4, 0.2, 3);
   IntegratorOptions o = options_for(method, step);
   if (ImplicitOptions* const implicit = o.implicit()) {
@@ -60,7 +62,11 @@ Points end_of_motion(const std::string& method, double step, double bending,
   run.state.x.col(2) = 0.02 * (12.0 * run.state.x.col(0).array()).sin();
   run.state.v = spinning(run.state.x);
   const int n = static_cast<int>(std::lround(0.05 / step));
-  for (int i = 0; i < n; ++i) run.advance();
+  for (int i = 0; i < n; ++i) {
+    if (unequal) run.step = step * (i % 2 == 0 ? 1.4 : 0.6);
+    run.advance();
+    if (unequal) run.state.previous_step = run.step;
+  }
   return run.state.x;
 }
 
@@ -150,6 +156,50 @@ TEST_CASE("explicit bending, extrapolated, keeps midpoint and BDF-2 of order 2")
     const double measured = std::log2((a - b).norm() / (b - c).norm());
     INFO(method << " has order " << measured);
     CHECK(measured == Approx(2.0).margin(0.3));
+  }
+}
+
+TEST_CASE("steps of unequal length keep midpoint and BDF-2 of order 2") {
+  for (const char* method : {"implicit-midpoint", "bdf2"})
+    for (const double bending : {0.0, 1e-5}) {
+      const double h = 5e-4;
+      const auto end = [&](double step) {
+        return end_of_motion(method, step, bending, "explicit", true);
+      };
+      const Points a = end(h), b = end(h / 2), c = end(h / 4);
+      const double measured = std::log2((a - b).norm() / (b - c).norm());
+      INFO(method << " has order " << measured);
+      CHECK(measured == Approx(2.0).margin(0.3));
+    }
+}
+
+TEST_CASE("symplectic Euler is stable below the stable step, and unstable above it") {
+  const TriangleMesh mesh = jittered_grid(0.2, 0.2, 4, 4, 0.2, 3);
+  for (const double viscosity : {0.0, 1e-3}) {
+    ClothMaterial material = soft();
+    material.viscosity_dilation = material.viscosity_shear = viscosity;
+    const double limit =
+        stable_step(make_run(mesh, material, options_for("symplectic-euler", 1e-4), {1e-5}).model,
+                    mesh.vertices());
+    const auto largest = [&](double h) {
+      const IntegratorOptions o = options_for("symplectic-euler", h);
+      ClothRun run = make_run(mesh, material, o, {1e-5});
+      start(run, o);
+      // In the plane, all motion is elastic.
+      for (Index i = 0; i < mesh.n_vertices(); ++i)
+        run.state.x(i, 0) += 1e-6 * std::sin(7.0 * i),
+            run.state.x(i, 1) += 1e-6 * std::cos(5.0 * i);
+      const Points& rest = mesh.vertices();
+      double most = 0.0;
+      for (int i = 0; i < 2000 && most < 1e-3; ++i) {
+        run.advance();
+        most = std::max(most, (run.state.x - rest).cwiseAbs().maxCoeff());
+      }
+      return most;
+    };
+    CAPTURE(viscosity, limit);
+    CHECK(largest(0.95 * limit) < 2e-5);
+    CHECK(largest(1.1 * limit) > 1e-3);
   }
 }
 

@@ -64,7 +64,7 @@ inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material
     part.setup.prescribed = m.prescribed;
     m.bending.push_back(part);
   }
-  run.step = options.step();
+  run.step = options.step().given.value();
   run.state.x = mesh.vertices();
   run.state.v = Points::Zero(m.n_vertices, 3);
   run.force = Points::Zero(m.n_vertices, 3);

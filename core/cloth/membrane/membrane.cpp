@@ -124,6 +124,7 @@ Membrane::Neglected Membrane::neglected(const double* start, const double* end,
       const double* of = strains + membrane::neglected_stride * (t / lanes - batch) + t % lanes;
       found.strain = std::max(found.strain, of[0]);
       found.energy += of[lanes];
+      found.elastic += of[2 * lanes];
     }
   }
   return found;

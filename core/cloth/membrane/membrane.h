@@ -73,8 +73,9 @@ class Membrane {
 
   // Strain that a linear model neglects, see neglected_strains() in membrane_kernels.h.
   struct Neglected {
-    double strain = 0.0;  // largest eigenvalue [1]
-    double energy = 0.0;  // [J]
+    double strain = 0.0;   // largest eigenvalue [1]
+    double energy = 0.0;   // [J]
+    double elastic = 0.0;  // membrane energy at `end` if these are positions [J]
   };
   // Finds it over the displacement end - start (n x 3 each; start may be null) for the triangles
   // [first_triangle, last_triangle).

@@ -189,15 +189,18 @@ LOOMSTONE_INLINE void neglected_strains(const Tables& tables, BatchRange batches
     const Batch<Lanes> batch = batch_of<Lanes>(tables, batches.first + i);
     Lanes3<Lanes> d1, d2;
     gradient_columns(batch, end, d1, d2);
+    const Lanes area = batch.constant(0);
+    const Moduli<Lanes> m = moduli(batch);
+    double* o = out + neglected_stride * static_cast<std::size_t>(i);
+    store(o, 2, area * energy_density(m, green_strain(d1, d2)));
     if (start) {
       Lanes3<Lanes> s1, s2;
       gradient_columns(batch, start, s1, s2);
       d1 = minus(d1, s1), d2 = minus(d2, s2);
     }
     const Tensor<Lanes> e = second_order_strain(d1, d2);
-    double* o = out + neglected_stride * static_cast<std::size_t>(i);
     store(o, 0, largest_eigenvalue(e));
-    store(o, 1, batch.constant(0) * energy_density(moduli(batch), e));
+    store(o, 1, area * energy_density(m, e));
   }
 }
 void neglected_strains(const Tables& tables, BatchRange batches, const double* start,

@@ -11,7 +11,7 @@ namespace loomstone::membrane {
 // Entries per batch in each table.
 inline constexpr int corner_stride = 3 * 8, gradient_stride = 6 * 8, constant_stride = 7 * 8;
 inline constexpr int force_stride = 9 * 8, block_stride = 27 * 8, strain_stride = 5 * 8;
-inline constexpr int phase_stride = 6 * 8, neglected_stride = 2 * 8;
+inline constexpr int phase_stride = 6 * 8, neglected_stride = 3 * 8;
 // In the block table of a batch, the block of corner pair p in lane l begins at 72 p + 9 l.
 inline constexpr int pair_stride = 9 * 8, lane_stride = 9;
 
@@ -48,8 +48,9 @@ struct BatchRange {
 };
 // Computes what a linear model of the strain neglects over a displacement u = end - start (n x 3
 // each; start may be null). With dF the gradient of u, E(x + u) = E(x) + sym(F^T dF) + 1/2 dF^T dF
-// exactly. The output of each triangle is the largest eigenvalue of 1/2 dF^T dF, and the membrane
-// energy of that strain. Batch i of the range is at entry i of the output.
+// exactly. The output of each triangle is the largest eigenvalue of 1/2 dF^T dF, the membrane
+// energy of that strain, and the membrane energy at the positions `end`. Batch i of the range is at
+// entry i of the output.
 void neglected_strains(const Tables& tables, BatchRange batches, const double* start,
                        const double* end, double* out);
 

@@ -15,7 +15,8 @@ namespace loomstone {
 
 // The tables are copied into, never moved into, because numpy views share their memory.
 struct State {
-  std::int64_t step = 0;   // completed steps, time = step * h; written by the stepper
+  std::int64_t step = 0;   // completed steps; written by the stepper
+  double time = 0.0;       // [s]; written by the stepper
   ClothState cloth;        // written by integration and certification
   RigidState rigid;        // written by the bodies' stage
   MagneticState magnetic;  // written by the bodies' stage

@@ -59,9 +59,6 @@ void get_cloth(const Checkpoint& c, ClothState& cloth) {
   get(c, "cloth.previous_x", cloth.previous_x);
   get(c, "cloth.previous_v", cloth.previous_v);
   get(c, "cloth.previous_bending", cloth.previous_bending);
-  Vector previous_step;
-  get(c, "cloth.previous_step", previous_step, Vector(Vector::Zero(1)));
-  cloth.previous_step = previous_step[0];
 }
 
 }  // namespace
@@ -72,6 +69,7 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
                           static_cast<std::int64_t>(model.obstacles.size()),
                           model.collision.n_vertices};
   c.integers["step"] = {state.step};
+  put(c, "times", Vec3(state.time, state.cloth.previous_step, state.cloth.expected_step));
   c.integers["tangled"] = {state.tangled};
   put(c, "cloth.x", state.cloth.x);
   put(c, "cloth.v", state.cloth.v);
@@ -79,7 +77,6 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
   put(c, "cloth.previous_x", state.cloth.previous_x);
   put(c, "cloth.previous_v", state.cloth.previous_v);
   put(c, "cloth.previous_bending", state.cloth.previous_bending);
-  put(c, "cloth.previous_step", Vector(Vector::Constant(1, state.cloth.previous_step)));
   put(c, "rigid.positions", state.rigid.positions);
   put(c, "rigid.orientations", state.rigid.orientations);
   put(c, "rigid.velocities", state.rigid.velocities);
@@ -122,6 +119,9 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
         "resume with the scene and parameters of the run");
   State s = state;
   s.step = integers(c, "step").at(0);
+  Vec3 times;
+  get(c, "times", times, Vec3(Vec3::Zero()));
+  s.time = times[0], s.cloth.previous_step = times[1], s.cloth.expected_step = times[2];
   s.tangled = static_cast<std::uint8_t>(integers(c, "tangled").at(0));
   get_cloth(c, s.cloth);
   get(c, "rigid.positions", s.rigid.positions, state.rigid.positions);

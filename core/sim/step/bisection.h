@@ -1,6 +1,7 @@
-// A step that fails is repeated in two halves. A step fails if its error is too large, if the
-// solver finds no solution, or if certification leaves impacts or withholds much of the motion. It
-// also fails if strain limits that are satisfied at the start are violated at the end.
+// Divides a step into parts. A part that fails is repeated in two halves. It fails if the solver
+// finds no solution, or if certification leaves impacts or withholds much of the motion. It also
+// fails if strain limits that are satisfied at its start are violated at its end. A part whose
+// error is too large is repeated with a length that the error allows.
 #pragma once
 
 #include <cstdint>
@@ -18,17 +19,11 @@ struct StepPart {
 // The result of an attempt at a part.
 struct PartResult {
   bool solved = true;               // the solver found a solution
-  bool inaccurate = false;          // the error of the part is larger than tolerated
+  int longest = StepPart::whole;    // length that the error of the part allows
   std::int64_t impacts = 0;         // impacts that certification left
   bool withheld_much = false;       // certification withheld much of the motion
   bool broke_limits = false;        // limits satisfied at the start are violated at the end
   bool stopped_for_limits = false;  // fallbacks withheld much of the motion
-
-  static PartResult of_inaccurate() {
-    PartResult result;
-    result.inaccurate = true;
-    return result;
-  }
 };
 
 // Divides a step into parts and decides whether an attempt is accepted. The decision depends only
@@ -41,8 +36,11 @@ class Bisection {
   bool done() const { return left_.empty(); }
   StepPart part() const { return left_.back(); }  // the part to attempt next
 
-  enum class Verdict { Accepted, Halved };
-  // Accepted: the next part follows. Halved: two halves replace the part.
+  // Divides the next part into equal parts that are no longer than `longest` (at least 1).
+  void shorten(int longest);
+
+  enum class Verdict { Accepted, Repeated };
+  // Accepted: the next part follows. Repeated: shorter parts replace the part.
   Verdict judge(const PartResult& result);
 
  private:

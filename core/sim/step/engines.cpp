@@ -33,15 +33,15 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Tea
     collision = std::make_unique<CollisionStage>(model.collision);
   if (model.n_bodies() > 0) {
     if (model.magnetics.acts()) magnetics = std::make_unique<MagneticMotion>(model.magnetics);
-    world = make_world(model, state, static_cast<double>(state.step) * options.step(),
-                       magnetics != nullptr);
+    world = make_world(model, state, state.time, magnetics != nullptr);
   }
   if (!model.cloth.strain_limits.empty())
     limiter = std::make_unique<StrainLimiter>(limited_cloth(model.cloth), model.scene.limits,
                                               &layout.communicator());
   if (const ImplicitOptions* implicit = options.implicit()) accuracy = implicit->accuracy;
   if (accuracy && model.cloth.n_vertices > 0)
-    error = std::make_unique<DisplacementError>(model.cloth, elasticity->membrane(), layout);
+    error = std::make_unique<DisplacementError>(model.cloth, elasticity->membrane(),
+                                                model.scene.gravity.norm(), layout);
   contacts_in_solve = integrator->implicit() && model.scene.response == ContactResponse::Implicit;
   limits_in_solve = integrator->implicit() && model.scene.limits.in_solve &&
                     model.scene.limits.method != LimitMethod::Edges;

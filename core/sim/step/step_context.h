@@ -1,9 +1,14 @@
-// The current part of a step. Stages receive it as an argument and do not store it.
+// The current step and the current part of it. Stages receive them as arguments and do not store
+// them.
 #pragma once
 
 #include <cstdint>
 
 namespace loomstone {
+
+struct StepSpan {
+  double t0 = 0.0, h = 0.0, t1 = 0.0;  // start, length and end of a step [s]
+};
 
 struct StepContext {
   double h = 0.0;   // length of the part [s]
@@ -12,7 +17,8 @@ struct StepContext {
   // Length of the part divided by the length of the step that remains at the start of the part [1].
   // The part covers this fraction of the motion to the user's targets.
   double share = 1.0;
-  bool divisible = true;   // a failed attempt can be repeated in two halves
+  int length = 0;          // in units of StepPart
+  bool divisible = true;   // an attempt with too large an error can be repeated in shorter parts
   std::uint64_t seed = 0;  // seed of random orders; differs between parts and steps
 };
 

@@ -1,6 +1,7 @@
 #include "core/sim/step/step_error.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace loomstone {
 
@@ -11,9 +12,28 @@ namespace {
 constexpr double strain_tolerance = 0.1;
 // Our choice: this bound shortens the steps of stiff cloth, whose neglected strains are small.
 constexpr double energy_tolerance = 0.2;
-// Multiple of the tolerance above which an expected error divides a part before its solve. Our
-// choice: the solve often makes the error smaller than expected. With 1 the drape takes 8 % longer.
-constexpr double foretold = 2.0;
+// Error to which parts of a given step are shortened before an attempt, in multiples of the
+// tolerance. Our choice: the error is often smaller than that of the last part, and a part that is
+// only slightly too long would be halved.
+constexpr double expected_in_parts = 2.0;
+// The same for automatic steps. Our choice: of their attempts, a tenth is repeated.
+constexpr double expected_in_steps = 0.7;
+// A part that is repeated aims at less than the tolerated error.
+constexpr double safety = 0.8;
+// Automatic steps become longer by at most this factor at a time.
+constexpr double growth = 1.5;
+// Energy that implicit Euler may take from free motion in automatic steps, per second, as a
+// fraction of the energy scale of DisplacementError::dissipation(). Our choice: a sheet that swings
+// takes steps of about 5 ms. Steps are not shortened below a quarter of the largest for this,
+// because motion that is not free, such as that of wrinkles that snap, shall lose its energy.
+constexpr double dissipation_tolerance = 0.15;
+
+// Factor of the length of a part at which its error becomes `tolerated`. Strain grows with the
+// square of the length, its energy with the fourth power.
+double length_factor(const StepError& error, double tolerated) {
+  return std::min(std::sqrt(tolerated * strain_tolerance / std::max(error.strain, 1e-300)),
+                  std::pow(tolerated * energy_tolerance / std::max(error.energy, 1e-300), 0.25));
+}
 
 }  // namespace
 
@@ -27,14 +47,56 @@ StepError error_of_motion(const StepContext& part, const Loads& loads, const Sta
   return engines.error->over(engines.team, loads.x0, state.cloth.x, part.h);
 }
 
-bool must_divide(const StepContext& part, const StepError& error, const Engines& engines) {
+bool too_large(const StepContext& part, const StepError& error, const Engines& engines) {
   return engines.error && part.divisible && relative_error(error) > *engines.accuracy;
 }
 
-bool expects_error(const StepContext& part, const State& state, Engines& engines) {
-  if (!engines.error || !part.divisible) return false;
-  const StepError expected = engines.error->at(engines.team, state.cloth.v, part.h);
-  return relative_error(expected) > foretold * *engines.accuracy;
+PartResult shorter(const StepContext& part, const StepError& error, const Engines& engines) {
+  const double allowed = safety * length_factor(error, *engines.accuracy) * part.length;
+  PartResult result;
+  result.longest = std::clamp(static_cast<int>(std::min<double>(allowed, part.length)),
+                              int{StepPart::least}, part.length - 1);
+  return result;
+}
+
+int expected_part(const StepContext& part, const State& state, Engines& engines) {
+  if (!engines.error) return part.length;
+  double share = state.cloth.expected_step / part.h;
+  if (share == 0.0) {
+    const StepError error = engines.error->at(engines.team, state.cloth.v, part.h);
+    share = length_factor(error, expected_in_parts * *engines.accuracy);
+  }
+  return std::max(static_cast<int>(std::min(share, 1.0) * part.length), int{StepPart::least});
+}
+
+void expect_part(const StepContext& part, const StepError& error, const Engines& engines,
+                 ClothState& cloth) {
+  if (engines.error)
+    cloth.expected_step = part.h * length_factor(error, expected_in_parts * *engines.accuracy);
+}
+
+double automatic_step(double largest, const State& state, Engines& engines) {
+  if (!engines.error) return largest;
+  double h = state.cloth.expected_step;
+  if (h == 0.0) {
+    const StepError error = engines.error->at(engines.team, state.cloth.v, largest);
+    h = largest * length_factor(error, expected_in_steps * *engines.accuracy);
+  }
+  return std::clamp(h, largest / StepPart::whole, largest);
+}
+
+void expect_step(double largest, const State& start, double h, Engines& engines, State& state) {
+  if (!engines.error) return;
+  // Parts have set the length that their error allows.
+  double& next = state.cloth.expected_step;
+  next *= std::sqrt(expected_in_steps / expected_in_parts);
+  if (engines.integrator->damps()) {
+    const double rate =
+        engines.error->dissipation(engines.team, state.cloth.x, start.cloth.v, state.cloth.v, h);
+    const double tolerated = dissipation_tolerance * *engines.accuracy;
+    next = std::min(next, std::max(0.25 * largest, h * tolerated / std::max(rate, 1e-300)));
+  }
+  next = std::min(next, growth * h);
 }
 
 void note_error(const StepContext& part, const StepError& error, const Engines& engines,

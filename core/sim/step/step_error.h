@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/base/report.h"
+#include "core/sim/step/bisection.h"
 #include "core/sim/step/loads.h"
 
 namespace loomstone {
@@ -14,12 +15,26 @@ double relative_error(const StepError& error);
 StepError error_of_motion(const StepContext& part, const Loads& loads, const State& state,
                           Engines& engines);
 
-// Returns whether the error of an attempt is too large and the part can be divided.
-bool must_divide(const StepContext& part, const StepError& error, const Engines& engines);
+// Returns whether the error of an attempt is too large and the part can be shortened.
+bool too_large(const StepContext& part, const StepError& error, const Engines& engines);
 
-// Returns whether the part must be divided before its solve, because the motion with unchanged
-// velocities would have too large an error.
-bool expects_error(const StepContext& part, const State& state, Engines& engines);
+// Result of an attempt at a part with too large an error: the length that the error allows.
+PartResult shorter(const StepContext& part, const StepError& error, const Engines& engines);
+
+// Length expected of the next part of a given step, in units of `part`. It is the length that the
+// error of the last part allows. If there is none, it is that of a motion with unchanged
+// velocities.
+int expected_part(const StepContext& part, const State& state, Engines& engines);
+
+// Sets the length expected of the next part after `part`.
+void expect_part(const StepContext& part, const StepError& error, const Engines& engines,
+                 ClothState& cloth);
+
+// Length of the next automatic step, at most `largest` [s].
+double automatic_step(double largest, const State& state, Engines& engines);
+
+// Sets the length expected of the next automatic step after one of length h [s] from `start`.
+void expect_step(double largest, const State& start, double h, Engines& engines, State& state);
 
 // Adds the error of an accepted part to the report.
 void note_error(const StepContext& part, const StepError& error, const Engines& engines,

@@ -5,11 +5,10 @@
 
 namespace loomstone {
 
-void begin_outcome(std::int64_t step, double step_length, Index n_vertices, StepOutcome& outcome) {
+void begin_outcome(std::int64_t step, Index n_vertices, StepOutcome& outcome) {
   StepReport& report = outcome.report;
   report = StepReport{};
   report.step = step + 1;
-  report.time = static_cast<double>(step + 1) * step_length;
   report.parts = 0;
   outcome.contact.assign(n_vertices, 0);
   outcome.path.clear();

@@ -36,7 +36,7 @@ struct OutcomeMark {
 };
 
 // Clears the results of the previous step, except `start`. `step` is the number of completed steps.
-void begin_outcome(std::int64_t step, double step_length, Index n_vertices, StepOutcome& outcome);
+void begin_outcome(std::int64_t step, Index n_vertices, StepOutcome& outcome);
 
 inline OutcomeMark mark(const StepOutcome& outcome) { return {outcome.report, outcome.contact}; }
 

@@ -15,47 +15,64 @@
 
 namespace loomstone {
 
-Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Team& team,
-                 const RowLayout& layout, const State& state)
-    : step_(options.step()), engines_(model, options, team, layout, state) {}
+namespace {
+
+StepSpan span_of(double t0, double h) { return {t0, h, t0 + h}; }
+
+// Length of a step of length h that is shortened to `longest` of its units [s].
+double shortened(double h, int longest) { return h * longest / StepPart::whole; }
+
+}  // namespace
+
+Stepper::Stepper(const Model& model, const IntegratorOptions& options, StepChoice steps,
+                 const Team& team, const RowLayout& layout, const State& state)
+    : steps_(steps), engines_(model, options, team, layout, state) {}
 
 void Stepper::advance(State& state, StepOutcome& outcome) {
   state.rigid.manifolds.clear();  // manifolds are saved again when needed
   outcome.start = state;
   save_to(outcome.start);
-  begin_outcome(state.step, step_, engines_.model.cloth.n_vertices, outcome);
+  begin_outcome(state.step, engines_.model.cloth.n_vertices, outcome);
   std::fill(engines_.busy.begin(), engines_.busy.end(), 0.0);
   try {
-    take_parts(state, outcome);
-    finish(state, outcome);
+    const StepSpan span = take_parts(state, outcome);
+    finish(span, state, outcome);
   } catch (const SolverFailure& failure) {
     return_to_state(outcome.start, state);
     std::ostringstream out;
-    out << "step " << outcome.report.step << " (to time " << outcome.report.time
+    out << "step " << outcome.report.step << " (from time " << state.time
         << " s) failed: " << failure.what();
     throw SolverFailure(out.str());
   }
 }
 
-// Takes the whole step at once, or in parts if this fails.
-void Stepper::take_parts(State& state, StepOutcome& outcome) {
+// Takes the whole step at once, or in parts if this fails. An automatic step is shortened instead
+// as long as no part of it is complete.
+StepSpan Stepper::take_parts(State& state, StepOutcome& outcome) {
+  StepSpan span = next_span(state);
   Bisection bisection(engines_.limits_in_solve);
   State part_start;
   const State* snapshot = &outcome.start;  // state at the start of the part
-  while (!bisection.done()) {
+  while (true) {
+    if (!steps_.automatic)
+      bisection.shorten(
+          expected_part(context(span, bisection.part(), state.step), state, engines_));
     const StepPart part = bisection.part();
     const OutcomeMark start = mark(outcome);
-    const PartResult result = attempt(part, state, outcome);
-    if (bisection.judge(result) == Bisection::Verdict::Halved) {
+    const PartResult result = attempt(context(span, part, state.step), state, outcome);
+    if (bisection.judge(result) == Bisection::Verdict::Repeated) {
       return_to_state(*snapshot, state);
-      state.cloth.restart_multistep();
       return_to(start, outcome);
+      if (steps_.automatic && part.length() == StepPart::whole && result.solved &&
+          result.longest < part.length()) {
+        span = span_of(state.time, shortened(span.h, result.longest));
+        bisection = Bisection(engines_.limits_in_solve);
+      }
       continue;
     }
     outcome.report.contacts.unresolved += result.impacts;
     ++outcome.report.parts;
-    if (part.length() < StepPart::whole) state.cloth.restart_multistep();
-    if (bisection.done()) return;
+    if (bisection.done()) return span;
     PathPoint end{static_cast<double>(part.last) / StepPart::whole, {}};
     collision_vertices(engines_.model, state, end.vertices);
     outcome.path.push_back(std::move(end));
@@ -65,11 +82,11 @@ void Stepper::take_parts(State& state, StepOutcome& outcome) {
   }
 }
 
-PartResult Stepper::attempt(StepPart part, State& state, StepOutcome& outcome) {
+PartResult Stepper::attempt(const StepContext& part, State& state, StepOutcome& outcome) {
   try {
-    return run_stages(context(part, state.step), state, outcome);
+    return run_stages(part, state, outcome);
   } catch (const StepFailure&) {
-    if (part.length() == StepPart::least) throw;
+    if (part.length == StepPart::least) throw;
     PartResult failed;
     failed.solved = false;
     return failed;
@@ -82,7 +99,6 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
   Points body_velocity;
   Certified certified;
   StepError error;
-  if (expects_error(part, state, engines_)) return PartResult::of_inaccurate();
   timed(seconds.loads, [&] { find_loads(part, state, engines_, loads_); });
   timed(seconds.proximity,
         [&] { find_near_contacts(part, loads_, state, engines_, near_, report); });
@@ -92,7 +108,7 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
     check_divergence(engines_.model, loads_.x0, state.cloth, "integrate");
   });
   timed(seconds.check, [&] { error = error_of_motion(part, loads_, state, engines_); });
-  if (must_divide(part, error, engines_)) return PartResult::of_inaccurate();
+  if (too_large(part, error, engines_)) return shorter(part, error, engines_);
   timed(seconds.bodies, [&] { move_bodies(part, loads_, body_velocity, state, engines_, report); });
   timed(seconds.certify,
         [&] { certified = limit_and_certify(part, loads_, near_, state, engines_, outcome); });
@@ -101,20 +117,24 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
     if (certified.moved) error = error_of_motion(part, loads_, state, engines_);
     note_error(part, error, engines_, report);
   });
+  if (too_large(part, error, engines_)) return shorter(part, error, engines_);
   state.cloth.previous_step = part.h;
-  certified.result.inaccurate = must_divide(part, error, engines_);
+  expect_part(part, error, engines_, state.cloth);
   return certified.result;
 }
 
-void Stepper::finish(State& state, StepOutcome& outcome) {
+void Stepper::finish(const StepSpan& span, State& state, StepOutcome& outcome) {
   StepReport& report = outcome.report;
   report.busy = summary_of(engines_.busy);
   const StageTimer timer(report.seconds.check);
   ++state.step;
+  state.time = report.time = span.t1;
+  if (steps_.automatic) expect_step(steps_.largest, outcome.start, span.h, engines_, state);
+  report.length = span.h;
   check_divergence(engines_.model, loads_.x0, state.cloth, "certify");
   if (report.contacts.unresolved > 0) state.tangled = 2;
   if (engines_.collision && state.tangled) count_intersections(state, engines_, outcome);
-  measure_contacts(engines_.model, state, step_, outcome);
+  measure_contacts(engines_.model, state, span.h, outcome);
   // Rebuilds the world from State at fixed steps, so that later results do not depend on
   // checkpoints.
   if (engines_.world && state.step % engines_.model.scene.rigid_rebuild_interval == 0) {
@@ -123,16 +143,24 @@ void Stepper::finish(State& state, StepOutcome& outcome) {
   }
 }
 
-StepContext Stepper::context(StepPart part, std::int64_t step) const {
+StepSpan Stepper::next_span(const State& state) {
+  if (steps_.automatic) return span_of(state.time, automatic_step(steps_.largest, state, engines_));
+  // The time of a fixed step has no accumulated rounding.
+  return {state.time, steps_.largest, static_cast<double>(state.step + 1) * steps_.largest};
+}
+
+StepContext Stepper::context(const StepSpan& span, StepPart part, std::int64_t step) const {
   const auto time = [&](int place) {
-    return (static_cast<double>(step) + static_cast<double>(place) / StepPart::whole) * step_;
+    return place == StepPart::whole ? span.t1 : span.t0 + span.h * place / StepPart::whole;
   };
   StepContext context;
-  context.h = step_ * part.length() / StepPart::whole;
+  context.h = span.h * part.length() / StepPart::whole;
   context.t0 = time(part.first);
   context.t1 = time(part.last);
   context.share = static_cast<double>(part.length()) / (StepPart::whole - part.first);
-  context.divisible = part.length() > StepPart::least;
+  context.length = part.length();
+  context.divisible = part.length() > StepPart::least &&
+                      (!steps_.automatic || span.h > steps_.largest / StepPart::whole);
   context.seed =
       static_cast<std::uint64_t>(step) * StepPart::whole + static_cast<std::uint64_t>(part.first);
   return context;

@@ -5,13 +5,15 @@
 #include "core/sim/step/bisection.h"
 #include "core/sim/step/engines.h"
 #include "core/sim/step/near_contacts.h"
+#include "core/sim/step/step_choice.h"
 #include "core/sim/step/step_outcome.h"
 
 namespace loomstone {
 
 class Stepper {
  public:
-  Stepper(const Model& model, const IntegratorOptions& options, const Team& team,
+  // options.step() must be a number, the one in `steps`.
+  Stepper(const Model& model, const IntegratorOptions& options, StepChoice steps, const Team& team,
           const RowLayout& layout, const State& state);
 
   // Advances `state` by one step. If it throws SolverFailure, `state` returns to the start of the
@@ -21,15 +23,16 @@ class Stepper {
   Engines& engines() { return engines_; }
 
  private:
-  void take_parts(State& state, StepOutcome& outcome);
-  PartResult attempt(StepPart part, State& state, StepOutcome& outcome);
+  StepSpan take_parts(State& state, StepOutcome& outcome);
+  PartResult attempt(const StepContext& part, State& state, StepOutcome& outcome);
   PartResult run_stages(const StepContext& part, State& state, StepOutcome& outcome);
-  void finish(State& state, StepOutcome& outcome);
-  StepContext context(StepPart part, std::int64_t step) const;
+  void finish(const StepSpan& span, State& state, StepOutcome& outcome);
+  StepSpan next_span(const State& state);
+  StepContext context(const StepSpan& span, StepPart part, std::int64_t step) const;
   void save_to(State& snapshot) const;  // saves the contacts of the rigid-body world
   void return_to_state(const State& snapshot, State& state);  // also restores the rigid-body world
 
-  double step_;  // [s]
+  StepChoice steps_;
   Engines engines_;
   // Scratch data that one stage writes and later stages read.
   Loads loads_;

@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import _core, meshes
 from .._core import CacheError, Error, Frame, InvalidInput, TriangleMesh
+from ..integrators import from_record, step_text
 from ..runs.cache import Run
 from ..runs.checkpoints import checkpoint_files
 from ..runs.scene_file import SceneFile
@@ -68,7 +69,8 @@ def _describe_run(run: Run) -> None:
             f"  parameters {kept['scene_file']['parameters'] or 'default'}, {kept['duration']:g} s"
             f" at {kept['rate']:g} frames/s"
         )
-        print(f"  integrator {kept['integrator']['method']}, step {kept['integrator']['step']:g} s")
+        options = from_record(kept["integrator"])
+        print(f"  integrator {options.method}, {step_text(options)}")
     print(f"checkpoints: {', '.join(p.name for p in checkpoint_files(run.directory)) or 'none'}")
     if len(run):
         report = run[-1].report

@@ -44,10 +44,10 @@ def plot(
 ) -> None:
     """Plots a run over time, or forces between magnets.
 
-    For a run, plots energy, stages, contacts, stretch, strain or iterations from its steps.csv. The
-    plot of strain shows the largest strain in each direction, its excess over limits, and the
-    sweeps of strain limiting. `force` plots the force of one magnet on another over the gap between
-    them. `torque` plots the torque over the angle by which one of them is turned.
+    For a run, plots energy, stages, contacts, stretch, strain, iterations or step from its
+    steps.csv. The plot of strain shows the largest strain in each direction, its excess over
+    limits, and the sweeps of strain limiting. `force` plots the force of one magnet on another over
+    the gap between them. `torque` plots the torque over the angle by which one of them is turned.
 
     \b
         loomstone plot out/drape --what stages

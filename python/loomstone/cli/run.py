@@ -12,7 +12,7 @@ import typer
 
 from .. import _core
 from .._core import Communicator
-from ..integrators import METHODS, Integrator, with_method
+from ..integrators import METHODS, Integrator, parse_step, step_text, with_method
 from ..pictures.directory import drawn_with
 from ..runs.cache import Run
 from ..runs.execution import execute
@@ -43,7 +43,7 @@ def run(
         typer.Option(help="frames per second of simulated time; default: that of the scene file"),
     ] = None,
     step: Annotated[
-        float | None, typer.Option(help="time step [s]; default: that of the scene file")
+        str | None, typer.Option(help="time step [s], or auto; default: that of the scene file")
     ] = None,
     integrator: Annotated[str | None, typer.Option(help=" | ".join(sorted(METHODS)))] = None,
     threads: Threads = 0,
@@ -72,7 +72,7 @@ def run(
             else with_method(file.integrator, integrator, "--integrator")
         )
         if step is not None:
-            options = options.replace(step=step)
+            options = options.replace(step=parse_step(step))
         duration = file.duration if duration is None else duration
         rate = file.rate if rate is None else rate
         frame_count(duration, rate)
@@ -129,7 +129,7 @@ def _advance(task: _Task, communicator: Communicator) -> None:
     )
     say: Callable[..., None] = print if rank == 0 else (lambda *_: None)
     say(
-        f"{simulation!r}, step {simulation.step_size:g} s, {simulation.threads} threads,"
+        f"{simulation!r}, {step_text(task.integrator)}, {simulation.threads} threads,"
         f" {simulation.ranks} ranks"
     )
     try:

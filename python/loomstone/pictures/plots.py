@@ -16,7 +16,7 @@ from ..base.arguments import takes
 __all__ = ["KINDS", "plot_steps"]
 
 Steps = Mapping[str, NDArray[Any]]
-KINDS = ("energy", "stages", "contacts", "stretch", "strain", "iterations")
+KINDS = ("energy", "stages", "contacts", "stretch", "strain", "iterations", "step")
 
 
 @takes()
@@ -24,7 +24,7 @@ def plot_steps(steps: Steps, path: str | os.PathLike[str], *, kind: str = "energ
     """Plots columns of a table of steps over time; returns the path of the picture (PNG).
 
     steps : columns by name, as returned by loomstone.Run.steps
-    kind : energy, stages, contacts, stretch, strain or iterations
+    kind : energy, stages, contacts, stretch, strain, iterations or step
     """
     if kind not in KINDS:
         raise InvalidInput(f"plot must be one of {', '.join(KINDS)}, got {kind!r}")
@@ -123,6 +123,15 @@ def _iterations(axes: Any, steps: Steps) -> None:
     axes.set_ylabel("iterations per step [1]")
 
 
+def _step(axes: Any, steps: Steps) -> None:
+    axes.step(steps["time"], 1e3 * steps["length"], label="step", where="pre")
+    if (steps["parts"] > 1).any():
+        shortest = 1e3 * np.where(steps["parts"] > 1, steps["error.least_part"], np.nan)
+        axes.plot(steps["time"], shortest, ".", label="shortest part of a step")
+    axes.set_yscale("log")
+    axes.set_ylabel("length [ms]")
+
+
 _DRAW = {
     "energy": _energy,
     "stages": _stages,
@@ -130,4 +139,5 @@ _DRAW = {
     "stretch": _stretch,
     "strain": _strain,
     "iterations": _iterations,
+    "step": _step,
 }

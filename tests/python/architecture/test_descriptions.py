@@ -164,8 +164,12 @@ def test_an_integrator_has_the_fields_of_its_family_and_no_others():
     assert ls.BackwardEuler.field_names == ls.NonlinearMidpoint.field_names == newton
     with pytest.raises(TypeError, match="ExplicitEuler has no field 'jacobian'"):
         ls.ExplicitEuler(step=1e-4, jacobian="exact")
-    with pytest.raises(TypeError, match=r"ExplicitEuler needs step: time step \[s\]"):
-        ls.ExplicitEuler()
+    assert ls.ExplicitEuler().step == ls.SemiImplicitEuler().step == "auto"
+    assert ls.BDF2(step="auto") == ls.BDF2() != ls.BDF2(step=1e-3)
+    with pytest.raises(
+        TypeError, match=r"BDF2.step \(time step.*\) cannot be a str: got 'automatic'"
+    ):
+        ls.BDF2(step="automatic")
     assert ls.ExplicitEuler(step=1e-4).replace() == ls.ExplicitEuler(step=1e-4)
 
 

@@ -28,7 +28,7 @@ std::vector<int> accepted(bool limits_in_solve, Result&& result) {
   while (!bisection.done()) {
     const StepPart part = bisection.part();
     REQUIRE(part.first == place);  // parts follow each other without a gap
-    if (bisection.judge(result(part)) == Bisection::Verdict::Halved) continue;
+    if (bisection.judge(result(part)) == Bisection::Verdict::Repeated) continue;
     lengths.push_back(part.length());
     place = part.last;
   }
@@ -89,4 +89,27 @@ TEST_CASE("motion withheld in large part halves down to quarters") {
     return result;
   };
   CHECK(accepted(true, withheld) == std::vector<int>{16, 16, 32});
+}
+
+TEST_CASE("a part whose error is too large is repeated in equal parts that the error allows") {
+  const auto inaccurate = [](int longest) {
+    return [longest](StepPart) {
+      PartResult result;
+      result.longest = longest;
+      return result;
+    };
+  };
+  CHECK(accepted(true, inaccurate(30)) == std::vector<int>{21, 21, 22});
+  CHECK(accepted(true, inaccurate(63)) == std::vector<int>{32, 32});
+  CHECK(accepted(true, inaccurate(1)) == std::vector<int>(64, 1));
+}
+
+TEST_CASE("the next part is shortened before an attempt") {
+  Bisection bisection(true);
+  bisection.shorten(16);
+  CHECK(bisection.part().length() == 16);
+  CHECK(bisection.judge({}) == Bisection::Verdict::Accepted);
+  CHECK(bisection.part().length() == 48);
+  bisection.shorten(64);
+  CHECK(bisection.part().length() == 48);
 }

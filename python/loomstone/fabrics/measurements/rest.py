@@ -63,25 +63,26 @@ def bring_to_rest(
             raise InvalidInput(
                 f"bring_to_rest: {name} must be > 0, got {value}; correct this value"
             )
-    steps_in_window = max(3, round(window / simulation.step_size))
+    window = max(window, 3 * simulation.step_size)
     peak = before = highest = 0.0
-    rising, stops, count = True, 0, 0
+    rising, stops = True, 0
     place = simulation.positions
     energy_ratio, moved = 1.0, np.inf
-    start = simulation.time
+    start = opened = simulation.time
     while simulation.time - start < longest:
         simulation.step()
         energy = float(simulation.report.energy.kinetic)
-        peak, highest, count = max(peak, energy), max(highest, energy), count + 1
+        peak, highest = max(peak, energy), max(highest, energy)
         if energy < before and rising:
             simulation.velocities = np.zeros_like(simulation.velocities)
             stops, energy = stops + 1, 0.0
         rising, before = energy >= before, energy
-        if count >= steps_in_window:
+        # Rounding of times must not add a step to a window.
+        if simulation.time - opened > window - 1e-9:
             here = simulation.positions
             moved = float(np.linalg.norm(here - place, axis=1).max())
             energy_ratio = highest / peak if peak else 0.0
             if energy_ratio < ratio and moved < drift:
                 return Rest(True, simulation.time - start, stops, energy_ratio, moved)
-            place, highest, count = here, 0.0, 0
+            place, highest, opened = here, 0.0, simulation.time
     return Rest(False, simulation.time - start, stops, energy_ratio, moved)

@@ -1,0 +1,63 @@
+#include "core/integration/stable_step.h"
+
+#include <cmath>
+#include <limits>
+
+#include "core/cloth/elasticity.h"
+
+namespace loomstone {
+
+namespace {
+
+// The start of the iteration is rough, because the eigenvectors are.
+Points rough_vector(Index n) {
+  Points u(n, 3);
+  for (Index i = 0; i < n; ++i)
+    for (int c = 0; c < 3; ++c) u(i, c) = std::sin(12.9898 * (3 * i + c) + 78.233);
+  return u;
+}
+
+// Largest eigenvalue of M^-1 A by power iteration, where apply(u) returns A u.
+template <class Apply>
+double largest_eigenvalue(const ClothModel& model, Apply&& apply) {
+  // Our choice: the eigenvalue is then within a few percent from below, which the margin of the
+  // step allows for.
+  constexpr int iterations = 60;
+  Points u = rough_vector(model.n_vertices);
+  double eigenvalue = 0.0;
+  for (int i = 0; i < iterations; ++i) {
+    u /= u.norm();
+    Points next = apply(u);
+    for (Index row = 0; row < model.n_vertices; ++row) next.row(row) /= model.mass[row];
+    eigenvalue = next.norm();
+    if (!(eigenvalue > 0.0)) return 0.0;
+    u = next;
+  }
+  return eigenvalue;
+}
+
+}  // namespace
+
+double stable_step(const ClothModel& model, const Points& x) {
+  if (model.n_vertices == 0) return std::numeric_limits<double>::infinity();
+  Elasticity elasticity(model, BendingTreatment::Explicit);
+  const Index n = model.n_vertices;
+  const auto forces = [&](const Points& at, const Points& v) {
+    Points force = Points::Zero(n, 3);
+    elasticity.add_implicit_forces({}, at, &v, 0, n, force);
+    elasticity.add_explicit_bending({}, at, v, 0, n, force);
+    return force;
+  };
+  const Points still = Points::Zero(n, 3);
+  // Forces are differentiated by central differences over this length of a unit vector.
+  const double length = 1e-6 * (x.colwise().maxCoeff() - x.colwise().minCoeff()).norm();
+  const double k = largest_eigenvalue(model, [&](const Points& u) -> Points {
+    return (forces(x - length * u, still) - forces(x + length * u, still)) / (2.0 * length);
+  });
+  const double d = largest_eigenvalue(
+      model, [&](const Points& u) -> Points { return 0.5 * (forces(x, -u) - forces(x, u)); });
+  if (k == 0.0) return d > 0.0 ? 2.0 / d : std::numeric_limits<double>::infinity();
+  return (std::sqrt(d * d + 4.0 * k) - d) / k;
+}
+
+}  // namespace loomstone
