@@ -158,8 +158,9 @@ TEST_CASE("impacts agree with a test of all pairs, with lists and without") {
         q[i] = x0.row(v[i]).transpose();
         q[4 + i] = x1.row(v[i]).transpose();
       }
-      const Impact impact = kind == ContactKind::VertexFace ? continuous_vertex_face_above_gap(q)
-                                                            : continuous_edge_edge_above_gap(q);
+      const Impact impact = kind == ContactKind::VertexFace
+                                ? continuous_vertex_face_above_gap(q, model.gap_floor)
+                                : continuous_edge_edge_above_gap(q, model.gap_floor);
       if (impact.hit && !impact.touching) expected.insert({int(kind), a, b});
     });
     for (const bool with_lists : {false, true})

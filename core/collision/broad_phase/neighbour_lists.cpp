@@ -55,7 +55,7 @@ NeighbourLists::NeighbourLists(const CollisionModel& model, const std::vector<Su
       marked_(model.surfaces.size()),
       unlisted_(pairs.size(), 0) {
   for (const SurfacePair& pair : pairs) {
-    base_.push_back(std::max(pair.thickness, 1.02 * largest_gap_floor));
+    base_.push_back(std::max(pair.thickness, 1.02 * model.gap_floor));
     for (const Index s : {pair.a, pair.b})
       inflation_[s] = std::max(inflation_[s], 0.5 * base_.back() + rounding);
   }

@@ -86,7 +86,7 @@ class NeighbourLists {
   void make(const Team& team, const std::vector<Index>& which);
   void make(NeighbourList& list, PairSearch::Slots& slots) const;
   // Returns by how much the reach of a list exceeds the gap floor when all its slack is used [m].
-  double spare(Index pair) const { return base_[pair] - 1.01 * largest_gap_floor; }
+  double spare(Index pair) const { return base_[pair] - 1.01 * model_.gap_floor; }
 
   const CollisionModel& model_;
   const std::vector<SurfacePair>& pairs_;

@@ -26,7 +26,7 @@ void CleanUp::solve(const std::vector<StepImpact>& impacts, const Points& x0, Po
   const int round = round_++;
   for (ImpulseContact& c : contacts_)
     if (!c.cloth_only && round > 0)
-      c.target = std::max(next_target * c.target, std::min(c.target, 2.0 * largest_gap_floor));
+      c.target = std::max(next_target * c.target, std::min(c.target, 2.0 * model_.gap_floor));
   std::vector<ImpulseContact> added;
   for (const StepImpact& each : impacts) {
     ImpulseContact c;
@@ -39,11 +39,11 @@ void CleanUp::solve(const std::vector<StepImpact>& impacts, const Points& x0, Po
     for (int i = 0; i < 4; ++i)
       travel += c.weights[i] * (x1.row(c.vertices[i]) - x0.row(c.vertices[i])).transpose();
     const SurfacePair& pair = pairs_[each.pair];
-    const double least = std::min(target_gap * pair.thickness, 2.0 * largest_gap_floor);
+    const double least = std::min(target_gap * pair.thickness, 2.0 * model_.gap_floor);
     c.cloth_only = model_.surfaces[pair.b].kind == CollisionSurface::Kind::Cloth;
     const double asked = c.cloth_only ? target_gap : target_gap * std::pow(next_target, round);
     c.target = std::min(std::max(asked * pair.thickness, least),
-                        std::max(each.impact.start_distance, 2.0 * largest_gap_floor));
+                        std::max(each.impact.start_distance, 2.0 * model_.gap_floor));
     c.scale = c.target;
     c.largest_change = travel.norm() + pair.thickness;
     c.friction = pair.friction;

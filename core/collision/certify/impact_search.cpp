@@ -9,14 +9,14 @@ namespace loomstone {
 namespace {
 
 Impact test_pair(ContactKind kind, const std::array<Index, 4>& v, const Points& x0,
-                 const Points& x1) {
+                 const Points& x1, double gap_floor) {
   MovingPoints q;
   for (int i = 0; i < 4; ++i) {
     q[i] = x0.row(v[i]).transpose();
     q[4 + i] = x1.row(v[i]).transpose();
   }
-  return kind == ContactKind::VertexFace ? continuous_vertex_face_above_gap(q)
-                                         : continuous_edge_edge_above_gap(q);
+  return kind == ContactKind::VertexFace ? continuous_vertex_face_above_gap(q, gap_floor)
+                                         : continuous_edge_edge_above_gap(q, gap_floor);
 }
 
 }  // namespace
@@ -43,7 +43,7 @@ struct ImpactSearch::PairTest {
 
   bool hits(ContactKind kind, PairKey key, const std::array<Index, 4>& v, Impact& impact) const {
     if (!concerned(v)) return false;
-    impact = test_pair(kind, v, inputs.x0, x1);
+    impact = test_pair(kind, v, inputs.x0, x1, model.gap_floor);
     return impact.hit && !impact.touching && !inputs.tangle.ignores(model, kind, key, v);
   }
 };
@@ -84,7 +84,7 @@ void ImpactSearch::find_in_list(const NeighbourList& list, const PairTest& test,
                                 std::vector<StepImpact>& impacts) const {
   // Skips pairs that are too far apart at the start to meet. A closest point travels no farther
   // than the corners of its feature.
-  const double reach = 1.01 * largest_gap_floor + list.used;
+  const double reach = 1.01 * model_.gap_floor + list.used;
   if (list.change + reach < list.nearest) return;
   for (std::size_t i = 0; i < list.near.size(); ++i) {
     const NearPair& near = list.near[i];
@@ -108,7 +108,7 @@ void ImpactSearch::find_unlisted(const Team& team, const PairTest& test,
   const Points &x0 = test.inputs.x0, &x1 = test.x1;
   std::vector<FeaturePairs> found;
   broad_phase_.swept_pairs(
-      team, {x0, x1, 1.01 * largest_gap_floor}, unlisted,
+      team, {x0, x1, 1.01 * model_.gap_floor}, unlisted,
       [&](ContactKind kind, std::vector<PairKey>& keys) {
         std::erase_if(keys, [&](PairKey key) {
           Impact impact;
@@ -121,7 +121,7 @@ void ImpactSearch::find_unlisted(const Team& team, const PairTest& test,
       for (const PairKey key :
            kind == ContactKind::VertexFace ? found[i].vertex_face : found[i].edge_edge) {
         const std::array<Index, 4> v = pair_vertices(model_, kind, key);
-        impacts.push_back({kind, key, i, v, test_pair(kind, v, x0, x1)});
+        impacts.push_back({kind, key, i, v, test_pair(kind, v, x0, x1, model_.gap_floor)});
       }
 }
 

@@ -44,6 +44,8 @@ struct CollisionModel {
   // and edges with an attached vertex do not collide with that surface.
   std::vector<Index> attached_surface;
   double contact_stiffness = 1000.0;  // stiffness k in the force law of contacts [N/m]
+  // Largest gap that certification keeps open, see gap_floor() in narrow_phase/continuous.h [m].
+  double gap_floor = 1e-5;
 };
 
 // Returns whether triangles of surfaces a and b must not intersect. This requires at least one

@@ -139,9 +139,9 @@ Impact test(const MovingPoints& q, double largest_floor, FloorOf&& floor_of) {
 
 }  // namespace
 
-double gap_floor(double start_distance) {
-  if (start_distance > 2.0 * largest_gap_floor) return largest_gap_floor;
-  return (start_distance > 1e-7 ? 0.5 : 0.9) * start_distance;
+double gap_floor(double start_distance, double largest) {
+  if (start_distance > 2.0 * largest) return largest;
+  return (start_distance > 0.01 * largest ? 0.5 : 0.9) * start_distance;
 }
 
 Impact continuous_vertex_face(const MovingPoints& points, double floor) {
@@ -150,11 +150,15 @@ Impact continuous_vertex_face(const MovingPoints& points, double floor) {
 Impact continuous_edge_edge(const MovingPoints& points, double floor) {
   return test<EdgeEdge>(points, floor, [&](double) { return floor; });
 }
-Impact continuous_vertex_face_above_gap(const MovingPoints& points) {
-  return test<VertexFace>(points, largest_gap_floor, gap_floor);
+Impact continuous_vertex_face_above_gap(const MovingPoints& points, double largest_gap_floor) {
+  return test<VertexFace>(points, largest_gap_floor, [&](double start_distance) {
+    return gap_floor(start_distance, largest_gap_floor);
+  });
 }
-Impact continuous_edge_edge_above_gap(const MovingPoints& points) {
-  return test<EdgeEdge>(points, largest_gap_floor, gap_floor);
+Impact continuous_edge_edge_above_gap(const MovingPoints& points, double largest_gap_floor) {
+  return test<EdgeEdge>(points, largest_gap_floor, [&](double start_distance) {
+    return gap_floor(start_distance, largest_gap_floor);
+  });
 }
 
 }  // namespace loomstone

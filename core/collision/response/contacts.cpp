@@ -11,8 +11,9 @@ namespace loomstone {
 
 namespace {
 
-// Smallest distance in the force law [m]. It keeps forces finite if features touch at the start.
-constexpr double least_distance = 1e-9;
+// Smallest distance in the force law, as a fraction of the thickness. It keeps forces finite if
+// features touch at the start.
+constexpr double least_distance = 1e-6;
 // An edge contact carries its full share under two conditions. The closest points are farther from
 // the ends than the fraction `end_fade` of the edge, and the squared sine of the angle between the
 // edges exceeds `parallel_fade`.
@@ -134,7 +135,7 @@ ContactForce contact_force(double distance, double thickness, double stiffness) 
     const double depth = thickness - distance;
     return {stiffness * depth, stiffness, 0.5 * stiffness * depth * depth};
   }
-  const double d = std::max(distance, least_distance);
+  const double d = std::max(distance, least_distance * thickness);
   return {stiffness * half * half / d, stiffness * half * half / (d * d),
           0.5 * stiffness * half * half + stiffness * half * half * std::log(half / d)};
 }

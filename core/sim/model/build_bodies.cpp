@@ -172,6 +172,16 @@ void number_rows(Model& model) {
     collision.attached_surface[attached.row] = n_cloths + attached.body;
 }
 
+// Gap floor of certification as a fraction of the smallest contact distance. Our choice: well above
+// rounding errors, and too small to be seen.
+constexpr double gap_floor_of_thickness = 0.004;
+
+double least_thickness(const CollisionModel& model) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const CollisionSurface& surface : model.surfaces) least = std::min(least, surface.thickness);
+  return std::isfinite(least) ? least : 1e-3;
+}
+
 }  // namespace
 
 void build_bodies(const Scene& scene, Model& model, State& state) {
@@ -228,6 +238,7 @@ void build_collision(const Scene& scene, Model& model) {
       thickness.empty() ? 0.0 : *std::max_element(thickness.begin(), thickness.end());
   add_body_surfaces(scene, largest > 0.0 ? largest : 1e-3, model);
   CollisionModel& collision = model.collision;
+  collision.gap_floor = gap_floor_of_thickness * least_thickness(collision);
   const EdgeTable table = edge_table(collision.n_vertices, collision.triangles);
   collision.edges = table.edges;
   for (Index e = 0; e < collision.edges.rows(); ++e)

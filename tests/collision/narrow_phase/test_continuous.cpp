@@ -103,15 +103,15 @@ TEST_CASE("motions constructed to collide are always reported") {
 }
 
 TEST_CASE("the minimum gap of a motion never vanishes") {
-  CHECK(gap_floor(1.0) == 1e-5);
-  CHECK(gap_floor(2e-5) == 1e-5);
-  CHECK(gap_floor(1e-6) == 0.5e-6);
-  CHECK(gap_floor(1e-8) == Approx(0.9e-8));
+  CHECK(gap_floor(1.0, 1e-5) == 1e-5);
+  CHECK(gap_floor(2e-5, 1e-5) == 1e-5);
+  CHECK(gap_floor(1e-6, 1e-5) == 0.5e-6);
+  CHECK(gap_floor(1e-8, 1e-5) == Approx(0.9e-8));
   MovingPoints q = {Vec3(0.2, 0.2, 1e-3), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0),
                     Vec3(0.2, 0.2, -1),   Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
-  const Impact impact = continuous_vertex_face_above_gap(q);
+  const Impact impact = continuous_vertex_face_above_gap(q, 1e-5);
   REQUIRE(impact.hit);
   CHECK(1e-3 - impact.time * 1.001 == Approx(1e-5).epsilon(1e-6));
   q[4] = Vec3(0.2, 0.2, 1.1e-5);
-  CHECK_FALSE(continuous_vertex_face_above_gap(q).hit);
+  CHECK_FALSE(continuous_vertex_face_above_gap(q, 1e-5).hit);
 }
