@@ -79,6 +79,10 @@ void bind_reports(py::module_& m) {
                            "Error of a step, and the parts in which it is taken.");
   bind_report<ContactReport>(m, "ContactReport", "Contacts and intersections.");
   bind_report<WithheldReport>(m, "WithheldReport", "Motion withheld by certification.");
+  bind_report<AccountReport>(
+      m, "AccountReport",
+      "Work and losses since the start, or since the user wrote positions or velocities.\n\nWork "
+      "that scripted obstacles do on rigid bodies is not included.");
   bind_report<StrainLimitReport>(m, "StrainLimitReport", "Strain limits.");
   bind_report<StrainReport>(m, "StrainReport",
                             "Strain U - I of all triangles at the end of the step [1].");

@@ -200,6 +200,28 @@ struct EnergyReport {
   }
 };
 
+// Work and losses since the start, or since the user wrote positions or velocities.
+struct AccountReport {
+  double scripts = 0.0, loads = 0.0, friction = 0.0, withheld = 0.0, lost = 0.0, balance = 0.0;
+
+  static auto fields() {
+    using R = AccountReport;
+    return std::make_tuple(
+        field("scripts", &R::scripts, "J", unlimited(),
+              "work of scripted pins and obstacles on cloth"),
+        field("loads", &R::loads, "J", unlimited(), "work of air and of external forces on cloth"),
+        field("friction", &R::friction, "J", unlimited(),
+              "work against the friction of contacts in the solve"),
+        field("withheld", &R::withheld, "J", unlimited(),
+              "kinetic energy of cloth lost to strain limits and certification"),
+        field("lost", &R::lost, "J", unlimited(),
+              "remaining loss: by viscosity, contacts and the integrator"),
+        field("balance", &R::balance, "1", unlimited(),
+              "energy without that of contacts, less work, less its value at the start; in parts "
+              "of the largest kinetic energy so far"));
+  }
+};
+
 // Sub-steps and force errors of the motion of magnets.
 struct MagnetReport {
   int substeps = 0;
@@ -246,6 +268,7 @@ struct StepReport {
   StrainLimitReport limits;
   StrainReport strain;
   EnergyReport energy;
+  AccountReport account;
   MagnetReport magnets;
   CircuitReport circuits;
 
@@ -268,6 +291,7 @@ struct StepReport {
         field("limits", &R::limits, "strain limits"),
         field("strain", &R::strain, "strain of all triangles at the end"),
         field("energy", &R::energy, "energies at the end"),
+        field("account", &R::account, "work and losses since the start"),
         field("magnets", &R::magnets, "motion of magnets"),
         field("circuits", &R::circuits, "electric circuits and bearings"));
   }

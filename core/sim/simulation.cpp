@@ -90,6 +90,7 @@ struct Simulation::Data {
   }
   void forget_last_step() {
     state.cloth.forget_all();
+    state.account = {};
     measured = false;
   }
 };

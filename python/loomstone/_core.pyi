@@ -10,6 +10,7 @@ import numpy.typing
 import typing
 
 __all__: list[str] = [
+    "AccountReport",
     "Air",
     "Attachment",
     "BDF2",
@@ -357,6 +358,49 @@ class WithheldReport:
         vertices with withheld motion [1]
         """
 
+class AccountReport:
+    """
+    Work and losses since the start, or since the user wrote positions or velocities.
+
+    Work that scripted obstacles do on rigid bodies is not included.
+    """
+    def __init__(self) -> None: ...
+    def __repr__(self) -> str: ...
+    def to_dict(self) -> typing.Any:
+        """
+        Returns all numbers by name, with nested reports as dictionaries.
+        """
+    @property
+    def balance(self) -> float:
+        """
+        energy without that of contacts, less work, less its value at the start; in parts of the largest kinetic energy so far [1]
+        """
+    @property
+    def friction(self) -> float:
+        """
+        work against the friction of contacts in the solve [J]
+        """
+    @property
+    def loads(self) -> float:
+        """
+        work of air and of external forces on cloth [J]
+        """
+    @property
+    def lost(self) -> float:
+        """
+        remaining loss: by viscosity, contacts and the integrator [J]
+        """
+    @property
+    def scripts(self) -> float:
+        """
+        work of scripted pins and obstacles on cloth [J]
+        """
+    @property
+    def withheld(self) -> float:
+        """
+        kinetic energy of cloth lost to strain limits and certification [J]
+        """
+
 class StrainLimitReport:
     """
     Strain limits.
@@ -580,6 +624,11 @@ class StepReport:
     def to_dict(self) -> typing.Any:
         """
         Returns all numbers by name, with nested reports as dictionaries.
+        """
+    @property
+    def account(self) -> AccountReport:
+        """
+        work and losses since the start
         """
     @property
     def busy(self) -> ThreadReport:
@@ -2360,7 +2409,9 @@ class Integrator:
     """
 
     method: typing.ClassVar[str] = ""
-    def replace(self, *, step: typing.SupportsFloat | typing.SupportsIndex = ...) -> Integrator:
+    def replace(
+        self, *, step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = ...
+    ) -> Integrator:
         """
         Returns a copy with the given fields changed.
         """
@@ -2389,9 +2440,13 @@ class ExplicitEuler(Integrator):
     field_names: typing.ClassVar[tuple[str, ...]] = ("step",)
     method: typing.ClassVar[str] = "explicit-euler"
     def __eq__(self, arg0: object) -> bool: ...
-    def __init__(self, *, step: float | typing.Literal["auto"] = "auto") -> None: ...
+    def __init__(
+        self, *, step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = "auto"
+    ) -> None: ...
     def __repr__(self) -> str: ...
-    def replace(self, *, step: float | typing.Literal["auto"] = ...) -> ExplicitEuler:
+    def replace(
+        self, *, step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = ...
+    ) -> ExplicitEuler:
         """
         Returns a copy with the given fields changed.
         """
@@ -2420,9 +2475,13 @@ class SymplecticEuler(Integrator):
     field_names: typing.ClassVar[tuple[str, ...]] = ("step",)
     method: typing.ClassVar[str] = "symplectic-euler"
     def __eq__(self, arg0: object) -> bool: ...
-    def __init__(self, *, step: float | typing.Literal["auto"] = "auto") -> None: ...
+    def __init__(
+        self, *, step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = "auto"
+    ) -> None: ...
     def __repr__(self) -> str: ...
-    def replace(self, *, step: float | typing.Literal["auto"] = ...) -> SymplecticEuler:
+    def replace(
+        self, *, step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = ...
+    ) -> SymplecticEuler:
         """
         Returns a copy with the given fields changed.
         """
@@ -2469,7 +2528,7 @@ class SemiImplicitEuler(Integrator):
     def __init__(
         self,
         *,
-        step: float | typing.Literal["auto"] = "auto",
+        step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = "auto",
         jacobian: typing.Literal["spd", "exact"] = "spd",
         bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
@@ -2481,7 +2540,7 @@ class SemiImplicitEuler(Integrator):
     def replace(
         self,
         *,
-        step: float | typing.Literal["auto"] = ...,
+        step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = ...,
         jacobian: typing.Literal["spd", "exact"] = ...,
         bending: typing.Literal["auto", "explicit", "implicit"] = ...,
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
@@ -2568,7 +2627,7 @@ class BackwardEuler(Integrator):
     def __init__(
         self,
         *,
-        step: float | typing.Literal["auto"] = "auto",
+        step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = "auto",
         jacobian: typing.Literal["spd", "exact"] = "spd",
         bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
@@ -2582,7 +2641,7 @@ class BackwardEuler(Integrator):
     def replace(
         self,
         *,
-        step: float | typing.Literal["auto"] = ...,
+        step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = ...,
         jacobian: typing.Literal["spd", "exact"] = ...,
         bending: typing.Literal["auto", "explicit", "implicit"] = ...,
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
@@ -2677,7 +2736,7 @@ class ImplicitMidpoint(Integrator):
     def __init__(
         self,
         *,
-        step: float | typing.Literal["auto"] = "auto",
+        step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = "auto",
         jacobian: typing.Literal["spd", "exact"] = "spd",
         bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
@@ -2689,7 +2748,7 @@ class ImplicitMidpoint(Integrator):
     def replace(
         self,
         *,
-        step: float | typing.Literal["auto"] = ...,
+        step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = ...,
         jacobian: typing.Literal["spd", "exact"] = ...,
         bending: typing.Literal["auto", "explicit", "implicit"] = ...,
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
@@ -2776,7 +2835,7 @@ class NonlinearMidpoint(Integrator):
     def __init__(
         self,
         *,
-        step: float | typing.Literal["auto"] = "auto",
+        step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = "auto",
         jacobian: typing.Literal["spd", "exact"] = "spd",
         bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
@@ -2790,7 +2849,7 @@ class NonlinearMidpoint(Integrator):
     def replace(
         self,
         *,
-        step: float | typing.Literal["auto"] = ...,
+        step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = ...,
         jacobian: typing.Literal["spd", "exact"] = ...,
         bending: typing.Literal["auto", "explicit", "implicit"] = ...,
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
@@ -2885,7 +2944,7 @@ class BDF2(Integrator):
     def __init__(
         self,
         *,
-        step: float | typing.Literal["auto"] = "auto",
+        step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = "auto",
         jacobian: typing.Literal["spd", "exact"] = "spd",
         bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
@@ -2897,7 +2956,7 @@ class BDF2(Integrator):
     def replace(
         self,
         *,
-        step: float | typing.Literal["auto"] = ...,
+        step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = ...,
         jacobian: typing.Literal["spd", "exact"] = ...,
         bending: typing.Literal["auto", "explicit", "implicit"] = ...,
         linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,

@@ -249,7 +249,7 @@ TEST_CASE("values that cannot be written are refused by name") {
 }
 
 TEST_CASE("a writer that fails on a full disk leaves the frames it has written") {
-  for (const rlim_t limit : {900000, 1550000, 1600000, 1700000, 2100000}) {
+  for (const rlim_t limit : {900000, 1900000, 2000000, 2200000, 2600000}) {
     const TemporaryDirectory directory;
     const FrameTopology topology = example_topology(12, true);
     int n_written = 0;

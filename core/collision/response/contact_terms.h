@@ -29,6 +29,7 @@ class ContactTerms {
                const std::vector<Contact>& contacts, const ContactState& state, ExtraTerms& terms);
 
   std::size_t size() const { return laws_.size(); }
+  Vec3 normal(std::size_t term) const { return laws_[term].normal; }
   double energy() const { return energy_; }  // energy of normal forces and anchors at the start [J]
 
   // Updates the first size() of `terms` to the normal and friction forces after the rows have moved

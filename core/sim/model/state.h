@@ -13,6 +13,17 @@
 
 namespace loomstone {
 
+// Energy since the account began [J]: at the start of the simulation, or after the user wrote
+// positions or velocities.
+struct EnergyAccount {
+  bool begun = false;
+  double start = 0.0;                 // energy at the beginning
+  double scripts = 0.0, loads = 0.0;  // work done by scripts; by air and the user's forces
+  double friction = 0.0;              // work done against friction of contacts in the solve
+  double withheld = 0.0;              // kinetic energy lost to limits and certification
+  double largest_kinetic = 0.0;
+};
+
 // The tables are copied into, never moved into, because numpy views share their memory.
 struct State {
   std::int64_t step = 0;   // completed steps; written by the stepper
@@ -21,6 +32,7 @@ struct State {
   RigidState rigid;        // written by the bodies' stage
   MagneticState magnetic;  // written by the bodies' stage
   ContactState contacts;   // friction anchors, written by certification
+  EnergyAccount account;   // written by the stepper
   // 0: no intersections. 1: positions given by the user may intersect. 2: a step ended with
   // unresolved impacts. Written by the checks after a step.
   std::uint8_t tangled = 0;

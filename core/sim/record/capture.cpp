@@ -6,6 +6,7 @@
 #include "core/cloth/limits/strain_limiter.h"
 #include "core/electrodynamics/coil_currents.h"
 #include "core/sim/model/motion.h"
+#include "core/sim/step/energy_account.h"
 
 namespace loomstone {
 
@@ -18,6 +19,8 @@ double magnetic_energy(const State& state, double time, const Engines& engines) 
       state.magnetic.moments);
 }
 
+}  // namespace
+
 void measure_bodies(const Model& model, const RigidState& rigid, EnergyReport& energy) {
   energy.body_kinetic = energy.body_gravity = 0.0;
   for (Index b = 0; b < model.n_bodies(); ++b) {
@@ -29,6 +32,8 @@ void measure_bodies(const Model& model, const RigidState& rigid, EnergyReport& e
     energy.body_gravity -= mass * rigid.positions.row(b).dot(model.scene.gravity.transpose());
   }
 }
+
+namespace {
 
 void measure_strain(const Engines& engines, const Points& x, StrainReport& report) {
   report = StrainReport{};
@@ -104,9 +109,11 @@ void measure(const State& state, double time, const Engines& engines, StepReport
   report.circuits.bearing_work = circuits.bearings;
   report.energy.magnetic = magnetic_energy(state, time, engines);
   measure_strain(engines, x, report.strain);
-  if (n == 0) return;
-  report.energy.membrane = engines.elasticity->membrane_energy(engines.team, x);
-  report.energy.bending = engines.elasticity->bending_energy(engines.team, x);
+  if (n > 0) {
+    report.energy.membrane = engines.elasticity->membrane_energy(engines.team, x);
+    report.energy.bending = engines.elasticity->bending_energy(engines.team, x);
+  }
+  report_account(state, report);
 }
 
 Frame capture(const State& state, const StepOutcome& outcome, const Engines& engines,

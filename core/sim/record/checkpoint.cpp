@@ -50,6 +50,16 @@ std::vector<std::uint8_t> flags(const Checkpoint& c, const std::string& name) {
   return found->second;
 }
 
+Vector vector_of(std::initializer_list<double> values) {
+  return Eigen::Map<const Vector>(values.begin(), static_cast<Index>(values.size()));
+}
+
+void get_account(const Checkpoint& c, EnergyAccount& account) {
+  Vector a;
+  get(c, "account", a, Vector(Vector::Zero(7)));
+  account = {a[0] != 0.0, a[1], a[2], a[3], a[4], a[5], a[6]};
+}
+
 // On entry, `cloth` has positions and velocities of the size that the checkpoint must have.
 void get_cloth(const Checkpoint& c, ClothState& cloth) {
   const Points like = cloth.x;
@@ -71,6 +81,10 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
   c.integers["step"] = {state.step};
   put(c, "times", Vec3(state.time, state.cloth.previous_step, state.cloth.expected_step));
   c.integers["tangled"] = {state.tangled};
+  const EnergyAccount& a = state.account;
+  put(c, "account",
+      vector_of({a.begun ? 1.0 : 0.0, a.start, a.scripts, a.loads, a.friction, a.withheld,
+                 a.largest_kinetic}));
   put(c, "cloth.x", state.cloth.x);
   put(c, "cloth.v", state.cloth.v);
   put(c, "cloth.last_change", state.cloth.last_change);
@@ -123,6 +137,7 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
   get(c, "times", times, Vec3(Vec3::Zero()));
   s.time = times[0], s.cloth.previous_step = times[1], s.cloth.expected_step = times[2];
   s.tangled = static_cast<std::uint8_t>(integers(c, "tangled").at(0));
+  get_account(c, s.account);
   get_cloth(c, s.cloth);
   get(c, "rigid.positions", s.rigid.positions, state.rigid.positions);
   get(c, "rigid.orientations", s.rigid.orientations, state.rigid.orientations);

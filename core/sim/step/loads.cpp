@@ -58,6 +58,7 @@ void predict_bodies(const StepContext& part, const State& state, const Engines& 
 void find_loads(const StepContext& part, const State& state, const Engines& engines, Loads& loads) {
   const Model& model = engines.model;
   if (model.cloth.n_vertices > 0) collision_vertices(model, state, loads.x0);
+  loads.v0 = state.cloth.v;
   pin_targets(model, state, part.t1, part.share, loads.target);
   obstacle_vertices(model, state, part.t1, part.share, loads.next_obstacles);
   find_cloth_forces(part, state, engines, loads.force);

@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "core/sim/model/motion.h"
 #include "core/sim/step/checks.h"
+#include "core/sim/step/energy_account.h"
 #include "core/sim/step/integrate.h"
 #include "core/sim/step/limit_and_certify.h"
 #include "core/sim/step/move_bodies.h"
@@ -30,6 +31,8 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, StepChoic
 
 void Stepper::advance(State& state, StepOutcome& outcome) {
   state.rigid.manifolds.clear();  // manifolds are saved again when needed
+  const EnergyAccount before = state.account;
+  begin_account(engines_, state);
   outcome.start = state;
   save_to(outcome.start);
   begin_outcome(state.step, engines_.model.cloth.n_vertices, outcome);
@@ -39,6 +42,7 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
     finish(span, state, outcome);
   } catch (const SolverFailure& failure) {
     return_to_state(outcome.start, state);
+    state.account = before;
     std::ostringstream out;
     out << "step " << outcome.report.step << " (from time " << state.time
         << " s) failed: " << failure.what();
@@ -110,12 +114,14 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
   timed(seconds.check, [&] { error = error_of_motion(part, loads_, state, engines_); });
   if (too_large(part, error, engines_)) return shorter(part, error, engines_);
   timed(seconds.bodies, [&] { move_bodies(part, loads_, body_velocity, state, engines_, report); });
+  solved_ = state.cloth.v;
   timed(seconds.certify,
         [&] { certified = limit_and_certify(part, loads_, near_, state, engines_, outcome); });
   timed(seconds.limit, [&] { limit_strain_rate(part, certified, state, engines_, outcome); });
   timed(seconds.check, [&] {
     if (certified.moved) error = error_of_motion(part, loads_, state, engines_);
     note_error(part, error, engines_, report);
+    add_to_account(part, loads_, near_, solved_, engines_, state);
   });
   if (too_large(part, error, engines_)) return shorter(part, error, engines_);
   state.cloth.previous_step = part.h;

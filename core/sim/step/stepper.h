@@ -37,6 +37,7 @@ class Stepper {
   // Scratch data that one stage writes and later stages read.
   Loads loads_;
   NearContacts near_;
+  Points solved_;  // (n x 3) velocities after the solve [m/s]
 };
 
 }  // namespace loomstone

@@ -228,5 +228,10 @@ def report_text(report: dict[str, Any]) -> str:
             f"the error of {report['steps_beyond_accuracy']} steps is larger than"
             " integrator.accuracy allows, even in the shortest parts; shorten integrator.step"
         )
+    if report.get("largest_energy_balance", 0.0) > 0.02:
+        lines.append(
+            "energy less work rose above its start by"
+            f" {100 * report['largest_energy_balance']:.3g} % of the largest kinetic energy"
+        )
     lines.append(f"state {report['digest'][:16]}")
     return "\n".join(lines)

@@ -62,6 +62,13 @@ def _energy(axes: Any, steps: Steps) -> None:
     for name, values in energies.items():
         axes.plot(steps["time"], values, label=name)
     axes.plot(steps["time"], sum(energies.values()), "k", label="sum")
+    work = steps["account.scripts"] + steps["account.loads"]
+    if work.any():
+        axes.plot(steps["time"], work, "k:", label="work of scripts, air and external forces")
+        axes.plot(steps["time"], sum(energies.values()) - work, "k--", label="sum less work")
+    for name in ("friction", "withheld", "lost"):
+        if steps[f"account.{name}"].any():
+            axes.plot(steps["time"], steps[f"account.{name}"], linestyle=":", label=f"loss: {name}")
     axes.set_ylabel("energy [J]")
 
 

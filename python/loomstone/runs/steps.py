@@ -75,6 +75,7 @@ def summary_of_steps(path: Path) -> dict[str, Any]:
         "mean_part": float(rows[-1]["time"]) / sum(max(1, int(r["parts"])) for r in rows),
         "least_part": min(float(r["error.least_part"]) for r in rows),
         "steps_beyond_accuracy": sum(int(r["error.beyond"]) > 0 for r in rows),
+        "largest_energy_balance": max(float(r["account.balance"]) for r in rows),
         "largest_neglected_strain": max(float(r["error.strain"]) for r in rows),
         "unresolved_steps": sum(int(r["contacts.unresolved"]) > 0 for r in rows),
         "most_intersections": max(int(r["contacts.intersections"]) for r in rows),

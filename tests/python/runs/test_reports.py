@@ -13,10 +13,13 @@ from loomstone.runs.steps import read_steps
 def test_forced_intersections_are_recorded_with_their_triangles_and_reported(
     pressed, tmp_path, capsys
 ):
+    # The plates end tilted against each other, so that they cut the cloth between them.
+    tilted = [
+        plate.replace(axis_angles=[(0, 0, 0), (angle, 0, 0)])
+        for plate, angle in zip(pressed.obstacles, (0.3, -0.3), strict=True)
+    ]
     sim = ls.Simulation(
-        pressed.replace(
-            cloths=[pressed.cloths[0].replace(mesh=pressed.cloths[0].mesh.moved((0, 0, -0.01)))]
-        ),
+        pressed.replace(obstacles=tilted),
         integrator=ls.SemiImplicitEuler(step=0.01),
         threads=1,
     )

@@ -1,0 +1,151 @@
+#include "core/sim/step/energy_account.h"
+
+#include <algorithm>
+
+#include "core/sim/record/capture.h"
+
+namespace loomstone {
+
+namespace {
+
+bool scripts_move(const Engines& engines, const Loads& loads, const State& state) {
+  const ClothModel& cloth = engines.model.cloth;
+  for (Index i = 0; i < cloth.n_vertices; ++i)
+    if (cloth.prescribed[i] && state.cloth.x.row(i) != loads.x0.row(i)) return true;
+  return false;
+}
+
+double kinetic_energy(const ClothModel& cloth, const Points& v) {
+  double sum = 0.0;
+  for (Index i = 0; i < cloth.n_vertices; ++i) sum += cloth.mass[i] * v.row(i).squaredNorm();
+  return 0.5 * sum;
+}
+
+// Work of air and of the user's forces.
+double work_of_loads(const Loads& loads, const State& state, const Engines& engines) {
+  const Model& model = engines.model;
+  const RowLayout& layout = engines.layout;
+  std::vector<double> sums((layout.n_rows() + rows_per_block - 1) / rows_per_block, 0.0);
+  const Index last = std::min(layout.end(), model.cloth.n_vertices);
+  for (Index i = layout.begin(); i < last; ++i) {
+    const Vec3 force = loads.force.row(i).transpose() - model.cloth.mass[i] * model.scene.gravity;
+    sums[i / rows_per_block] += force.dot((state.cloth.x.row(i) - loads.x0.row(i)).transpose());
+  }
+  return layout.ordered_sum(sums);
+}
+
+// Mean of the elastic forces at the start and the end of the part, in owned rows (n x 3) [N].
+Points mean_elastic_force(const Loads& loads, const State& state, Engines& engines) {
+  const Index n = engines.model.cloth.n_vertices;
+  const Index begin = std::min(engines.layout.begin(), n), end = std::min(engines.layout.end(), n);
+  Points force = Points::Zero(n, 3);
+  const Points start = loads.x0.topRows(n), none = Points::Zero(n, 3);
+  for (const Points* const x : {&start, &state.cloth.x}) {
+    engines.elasticity->add_implicit_forces(engines.team, *x, nullptr, begin, end, force);
+    engines.elasticity->add_explicit_bending(engines.team, *x, none, begin, end, force);
+  }
+  return 0.5 * force;
+}
+
+// Work on prescribed vertices, without that of contacts.
+double work_of_pins(const Loads& loads, const State& state, Engines& engines) {
+  if (!scripts_move(engines, loads, state)) return 0.0;
+  const ClothModel& cloth = engines.model.cloth;
+  const RowLayout& layout = engines.layout;
+  const Points force = mean_elastic_force(loads, state, engines) + loads.force;
+  std::vector<double> sums((layout.n_rows() + rows_per_block - 1) / rows_per_block, 0.0);
+  const Index last = std::min(layout.end(), cloth.n_vertices);
+  for (Index i = layout.begin(); i < last; ++i) {
+    if (!cloth.prescribed[i]) continue;
+    const double kinetic =
+        0.5 * cloth.mass[i] * (state.cloth.v.row(i).squaredNorm() - loads.v0.row(i).squaredNorm());
+    sums[i / rows_per_block] += kinetic - force.row(i).dot(state.cloth.x.row(i) - loads.x0.row(i));
+  }
+  return layout.ordered_sum(sums);
+}
+
+// Work of scripted surfaces and prescribed vertices through contacts, and the work against
+// friction.
+struct ContactWork {
+  double scripts = 0.0, friction = 0.0;
+};
+
+ContactWork work_of_contacts(const StepContext& part, const Loads& loads, const NearContacts& near,
+                             const State& state, const Engines& engines) {
+  ContactWork work;
+  if (near.contact_terms.size() == 0) return work;
+  const Model& model = engines.model;
+  const Index n = model.cloth.n_vertices;
+  Points displacement(model.n_rows(), 3);
+  displacement.topRows(n) = state.cloth.x - loads.x0.topRows(n);
+  displacement.bottomRows(model.n_rows() - n) = part.h * loads.body_velocity;
+  ExtraTerms terms = near.terms;
+  near.contact_terms.friction_at(engines.team, displacement, part.h, model.inverse_mass, terms);
+  for (std::size_t t = 0; t < near.contact_terms.size(); ++t) {
+    const ExtraTerm& term = terms[t];
+    const Vec3 d = term.relative_displacement(displacement, part.h);
+    const Vec3 force = term.gradient + term.hessian * d;  // at the end of the part [N]
+    work.scripts -= part.h * force.dot(term.drift);
+    for (int e = 0; e < term.n_entries; ++e) {
+      const Index row = term.entries[e].row;
+      if (row < n && model.cloth.prescribed[row])
+        work.scripts += force.dot(term.entries[e].apply(displacement.row(row).transpose()));
+    }
+    const Vec3 normal = near.contact_terms.normal(t);
+    work.friction += force.dot(d - d.dot(normal) * normal);
+  }
+  return work;
+}
+
+double largest_kinetic(const State& state, const Engines& engines) {
+  EnergyReport bodies;
+  measure_bodies(engines.model, state.rigid, bodies);
+  return kinetic_energy(engines.model.cloth, state.cloth.v) + bodies.body_kinetic;
+}
+
+}  // namespace
+
+double total_energy(const StepReport& report) {
+  const EnergyReport& e = report.energy;
+  const CircuitReport& c = report.circuits;
+  return e.kinetic + e.membrane + e.bending + e.gravity + e.body_kinetic + e.body_gravity +
+         e.magnetic + c.energy + c.heat + c.bearing_work - c.supply;
+}
+
+void begin_account(const Engines& engines, State& state) {
+  if (state.account.begun) return;
+  StepReport report;
+  measure(state, state.time, engines, report);
+  state.account = {};
+  state.account.begun = true;
+  state.account.start = total_energy(report);
+  state.account.largest_kinetic = largest_kinetic(state, engines);
+}
+
+void add_to_account(const StepContext& part, const Loads& loads, const NearContacts& near,
+                    const Points& solved, Engines& engines, State& state) {
+  EnergyAccount& account = state.account;
+  if (engines.model.cloth.n_vertices > 0) {
+    const ContactWork contacts = work_of_contacts(part, loads, near, state, engines);
+    account.loads += work_of_loads(loads, state, engines);
+    account.scripts += work_of_pins(loads, state, engines) + contacts.scripts;
+    account.friction += contacts.friction;
+    account.withheld += kinetic_energy(engines.model.cloth, solved) -
+                        kinetic_energy(engines.model.cloth, state.cloth.v);
+  }
+  account.largest_kinetic = std::max(account.largest_kinetic, largest_kinetic(state, engines));
+}
+
+void report_account(const State& state, StepReport& report) {
+  const EnergyAccount& account = state.account;
+  AccountReport& to = report.account;
+  to = {};
+  if (!account.begun) return;
+  to.scripts = account.scripts, to.loads = account.loads;
+  to.friction = account.friction, to.withheld = account.withheld;
+  const double gain = total_energy(report) - account.start - account.scripts - account.loads;
+  to.lost = -gain - account.friction - account.withheld;
+  if (account.largest_kinetic > 0.0) to.balance = gain / account.largest_kinetic;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,24 @@
+// Account of energy: the work that scripts and loads have done since the start, and the losses.
+#pragma once
+
+#include "core/sim/step/near_contacts.h"
+
+namespace loomstone {
+
+// Begins the account of a state that has none. `state` is that at the start of a step.
+void begin_account(const Engines& engines, State& state);
+
+// Adds the work and the losses of a part. `solved` (n x 3) are the velocities before limits and
+// certification changed them [m/s]. The work of forces is their mean over the part times the
+// displacement, and that of a prescribed vertex is what its kinetic energy and the forces of its
+// neighbours need.
+void add_to_account(const StepContext& part, const Loads& loads, const NearContacts& near,
+                    const Points& solved, Engines& engines, State& state);
+
+// Energy of everything but contacts, less work and losses that are accounted elsewhere [J].
+double total_energy(const StepReport& report);
+
+// Sets the account and the balance in a report whose energies are those of `state`.
+void report_account(const State& state, StepReport& report);
+
+}  // namespace loomstone
