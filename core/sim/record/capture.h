@@ -19,9 +19,6 @@ struct FrameTime {
 // of the step.
 Frame capture(const State& state, const StepOutcome& outcome, const Engines& engines, FrameTime at);
 
-// Sets the energies of bodies in a report.
-void measure_bodies(const Model& model, const RigidState& rigid, EnergyReport& energy);
-
 // Sets the energies, strains and circuit values of a report for `state` at `time` [s].
 void measure(const State& state, double time, const Engines& engines, StepReport& report);
 

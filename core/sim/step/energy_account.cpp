@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/sim/record/capture.h"
+#include "core/sim/step/energies.h"
 
 namespace loomstone {
 
@@ -115,7 +115,7 @@ double total_energy(const StepReport& report) {
 void begin_account(const Engines& engines, State& state) {
   if (state.account.begun) return;
   StepReport report;
-  measure(state, state.time, engines, report);
+  measure_energies(state, state.time, engines, report);
   state.account = {};
   state.account.begun = true;
   state.account.start = total_energy(report);

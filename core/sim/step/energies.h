@@ -1,0 +1,17 @@
+// Energies of a state.
+#pragma once
+
+#include "core/base/report.h"
+#include "core/sim/model/state.h"
+#include "core/sim/step/engines.h"
+
+namespace loomstone {
+
+// Sets the energies and circuit values of a report for `state` at `time` [s], except the energy of
+// contacts.
+void measure_energies(const State& state, double time, const Engines& engines, StepReport& report);
+
+// Sets the energies of rigid bodies.
+void measure_bodies(const Model& model, const RigidState& rigid, EnergyReport& energy);
+
+}  // namespace loomstone
