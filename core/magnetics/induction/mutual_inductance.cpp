@@ -85,6 +85,14 @@ Linkage linkage(const Winding& on, const RigidPose& pose, const Winding& by, int
   return sum;
 }
 
+// Returns whether two loops coincide, up to rounding of the integral.
+bool coincide(const Winding& a, const Winding& b, const RigidPose& between) {
+  const double near = 1e-7 * a.radius;
+  const Vec3 axis = rotation_matrix(between.orientation).col(2);
+  return a.length == 0.0 && b.length == 0.0 && std::abs(a.radius - b.radius) < near &&
+         between.position.norm() < near && axis.head<2>().norm() < 1e-7;
+}
+
 }  // namespace
 
 double mutual_inductance(const MagneticBody& a, const MagneticBody& b, double tolerance) {
@@ -93,6 +101,10 @@ double mutual_inductance(const MagneticBody& a, const MagneticBody& b, double to
   const bool along_a = wa.length != wb.length ? wa.length < wb.length : wa.radius <= wb.radius;
   const MagneticBody &on = along_a ? a : b, &by = along_a ? b : a;
   const RigidPose pose = relative_pose(on.pose, by.pose);
+  if (coincide(wa, wb, pose))
+    throw InvalidInput(
+        "the inductance of a loop of infinitely thin wire with itself is infinite; use two loops "
+        "at different places, or a solenoid");
   Linkage before;
   for (int level = 0; level < finest; ++level) {
     const Linkage now =

@@ -1,6 +1,6 @@
 // Mutual inductance of coils: the flux of one coil through the other, computed as the integral of
 // the vector potential along the other's winding. The integral is finite even if coils overlap or
-// touch.
+// touch, except for two loops that coincide.
 #pragma once
 
 #include "core/magnetics/sources/body.h"
@@ -9,7 +9,8 @@ namespace loomstone {
 
 // Returns the mutual inductance [H] of two loops or solenoids, given as sources with one ampere per
 // turn. The error is at most `tolerance` times the integral of the potential's norm along the
-// winding, or 1e-5 of this integral if the windings touch. Throws InvalidInput for other sources.
+// winding, or 1e-5 of this integral if the windings touch. Throws InvalidInput for other sources
+// and for loops that coincide.
 double mutual_inductance(const MagneticBody& a, const MagneticBody& b, double tolerance);
 
 }  // namespace loomstone

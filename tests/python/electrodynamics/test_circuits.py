@@ -60,6 +60,17 @@ def test_mutual_inductances_are_those_of_their_circles():
         M.mutual_inductance(one, M.sphere(radius=0.1, polarization=(0, 0, 1)))
 
 
+def test_the_inductance_of_a_loop_with_itself_is_refused_because_it_is_infinite():
+    loop = M.loop(radius=0.1, current=1.0)
+    for other in (loop, loop.rotated((np.pi, 0, 0)), M.loop(radius=0.1, current=2.0)):
+        with pytest.raises(ls.InvalidInput, match="thin wire with itself is infinite"):
+            M.mutual_inductance(loop, other)
+    # A solenoid with itself, and loops that are close, have a finite inductance.
+    winding = M.solenoid(radius=0.1, length=0.05, current=1.0, turns=100)
+    assert np.isfinite(M.mutual_inductance(winding, winding))
+    assert M.mutual_inductance(loop, loop.moved((0, 0, 1e-4))) > 0
+
+
 def transformer(**second) -> ls.Scene:
     """Two windings on stands, the second one 10 mm above the first."""
     stands = [

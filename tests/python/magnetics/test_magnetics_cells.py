@@ -254,3 +254,27 @@ def test_cells_of_a_cylinder_converge_to_the_magnet():
 def test_mistakes_with_cells_are_named(call, message):
     with pytest.raises(ls.InvalidInput, match=message):
         call()
+
+
+def test_the_estimated_error_of_cells_is_of_the_size_of_the_true_one():
+    rng = np.random.default_rng(1)
+    ratios = []
+    for trial in range(60):
+        sizes = rng.uniform(0.004, 0.012, (2, 3))
+        lower = M.cuboid(size=tuple(sizes[0]), polarization=(0, 0, 1))
+        upper = M.cuboid(size=tuple(sizes[1]), polarization=tuple(rng.normal(size=3)))
+        height = 0.5 * (sizes[0, 2] + sizes[1, 2])
+        if trial % 2:
+            upper = upper.rotated(tuple(rng.normal(size=3)))
+            height = 0.5 * (sizes[0, 2] + np.linalg.norm(sizes[1]))
+        upper = upper.moved((0, 0, height + rng.uniform(0.1, 2) * sizes[:, 2].min()))
+        density = rng.choice([100, 500, 2000]) / np.prod(sizes[0])
+        found = M.force(on=upper, by=lower, engine="cells", density=density)
+        exact = M.force(on=upper, by=lower, tolerance=1e-8)
+        true = max(
+            np.linalg.norm(found.force - exact.force),
+            np.linalg.norm(found.torque - exact.torque) / upper.radius,
+        )
+        ratios.append(found.error / true)
+    # Half and ten times the true error in nine of ten cases.
+    assert np.mean((np.array(ratios) > 0.5) & (np.array(ratios) < 10.0)) >= 0.9
