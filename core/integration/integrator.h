@@ -83,6 +83,8 @@ class Integrator {
                                     Points& body_velocity) = 0;
   virtual bool implicit() const = 0;            // the scheme accepts extra terms
   virtual bool damps() const { return false; }  // the scheme is implicit Euler
+  // Time from the start of the step at which forces are evaluated, as a fraction of the step [1].
+  virtual double time_of_forces() const { return 1.0; }
   // True if the scheme evaluates the energy of all rows on every rank.
   virtual bool asks_energy() const { return false; }
 };

@@ -37,6 +37,7 @@ class NewtonIntegrator final : public Integrator {
 
   bool implicit() const override { return true; }
   bool damps() const override { return scheme_ == Scheme::BackwardEuler; }
+  double time_of_forces() const override { return scheme_ == Scheme::Midpoint ? 0.5 : 1.0; }
   bool asks_energy() const override { return true; }
 
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,

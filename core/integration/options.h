@@ -56,7 +56,8 @@ struct ImplicitOptions : IntegratorCommon {
     return std::make_tuple(
         field("step", &O::step, "s", positive(),
               "time step, taken in parts where its error is too large; auto: steps of the length "
-              "that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies"),
+              "that the error allows, at most 10 ms for implicit Euler without rigid bodies, else "
+              "1 ms"),
         field("jacobian", &O::jacobian, "Jacobian of the membrane's forces"),
         field("bending", &O::bending, "treatment of bending forces"),
         field("linear_solver", &O::linear_solver, "solver of the linear system"),

@@ -160,7 +160,7 @@ Frame Simulation::frame_at(double at) const {
   const double start = data_->outcome.start.time, length = time() - start;
   // Rounding of times that users compute.
   const double slack = 1e-9 * data_->steps.largest;
-  if (at > time() + slack || at < start - slack)
+  if (!std::isfinite(at) || at > time() + slack || at < start - slack)
     fail<InvalidInput>("a frame must lie within the last step ({} to {} s), got {} s", start,
                        time(), at);
   report();
@@ -192,6 +192,7 @@ void Simulation::set_external_forces(const Points& forces) {
 void Simulation::set_pin_targets(const Points& targets) {
   data_->to_rows(targets, "pin_targets", data_->state.pin_target);
   data_->state.pin_override = data_->model.cloth.prescribed;
+  data_->state.target_time = time() + step_size();
 }
 
 void Simulation::set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation) {
@@ -203,6 +204,7 @@ void Simulation::set_obstacle_pose(int obstacle, const Vec3& position, const Vec
     throw InvalidInput(
         "an obstacle's pose must be a finite position [m] and a unit quaternion (w, x, y, z)");
   data_->state.pose_override[obstacle] = 1;
+  data_->state.target_time = time() + step_size();
   data_->state.pose_position.row(obstacle) = position.transpose();
   data_->state.pose_orientation.row(obstacle) = orientation.normalized().transpose();
   data_->writes.note(UserWrites::Table);
@@ -277,6 +279,7 @@ void Simulation::restore(const Checkpoint& checkpoint) {
   data_->outcome.report.time = time();
   data_->outcome.start = data_->state;
   data_->measured = false;
+  data_->writes.forget();
   data_->writes.remember(data_->state);
   data_->make_stepper();
 }

@@ -2504,7 +2504,7 @@ class SemiImplicitEuler(Integrator):
 
     Parameters (keywords)
     ---------------------
-    step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
+    step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
@@ -2583,7 +2583,7 @@ class SemiImplicitEuler(Integrator):
     @property
     def step(self) -> float | typing.Literal["auto"]:
         """
-        time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
+        time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
         """
     @property
     def tolerance(self) -> float:
@@ -2599,7 +2599,7 @@ class BackwardEuler(Integrator):
 
     Parameters (keywords)
     ---------------------
-    step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
+    step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
@@ -2696,7 +2696,7 @@ class BackwardEuler(Integrator):
     @property
     def step(self) -> float | typing.Literal["auto"]:
         """
-        time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
+        time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
         """
     @property
     def tolerance(self) -> float:
@@ -2712,7 +2712,7 @@ class ImplicitMidpoint(Integrator):
 
     Parameters (keywords)
     ---------------------
-    step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
+    step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
@@ -2791,7 +2791,7 @@ class ImplicitMidpoint(Integrator):
     @property
     def step(self) -> float | typing.Literal["auto"]:
         """
-        time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
+        time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
         """
     @property
     def tolerance(self) -> float:
@@ -2807,7 +2807,7 @@ class NonlinearMidpoint(Integrator):
 
     Parameters (keywords)
     ---------------------
-    step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
+    step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
@@ -2904,7 +2904,7 @@ class NonlinearMidpoint(Integrator):
     @property
     def step(self) -> float | typing.Literal["auto"]:
         """
-        time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
+        time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
         """
     @property
     def tolerance(self) -> float:
@@ -2920,7 +2920,7 @@ class BDF2(Integrator):
 
     Parameters (keywords)
     ---------------------
-    step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
+    step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
     linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
@@ -2999,7 +2999,7 @@ class BDF2(Integrator):
     @property
     def step(self) -> float | typing.Literal["auto"]:
         """
-        time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms, or 1 ms in scenes with rigid bodies [s]; > 0; default 'auto'
+        time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
         """
     @property
     def tolerance(self) -> float:

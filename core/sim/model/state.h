@@ -38,6 +38,9 @@ struct State {
   std::uint8_t tangled = 0;
   Points obstacle_vertices;  // (k x 3) vertices of all obstacles at the current time [m]
   Points external_force;     // (n x 3) [N], set by the user
+  // [s] Time at which the motion to targets and poses set by the user is complete. Until then, it
+  // is in proportion to time. With given steps, it is complete at the end of the next one.
+  double target_time = 0.0;
   // (n) 1: the user has set a target, which replaces the script
   std::vector<std::uint8_t> pin_override;
   Points pin_target;  // (n x 3) [m], set by the user

@@ -79,7 +79,8 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
                           static_cast<std::int64_t>(model.obstacles.size()),
                           model.collision.n_vertices};
   c.integers["step"] = {state.step};
-  put(c, "times", Vec3(state.time, state.cloth.previous_step, state.cloth.expected_step));
+  put(c, "times",
+      Vec4(state.time, state.cloth.previous_step, state.cloth.expected_step, state.target_time));
   c.integers["tangled"] = {state.tangled};
   const EnergyAccount& a = state.account;
   put(c, "account",
@@ -133,9 +134,10 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
         "resume with the scene and parameters of the run");
   State s = state;
   s.step = integers(c, "step").at(0);
-  Vec3 times;
-  get(c, "times", times, Vec3(Vec3::Zero()));
+  Vec4 times;
+  get(c, "times", times, Vec4(Vec4::Zero()));
   s.time = times[0], s.cloth.previous_step = times[1], s.cloth.expected_step = times[2];
+  s.target_time = times[3];
   s.tangled = static_cast<std::uint8_t>(integers(c, "tangled").at(0));
   get_account(c, s.account);
   get_cloth(c, s.cloth);

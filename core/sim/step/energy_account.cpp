@@ -15,6 +15,10 @@ bool scripts_move(const Engines& engines, const Loads& loads, const State& state
   return false;
 }
 
+bool surfaces_move(const Loads& loads) {
+  return loads.x0.bottomRows(loads.next_obstacles.rows()) != loads.next_obstacles;
+}
+
 double kinetic_energy(const ClothModel& cloth, const Points& v) {
   double sum = 0.0;
   for (Index i = 0; i < cloth.n_vertices; ++i) sum += cloth.mass[i] * v.row(i).squaredNorm();
@@ -71,27 +75,33 @@ struct ContactWork {
 };
 
 ContactWork work_of_contacts(const StepContext& part, const Loads& loads, const NearContacts& near,
-                             const State& state, const Engines& engines) {
+                             const Points& body_velocity, const State& state,
+                             const Engines& engines) {
   ContactWork work;
   if (near.contact_terms.size() == 0) return work;
   const Model& model = engines.model;
   const Index n = model.cloth.n_vertices;
   Points displacement(model.n_rows(), 3);
   displacement.topRows(n) = state.cloth.x - loads.x0.topRows(n);
-  displacement.bottomRows(model.n_rows() - n) = part.h * loads.body_velocity;
+  displacement.bottomRows(model.n_rows() - n) = part.h * body_velocity;
   ExtraTerms terms = near.terms;
-  near.contact_terms.friction_at(engines.team, displacement, part.h, model.inverse_mass, terms);
+  // Forces are those at the time at which the scheme evaluates them.
+  const double time = engines.integrator->time_of_forces();
+  near.contact_terms.friction_at(engines.team, time * displacement, time * part.h,
+                                 model.inverse_mass, terms);
   for (std::size_t t = 0; t < near.contact_terms.size(); ++t) {
     const ExtraTerm& term = terms[t];
     const Vec3 d = term.relative_displacement(displacement, part.h);
-    const Vec3 force = term.gradient + term.hessian * d;  // at the end of the part [N]
+    const Vec3 normal = near.contact_terms.normal(t);
+    Vec3 force = term.gradient + time * term.hessian * d;  // gradient of the energy [N]
+    // Contacts that open pull in linearised schemes, not in Newton's method.
+    if (engines.integrator->asks_energy()) force -= std::max(0.0, force.dot(normal)) * normal;
     work.scripts -= part.h * force.dot(term.drift);
     for (int e = 0; e < term.n_entries; ++e) {
       const Index row = term.entries[e].row;
       if (row < n && model.cloth.prescribed[row])
         work.scripts += force.dot(term.entries[e].apply(displacement.row(row).transpose()));
     }
-    const Vec3 normal = near.contact_terms.normal(t);
     work.friction += force.dot(d - d.dot(normal) * normal);
   }
   return work;
@@ -123,15 +133,20 @@ void begin_account(const Engines& engines, State& state) {
 }
 
 void add_to_account(const StepContext& part, const Loads& loads, const NearContacts& near,
-                    const Points& solved, Engines& engines, State& state) {
+                    const SolvedVelocities& solved, Engines& engines, State& state) {
   EnergyAccount& account = state.account;
   if (engines.model.cloth.n_vertices > 0) {
-    const ContactWork contacts = work_of_contacts(part, loads, near, state, engines);
+    const ContactWork contacts = work_of_contacts(part, loads, near, solved.bodies, state, engines);
     account.loads += work_of_loads(loads, state, engines);
     account.scripts += work_of_pins(loads, state, engines) + contacts.scripts;
     account.friction += contacts.friction;
-    account.withheld += kinetic_energy(engines.model.cloth, solved) -
+    const double lost = kinetic_energy(engines.model.cloth, solved.cloth) -
                         kinetic_energy(engines.model.cloth, state.cloth.v);
+    // Only scripted motion gives energy to cloth that it pushes along.
+    if (lost < 0.0 && surfaces_move(loads))
+      account.scripts -= lost;
+    else
+      account.withheld += lost;
   }
   account.largest_kinetic = std::max(account.largest_kinetic, largest_kinetic(state, engines));
 }

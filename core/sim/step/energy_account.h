@@ -8,12 +8,16 @@ namespace loomstone {
 // Begins the account of a state that has none. `state` is that at the start of a step.
 void begin_account(const Engines& engines, State& state);
 
-// Adds the work and the losses of a part. `solved` (n x 3) are the velocities before limits and
-// certification changed them [m/s]. The work of forces is their mean over the part times the
+// Velocities after the solve, before limits and certification change them [m/s].
+struct SolvedVelocities {
+  Points cloth, bodies;  // (n x 3), (2 b x 3) translations and rotations
+};
+
+// Adds the work and the losses of a part. The work of forces is their mean over the part times the
 // displacement, and that of a prescribed vertex is what its kinetic energy and the forces of its
 // neighbours need.
 void add_to_account(const StepContext& part, const Loads& loads, const NearContacts& near,
-                    const Points& solved, Engines& engines, State& state);
+                    const SolvedVelocities& solved, Engines& engines, State& state);
 
 // Energy of everything but contacts, less work and losses that are accounted elsewhere [J].
 double total_energy(const StepReport& report);

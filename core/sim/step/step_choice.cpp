@@ -1,5 +1,7 @@
 #include "core/sim/step/step_choice.h"
 
+#include <algorithm>
+
 #include "core/base/message.h"
 #include "core/integration/stable_step.h"
 
@@ -8,10 +10,11 @@ namespace loomstone {
 namespace {
 
 // Our choice: with longer steps, implicit Euler damps free motion visibly.
-constexpr double largest_of_cloth = 10e-3;
-// Our choice: the error of cloth says nothing about the contacts of rigid bodies, which sink in and
-// bounce in longer steps.
-constexpr double largest_of_bodies = 1e-3;
+constexpr double largest_of_euler = 10e-3;
+// Our choice, for second-order schemes and for scenes with rigid bodies: the error of the membrane
+// says nothing about contacts. Schemes without damping throw cloth back from contacts that a step
+// does not resolve, and bodies sink in and bounce.
+constexpr double largest_otherwise = 1e-3;
 constexpr double share_of_stable = 0.5;  // stretched cloth is stiffer than at the start
 
 }  // namespace
@@ -19,7 +22,8 @@ constexpr double share_of_stable = 0.5;  // stretched cloth is stiffer than at t
 StepChoice choose_steps(const IntegratorOptions& options, const Model& model, const State& state) {
   const Automatic step = options.step();
   if (step.given) return {*step.given, false};
-  double largest = model.n_bodies() > 0 ? largest_of_bodies : largest_of_cloth;
+  const bool euler = options.is<SemiImplicitEuler>() || options.is<BackwardEuler>();
+  const double largest = euler && model.n_bodies() == 0 ? largest_of_euler : largest_otherwise;
   const ImplicitOptions* implicit = options.implicit();
   if (!implicit)
     return {std::min(largest, share_of_stable * stable_step(model.cloth, state.cloth.x)), false};

@@ -18,6 +18,7 @@ struct StepContext {
   // The part covers this fraction of the motion to the user's targets.
   double share = 1.0;
   int length = 0;          // in units of StepPart
+  bool automatic = false;  // of an automatic step
   bool divisible = true;   // an attempt with too large an error can be repeated in shorter parts
   std::uint64_t seed = 0;  // seed of random orders; differs between parts and steps
 };

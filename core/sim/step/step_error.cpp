@@ -71,8 +71,9 @@ int expected_part(const StepContext& part, const State& state, Engines& engines)
 
 void expect_part(const StepContext& part, const StepError& error, const Engines& engines,
                  ClothState& cloth) {
-  if (engines.error)
-    cloth.expected_step = part.h * length_factor(error, expected_in_parts * *engines.accuracy);
+  if (!engines.error) return;
+  const double expected = part.automatic ? expected_in_steps : expected_in_parts;
+  cloth.expected_step = part.h * length_factor(error, expected * *engines.accuracy);
 }
 
 double automatic_step(double largest, const State& state, Engines& engines) {
@@ -87,9 +88,7 @@ double automatic_step(double largest, const State& state, Engines& engines) {
 
 void expect_step(double largest, const State& start, double h, Engines& engines, State& state) {
   if (!engines.error) return;
-  // Parts have set the length that their error allows.
-  double& next = state.cloth.expected_step;
-  next *= std::sqrt(expected_in_steps / expected_in_parts);
+  double& next = state.cloth.expected_step;  // the length that the error of the last part allows
   if (engines.integrator->damps()) {
     const double rate =
         engines.error->dissipation(engines.team, state.cloth.x, start.cloth.v, state.cloth.v, h);

@@ -59,11 +59,10 @@ StepSpan Stepper::take_parts(State& state, StepOutcome& outcome) {
   const State* snapshot = &outcome.start;  // state at the start of the part
   while (true) {
     if (!steps_.automatic)
-      bisection.shorten(
-          expected_part(context(span, bisection.part(), state.step), state, engines_));
+      bisection.shorten(expected_part(context(span, bisection.part(), state), state, engines_));
     const StepPart part = bisection.part();
     const OutcomeMark start = mark(outcome);
-    const PartResult result = attempt(context(span, part, state.step), state, outcome);
+    const PartResult result = attempt(context(span, part, state), state, outcome);
     if (bisection.judge(result) == Bisection::Verdict::Repeated) {
       return_to_state(*snapshot, state);
       return_to(start, outcome);
@@ -114,7 +113,7 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
   timed(seconds.check, [&] { error = error_of_motion(part, loads_, state, engines_); });
   if (too_large(part, error, engines_)) return shorter(part, error, engines_);
   timed(seconds.bodies, [&] { move_bodies(part, loads_, body_velocity, state, engines_, report); });
-  solved_ = state.cloth.v;
+  solved_ = {state.cloth.v, body_velocity};
   timed(seconds.certify,
         [&] { certified = limit_and_certify(part, loads_, near_, state, engines_, outcome); });
   timed(seconds.limit, [&] { limit_strain_rate(part, certified, state, engines_, outcome); });
@@ -155,7 +154,7 @@ StepSpan Stepper::next_span(const State& state) {
   return {state.time, steps_.largest, static_cast<double>(state.step + 1) * steps_.largest};
 }
 
-StepContext Stepper::context(const StepSpan& span, StepPart part, std::int64_t step) const {
+StepContext Stepper::context(const StepSpan& span, StepPart part, const State& state) const {
   const auto time = [&](int place) {
     return place == StepPart::whole ? span.t1 : span.t0 + span.h * place / StepPart::whole;
   };
@@ -164,11 +163,16 @@ StepContext Stepper::context(const StepSpan& span, StepPart part, std::int64_t s
   context.t0 = time(part.first);
   context.t1 = time(part.last);
   context.share = static_cast<double>(part.length()) / (StepPart::whole - part.first);
+  if (steps_.automatic && state.target_time > context.t0)
+    context.share = std::min(1.0, context.h / (state.target_time - context.t0));
+  else if (steps_.automatic)
+    context.share = 1.0;
   context.length = part.length();
+  context.automatic = steps_.automatic;
   context.divisible = part.length() > StepPart::least &&
                       (!steps_.automatic || span.h > steps_.largest / StepPart::whole);
-  context.seed =
-      static_cast<std::uint64_t>(step) * StepPart::whole + static_cast<std::uint64_t>(part.first);
+  context.seed = static_cast<std::uint64_t>(state.step) * StepPart::whole +
+                 static_cast<std::uint64_t>(part.first);
   return context;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/sim/step/bisection.h"
+#include "core/sim/step/energy_account.h"
 #include "core/sim/step/engines.h"
 #include "core/sim/step/near_contacts.h"
 #include "core/sim/step/step_choice.h"
@@ -28,7 +29,7 @@ class Stepper {
   PartResult run_stages(const StepContext& part, State& state, StepOutcome& outcome);
   void finish(const StepSpan& span, State& state, StepOutcome& outcome);
   StepSpan next_span(const State& state);
-  StepContext context(const StepSpan& span, StepPart part, std::int64_t step) const;
+  StepContext context(const StepSpan& span, StepPart part, const State& state) const;
   void save_to(State& snapshot) const;  // saves the contacts of the rigid-body world
   void return_to_state(const State& snapshot, State& state);  // also restores the rigid-body world
 
@@ -37,7 +38,7 @@ class Stepper {
   // Scratch data that one stage writes and later stages read.
   Loads loads_;
   NearContacts near_;
-  Points solved_;  // (n x 3) velocities after the solve [m/s]
+  SolvedVelocities solved_;
 };
 
 }  // namespace loomstone

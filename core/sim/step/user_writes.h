@@ -24,7 +24,8 @@ class UserWrites {
   // Gathers every row from the rank that owns it, and broadcasts overrides and poses from rank 0.
   // Returns the largest kind of write on any rank. Collective.
   Kind settle(const RowLayout& layout, State& state);
-  void remember(const State& state);  // copies the state after a step for later comparison
+  void forget() { written_ = Nothing; }  // after all of the state was replaced
+  void remember(const State& state);     // copies the state after a step for later comparison
 
  private:
   bool watching_ = false;

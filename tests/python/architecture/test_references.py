@@ -23,7 +23,7 @@ BUILT = re.compile(r"build\S*/$")  # prefix of a path to a build product
 def files(*suffixes: str) -> list[Path]:
     command = ["git", "ls-files", "-co", "--exclude-standard"]
     if not (ROOT / ".git").exists():
-        pytest.skip("not a git checkout")
+        pytest.skip("not a git checkout", allow_module_level=True)
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     found = [ROOT / line for line in done.stdout.splitlines() if "third_party" not in line]
     return sorted(p for p in found if p.suffix in suffixes and p.exists() and p != Path(__file__))
