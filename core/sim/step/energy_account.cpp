@@ -74,7 +74,7 @@ struct ContactWork {
   double scripts = 0.0, friction = 0.0;
 };
 
-ContactWork work_of_contacts(const StepContext& part, const Loads& loads, const NearContacts& near,
+ContactWork work_of_contacts(const StepContext& part, const Loads& loads, NearContacts& near,
                              const Points& body_velocity, const State& state,
                              const Engines& engines) {
   ContactWork work;
@@ -87,15 +87,18 @@ ContactWork work_of_contacts(const StepContext& part, const Loads& loads, const 
   ExtraTerms terms = near.terms;
   // Forces are those at the time at which the scheme evaluates them.
   const double time = engines.integrator->time_of_forces();
-  near.contact_terms.friction_at(engines.team, time * displacement, time * part.h,
-                                 model.inverse_mass, terms);
+  const bool newton = engines.integrator->asks_energy();  // the scheme solves with the exact law
+  if (newton)
+    terms_at(near, engines, time * displacement, time * part.h, TermRequest::Derivative, terms);
+  else
+    near.contact_terms.friction_at(engines.team, time * displacement, time * part.h,
+                                   model.inverse_mass, terms);
   for (std::size_t t = 0; t < near.contact_terms.size(); ++t) {
     const ExtraTerm& term = terms[t];
     const Vec3 d = term.relative_displacement(displacement, part.h);
     const Vec3 normal = near.contact_terms.normal(t);
-    Vec3 force = term.gradient + time * term.hessian * d;  // gradient of the energy [N]
-    // Contacts that open pull in linearised schemes, not in Newton's method.
-    if (engines.integrator->asks_energy()) force -= std::max(0.0, force.dot(normal)) * normal;
+    Vec3 force = term.gradient;  // gradient of the energy [N]
+    if (!newton) force += time * term.hessian * d;
     work.scripts -= part.h * force.dot(term.drift);
     for (int e = 0; e < term.n_entries; ++e) {
       const Index row = term.entries[e].row;
@@ -132,7 +135,7 @@ void begin_account(const Engines& engines, State& state) {
   state.account.largest_kinetic = largest_kinetic(state, engines);
 }
 
-void add_to_account(const StepContext& part, const Loads& loads, const NearContacts& near,
+void add_to_account(const StepContext& part, const Loads& loads, NearContacts& near,
                     const SolvedVelocities& solved, Engines& engines, State& state) {
   EnergyAccount& account = state.account;
   if (engines.model.cloth.n_vertices > 0) {

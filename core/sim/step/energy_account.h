@@ -16,7 +16,7 @@ struct SolvedVelocities {
 // Adds the work and the losses of a part. The work of forces is their mean over the part times the
 // displacement, and that of a prescribed vertex is what its kinetic energy and the forces of its
 // neighbours need.
-void add_to_account(const StepContext& part, const Loads& loads, const NearContacts& near,
+void add_to_account(const StepContext& part, const Loads& loads, NearContacts& near,
                     const SolvedVelocities& solved, Engines& engines, State& state);
 
 // Energy of everything but contacts, less work and losses that are accounted elsewhere [J].
