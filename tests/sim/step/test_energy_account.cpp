@@ -111,7 +111,7 @@ TEST_CASE("a floor that carries a sheet along works on it through friction") {
   CHECK(std::abs(report.account.balance) < 1.3);
 }
 
-TEST_CASE("an account begins anew where the user writes velocities") {
+TEST_CASE("an account restarts at zero when the user writes velocities") {
   Simulation sim(sheet(), step_of(2e-3), 1);
   for (int i = 0; i < 20; ++i) sim.step();
   const double lost = sim.report().account.lost;
