@@ -77,10 +77,9 @@ StepError DisplacementError::evaluate(const Team& team, const Points* start, con
 double DisplacementError::dissipation(const Team& team, const Points& x1, const Points& v0,
                                       const Points& v1, double h) {
   gather(team, [&](const Block& block) {
-    Sums sums = sums_of(block, nullptr, v1);
+    Sums sums = vertex_sums(block, nullptr, v1);
     sums.elastic =
         membrane_.neglected(nullptr, x1.data(), block.first_triangle, block.last_triangle).elastic;
-    sums.energy = 0.0;
     for (Index i = block.first_vertex; i < block.last_vertex; ++i)
       if (!cloth_.prescribed[i])
         sums.energy += 0.5 * cloth_.mass[i] * (v1.row(i) - v0.row(i)).squaredNorm();
@@ -133,8 +132,14 @@ DisplacementError::Sums DisplacementError::sums_of(const Block& block, const Poi
                                                    const Points& end) const {
   const Membrane::Neglected neglected = membrane_.neglected(
       start ? start->data() : nullptr, end.data(), block.first_triangle, block.last_triangle);
-  Sums sums;
+  Sums sums = vertex_sums(block, start, end);
   sums.strain = neglected.strain, sums.energy = neglected.energy;
+  return sums;
+}
+
+DisplacementError::Sums DisplacementError::vertex_sums(const Block& block, const Points* start,
+                                                       const Points& end) const {
+  Sums sums;
   for (Index i = block.first_vertex; i < block.last_vertex; ++i) {
     Vec3 u = end.row(i).transpose();
     if (start) u -= start->row(i).transpose();

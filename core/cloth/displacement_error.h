@@ -61,6 +61,7 @@ class DisplacementError {
   StepError evaluate(const Team& team, const Points* start, const Points& end, double time,
                      double h);
   Sums sums_of(const Block& block, const Points* start, const Points& end) const;
+  Sums vertex_sums(const Block& block, const Points* start, const Points& end) const;
   // Sets the sums of all blocks. Collective.
   template <class OfBlock>
   void gather(const Team& team, OfBlock&& of_block);

@@ -8,7 +8,7 @@ namespace loomstone {
 
 namespace {
 
-bool scripts_move(const Engines& engines, const Loads& loads, const State& state) {
+bool pins_move(const Engines& engines, const Loads& loads, const State& state) {
   const ClothModel& cloth = engines.model.cloth;
   for (Index i = 0; i < cloth.n_vertices; ++i)
     if (cloth.prescribed[i] && state.cloth.x.row(i) != loads.x0.row(i)) return true;
@@ -25,17 +25,23 @@ double kinetic_energy(const ClothModel& cloth, const Points& v) {
   return 0.5 * sum;
 }
 
+// Sums term(row) over all cloth rows. Each rank evaluates the rows that it owns.
+template <class Term>
+double sum_over_rows(const Engines& engines, Term&& term) {
+  const RowLayout& layout = engines.layout;
+  std::vector<double> sums((layout.n_rows() + rows_per_block - 1) / rows_per_block, 0.0);
+  const Index last = std::min(layout.end(), engines.model.cloth.n_vertices);
+  for (Index i = layout.begin(); i < last; ++i) sums[i / rows_per_block] += term(i);
+  return layout.ordered_sum(sums);
+}
+
 // Work of air and of the user's forces.
 double work_of_loads(const Loads& loads, const State& state, const Engines& engines) {
   const Model& model = engines.model;
-  const RowLayout& layout = engines.layout;
-  std::vector<double> sums((layout.n_rows() + rows_per_block - 1) / rows_per_block, 0.0);
-  const Index last = std::min(layout.end(), model.cloth.n_vertices);
-  for (Index i = layout.begin(); i < last; ++i) {
+  return sum_over_rows(engines, [&](Index i) {
     const Vec3 force = loads.force.row(i).transpose() - model.cloth.mass[i] * model.scene.gravity;
-    sums[i / rows_per_block] += force.dot((state.cloth.x.row(i) - loads.x0.row(i)).transpose());
-  }
-  return layout.ordered_sum(sums);
+    return force.dot((state.cloth.x.row(i) - loads.x0.row(i)).transpose());
+  });
 }
 
 // Mean of the elastic forces at the start and the end of the part, in owned rows (n x 3) [N].
@@ -53,19 +59,15 @@ Points mean_elastic_force(const Loads& loads, const State& state, Engines& engin
 
 // Work on prescribed vertices, without that of contacts.
 double work_of_pins(const Loads& loads, const State& state, Engines& engines) {
-  if (!scripts_move(engines, loads, state)) return 0.0;
+  if (!pins_move(engines, loads, state)) return 0.0;
   const ClothModel& cloth = engines.model.cloth;
-  const RowLayout& layout = engines.layout;
   const Points force = mean_elastic_force(loads, state, engines) + loads.force;
-  std::vector<double> sums((layout.n_rows() + rows_per_block - 1) / rows_per_block, 0.0);
-  const Index last = std::min(layout.end(), cloth.n_vertices);
-  for (Index i = layout.begin(); i < last; ++i) {
-    if (!cloth.prescribed[i]) continue;
+  return sum_over_rows(engines, [&](Index i) {
+    if (!cloth.prescribed[i]) return 0.0;
     const double kinetic =
         0.5 * cloth.mass[i] * (state.cloth.v.row(i).squaredNorm() - loads.v0.row(i).squaredNorm());
-    sums[i / rows_per_block] += kinetic - force.row(i).dot(state.cloth.x.row(i) - loads.x0.row(i));
-  }
-  return layout.ordered_sum(sums);
+    return kinetic - force.row(i).dot(state.cloth.x.row(i) - loads.x0.row(i));
+  });
 }
 
 // Work of scripted surfaces and prescribed vertices through contacts, and the work against
@@ -110,6 +112,14 @@ ContactWork work_of_contacts(const StepContext& part, const Loads& loads, NearCo
   return work;
 }
 
+// Energy of everything but contacts. Circuits count with what they have received and lost [J].
+double total_energy(const StepReport& report) {
+  const EnergyReport& e = report.energy;
+  const CircuitReport& c = report.circuits;
+  return e.kinetic + e.membrane + e.bending + e.gravity + e.body_kinetic + e.body_gravity +
+         e.magnetic + c.energy + c.heat + c.bearing_work - c.supply;
+}
+
 double largest_kinetic(const State& state, const Engines& engines) {
   EnergyReport bodies;
   measure_bodies(engines.model, state.rigid, bodies);
@@ -117,13 +127,6 @@ double largest_kinetic(const State& state, const Engines& engines) {
 }
 
 }  // namespace
-
-double total_energy(const StepReport& report) {
-  const EnergyReport& e = report.energy;
-  const CircuitReport& c = report.circuits;
-  return e.kinetic + e.membrane + e.bending + e.gravity + e.body_kinetic + e.body_gravity +
-         e.magnetic + c.energy + c.heat + c.bearing_work - c.supply;
-}
 
 void begin_account(const Engines& engines, State& state) {
   if (state.account.begun) return;

@@ -13,14 +13,11 @@ struct SolvedVelocities {
   Points cloth, bodies;  // (n x 3), (2 b x 3) translations and rotations
 };
 
-// Adds the work and the losses of a part. The work of forces is their mean over the part times the
-// displacement, and that of a prescribed vertex is what its kinetic energy and the forces of its
-// neighbours need.
+// Adds the work and the losses of a part. Elastic forces are the mean of the start and the end, and
+// contact forces are those of the solve. The work on a prescribed vertex is the change of its
+// kinetic energy less the work of these forces on it.
 void add_to_account(const StepContext& part, const Loads& loads, NearContacts& near,
                     const SolvedVelocities& solved, Engines& engines, State& state);
-
-// Energy of everything but contacts, less work and losses that are accounted elsewhere [J].
-double total_energy(const StepReport& report);
 
 // Sets the account and the balance in a report whose energies are those of `state`.
 void report_account(const State& state, StepReport& report);
