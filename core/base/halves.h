@@ -16,11 +16,13 @@ struct VectorTypes {
   using Scalar = std::remove_cvref_t<decltype(Vector{}[0])>;
 };
 
-// Mask type of a vector of doubles: 64-bit integers whose bits are all 1 for true and all 0 for
-// false.
+// Mask type of a vector: integers of the same size as its elements, whose bits are all 1 for true
+// and all 0 for false.
 template <class Vector>
 struct MaskType {
-  typedef long long type __attribute__((vector_size(sizeof(Vector))));
+  using Bits =
+      std::conditional_t<sizeof(typename VectorTypes<Vector>::Scalar) == 8, long long, int>;
+  typedef Bits type __attribute__((vector_size(sizeof(Vector))));
 };
 template <class Lanes>
 using MaskOf = typename MaskType<Lanes>::type;
@@ -68,6 +70,7 @@ struct Halves {
   LOOMSTONE_COMPARISON(>)
   LOOMSTONE_COMPARISON(<=)
   LOOMSTONE_COMPARISON(>=)
+  LOOMSTONE_COMPARISON(!=)
 #undef LOOMSTONE_COMPARISON
 };
 

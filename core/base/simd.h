@@ -19,6 +19,13 @@ typedef double QuarterLanes __attribute__((vector_size(2 * n_lanes)));
 using Lanes256 = Halves<HalfLanes>;
 using Lanes128 = Halves<Halves<QuarterLanes>>;
 
+// Eight floats for kernels with eight doubles of type Lanes. They fit one register of AVX2.
+typedef float Floats256 __attribute__((vector_size(4 * n_lanes)));
+typedef float HalfFloats __attribute__((vector_size(2 * n_lanes)));
+template <class Lanes>
+using FloatLanes =
+    std::conditional_t<std::is_same_v<Lanes, Lanes128>, Halves<HalfFloats>, Floats256>;
+
 enum class InstructionSet { baseline, v3, v4 };
 // The widest instruction set of the processor. The environment variable LOOMSTONE_INSTRUCTIONS
 // restricts it to x86-64 or x86-64-v3. LOOMSTONE_CLONES functions ignore the restriction.
@@ -88,8 +95,8 @@ LOOMSTONE_INLINE Lanes lanes_all(double a) {
   return Lanes{} + a;
 }
 
-template <class Lanes = Lanes512>
-LOOMSTONE_INLINE Lanes lanes_load(const double* p) {
+template <class Lanes = Lanes512, class Number>
+LOOMSTONE_INLINE Lanes lanes_load(const Number* p) {
   if constexpr (in_halves<Lanes>) {
     return {lanes_load<typename Lanes::Half>(p), lanes_load<typename Lanes::Half>(p + Lanes::size)};
   } else {
@@ -99,8 +106,8 @@ LOOMSTONE_INLINE Lanes lanes_load(const double* p) {
   }
 }
 
-template <class Lanes>
-LOOMSTONE_INLINE void lanes_store(double* p, const Lanes& a) {
+template <class Lanes, class Number>
+LOOMSTONE_INLINE void lanes_store(Number* p, const Lanes& a) {
   if constexpr (in_halves<Lanes>)
     lanes_store(p, a.low), lanes_store(p + Lanes::size, a.high);
   else

@@ -1,7 +1,6 @@
 #include "core/collision/broad_phase/cluster_tree.h"
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
 
 #include "core/base/simd.h"
@@ -14,8 +13,8 @@ namespace {
 constexpr double decay_limit = 1.5;
 
 // Transposes an 8 x 8 block in place.
-LOOMSTONE_INLINE void transpose(SlabLanes* row) {
-  SlabLanes a[slab_lanes], b[slab_lanes];
+LOOMSTONE_INLINE void transpose(Floats256* row) {
+  Floats256 a[slab_lanes], b[slab_lanes];
   for (int i = 0; i < 8; i += 2) {
     a[i] = __builtin_shufflevector(row[i], row[i + 1], 0, 8, 1, 9, 4, 12, 5, 13);
     a[i + 1] = __builtin_shufflevector(row[i], row[i + 1], 2, 10, 3, 11, 6, 14, 7, 15);
@@ -33,23 +32,38 @@ LOOMSTONE_INLINE void transpose(SlabLanes* row) {
 }
 
 // Stores eight boxes in a group in structure-of-arrays layout.
+template <class Floats>
 LOOMSTONE_INLINE void write_group(const PackedSlabs* item, SlabGroup& group) {
-  for (int p = 0; p < n_slab_packs; ++p) {
-    SlabLanes row[slab_lanes];
-    for (int lane = 0; lane < slab_lanes; ++lane) row[lane] = item[lane].pack[p];
-    transpose(row);
-    for (int i = 0; i < slab_lanes; ++i) {
-      const int k = slab_lanes * p + i;
-      if (k >= 2 * n_slabs) break;
-      if (k >= n_slabs) row[i] = -row[i];
-      std::memcpy(k < n_slabs ? group.low[k] : group.high[k - n_slabs], &row[i], sizeof row[i]);
+  const auto slab = [&](int i) LOOMSTONE_INLINE_LAMBDA {
+    return i < n_slabs ? group.low[i] : group.high[i - n_slabs];
+  };
+  if constexpr (in_halves<Floats>) {
+    for (int i = 0; i < 2 * n_slabs; ++i)
+      for (int lane = 0; lane < slab_lanes; ++lane)
+        slab(i)[lane] = i < n_slabs ? item[lane].value[i] : -item[lane].value[i];
+  } else {
+    for (int first = 0; first < 2 * n_slabs; first += slab_lanes) {
+      Floats row[slab_lanes];
+      for (int lane = 0; lane < slab_lanes; ++lane)
+        row[lane] = lanes_load<Floats>(item[lane].value + first);
+      transpose(row);
+      for (int i = first; i < std::min(first + slab_lanes, 2 * n_slabs); ++i)
+        lanes_store(slab(i), i < n_slabs ? row[i - first] : -row[i - first]);
     }
   }
 }
 
+template <class Floats>
+LOOMSTONE_INLINE void include(PackedSlabs& a, const PackedSlabs& b) {
+  for (int i = 0; i < n_slab_packs * slab_lanes; i += slab_lanes)
+    lanes_store(a.value + i,
+                lanes_min(lanes_load<Floats>(a.value + i), lanes_load<Floats>(b.value + i)));
+}
+
+template <class Floats>
 LOOMSTONE_INLINE PackedSlabs all_of(const PackedSlabs* item) {
   PackedSlabs all = item[0];
-  for (int lane = 1; lane < slab_lanes; ++lane) include(all, item[lane]);
+  for (int lane = 1; lane < slab_lanes; ++lane) include<Floats>(all, item[lane]);
   return all;
 }
 
@@ -62,8 +76,10 @@ struct FeatureGroups {
 
 // Computes the boxes of features (`slabs`) and of whole groups (`of_group`) from vertex boxes.
 // Either output may be null.
-LOOMSTONE_CLONES void refit_features(const PackedSlabs* vertices, FeatureGroups groups,
+template <class Lanes>
+LOOMSTONE_INLINE void refit_features(const PackedSlabs* vertices, const FeatureGroups& groups,
                                      SlabGroup* slabs, PackedSlabs* of_group) {
+  using Floats = FloatLanes<Lanes>;
   const PackedSlabs none = empty_packed();
   const int n_corners = groups.n_corners;
   for (Index g = groups.begin; g < groups.end; ++g) {
@@ -74,27 +90,28 @@ LOOMSTONE_CLONES void refit_features(const PackedSlabs* vertices, FeatureGroups 
       item[lane] = corner[lane] >= 0 ? vertices[corner[lane]] : none;
       if (corner[lane] >= 0)
         for (int k = 1; k < n_corners; ++k)
-          include(item[lane], vertices[corner[k * slab_lanes + lane]]);
+          include<Floats>(item[lane], vertices[corner[k * slab_lanes + lane]]);
     }
-    if (slabs) write_group(item, slabs[g]);
-    if (of_group) of_group[g] = all_of(item);
+    if (slabs) write_group<Floats>(item, slabs[g]);
+    if (of_group) of_group[g] = all_of<Floats>(item);
   }
 }
 
 // Computes groups [begin, end) of node boxes from `below`, the boxes of their children. `below`
 // must be padded to full groups.
-LOOMSTONE_CLONES void refit_groups(const PackedSlabs* below, Index begin, Index end,
+template <class Lanes>
+LOOMSTONE_INLINE void refit_groups(const PackedSlabs* below, Index begin, Index end,
                                    SlabGroup* slabs, PackedSlabs* of_group) {
   for (Index g = begin; g < end; ++g) {
-    write_group(below + slab_lanes * g, slabs[g]);
-    of_group[g] = all_of(below + slab_lanes * g);
+    write_group<FloatLanes<Lanes>>(below + slab_lanes * g, slabs[g]);
+    of_group[g] = all_of<FloatLanes<Lanes>>(below + slab_lanes * g);
   }
 }
 
 double area(const PackedSlabs& s, double inflation) {
   double side[3];
   for (int k = 0; k < 3; ++k)
-    side[k] = -static_cast<double>(s.value(n_slabs + k)) - s.value(k) - 2.0 * inflation;
+    side[k] = -static_cast<double>(s.value[n_slabs + k]) - s.value[k] - 2.0 * inflation;
   return side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
 }
 
@@ -233,8 +250,9 @@ double ClusterTree::refit_all(const Team& team, const std::vector<PackedSlabs>& 
   std::vector<PackedSlabs> below(padded(n_clusters_), empty_packed()), above;
   const auto refit = [&](Features& of, PackedSlabs* of_group) {
     parallel_ranges(team, static_cast<Index>(of.slabs.size()), grain, [&](Index begin, Index end) {
-      refit_features(vertices.data(), {of.corners.data(), of.n_corners, begin, end},
-                     features ? of.slabs.data() : nullptr, of_group);
+      const FeatureGroups groups = {of.corners.data(), of.n_corners, begin, end};
+      LOOMSTONE_WIDEST(refit_features)(vertices.data(), groups,
+                                       features ? of.slabs.data() : nullptr, of_group);
     });
   };
   if (features) refit(edge_features_, nullptr);
@@ -245,11 +263,11 @@ double ClusterTree::refit_all(const Team& team, const std::vector<PackedSlabs>& 
     const Index n = static_cast<Index>(level.size());
     above.assign(padded(n), empty_packed());
     parallel_ranges(team, n, grain, [&](Index begin, Index end) {
-      refit_groups(below.data(), begin, end, level.data(), above.data());
+      LOOMSTONE_WIDEST(refit_groups)(below.data(), begin, end, level.data(), above.data());
     });
     below.swap(above);
   }
-  write_group(below.data(), root_);
+  write_group<FloatLanes<Lanes128>>(below.data(), root_);
   if (features) {
     vertex_boxes_ = vertices.data();
     leaf_boxes_ = levels_.front();
@@ -284,8 +302,8 @@ void ClusterTree::refit_features_of(const Team& team, const std::vector<std::uin
                                     const std::vector<PackedSlabs>& vertices) {
   vertex_boxes_ = vertices.data();
   const auto refit = [&](Features& features, Index begin, Index end, PackedSlabs* of_group) {
-    refit_features(vertices.data(), {features.corners.data(), features.n_corners, begin, end},
-                   features.slabs.data(), of_group);
+    const FeatureGroups groups = {features.corners.data(), features.n_corners, begin, end};
+    LOOMSTONE_WIDEST(refit_features)(vertices.data(), groups, features.slabs.data(), of_group);
   };
   std::vector<PackedSlabs> of_cluster(n_clusters_);
   parallel_for(
@@ -296,8 +314,8 @@ void ClusterTree::refit_features_of(const Team& team, const std::vector<std::uin
         refit(faces_, c, c + 1, of_cluster.data());  // a cluster has one group of faces
         SlabGroup& boxes = leaf_boxes_[c / slab_lanes];
         for (int k = 0; k < n_slabs; ++k) {
-          boxes.low[k][c % slab_lanes] = of_cluster[c].value(k);
-          boxes.high[k][c % slab_lanes] = -of_cluster[c].value(n_slabs + k);
+          boxes.low[k][c % slab_lanes] = of_cluster[c].value[k];
+          boxes.high[k][c % slab_lanes] = -of_cluster[c].value[n_slabs + k];
         }
       },
       64);

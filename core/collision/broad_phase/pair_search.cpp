@@ -2,37 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 
-#include "core/base/simd.h"
+#include "core/base/lane_bits.h"
 
 namespace loomstone {
 
 namespace {
-
-typedef std::int32_t Ints __attribute__((vector_size(4 * slab_lanes)));
-typedef std::int8_t Bytes __attribute__((vector_size(slab_lanes)));
-
-template <class Vector, class Number>
-LOOMSTONE_INLINE void load(Vector& v, const Number* p) {
-  std::memcpy(&v, p, sizeof v);
-}
-
-LOOMSTONE_INLINE unsigned bits_of(const Ints& lanes) {
-  const Bytes bytes = __builtin_convertvector(lanes, Bytes);
-  std::uint64_t all;
-  std::memcpy(&all, &bytes, sizeof all);
-  // The mask keeps bit i of byte i. The multiplication sums all bytes into the highest byte.
-  return static_cast<unsigned>(((all & 0x8040201008040201u) * 0x0101010101010101u) >> 56);
-}
-
-LOOMSTONE_INLINE void meet_slab(Ints& meet, const SlabGroup& group, float own_low, float own_high,
-                                int k) {
-  SlabLanes low, high;
-  load(low, group.low[k]);
-  load(high, group.high[k]);
-  meet &= (low <= own_high) & (high >= own_low);
-}
 
 // View of the slabs in one lane of a group.
 struct Lane {
@@ -55,17 +30,25 @@ struct Reach {
   float of(int k) const { return k < n_axis_slabs ? axis : diagonal; }
 };
 
+// Compares the boxes of a group with one box along slab k.
+template <class Floats>
+LOOMSTONE_INLINE MaskOf<Floats> meeting_slab(const SlabGroup& group, const Lane& box,
+                                             const Floats& reach, int k) {
+  return (lanes_load<Floats>(group.low[k]) <= box.high(k) + reach) &
+         (lanes_load<Floats>(group.high[k]) >= box.low(k) - reach);
+}
+
 // Returns a bit mask of the lanes of `group` that overlap a box. Compares diagonals only if some
 // lane overlaps the box along all three axes.
+template <class Floats>
 LOOMSTONE_INLINE unsigned overlapping_lanes(const SlabGroup& group, const Lane& box,
                                             const Reach& reach) {
-  Ints meet = ~Ints{};
-  for (int k = 0; k < n_axis_slabs; ++k)
-    meet_slab(meet, group, box.low(k) - reach.axis, box.high(k) + reach.axis, k);
-  if (bits_of(meet) == 0) return 0;
-  for (int k = n_axis_slabs; k < n_slabs; ++k)
-    meet_slab(meet, group, box.low(k) - reach.diagonal, box.high(k) + reach.diagonal, k);
-  return bits_of(meet);
+  const Floats axis = Floats{} + reach.axis, diagonal = Floats{} + reach.diagonal;
+  MaskOf<Floats> meet = meeting_slab(group, box, axis, 0);
+  for (int k = 1; k < n_axis_slabs; ++k) meet &= meeting_slab(group, box, axis, k);
+  if (lanes_bits(meet) == 0) return 0;
+  for (int k = n_axis_slabs; k < n_slabs; ++k) meet &= meeting_slab(group, box, diagonal, k);
+  return lanes_bits(meet);
 }
 
 // Groups of features of one kind that belong to one cluster.
@@ -128,24 +111,26 @@ struct MaskedGroups {
   unsigned mask[most];
 };
 
+// Compares the ends of eight edges with those of one edge.
+template <class Floats>
+LOOMSTONE_INLINE MaskOf<Floats> different(const Index* corners, const std::array<Index, 2>& ends) {
+  const auto first = lanes_load<MaskOf<Floats>>(corners),
+             second = lanes_load<MaskOf<Floats>>(corners + slab_lanes);
+  return (first != ends[0]) & (first != ends[1]) & (second != ends[0]) & (second != ends[1]);
+}
+
 // Appends the slot pairs of edge `own` with each edge of `run` that overlaps it and shares no
 // vertex with it. If `upper`, tests only slots after the slot of `own`.
-template <class Pairs>
+template <class Floats, class Pairs>
 LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const MaskedGroups& groups,
                                      const Reach& reach, bool upper, Pairs& out) {
   for (Index j = 0; j < groups.n; ++j) {
     const Index group = groups.first + j;
     if (groups.mask[j] == 0 || (upper && group < own.group)) continue;
-    Ints meet = ~Ints{};
+    MaskOf<Floats> meet = different<Floats>(run.corners + group * 2 * slab_lanes, own.ends);
     for (int k = 0; k < n_slabs; ++k)
-      meet_slab(meet, run.slabs[group], own.box.low(k) - reach.of(k), own.box.high(k) + reach.of(k),
-                k);
-    for (int l = 0; l < 2; ++l) {
-      Ints corner;
-      load(corner, run.corners + (group * 2 + l) * slab_lanes);
-      for (int k = 0; k < 2; ++k) meet &= corner != own.ends[k];
-    }
-    unsigned found = bits_of(meet) & groups.mask[j];
+      meet &= meeting_slab(run.slabs[group], own.box, Floats{} + reach.of(k), k);
+    unsigned found = lanes_bits(meet) & groups.mask[j];
     if (upper && group == own.group) found &= ~((2u << own.box.lane) - 1u);
     for (; found != 0; found &= found - 1)
       out.emplace_back(own.slot(), slab_lanes * group + __builtin_ctz(found));
@@ -155,7 +140,7 @@ LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const Mask
 // Appends the slot pairs of edges of a and b that overlap and share no vertex. First masks out
 // edges that lie outside the box of the other cluster. If `upper`, pairs each edge of a only with
 // later slots of b.
-template <class Pairs>
+template <class Floats, class Pairs>
 LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& reach, bool upper,
                                     Pairs& out) {
   const Run own = a.edges, other = b.edges;
@@ -165,71 +150,80 @@ LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& r
     groups.n = std::min<Index>(MaskedGroups::most, other.end - first);
     unsigned any = 0;
     for (Index j = 0; j < groups.n; ++j)
-      any |= groups.mask[j] = overlapping_lanes(other.slabs[first + j], a.box, reach);
+      any |= groups.mask[j] = overlapping_lanes<Floats>(other.slabs[first + j], a.box, reach);
     if (any == 0) continue;
     for (Index i = own.begin; i < own.end; ++i)
-      for (unsigned lanes = overlapping_lanes(own.slabs[i], b.box, reach); lanes != 0;
+      for (unsigned lanes = overlapping_lanes<Floats>(own.slabs[i], b.box, reach); lanes != 0;
            lanes &= lanes - 1)
-        meeting_groups(Edge(own, i, __builtin_ctz(lanes)), other, groups, reach, upper, out);
+        meeting_groups<Floats>(Edge(own, i, __builtin_ctz(lanes)), other, groups, reach, upper,
+                               out);
   }
 }
 
 // Returns bounds for packed boxes. A packed box overlaps `box` if no component exceeds its bound.
 LOOMSTONE_INLINE PackedSlabs limits_of(const Lane& box, const Reach& reach) {
-  alignas(PackedSlabs) float limit[n_slab_packs * slab_lanes] = {};
+  PackedSlabs limit = {};
   for (int k = 0; k < n_slabs; ++k) {
-    limit[k] = box.high(k) + reach.of(k);
-    limit[n_slabs + k] = reach.of(k) - box.low(k);
+    limit.value[k] = box.high(k) + reach.of(k);
+    limit.value[n_slabs + k] = reach.of(k) - box.low(k);
   }
-  PackedSlabs result;
-  std::memcpy(&result, limit, sizeof result);
-  return result;
+  return limit;
+}
+
+template <class Floats>
+LOOMSTONE_INLINE bool within(const PackedSlabs& box, const PackedSlabs& limits) {
+  const auto inside = [&](int i) LOOMSTONE_INLINE_LAMBDA {
+    return lanes_load<Floats>(box.value + slab_lanes * i) <=
+           lanes_load<Floats>(limits.value + slab_lanes * i);
+  };
+  return lanes_bits(inside(0) & inside(1) & inside(2)) == 0xffu;
 }
 
 // Appends the pairs of a vertex of a and a face slot of b that overlap and share no vertex.
-template <class Pairs>
+template <class Floats, class Pairs>
 LOOMSTONE_INLINE void meeting_vertices_faces(const VertexRun& a, const Run& b, const Lane& box_b,
                                              const Reach& reach, Pairs& out) {
   const PackedSlabs limits = limits_of(box_b, reach);
   for (Index slot = a.begin; slot < a.end && a.id[slot] >= 0; ++slot) {
     const Index vertex = a.id[slot];
     const PackedSlabs& own = a.boxes[vertex];
-    Ints inside = own.pack[0] <= limits.pack[0];
-    for (int i = 1; i < n_slab_packs; ++i) inside &= own.pack[i] <= limits.pack[i];
-    if (bits_of(inside) != 0xffu) continue;
-    const float* const value = reinterpret_cast<const float*>(&own);
+    if (!within<Floats>(own, limits)) continue;
     for (Index group = b.begin; group < b.end; ++group) {
-      Ints meet = ~Ints{};
+      const auto corner = [&](int l) LOOMSTONE_INLINE_LAMBDA {
+        return lanes_load<MaskOf<Floats>>(b.corners + (group * 3 + l) * slab_lanes);
+      };
+      MaskOf<Floats> meet = (corner(0) != vertex) & (corner(1) != vertex) & (corner(2) != vertex);
       for (int k = 0; k < n_slabs; ++k)
-        meet_slab(meet, b.slabs[group], value[k] - reach.of(k), reach.of(k) - value[n_slabs + k],
-                  k);
-      for (int l = 0; l < 3; ++l) {
-        Ints corner;
-        load(corner, b.corners + (group * 3 + l) * slab_lanes);
-        meet &= corner != vertex;
-      }
-      for (unsigned found = bits_of(meet); found != 0; found &= found - 1)
+        meet &=
+            (lanes_load<Floats>(b.slabs[group].low[k]) <= reach.of(k) - own.value[n_slabs + k]) &
+            (lanes_load<Floats>(b.slabs[group].high[k]) >= own.value[k] - reach.of(k));
+      for (unsigned found = lanes_bits(meet); found != 0; found &= found - 1)
         out.emplace_back(vertex, slab_lanes * group + __builtin_ctz(found));
     }
   }
 }
 
 // Computes for each lane of a the bit mask of the lanes of b that overlap it.
-LOOMSTONE_CLONES void meeting_children(const SlabGroup& a, const SlabGroup& b, unsigned* meeting) {
+template <class Lanes>
+LOOMSTONE_INLINE void meeting_children(const SlabGroup& a, const SlabGroup& b, unsigned* meeting) {
   for (int lane = 0; lane < slab_lanes; ++lane)
-    meeting[lane] =
-        a.low[0][lane] <= a.high[0][lane] ? overlapping_lanes(b, {&a, lane}, Reach(0.0)) : 0u;
+    meeting[lane] = a.low[0][lane] <= a.high[0][lane]
+                        ? overlapping_lanes<FloatLanes<Lanes>>(b, {&a, lane}, Reach(0.0))
+                        : 0u;
 }
 
-LOOMSTONE_CLONES unsigned meeting_lanes(const SlabGroup& group, const Lane& box) {
-  return overlapping_lanes(group, box, Reach(0.0));
+template <class Lanes>
+LOOMSTONE_INLINE unsigned meeting_lanes(const SlabGroup& group, const Lane& box) {
+  return overlapping_lanes<FloatLanes<Lanes>>(group, box, Reach(0.0));
 }
 
-LOOMSTONE_CLONES void meeting_features(const Side& a, const Side& b, const Reach& reach, bool same,
+template <class Lanes>
+LOOMSTONE_INLINE void meeting_features(const Side& a, const Side& b, const Reach& reach, bool same,
                                        PairSearch::Slots& out) {
-  meeting_vertices_faces(a.vertices, b.faces, b.box, reach, out.vertex_face);
-  if (!same) meeting_vertices_faces(b.vertices, a.faces, a.box, reach, out.face_vertex);
-  meeting_edges(a, b, reach, same, out.edge_edge);
+  using Floats = FloatLanes<Lanes>;
+  meeting_vertices_faces<Floats>(a.vertices, b.faces, b.box, reach, out.vertex_face);
+  if (!same) meeting_vertices_faces<Floats>(b.vertices, a.faces, a.box, reach, out.face_vertex);
+  meeting_edges<Floats>(a, b, reach, same, out.edge_edge);
 }
 
 }  // namespace
@@ -239,24 +233,24 @@ void PairSearch::expand(const Nodes& nodes, std::vector<Nodes>& out) const {
   // Pushes pairs in descending order, so that the first pair is popped first.
   if (level_a == level_b) {
     unsigned meeting[slab_lanes];
-    meeting_children(a_->children(nodes.level_a, nodes.a), b_->children(nodes.level_b, nodes.b),
-                     meeting);
+    LOOMSTONE_WIDEST(meeting_children)
+    (a_->children(nodes.level_a, nodes.a), b_->children(nodes.level_b, nodes.b), meeting);
     const bool same = self_ && nodes.a == nodes.b;
     for (int i = slab_lanes - 1; i >= 0; --i)
       for (int j = slab_lanes - 1; j >= (same ? i : 0); --j)
         if ((meeting[i] >> j) & 1u)
           out.push_back({level_a, level_b, slab_lanes * nodes.a + i, slab_lanes * nodes.b + j});
   } else if (level_a > level_b) {
-    const unsigned lanes =
-        meeting_lanes(a_->children(nodes.level_a, nodes.a),
-                      {&b_->boxes(nodes.level_b, nodes.b), nodes.b % slab_lanes});
+    const unsigned lanes = LOOMSTONE_WIDEST(meeting_lanes)(
+        a_->children(nodes.level_a, nodes.a),
+        Lane{&b_->boxes(nodes.level_b, nodes.b), nodes.b % slab_lanes});
     for (int i = slab_lanes - 1; i >= 0; --i)
       if ((lanes >> i) & 1u)
         out.push_back({level_a, nodes.level_b, slab_lanes * nodes.a + i, nodes.b});
   } else {
-    const unsigned lanes =
-        meeting_lanes(b_->children(nodes.level_b, nodes.b),
-                      {&a_->boxes(nodes.level_a, nodes.a), nodes.a % slab_lanes});
+    const unsigned lanes = LOOMSTONE_WIDEST(meeting_lanes)(
+        b_->children(nodes.level_b, nodes.b),
+        Lane{&a_->boxes(nodes.level_a, nodes.a), nodes.a % slab_lanes});
     for (int j = slab_lanes - 1; j >= 0; --j)
       if ((lanes >> j) & 1u)
         out.push_back({nodes.level_a, level_b, nodes.a, slab_lanes * nodes.b + j});
@@ -264,7 +258,8 @@ void PairSearch::expand(const Nodes& nodes, std::vector<Nodes>& out) const {
 }
 
 void PairSearch::meeting_slots(Index a, Index b, double reach, Slots& out) const {
-  meeting_features(Side(*a_, a), Side(*b_, b), Reach(reach), self_ && a == b, out);
+  LOOMSTONE_WIDEST(meeting_features)(Side(*a_, a), Side(*b_, b), Reach(reach), self_ && a == b,
+                                     out);
 }
 
 }  // namespace loomstone

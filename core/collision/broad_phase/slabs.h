@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <limits>
 
-#include "core/base/simd.h"
 #include "core/base/types.h"
 
 namespace loomstone {
@@ -64,31 +63,23 @@ inline Slabs slabs_of(const double* x0, const double* x1, double inflation) {
 
 // Slabs for vector arithmetic: nine lower bounds, nine negated upper bounds, then zeros. With this
 // sign convention, the union of two boxes is a component-wise minimum.
-typedef float SlabLanes __attribute__((vector_size(4 * slab_lanes)));
 inline constexpr int n_slab_packs = 3;
 
 struct alignas(32) PackedSlabs {
-  SlabLanes pack[n_slab_packs];
-
-  float value(int i) const { return pack[i / slab_lanes][i % slab_lanes]; }
+  float value[n_slab_packs * slab_lanes];
 };
-
-LOOMSTONE_INLINE void include(PackedSlabs& a, const PackedSlabs& b) {
-  for (int i = 0; i < n_slab_packs; ++i) a.pack[i] = a.pack[i] < b.pack[i] ? a.pack[i] : b.pack[i];
-}
 
 inline PackedSlabs empty_packed() {
   PackedSlabs none;
-  for (SlabLanes& pack : none.pack) pack = SlabLanes{} + std::numeric_limits<float>::infinity();
+  std::fill_n(none.value, n_slab_packs * slab_lanes, std::numeric_limits<float>::infinity());
   return none;
 }
 
 inline PackedSlabs packed(const Slabs& slabs) {
   PackedSlabs result = {};
   for (int k = 0; k < n_slabs; ++k) {
-    const int high = n_slabs + k;
-    result.pack[k / slab_lanes][k % slab_lanes] = slabs.low[k];
-    result.pack[high / slab_lanes][high % slab_lanes] = -slabs.high[k];
+    result.value[k] = slabs.low[k];
+    result.value[n_slabs + k] = -slabs.high[k];
   }
   return result;
 }
