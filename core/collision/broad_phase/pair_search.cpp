@@ -30,24 +30,50 @@ struct Reach {
   float of(int k) const { return k < n_axis_slabs ? axis : diagonal; }
 };
 
-// Compares the boxes of a group with one box along slab k.
+// View of one box.
+struct Box {
+  const Slabs* slabs;
+
+  float low(int k) const { return slabs->low[k]; }
+  float high(int k) const { return slabs->high[k]; }
+};
+
+LOOMSTONE_INLINE Slabs widened(const Lane& box, const Reach& reach) {
+  Slabs wide;
+  for (int k = 0; k < n_slabs; ++k) {
+    wide.low[k] = box.low(k) - reach.of(k);
+    wide.high[k] = box.high(k) + reach.of(k);
+  }
+  return wide;
+}
+
+// Widens all boxes of a group. Returns the group itself if the reach is zero.
 template <class Floats>
-LOOMSTONE_INLINE MaskOf<Floats> meeting_slab(const SlabGroup& group, const Lane& box,
-                                             const Floats& reach, int k) {
-  return (lanes_load<Floats>(group.low[k]) <= box.high(k) + reach) &
-         (lanes_load<Floats>(group.high[k]) >= box.low(k) - reach);
+LOOMSTONE_INLINE const SlabGroup& widened(const SlabGroup& group, const Reach& reach,
+                                          SlabGroup& wide) {
+  if (reach.axis == 0.0f) return group;
+  for (int k = 0; k < n_slabs; ++k) {
+    lanes_store(wide.low[k], lanes_load<Floats>(group.low[k]) - reach.of(k));
+    lanes_store(wide.high[k], lanes_load<Floats>(group.high[k]) + reach.of(k));
+  }
+  return wide;
+}
+
+// Compares the boxes of a group with one box along slab k.
+template <class Floats, class AnyBox>
+LOOMSTONE_INLINE MaskOf<Floats> meeting_slab(const SlabGroup& group, const AnyBox& box, int k) {
+  return (lanes_load<Floats>(group.low[k]) <= box.high(k)) &
+         (lanes_load<Floats>(group.high[k]) >= box.low(k));
 }
 
 // Returns a bit mask of the lanes of `group` that overlap a box. Compares diagonals only if some
 // lane overlaps the box along all three axes.
-template <class Floats>
-LOOMSTONE_INLINE unsigned overlapping_lanes(const SlabGroup& group, const Lane& box,
-                                            const Reach& reach) {
-  const Floats axis = Floats{} + reach.axis, diagonal = Floats{} + reach.diagonal;
-  MaskOf<Floats> meet = meeting_slab(group, box, axis, 0);
-  for (int k = 1; k < n_axis_slabs; ++k) meet &= meeting_slab(group, box, axis, k);
+template <class Floats, class AnyBox>
+LOOMSTONE_INLINE unsigned overlapping_lanes(const SlabGroup& group, const AnyBox& box) {
+  MaskOf<Floats> meet = meeting_slab<Floats>(group, box, 0);
+  for (int k = 1; k < n_axis_slabs; ++k) meet &= meeting_slab<Floats>(group, box, k);
   if (lanes_bits(meet) == 0) return 0;
-  for (int k = n_axis_slabs; k < n_slabs; ++k) meet &= meeting_slab(group, box, diagonal, k);
+  for (int k = n_axis_slabs; k < n_slabs; ++k) meet &= meeting_slab<Floats>(group, box, k);
   return lanes_bits(meet);
 }
 
@@ -96,18 +122,14 @@ struct Edge {
   Lane box;
   std::array<Index, 2> ends;
 
-  Edge(const Run& run, Index in_group, int lane)
-      : group(in_group),
-        box{run.slabs + in_group, lane},
-        ends{run.corners[in_group * 2 * slab_lanes + lane],
-             run.corners[(in_group * 2 + 1) * slab_lanes + lane]} {}
   Index slot() const { return slab_lanes * group + box.lane; }
 };
 
-// Consecutive groups of edges, with a bit mask of the lanes to test in each group.
+// Groups of edges, with a bit mask of the lanes to test in each group.
 struct MaskedGroups {
   static constexpr Index most = 8;
-  Index first, n;
+  Index n = 0;
+  Index group[most];
   unsigned mask[most];
 };
 
@@ -116,20 +138,19 @@ template <class Floats>
 LOOMSTONE_INLINE MaskOf<Floats> different(const Index* corners, const std::array<Index, 2>& ends) {
   const auto first = lanes_load<MaskOf<Floats>>(corners),
              second = lanes_load<MaskOf<Floats>>(corners + slab_lanes);
-  return (first != ends[0]) & (first != ends[1]) & (second != ends[0]) & (second != ends[1]);
+  return ((first != ends[0]) & (first != ends[1])) & ((second != ends[0]) & (second != ends[1]));
 }
 
 // Appends the slot pairs of edge `own` with each edge of `run` that overlaps it and shares no
 // vertex with it. If `upper`, tests only slots after the slot of `own`.
 template <class Floats, class Pairs>
 LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const MaskedGroups& groups,
-                                     const Reach& reach, bool upper, Pairs& out) {
+                                     bool upper, Pairs& out) {
   for (Index j = 0; j < groups.n; ++j) {
-    const Index group = groups.first + j;
-    if (groups.mask[j] == 0 || (upper && group < own.group)) continue;
+    const Index group = groups.group[j];
+    if (upper && group < own.group) continue;
     MaskOf<Floats> meet = different<Floats>(run.corners + group * 2 * slab_lanes, own.ends);
-    for (int k = 0; k < n_slabs; ++k)
-      meet &= meeting_slab(run.slabs[group], own.box, Floats{} + reach.of(k), k);
+    for (int k = 0; k < n_slabs; ++k) meet &= meeting_slab<Floats>(run.slabs[group], own.box, k);
     unsigned found = lanes_bits(meet) & groups.mask[j];
     if (upper && group == own.group) found &= ~((2u << own.box.lane) - 1u);
     for (; found != 0; found &= found - 1)
@@ -144,19 +165,27 @@ template <class Floats, class Pairs>
 LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& reach, bool upper,
                                     Pairs& out) {
   const Run own = a.edges, other = b.edges;
+  const Slabs box_a = widened(a.box, reach), box_b = widened(b.box, reach);
   for (Index first = other.begin; first < other.end; first += MaskedGroups::most) {
     MaskedGroups groups;
-    groups.first = first;
-    groups.n = std::min<Index>(MaskedGroups::most, other.end - first);
-    unsigned any = 0;
-    for (Index j = 0; j < groups.n; ++j)
-      any |= groups.mask[j] = overlapping_lanes<Floats>(other.slabs[first + j], a.box, reach);
-    if (any == 0) continue;
-    for (Index i = own.begin; i < own.end; ++i)
-      for (unsigned lanes = overlapping_lanes<Floats>(own.slabs[i], b.box, reach); lanes != 0;
-           lanes &= lanes - 1)
-        meeting_groups<Floats>(Edge(own, i, __builtin_ctz(lanes)), other, groups, reach, upper,
-                               out);
+    for (Index j = first; j < std::min(first + MaskedGroups::most, other.end); ++j) {
+      groups.group[groups.n] = j;
+      groups.mask[groups.n] = overlapping_lanes<Floats>(other.slabs[j], Box{&box_a});
+      groups.n += groups.mask[groups.n] != 0;
+    }
+    if (groups.n == 0) continue;
+    for (Index i = own.begin; i < own.end; ++i) {
+      unsigned lanes = overlapping_lanes<Floats>(own.slabs[i], Box{&box_b});
+      if (lanes == 0) continue;
+      SlabGroup wide;
+      const SlabGroup& boxes = widened<Floats>(own.slabs[i], reach, wide);
+      const Index* const ends = own.corners + i * 2 * slab_lanes;
+      for (; lanes != 0; lanes &= lanes - 1) {
+        const int lane = __builtin_ctz(lanes);
+        meeting_groups<Floats>(Edge{i, {&boxes, lane}, {ends[lane], ends[slab_lanes + lane]}},
+                               other, groups, upper, out);
+      }
+    }
   }
 }
 
@@ -179,24 +208,39 @@ LOOMSTONE_INLINE bool within(const PackedSlabs& box, const PackedSlabs& limits) 
   return lanes_bits(inside(0) & inside(1) & inside(2)) == 0xffu;
 }
 
+// Bounds of a packed box, widened: first nine lower bounds, then nine upper bounds.
+struct VertexBox {
+  PackedSlabs bounds;
+
+  float low(int k) const { return bounds.value[k]; }
+  float high(int k) const { return bounds.value[n_slabs + k]; }
+};
+
 // Appends the pairs of a vertex of a and a face slot of b that overlap and share no vertex.
 template <class Floats, class Pairs>
 LOOMSTONE_INLINE void meeting_vertices_faces(const VertexRun& a, const Run& b, const Lane& box_b,
                                              const Reach& reach, Pairs& out) {
   const PackedSlabs limits = limits_of(box_b, reach);
+  PackedSlabs sign = {}, change = {};
+  for (int k = 0; k < n_slabs; ++k) {
+    sign.value[k] = 1.0f, sign.value[n_slabs + k] = -1.0f;
+    change.value[k] = -reach.of(k), change.value[n_slabs + k] = reach.of(k);
+  }
   for (Index slot = a.begin; slot < a.end && a.id[slot] >= 0; ++slot) {
     const Index vertex = a.id[slot];
     const PackedSlabs& own = a.boxes[vertex];
     if (!within<Floats>(own, limits)) continue;
+    VertexBox box;
+    for (int i = 0; i < n_slab_packs * slab_lanes; i += slab_lanes)
+      lanes_store(box.bounds.value + i,
+                  lanes_load<Floats>(own.value + i) * lanes_load<Floats>(sign.value + i) +
+                      lanes_load<Floats>(change.value + i));
     for (Index group = b.begin; group < b.end; ++group) {
       const auto corner = [&](int l) LOOMSTONE_INLINE_LAMBDA {
         return lanes_load<MaskOf<Floats>>(b.corners + (group * 3 + l) * slab_lanes);
       };
       MaskOf<Floats> meet = (corner(0) != vertex) & (corner(1) != vertex) & (corner(2) != vertex);
-      for (int k = 0; k < n_slabs; ++k)
-        meet &=
-            (lanes_load<Floats>(b.slabs[group].low[k]) <= reach.of(k) - own.value[n_slabs + k]) &
-            (lanes_load<Floats>(b.slabs[group].high[k]) >= own.value[k] - reach.of(k));
+      for (int k = 0; k < n_slabs; ++k) meet &= meeting_slab<Floats>(b.slabs[group], box, k);
       for (unsigned found = lanes_bits(meet); found != 0; found &= found - 1)
         out.emplace_back(vertex, slab_lanes * group + __builtin_ctz(found));
     }
@@ -208,13 +252,13 @@ template <class Lanes>
 LOOMSTONE_INLINE void meeting_children(const SlabGroup& a, const SlabGroup& b, unsigned* meeting) {
   for (int lane = 0; lane < slab_lanes; ++lane)
     meeting[lane] = a.low[0][lane] <= a.high[0][lane]
-                        ? overlapping_lanes<FloatLanes<Lanes>>(b, {&a, lane}, Reach(0.0))
+                        ? overlapping_lanes<FloatLanes<Lanes>>(b, Lane{&a, lane})
                         : 0u;
 }
 
 template <class Lanes>
 LOOMSTONE_INLINE unsigned meeting_lanes(const SlabGroup& group, const Lane& box) {
-  return overlapping_lanes<FloatLanes<Lanes>>(group, box, Reach(0.0));
+  return overlapping_lanes<FloatLanes<Lanes>>(group, box);
 }
 
 template <class Lanes>
