@@ -150,7 +150,7 @@ ClusterTree::ClusterTree(Triangles triangles, Index first_triangle, Edges edges,
     n = std::max<Index>(1, (n + slab_lanes - 1) / slab_lanes);
     levels_.emplace_back(n);
   } while (n > 1);
-  leaf_boxes_.resize(levels_.front().size());
+  cluster_boxes_.resize(n_clusters_);
 }
 
 Slabs ClusterTree::root() const {
@@ -259,6 +259,10 @@ double ClusterTree::refit_all(const Team& team, const std::vector<PackedSlabs>& 
   refit(faces_, below.data());  // a cluster has one group of faces
   double sum = 0.0;
   for (Index c = 0; c < n_clusters_; ++c) sum += area(below[c], inflation);
+  if (features) {
+    vertex_boxes_ = vertices.data();
+    cluster_boxes_.assign(below.begin(), below.begin() + n_clusters_);
+  }
   for (std::vector<SlabGroup>& level : levels_) {
     const Index n = static_cast<Index>(level.size());
     above.assign(padded(n), empty_packed());
@@ -268,10 +272,6 @@ double ClusterTree::refit_all(const Team& team, const std::vector<PackedSlabs>& 
     below.swap(above);
   }
   write_group<FloatLanes<Lanes128>>(below.data(), root_);
-  if (features) {
-    vertex_boxes_ = vertices.data();
-    leaf_boxes_ = levels_.front();
-  }
   return sum;
 }
 
@@ -305,18 +305,12 @@ void ClusterTree::refit_features_of(const Team& team, const std::vector<std::uin
     const FeatureGroups groups = {features.corners.data(), features.n_corners, begin, end};
     LOOMSTONE_WIDEST(refit_features)(vertices.data(), groups, features.slabs.data(), of_group);
   };
-  std::vector<PackedSlabs> of_cluster(n_clusters_);
   parallel_for(
       team, n_clusters_,
       [&](Index c) {
         if (!marked[c]) return;
         refit(edge_features_, edge_features_.group[c], edge_features_.group[c + 1], nullptr);
-        refit(faces_, c, c + 1, of_cluster.data());  // a cluster has one group of faces
-        SlabGroup& boxes = leaf_boxes_[c / slab_lanes];
-        for (int k = 0; k < n_slabs; ++k) {
-          boxes.low[k][c % slab_lanes] = of_cluster[c].value[k];
-          boxes.high[k][c % slab_lanes] = -of_cluster[c].value[n_slabs + k];
-        }
+        refit(faces_, c, c + 1, cluster_boxes_.data());  // a cluster has one group of faces
       },
       64);
 }
@@ -327,7 +321,7 @@ std::size_t ClusterTree::bytes() const {
     n += f->slabs.capacity() * sizeof(SlabGroup) +
          (f->id.capacity() + f->group.capacity() + f->corners.capacity()) * sizeof(Index);
   for (const auto& level : levels_) n += level.capacity() * sizeof(SlabGroup);
-  n += leaf_boxes_.capacity() * sizeof(SlabGroup);
+  n += cluster_boxes_.capacity() * sizeof(PackedSlabs);
   return n;
 }
 

@@ -57,9 +57,8 @@ class ClusterTree {
   }
   Slabs root() const;
   Index n_clusters() const { return n_clusters_; }
-  // Returns the group of boxes that contains the box of `cluster` in lane cluster % 8. This box
-  // encloses all features of the cluster.
-  const SlabGroup& leaf_boxes(Index cluster) const { return leaf_boxes_[cluster / slab_lanes]; }
+  // Returns the box that encloses all features of a cluster.
+  const PackedSlabs& box(Index cluster) const { return cluster_boxes_[cluster]; }
   // Returns the vertex boxes of all surfaces that the last refit received.
   const PackedSlabs* vertex_boxes() const { return vertex_boxes_; }
 
@@ -85,7 +84,7 @@ class ClusterTree {
   Features faces_, edge_features_, vertices_;
   std::vector<std::vector<SlabGroup>> levels_;  // node boxes by level
   SlabGroup root_;                              // box of the root in lane 0
-  std::vector<SlabGroup> leaf_boxes_;           // boxes of the clusters
+  std::vector<PackedSlabs> cluster_boxes_;
   int version_ = 0;
   const PackedSlabs* vertex_boxes_ = nullptr;
 };

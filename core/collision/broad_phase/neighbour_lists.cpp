@@ -23,11 +23,12 @@ constexpr double margin = 1.0;  // as a fraction of half the thickness
 constexpr double rounding = 1e-12;
 
 // Returns a lower bound of the distance between two boxes [m].
-double gap_between(const SlabGroup& a, int lane_a, const SlabGroup& b, int lane_b) {
+double gap_between(const PackedSlabs& a, const PackedSlabs& b) {
   double square = 0.0, diagonal = 0.0;
   for (int k = 0; k < n_slabs; ++k) {
-    const double gap = std::max({static_cast<double>(a.low[k][lane_a]) - b.high[k][lane_b],
-                                 static_cast<double>(b.low[k][lane_b]) - a.high[k][lane_a], 0.0});
+    const int high = n_slabs + k;  // upper bounds are stored with the opposite sign
+    const double gap = std::max({static_cast<double>(a.value[k]) + b.value[high],
+                                 static_cast<double>(b.value[k]) + a.value[high], 0.0});
     if (k < n_axis_slabs)
       square += gap * gap;
     else
@@ -224,8 +225,7 @@ void NeighbourLists::make(NeighbourList& list, PairSearch::Slots& slots) const {
   list.n_vertex_face = 0;
   list.nearest = std::numeric_limits<double>::infinity();
   if (&a != &b || list.a != list.b) {
-    const double gap = gap_between(a.leaf_boxes(list.a), list.a % slab_lanes, b.leaf_boxes(list.b),
-                                   list.b % slab_lanes);
+    const double gap = gap_between(a.box(list.a), b.box(list.b));
     if (gap > base + list.slack) {
       list.slack = gap - base;
       return;

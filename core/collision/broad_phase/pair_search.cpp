@@ -30,21 +30,34 @@ struct Reach {
   float of(int k) const { return k < n_axis_slabs ? axis : diagonal; }
 };
 
-// View of one box.
-struct Box {
-  const Slabs* slabs;
+// Widens packed boxes: low bounds grow downwards, and negated high bounds change their sign.
+struct Widening {
+  PackedSlabs sign = {}, change = {};
 
-  float low(int k) const { return slabs->low[k]; }
-  float high(int k) const { return slabs->high[k]; }
+  explicit Widening(const Reach& reach) {
+    for (int k = 0; k < n_slabs; ++k) {
+      sign.value[k] = 1.0f, sign.value[n_slabs + k] = -1.0f;
+      change.value[k] = -reach.of(k), change.value[n_slabs + k] = reach.of(k);
+    }
+  }
 };
 
-LOOMSTONE_INLINE Slabs widened(const Lane& box, const Reach& reach) {
-  Slabs wide;
-  for (int k = 0; k < n_slabs; ++k) {
-    wide.low[k] = box.low(k) - reach.of(k);
-    wide.high[k] = box.high(k) + reach.of(k);
-  }
-  return wide;
+// Bounds of one box: nine lower bounds, nine upper bounds, then zeros.
+struct alignas(32) Bounds {
+  float value[n_slab_packs * slab_lanes];
+
+  float low(int k) const { return value[k]; }
+  float high(int k) const { return value[n_slabs + k]; }
+};
+
+template <class Floats>
+LOOMSTONE_INLINE Bounds widened(const PackedSlabs& box, const Widening& widening) {
+  Bounds bounds;
+  for (int i = 0; i < n_slab_packs * slab_lanes; i += slab_lanes)
+    lanes_store(bounds.value + i,
+                lanes_load<Floats>(box.value + i) * lanes_load<Floats>(widening.sign.value + i) +
+                    lanes_load<Floats>(widening.change.value + i));
+  return bounds;
 }
 
 // Widens all boxes of a group. Returns the group itself if the reach is zero.
@@ -107,13 +120,13 @@ struct VertexRun {
 struct Side {
   VertexRun vertices;
   Run faces, edges;
-  Lane box;
+  const PackedSlabs& box;
 
   Side(const ClusterTree& tree, Index cluster)
       : vertices(tree, cluster),
         faces(tree.faces(), cluster),
         edges(tree.edges(), cluster),
-        box{&tree.leaf_boxes(cluster), cluster % slab_lanes} {}
+        box(tree.box(cluster)) {}
 };
 
 // One edge, stored in lane `box.lane` of group `group`.
@@ -165,17 +178,18 @@ template <class Floats, class Pairs>
 LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& reach, bool upper,
                                     Pairs& out) {
   const Run own = a.edges, other = b.edges;
-  const Slabs box_a = widened(a.box, reach), box_b = widened(b.box, reach);
+  const Widening widening(reach);
+  const Bounds box_a = widened<Floats>(a.box, widening), box_b = widened<Floats>(b.box, widening);
   for (Index first = other.begin; first < other.end; first += MaskedGroups::most) {
     MaskedGroups groups;
     for (Index j = first; j < std::min(first + MaskedGroups::most, other.end); ++j) {
       groups.group[groups.n] = j;
-      groups.mask[groups.n] = overlapping_lanes<Floats>(other.slabs[j], Box{&box_a});
+      groups.mask[groups.n] = overlapping_lanes<Floats>(other.slabs[j], box_a);
       groups.n += groups.mask[groups.n] != 0;
     }
     if (groups.n == 0) continue;
     for (Index i = own.begin; i < own.end; ++i) {
-      unsigned lanes = overlapping_lanes<Floats>(own.slabs[i], Box{&box_b});
+      unsigned lanes = overlapping_lanes<Floats>(own.slabs[i], box_b);
       if (lanes == 0) continue;
       SlabGroup wide;
       const SlabGroup& boxes = widened<Floats>(own.slabs[i], reach, wide);
@@ -190,11 +204,11 @@ LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& r
 }
 
 // Returns bounds for packed boxes. A packed box overlaps `box` if no component exceeds its bound.
-LOOMSTONE_INLINE PackedSlabs limits_of(const Lane& box, const Reach& reach) {
+LOOMSTONE_INLINE PackedSlabs limits_of(const PackedSlabs& box, const Reach& reach) {
   PackedSlabs limit = {};
   for (int k = 0; k < n_slabs; ++k) {
-    limit.value[k] = box.high(k) + reach.of(k);
-    limit.value[n_slabs + k] = reach.of(k) - box.low(k);
+    limit.value[k] = reach.of(k) - box.value[n_slabs + k];
+    limit.value[n_slabs + k] = reach.of(k) - box.value[k];
   }
   return limit;
 }
@@ -208,33 +222,18 @@ LOOMSTONE_INLINE bool within(const PackedSlabs& box, const PackedSlabs& limits) 
   return lanes_bits(inside(0) & inside(1) & inside(2)) == 0xffu;
 }
 
-// Bounds of a packed box, widened: first nine lower bounds, then nine upper bounds.
-struct VertexBox {
-  PackedSlabs bounds;
-
-  float low(int k) const { return bounds.value[k]; }
-  float high(int k) const { return bounds.value[n_slabs + k]; }
-};
-
 // Appends the pairs of a vertex of a and a face slot of b that overlap and share no vertex.
 template <class Floats, class Pairs>
-LOOMSTONE_INLINE void meeting_vertices_faces(const VertexRun& a, const Run& b, const Lane& box_b,
-                                             const Reach& reach, Pairs& out) {
+LOOMSTONE_INLINE void meeting_vertices_faces(const VertexRun& a, const Run& b,
+                                             const PackedSlabs& box_b, const Reach& reach,
+                                             Pairs& out) {
   const PackedSlabs limits = limits_of(box_b, reach);
-  PackedSlabs sign = {}, change = {};
-  for (int k = 0; k < n_slabs; ++k) {
-    sign.value[k] = 1.0f, sign.value[n_slabs + k] = -1.0f;
-    change.value[k] = -reach.of(k), change.value[n_slabs + k] = reach.of(k);
-  }
+  const Widening widening(reach);
   for (Index slot = a.begin; slot < a.end && a.id[slot] >= 0; ++slot) {
     const Index vertex = a.id[slot];
     const PackedSlabs& own = a.boxes[vertex];
     if (!within<Floats>(own, limits)) continue;
-    VertexBox box;
-    for (int i = 0; i < n_slab_packs * slab_lanes; i += slab_lanes)
-      lanes_store(box.bounds.value + i,
-                  lanes_load<Floats>(own.value + i) * lanes_load<Floats>(sign.value + i) +
-                      lanes_load<Floats>(change.value + i));
+    const Bounds box = widened<Floats>(own, widening);
     for (Index group = b.begin; group < b.end; ++group) {
       const auto corner = [&](int l) LOOMSTONE_INLINE_LAMBDA {
         return lanes_load<MaskOf<Floats>>(b.corners + (group * 3 + l) * slab_lanes);
