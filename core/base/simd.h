@@ -1,8 +1,7 @@
-// SIMD with eight doubles. A kernel is a function template of the vector type Lanes. It is inlined
-// into three functions, each compiled for one instruction set. LOOMSTONE_WIDEST(kernel)(arguments)
-// calls the function for the widest instruction set of the processor. LOOMSTONE_CLONES is for
-// functions whose vectors, of floats or of four doubles, also fit the registers of AVX2. All
-// variants give the same bits, because they neither contract nor reorder operations.
+// SIMD with eight doubles or floats. A kernel is a function template of the vector type Lanes. It
+// is inlined into three functions, each compiled for one instruction set.
+// LOOMSTONE_WIDEST(kernel)(arguments) calls the function for the widest instruction set of the
+// processor. All variants give the same bits, because they neither contract nor reorder operations.
 #pragma once
 
 #include <type_traits>
@@ -28,7 +27,7 @@ using FloatLanes =
 
 enum class InstructionSet { baseline, v3, v4 };
 // The widest instruction set of the processor. The environment variable LOOMSTONE_INSTRUCTIONS
-// restricts it to x86-64 or x86-64-v3. LOOMSTONE_CLONES functions ignore the restriction.
+// restricts it to x86-64 or x86-64-v3.
 extern const InstructionSet instruction_set;
 // Throws InvalidInput if the environment variable LOOMSTONE_INSTRUCTIONS has an unknown value.
 void check_instruction_set();
@@ -36,11 +35,8 @@ void check_instruction_set();
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || defined(__clang__) || \
     !defined(__x86_64__)
 #define LOOMSTONE_SEVERAL_SETS 0
-#define LOOMSTONE_CLONES
 #else
 #define LOOMSTONE_SEVERAL_SETS 1
-#define LOOMSTONE_CLONES \
-  __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #endif
 
 // Calls a kernel with (Lanes{}, arguments...), compiled for the widest instruction set.
@@ -88,14 +84,12 @@ LOOMSTONE_INLINE Widest<Kernel> widest(Kernel) {
                             return kernel<decltype(lanes)>(arguments...); \
                           })
 
-typedef Lanes512 Lanes;  // vector type in LOOMSTONE_CLONES functions
-
-template <class Lanes = Lanes512>
+template <class Lanes>
 LOOMSTONE_INLINE Lanes lanes_all(double a) {
   return Lanes{} + a;
 }
 
-template <class Lanes = Lanes512, class Number>
+template <class Lanes, class Number>
 LOOMSTONE_INLINE Lanes lanes_load(const Number* p) {
   if constexpr (in_halves<Lanes>) {
     return {lanes_load<typename Lanes::Half>(p), lanes_load<typename Lanes::Half>(p + Lanes::size)};

@@ -23,9 +23,9 @@ constexpr Index chunks_of_product_a_task =
 constexpr double damping = 0.5;
 
 // Damped Jacobi sweep: z = B r with the blocks B, or z += B (r - t) if t is not null.
-LOOMSTONE_CLONES
-void smooth(Index first, Index last, const float* inverse, const float* r, const float* t,
-            float* z) {
+template <class>
+LOOMSTONE_INLINE void smooth(Index first, Index last, const float* inverse, const float* r,
+                             const float* t, float* z) {
   for (std::size_t i = first; i < static_cast<std::size_t>(last); ++i) {
     const float* b = inverse + 12 * i;
     FloatQuad v = quad_load(r + 4 * i), sum{};
@@ -323,8 +323,9 @@ void AggregationMultigrid::cycle(const Team& team, std::size_t l) {
     level.couplings.multiply_to_rows(level.slices, SlicedEllpack::first_slice(first),
                                      SlicedEllpack::last_slice(last), z, t);
   };
-  in_chunks(team, n, rows_per_block,
-            [&](Index first, Index last) { smooth(first, last, inverse, r, nullptr, z); });
+  in_chunks(team, n, rows_per_block, [&](Index first, Index last) {
+    LOOMSTONE_WIDEST(smooth)(first, last, inverse, r, nullptr, z);
+  });
   in_chunks(team, n, rows_per_block, multiply, chunks_of_product_a_task);
   Level& next = levels_[l + 1];
   const Index n_next = next.matrix.n_rows();
@@ -348,8 +349,9 @@ void AggregationMultigrid::cycle(const Team& team, std::size_t l) {
     }
   });
   in_chunks(team, n, rows_per_block, multiply, chunks_of_product_a_task);
-  in_chunks(team, n, rows_per_block,
-            [&](Index first, Index last) { smooth(first, last, inverse, r, t, z); });
+  in_chunks(team, n, rows_per_block, [&](Index first, Index last) {
+    LOOMSTONE_WIDEST(smooth)(first, last, inverse, r, t, z);
+  });
 }
 
 }  // namespace loomstone

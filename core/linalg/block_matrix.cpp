@@ -56,8 +56,9 @@ struct Blocks {
 // Loads each block column with one 4-wide load. The fourth lane contains the first entry of the
 // next column and is set to zero at the end. Three partial sums, one per column, keep the additions
 // independent.
-LOOMSTONE_CLONES
-void multiply_rows(Index begin, Index end, Blocks matrix, const double* x, double* y) {
+template <class>
+LOOMSTONE_INLINE void multiply_rows(Index begin, Index end, Blocks matrix, const double* x,
+                                    double* y) {
   const auto [row_start, columns, values] = matrix;
   for (Index row = begin; row < end; ++row) {
     Quad sum0{}, sum1{}, sum2{};
@@ -77,7 +78,8 @@ void multiply_rows(Index begin, Index end, Blocks matrix, const double* x, doubl
 }  // namespace
 
 void BlockMatrix::multiply(Index begin, Index end, const double* x, double* y) const {
-  multiply_rows(begin, end, {row_start_.data(), columns_.data(), values_.data()}, x, y);
+  const Blocks blocks{row_start_.data(), columns_.data(), values_.data()};
+  LOOMSTONE_WIDEST(multiply_rows)(begin, end, blocks, x, y);
 }
 
 }  // namespace loomstone

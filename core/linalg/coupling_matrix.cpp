@@ -71,11 +71,12 @@ LOOMSTONE_INLINE bool copy_slice(Index n, const Index* sources, const double* ma
   return false;
 }
 
-template <class Scalar>
-LOOMSTONE_INLINE Triple<Scalar> block_times(const Scalar* a, const Triple<Scalar>& v) {
-  return {(load_lanes(a) * v.x + load_lanes(a + 24) * v.y) + load_lanes(a + 48) * v.z,
-          (load_lanes(a + 8) * v.x + load_lanes(a + 32) * v.y) + load_lanes(a + 56) * v.z,
-          (load_lanes(a + 16) * v.x + load_lanes(a + 40) * v.y) + load_lanes(a + 64) * v.z};
+template <class Vector, class Scalar>
+LOOMSTONE_INLINE Lanes3<Vector> block_times(const Scalar* a, const Lanes3<Vector>& v) {
+  const auto entry = [&](int e) LOOMSTONE_INLINE_LAMBDA { return lanes_load<Vector>(a + 8 * e); };
+  return {(entry(0) * v.x + entry(3) * v.y) + entry(6) * v.z,
+          (entry(1) * v.x + entry(4) * v.y) + entry(7) * v.z,
+          (entry(2) * v.x + entry(5) * v.y) + entry(8) * v.z};
 }
 
 struct Pattern {
@@ -89,71 +90,50 @@ struct Arrays {
 };
 
 // Returns slice g of A x. `here` contains x in the rows of the slice.
-template <class Scalar>
-LOOMSTONE_INLINE Triple<Scalar> couple(const Pattern& pattern, const Arrays<Scalar>& a,
-                                       std::size_t g, const Triple<Scalar>& here) {
-  Triple<Scalar> sum;
+template <class Vector, class Scalar>
+LOOMSTONE_INLINE Lanes3<Vector> couple(const Pattern& pattern, const Arrays<Scalar>& a,
+                                       std::size_t g, const Lanes3<Vector>& here) {
+  Lanes3<Vector> sum;
   if (pattern.scalar_sum[g]) {
-    const LanesOf<Scalar> r = load_lanes(a.sums + block_stride * g);
+    const Vector r = lanes_load<Vector>(a.sums + block_stride * g);
     sum = {r * here.x, r * here.y, r * here.z};
   } else {
     sum = block_times(a.sums + block_stride * g, here);
   }
   for (std::size_t k = pattern.slot_start[g];
        k < static_cast<std::size_t>(pattern.slot_start[g + 1]); ++k) {
-    const Triple<Scalar> there = gather_rows(pattern.columns + 8 * k, a.x);
-    const Triple<Scalar> f =
-        block_times(a.values + block_stride * k,
-                    Triple<Scalar>{there.x - here.x, there.y - here.y, there.z - here.z});
+    const Lanes3<Vector> there = gather_rows<Vector>(pattern.columns + 8 * k, a.x);
+    const Lanes3<Vector> f = block_times(a.values + block_stride * k, minus(there, here));
     sum.x += f.x, sum.y += f.y, sum.z += f.z;
   }
   return sum;
 }
 
-template <class Scalar>
-LOOMSTONE_INLINE double to_slices(const Pattern& pattern, const Arrays<Scalar>& a, Index first,
-                                  Index last, Scalar* y) {
+template <class Lanes, class Scalar>
+LOOMSTONE_INLINE double multiply_slices(Pattern pattern, Arrays<Scalar> a, Index first, Index last,
+                                        Scalar* y) {
+  using Vector = LanesOf<Lanes, Scalar>;
   Lanes256 product{};
   for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
-    const Triple<Scalar> here = gather_rows(pattern.rows + 8 * g, a.x);
-    const Triple<Scalar> sum = couple(pattern, a, g, here);
-    store_triple(y + 24 * g, sum);
-    product += in_doubles(dot(here, sum));
+    const Lanes3<Vector> here = gather_rows<Vector>(pattern.rows + 8 * g, a.x);
+    const Lanes3<Vector> sum = couple(pattern, a, g, here);
+    store_rows(y + 24 * g, sum);
+    product += in_doubles<Lanes256>(dot(here, sum));
   }
   return lanes_sum(product);
 }
 
-template <class Scalar>
-LOOMSTONE_INLINE void to_rows(const Pattern& pattern, const Arrays<Scalar>& a, Index first,
-                              Index last, Scalar* y) {
-  using Row = typename LaneTypes<Scalar>::Row;
+template <class Lanes, class Scalar>
+LOOMSTONE_INLINE void multiply_rows(Pattern pattern, Arrays<Scalar> a, Index first, Index last,
+                                    Scalar* y) {
+  using Vector = LanesOf<Lanes, Scalar>;
   for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
     const Index* rows = pattern.rows + 8 * g;
-    LanesOf<Scalar> pairs[4];
-    to_row_pairs(couple(pattern, a, g, gather_rows(rows, a.x)), pairs);
-    for (int l = 0; l < 4; ++l) {
-      const Row low = __builtin_shufflevector(pairs[l], pairs[l], 0, 1, 2, 3);
-      const Row high = __builtin_shufflevector(pairs[l], pairs[l], 4, 5, 6, 7);
-      quad_store(y + 4 * static_cast<std::size_t>(rows[l]), low);
-      quad_store(y + 4 * static_cast<std::size_t>(rows[l + 4]), high);
-    }
+    for_each_row(couple(pattern, a, g, gather_rows<Vector>(rows, a.x)),
+                 [&](int l, const auto& row) LOOMSTONE_INLINE_LAMBDA {
+                   quad_store(y + 4 * static_cast<std::size_t>(rows[l]), row);
+                 });
   }
-}
-
-LOOMSTONE_CLONES
-double multiply_slices(const Pattern& pattern, const Arrays<float>& a, Index first, Index last,
-                       float* y) {
-  return to_slices(pattern, a, first, last, y);
-}
-LOOMSTONE_CLONES
-double multiply_slices(const Pattern& pattern, const Arrays<double>& a, Index first, Index last,
-                       double* y) {
-  return to_slices(pattern, a, first, last, y);
-}
-LOOMSTONE_CLONES
-void multiply_rows(const Pattern& pattern, const Arrays<float>& a, Index first, Index last,
-                   float* y) {
-  to_rows(pattern, a, first, last, y);
 }
 
 }  // namespace
@@ -192,7 +172,8 @@ double CouplingMatrix<Scalar>::multiply(const SlicedEllpack& slices, Index first
                                         const Scalar* x, Scalar* y) const {
   const Pattern pattern{slices.rows.data(), slices.slot_start.data(), slices.columns.data(),
                         scalar_sum_.data()};
-  return multiply_slices(pattern, {values_.data(), sums_.data(), x}, first, last, y);
+  const Arrays<Scalar> arrays{values_.data(), sums_.data(), x};
+  return LOOMSTONE_WIDEST(multiply_slices)(pattern, arrays, first, last, y);
 }
 
 template <class Scalar>
@@ -202,9 +183,8 @@ void CouplingMatrix<Scalar>::multiply_to_rows(const SlicedEllpack& slices, Index
 {
   const Pattern pattern{slices.rows.data(), slices.slot_start.data(), slices.columns.data(),
                         scalar_sum_.data()};
-  // The condition is repeated because clang 14 also instantiates members whose requirement fails.
-  if constexpr (std::is_same_v<Scalar, float>)
-    multiply_rows(pattern, {values_.data(), sums_.data(), x}, first, last, y);
+  const Arrays<Scalar> arrays{values_.data(), sums_.data(), x};
+  LOOMSTONE_WIDEST(multiply_rows)(pattern, arrays, first, last, y);
 }
 
 template class CouplingMatrix<float>;

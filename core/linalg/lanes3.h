@@ -1,98 +1,108 @@
-// Arithmetic on eight rows at once, in single or double precision. A Triple contains three
+// Arithmetic on eight rows at once, in single or double precision. A Lanes3 contains three
 // components of eight rows, with one row in each lane. It is converted from and to rows of four
-// numbers, the fourth of which is zero.
+// numbers, the fourth of which is zero. The vector type of eight lanes is native, or Halves of two
+// rows.
 #pragma once
 
 #include <cstddef>
 
+#include "core/base/lane_vectors.h"
 #include "core/base/types.h"
 #include "core/linalg/quad.h"
 
 namespace loomstone {
 
-template <class Scalar>
-struct LaneTypes;
-template <>
-struct LaneTypes<float> {
-  typedef float Lane __attribute__((vector_size(32)));
-  using Row = FloatQuad;
-};
-template <>
-struct LaneTypes<double> {
-  using Lane = Lanes;
-  using Row = Quad;
-};
-template <class Scalar>
-using LanesOf = typename LaneTypes<Scalar>::Lane;
+// Vectors of eight numbers in kernels with eight doubles of type Lanes.
+template <class Lanes, class Scalar>
+using LanesOf =
+    std::conditional_t<std::is_same_v<Scalar, float>, FloatLanes<Lanes>,
+                       std::conditional_t<std::is_same_v<Lanes, Lanes128>, Lanes256, Lanes>>;
 
-template <class Scalar>
-struct Triple {
-  LanesOf<Scalar> x, y, z;
-};
-
-template <class Scalar>
-LOOMSTONE_INLINE LanesOf<Scalar> load_lanes(const Scalar* p) {
-  LanesOf<Scalar> r;
-  __builtin_memcpy(&r, p, sizeof r);
-  return r;
+// Load and store three components in the order of eight x, eight y and eight z.
+template <class Vector, class Scalar>
+LOOMSTONE_INLINE Lanes3<Vector> load_rows(const Scalar* p) {
+  return {lanes_load<Vector>(p), lanes_load<Vector>(p + 8), lanes_load<Vector>(p + 16)};
+}
+template <class Vector, class Scalar>
+LOOMSTONE_INLINE void store_rows(Scalar* p, const Lanes3<Vector>& a) {
+  lanes_store(p, a.x), lanes_store(p + 8, a.y), lanes_store(p + 16, a.z);
 }
 
-// Load and store a triple in the order of eight x, eight y and eight z.
-template <class Scalar>
-LOOMSTONE_INLINE Triple<Scalar> load_triple(const Scalar* p) {
-  return {load_lanes(p), load_lanes(p + 8), load_lanes(p + 16)};
+// Selects lanes in each half of a and b alike. Indices 0 to 3 denote lanes of a, 4 to 7 lanes of b.
+template <int... index, class Vector>
+LOOMSTONE_INLINE Vector shuffle_halves(const Vector& a, const Vector& b) {
+  if constexpr (in_halves<Vector>)
+    return {__builtin_shufflevector(a.low, b.low, index...),
+            __builtin_shufflevector(a.high, b.high, index...)};
+  else
+    return __builtin_shufflevector(a, b, (index < 4 ? index : index + 4)...,
+                                   (index < 4 ? index + 4 : index + 8)...);
 }
-template <class Scalar>
-LOOMSTONE_INLINE void store_triple(Scalar* p, const Triple<Scalar>& a) {
-  __builtin_memcpy(p, &a.x, sizeof a.x);
-  __builtin_memcpy(p + 8, &a.y, sizeof a.y);
-  __builtin_memcpy(p + 16, &a.z, sizeof a.z);
+
+template <class Vector, class Row>
+LOOMSTONE_INLINE Vector side_by_side(const Row& low, const Row& high) {
+  if constexpr (in_halves<Vector>)
+    return {low, high};
+  else
+    return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+template <class Vector>
+LOOMSTONE_INLINE auto low_half(const Vector& a) {
+  if constexpr (in_halves<Vector>)
+    return a.low;
+  else
+    return __builtin_shufflevector(a, a, 0, 1, 2, 3);
+}
+template <class Vector>
+LOOMSTONE_INLINE auto high_half(const Vector& a) {
+  if constexpr (in_halves<Vector>)
+    return a.high;
+  else
+    return __builtin_shufflevector(a, a, 4, 5, 6, 7);
 }
 
 // Gathers eight rows of v, which has four numbers per row.
-template <class Scalar>
-LOOMSTONE_INLINE Triple<Scalar> gather_rows(const Index* rows, const Scalar* v) {
-  using Lane = LanesOf<Scalar>;
-  Lane pair[4];  // rows l and l + 4 side by side
+template <class Vector, class Scalar>
+LOOMSTONE_INLINE Lanes3<Vector> gather_rows(const Index* rows, const Scalar* v) {
+  Vector pair[4];  // rows l and l + 4 side by side
   for (int l = 0; l < 4; ++l)
-    pair[l] = __builtin_shufflevector(quad_load(v + 4 * static_cast<std::size_t>(rows[l])),
-                                      quad_load(v + 4 * static_cast<std::size_t>(rows[l + 4])), 0,
-                                      1, 2, 3, 4, 5, 6, 7);
-  const Lane low02 = __builtin_shufflevector(pair[0], pair[2], 0, 8, 1, 9, 4, 12, 5, 13);
-  const Lane low13 = __builtin_shufflevector(pair[1], pair[3], 0, 8, 1, 9, 4, 12, 5, 13);
-  const Lane high02 = __builtin_shufflevector(pair[0], pair[2], 2, 10, 3, 11, 6, 14, 7, 15);
-  const Lane high13 = __builtin_shufflevector(pair[1], pair[3], 2, 10, 3, 11, 6, 14, 7, 15);
-  return {__builtin_shufflevector(low02, low13, 0, 8, 1, 9, 4, 12, 5, 13),
-          __builtin_shufflevector(low02, low13, 2, 10, 3, 11, 6, 14, 7, 15),
-          __builtin_shufflevector(high02, high13, 0, 8, 1, 9, 4, 12, 5, 13)};
+    pair[l] = side_by_side<Vector>(quad_load(v + 4 * static_cast<std::size_t>(rows[l])),
+                                   quad_load(v + 4 * static_cast<std::size_t>(rows[l + 4])));
+  const Vector low02 = shuffle_halves<0, 4, 1, 5>(pair[0], pair[2]);
+  const Vector low13 = shuffle_halves<0, 4, 1, 5>(pair[1], pair[3]);
+  const Vector high02 = shuffle_halves<2, 6, 3, 7>(pair[0], pair[2]);
+  const Vector high13 = shuffle_halves<2, 6, 3, 7>(pair[1], pair[3]);
+  return {shuffle_halves<0, 4, 1, 5>(low02, low13), shuffle_halves<2, 6, 3, 7>(low02, low13),
+          shuffle_halves<0, 4, 1, 5>(high02, high13)};
 }
 
-// Converts a triple to rows. pairs[l] contains rows l and l + 4 side by side, for l = 0 to 3.
-template <class Scalar>
-LOOMSTONE_INLINE void to_row_pairs(const Triple<Scalar>& a, LanesOf<Scalar> pairs[4]) {
-  using Lane = LanesOf<Scalar>;
-  const Lane zero{};
-  const Lane low = __builtin_shufflevector(a.x, a.y, 0, 8, 1, 9, 4, 12, 5, 13);
-  const Lane high = __builtin_shufflevector(a.x, a.y, 2, 10, 3, 11, 6, 14, 7, 15);
-  const Lane low_z = __builtin_shufflevector(a.z, zero, 0, 8, 1, 9, 4, 12, 5, 13);
-  const Lane high_z = __builtin_shufflevector(a.z, zero, 2, 10, 3, 11, 6, 14, 7, 15);
-  pairs[0] = __builtin_shufflevector(low, low_z, 0, 1, 8, 9, 4, 5, 12, 13);
-  pairs[1] = __builtin_shufflevector(low, low_z, 2, 3, 10, 11, 6, 7, 14, 15);
-  pairs[2] = __builtin_shufflevector(high, high_z, 0, 1, 8, 9, 4, 5, 12, 13);
-  pairs[3] = __builtin_shufflevector(high, high_z, 2, 3, 10, 11, 6, 7, 14, 15);
+// Calls use(l, row) for the eight rows of a. Rows l and l + 4 follow each other, for l = 0 to 3.
+template <class Vector, class Use>
+LOOMSTONE_INLINE void for_each_row(const Lanes3<Vector>& a, const Use& use) {
+  const Vector zero{};
+  const Vector low = shuffle_halves<0, 4, 1, 5>(a.x, a.y);
+  const Vector high = shuffle_halves<2, 6, 3, 7>(a.x, a.y);
+  const Vector low_z = shuffle_halves<0, 4, 1, 5>(a.z, zero);
+  const Vector high_z = shuffle_halves<2, 6, 3, 7>(a.z, zero);
+  const Vector pairs[4] = {
+      // rows l and l + 4 side by side
+      shuffle_halves<0, 1, 4, 5>(low, low_z), shuffle_halves<2, 3, 6, 7>(low, low_z),
+      shuffle_halves<0, 1, 4, 5>(high, high_z), shuffle_halves<2, 3, 6, 7>(high, high_z)};
+  for (int l = 0; l < 4; ++l) {
+    use(l, low_half(pairs[l]));
+    use(l + 4, high_half(pairs[l]));
+  }
 }
 
-template <class Scalar>
-LOOMSTONE_INLINE LanesOf<Scalar> dot(const Triple<Scalar>& a, const Triple<Scalar>& b) {
-  return (a.x * b.x + a.y * b.y) + a.z * b.z;
-}
-
-// Converts to double precision in two halves. With registers of four doubles, gcc 12 would keep a
-// sum of eight doubles in memory.
-template <class Lane>
-LOOMSTONE_INLINE Lanes256 in_doubles(const Lane& a) {
-  return {__builtin_convertvector(__builtin_shufflevector(a, a, 0, 1, 2, 3), HalfLanes),
-          __builtin_convertvector(__builtin_shufflevector(a, a, 4, 5, 6, 7), HalfLanes)};
+// Converts to double precision. Halves are converted one by one: with registers of four doubles,
+// gcc 12 would keep a sum of eight doubles in memory.
+template <class Wide, class Vector>
+LOOMSTONE_INLINE Wide in_doubles(const Vector& a) {
+  if constexpr (in_halves<Wide>)
+    return {__builtin_convertvector(low_half(a), HalfLanes),
+            __builtin_convertvector(high_half(a), HalfLanes)};
+  else
+    return __builtin_convertvector(a, Wide);
 }
 
 }  // namespace loomstone

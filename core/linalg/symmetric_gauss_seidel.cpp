@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <type_traits>
 
 #include "core/linalg/quad.h"
 #include "core/linalg/system.h"
@@ -56,8 +57,9 @@ LOOMSTONE_INLINE Row inverse_times(const float* m, const Row& v) {
 // Forward and backward sweep. Returns r . z. Blocks A are stored by cyclic diagonals
 // d = (00 11 22), b = (01 12 20) and c = (02 10 21):
 //   A v = d v + b yzx(v) + c zxy(v),   A^T v = d v + yzx(c v) + zxy(b v).
-template <class Scalar, class Row>
-LOOMSTONE_INLINE double sweep(const Tables& s, const Scalar* r, Scalar* z, Scalar* t, Scalar* u) {
+template <class, class Scalar>
+LOOMSTONE_INLINE double sweep(Tables s, const Scalar* r, Scalar* z, Scalar* t, Scalar* u) {
+  using Row = std::conditional_t<std::is_same_v<Scalar, float>, FloatQuad, Quad>;
   const float* a = s.lower;
   for (Index place = 0; place < s.n_rows; ++place) {
     Row d{}, b{}, c{};
@@ -95,15 +97,6 @@ LOOMSTONE_INLINE double sweep(const Tables& s, const Scalar* r, Scalar* z, Scala
     sum += __builtin_convertvector(product, Quad);
   }
   return quad_sum(sum);
-}
-
-LOOMSTONE_CLONES
-double sweep_both(const Tables& s, const float* r, float* z, float* t, float* u) {
-  return sweep<float, FloatQuad>(s, r, z, t, u);
-}
-LOOMSTONE_CLONES
-double sweep_both(const Tables& s, const double* r, double* z, double* t, double* u) {
-  return sweep<double, Quad>(s, r, z, t, u);
 }
 
 }  // namespace
@@ -158,7 +151,7 @@ double SymmetricGaussSeidel::apply(const std::vector<float>& r, std::vector<floa
                       lower_.data(),
                       inverse_.data(),
                       static_cast<Index>(order_.size())};
-  return sweep_both(tables, r.data(), z.data(), t_.data(), u_.data());
+  return LOOMSTONE_WIDEST(sweep)(tables, r.data(), z.data(), t_.data(), u_.data());
 }
 template <>
 double SymmetricGaussSeidel::apply(const std::vector<double>& r, std::vector<double>& z) {
@@ -170,7 +163,7 @@ double SymmetricGaussSeidel::apply(const std::vector<double>& r, std::vector<dou
                       lower_.data(),
                       inverse_.data(),
                       static_cast<Index>(order_.size())};
-  return sweep_both(tables, r.data(), z.data(), wide_t_.data(), wide_u_.data());
+  return LOOMSTONE_WIDEST(sweep)(tables, r.data(), z.data(), wide_t_.data(), wide_u_.data());
 }
 
 }  // namespace loomstone

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "core/base/simd.h"
+#include "core/base/lane_bits.h"
 
 namespace loomstone {
 
@@ -22,6 +22,7 @@ struct Polygon {
 };
 
 // Bernstein coefficients of the sides, c0 (1-t)^2 + c1 2t(1-t) + c2 t^2, and of the cubic volume.
+template <class Lanes>
 struct Curves {
   Lanes side[3][n_packs];
   Lanes side_error[n_packs];
@@ -31,8 +32,8 @@ struct Curves {
 
 // Computes the coefficients and their error bounds. Returns false if numbers are too large or too
 // small for the error bounds to be valid.
-template <int n_corners>
-LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves& curves) {
+template <int n_corners, class Lanes>
+LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves<Lanes>& curves) {
   alignas(64) double side[3][n_packs * n_lanes] = {}, error[n_packs * n_lanes];
   double size[n_corners];
   for (int i = 0; i < n_corners; ++i) {
@@ -55,8 +56,8 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves& curves) {
   }
   for (int lane = 12; lane < n_packs * n_lanes; ++lane) error[lane] = 0.0;
   for (int pack = 0; pack < n_packs; ++pack) {
-    for (int i = 0; i < 3; ++i) curves.side[i][pack] = lanes_load(side[i] + n_lanes * pack);
-    curves.side_error[pack] = lanes_load(error + n_lanes * pack);
+    for (int i = 0; i < 3; ++i) curves.side[i][pack] = lanes_load<Lanes>(side[i] + n_lanes * pack);
+    curves.side_error[pack] = lanes_load<Lanes>(error + n_lanes * pack);
   }
   // The volume is c_2 . (c_0 x c_1). For edges, the corners 0, 1, 2 span the parallelogram.
   double s[3][2];  // coefficients of c_0 x c_1, times the start and the end of c_2
@@ -78,9 +79,8 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves& curves) {
 }
 
 // Returns the Bernstein coefficients of the volume over [low, high].
-LOOMSTONE_INLINE std::array<double, 4> volume_over(const Curves& curves, double low, double high) {
+LOOMSTONE_INLINE std::array<double, 4> volume_over(const double* c, double low, double high) {
   const double l = 1.0 - low, h = 1.0 - high;
-  const double* const c = curves.volume;
   // The coefficients are values of the blossom b: ll is b(low, low, .) and hh is b(high, high, .).
   const double ll[2] = {l * l * c[0] + 2.0 * (l * low) * c[1] + low * low * c[2],
                         l * l * c[1] + 2.0 * (l * low) * c[2] + low * low * c[3]};
@@ -94,40 +94,36 @@ struct Sides {
   unsigned positive, negative;  // bit 4 k + i: sign of coordinate k of side i over the whole piece
 };
 
-LOOMSTONE_INLINE unsigned lane_bits(const decltype(Lanes{} < Lanes{})& mask) {
-  unsigned bits = 0;
-  for (int i = 0; i < n_lanes; ++i) bits |= (mask[i] != 0) << i;
-  return bits;
-}
-
-LOOMSTONE_INLINE Sides sides_over(const Curves& curves, double low, double high) {
+template <class Lanes>
+LOOMSTONE_INLINE Sides sides_over(const Curves<Lanes>& curves, double low, double high) {
   const double l = 1.0 - low, h = 1.0 - high;
   const double weight[3][3] = {{l * l, 2.0 * (l * low), low * low},
                                {l * h, l * high + low * h, low * high},
                                {h * h, 2.0 * (h * high), high * high}};
   Sides sides = {0, 0};
   for (int pack = 0; pack < n_packs; ++pack) {
-    decltype(Lanes{} < Lanes{}) positive, negative;
+    MaskOf<Lanes> positive, negative;
     for (int i = 0; i < 3; ++i) {
       const Lanes value = weight[i][0] * curves.side[0][pack] +
                           weight[i][1] * curves.side[1][pack] + weight[i][2] * curves.side[2][pack];
-      const auto above = value > curves.side_error[pack], below = value < -curves.side_error[pack];
+      const MaskOf<Lanes> above = value > curves.side_error[pack],
+                          below = value < -curves.side_error[pack];
       positive = i == 0 ? above : positive & above;
       negative = i == 0 ? below : negative & below;
     }
-    sides.positive |= lane_bits(positive) << (n_lanes * pack);
-    sides.negative |= lane_bits(negative) << (n_lanes * pack);
+    sides.positive |= lanes_bits(positive) << (n_lanes * pack);
+    sides.negative |= lanes_bits(negative) << (n_lanes * pack);
   }
   return sides;
 }
 
-template <int n_corners>
+template <class Lanes, int n_corners>
 LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
   // Pieces are multiples of the shortest piece, 2^-40 of the interval. An undecided shortest piece
   // stays open. Cases that need shorter pieces are mostly degenerate, and bisection would not end.
   constexpr std::uint64_t step = std::uint64_t{1} << 40;
   constexpr int most_pieces = 160;
-  Curves curves;
+  Curves<Lanes> curves;
   if (!prepare<n_corners>(polygon, curves)) return {Proof::Open, 0.0};
   const double error = curves.volume_error;
   std::uint64_t begin = 0, width = step;
@@ -135,7 +131,7 @@ LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
   for (int piece = 0; piece < most_pieces; ++piece) {
     low = static_cast<double>(begin) / step;
     const double high = static_cast<double>(begin + width) / step;
-    const std::array<double, 4> v = volume_over(curves, low, high);
+    const std::array<double, 4> v = volume_over(curves.volume, low, high);
     const bool above = v[0] > error && v[1] > error && v[2] > error && v[3] > error;
     const bool below = v[0] < -error && v[1] < -error && v[2] < -error && v[3] < -error;
     bool apart = above || below;
@@ -153,7 +149,7 @@ LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
         double end = high;
         for (int i = 0; i < 30 && end - low > 1e-9 * end; ++i) {
           const double middle = 0.5 * (low + end);
-          const std::array<double, 4> w = volume_over(curves, low, middle);
+          const std::array<double, 4> w = volume_over(curves.volume, low, middle);
           const bool free = (w[0] > error && w[1] > error && w[2] > error && w[3] > error) ||
                             (w[0] < -error && w[1] < -error && w[2] < -error && w[3] < -error);
           (free ? low : end) = middle;
@@ -183,21 +179,31 @@ LOOMSTONE_INLINE void set(Polygon& polygon, int corner, const MovingPoints& q, i
   }
 }
 
-}  // namespace
-
-LOOMSTONE_CLONES Decision decide_vertex_face(const MovingPoints& points) {
+template <class Lanes>
+LOOMSTONE_INLINE Decision vertex_face(const MovingPoints& points) {
   Polygon polygon;
   for (int j = 0; j < 3; ++j) set(polygon, j, points, 0, 1 + j);
-  return decide<3>(polygon);
+  return decide<Lanes, 3>(polygon);
 }
 
-LOOMSTONE_CLONES Decision decide_edge_edge(const MovingPoints& points) {
+template <class Lanes>
+LOOMSTONE_INLINE Decision edge_edge(const MovingPoints& points) {
   Polygon polygon;
   set(polygon, 0, points, 0, 2);
   set(polygon, 1, points, 0, 3);
   set(polygon, 2, points, 1, 3);
   set(polygon, 3, points, 1, 2);
-  return decide<4>(polygon);
+  return decide<Lanes, 4>(polygon);
+}
+
+}  // namespace
+
+Decision decide_vertex_face(const MovingPoints& points) {
+  return LOOMSTONE_WIDEST(vertex_face)(points);
+}
+
+Decision decide_edge_edge(const MovingPoints& points) {
+  return LOOMSTONE_WIDEST(edge_edge)(points);
 }
 
 }  // namespace loomstone
