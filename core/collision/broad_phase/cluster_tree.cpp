@@ -13,8 +13,9 @@ namespace {
 constexpr double decay_limit = 1.5;
 
 // Transposes an 8 x 8 block in place.
-LOOMSTONE_INLINE void transpose(Floats256* row) {
-  Floats256 a[slab_lanes], b[slab_lanes];
+template <class Floats>
+LOOMSTONE_INLINE void transpose(Floats* row) {
+  Floats a[slab_lanes], b[slab_lanes];
   for (int i = 0; i < 8; i += 2) {
     a[i] = __builtin_shufflevector(row[i], row[i + 1], 0, 8, 1, 9, 4, 12, 5, 13);
     a[i + 1] = __builtin_shufflevector(row[i], row[i + 1], 2, 10, 3, 11, 6, 14, 7, 15);

@@ -273,7 +273,8 @@ void NeighbourLists::update(const Team& team, const Points& x) {
   const bool first = x_.rows() != x.rows();
   bool again = first || other_trees();
   if (again) lists_.clear();
-  const Points before = first ? x : std::move(x_);
+  if (first) x_ = x;
+  const Points before = std::move(x_);
   x_ = x;
   still_at_x_ = false;
   if (first) {

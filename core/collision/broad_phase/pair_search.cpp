@@ -60,16 +60,12 @@ LOOMSTONE_INLINE Bounds widened(const PackedSlabs& box, const Widening& widening
   return bounds;
 }
 
-// Widens all boxes of a group. Returns the group itself if the reach is zero.
 template <class Floats>
-LOOMSTONE_INLINE const SlabGroup& widened(const SlabGroup& group, const Reach& reach,
-                                          SlabGroup& wide) {
-  if (reach.axis == 0.0f) return group;
+LOOMSTONE_INLINE void widen(const SlabGroup& group, const Reach& reach, SlabGroup& wide) {
   for (int k = 0; k < n_slabs; ++k) {
     lanes_store(wide.low[k], lanes_load<Floats>(group.low[k]) - reach.of(k));
     lanes_store(wide.high[k], lanes_load<Floats>(group.high[k]) + reach.of(k));
   }
-  return wide;
 }
 
 // Compares the boxes of a group with one box along slab k.
@@ -192,7 +188,8 @@ LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& r
       unsigned lanes = overlapping_lanes<Floats>(own.slabs[i], box_b);
       if (lanes == 0) continue;
       SlabGroup wide;
-      const SlabGroup& boxes = widened<Floats>(own.slabs[i], reach, wide);
+      if (reach.axis > 0.0f) widen<Floats>(own.slabs[i], reach, wide);
+      const SlabGroup& boxes = reach.axis > 0.0f ? wide : own.slabs[i];
       const Index* const ends = own.corners + i * 2 * slab_lanes;
       for (; lanes != 0; lanes &= lanes - 1) {
         const int lane = __builtin_ctz(lanes);
