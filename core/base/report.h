@@ -209,7 +209,8 @@ struct AccountReport {
     return std::make_tuple(
         field("scripts", &R::scripts, "J", unlimited(),
               "work of scripted pins and obstacles on cloth"),
-        field("loads", &R::loads, "J", unlimited(), "work of air and of external forces on cloth"),
+        field("loads", &R::loads, "J", unlimited(),
+              "work of air, external forces and forces that untangle on cloth"),
         field("friction", &R::friction, "J", unlimited(),
               "work against the friction of contacts in the solve"),
         field("withheld", &R::withheld, "J", unlimited(),

@@ -23,6 +23,12 @@ constexpr double tolerance = 1e-4;  // relative to the largest correction
 void repel(const CollisionModel& model, const MotionInputs& inputs,
            const std::vector<Contact>& contacts, double step, Points& x1, FreeBodies& bodies) {
   const Points& x0 = inputs.x0;
+  RetractedMotion retracted;
+  if (!inputs.tangle.retractions.empty()) {
+    retracted =
+        retracted_motion(model, inputs.tangle, inputs.inverse_mass, x0, (x1 - x0) / step, step);
+    x1 += step * step * retracted.acceleration;
+  }
   Impulses impulses(model, inputs.inverse_mass, bodies);
   std::vector<ImpulseContact> all;
   double scale = 0.0;
@@ -45,7 +51,7 @@ void repel(const CollisionModel& model, const MotionInputs& inputs,
     scale = std::max(scale, travel.norm() + std::abs(c.target - c.normal.dot(start)));
     all.push_back(c);
   }
-  for (ImpulseContact& c : untangling_impulses(inputs.tangle, impulses, x0, x1, step)) {
+  for (ImpulseContact& c : untangling_impulses(inputs.tangle, retracted, impulses, x0, x1, step)) {
     scale = std::max(scale, c.largest_change);
     all.push_back(c);
   }

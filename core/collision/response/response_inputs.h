@@ -14,6 +14,7 @@ struct ContactInputs {
   const Points& body_centres;  // (b x 3) centres of mass [m]
   double step;                 // h [s]
   Index n_cloth;               // number of cloth vertices; rows of bodies follow
+  const Vector& inverse_mass;  // (n) inverse masses of cloth vertices, 0 if prescribed [1/kg]
 };
 
 // Inputs for corrections of the motion x0 -> x1.

@@ -13,28 +13,47 @@ namespace {
 // passed through by 50 thicknesses returns within half a second.
 constexpr double speed = 100.0, longest = 0.5;
 
-double way_in_step(const Piercing& piercing, double step) {
-  return std::min(speed * step, longest) * piercing.thickness;
+// Motion of the common point along `way_out` in this step [m]: at `speed`, or with the surfaces if
+// these retract faster.
+double way_in_step(const Piercing& piercing, const RetractedMotion& motion, double step) {
+  const double way = std::min(speed * step, longest) * piercing.thickness;
+  if (motion.velocity.rows() == 0) return way;
+  Vec3 velocity = Vec3::Zero();
+  for (std::size_t i = 0; i < piercing.vertices.size(); ++i)
+    velocity += piercing.weights[i] * motion.velocity.row(piercing.vertices[i]).transpose();
+  return std::max(way, step * piercing.way_out.dot(velocity));
 }
 
 }  // namespace
 
 void untangling_terms(const CollisionModel& model, const Tangle& tangle,
                       const ContactInputs& inputs, ExtraTerms& terms) {
+  const RetractedMotion motion =
+      retracted_motion(model, tangle, inputs.inverse_mass, inputs.x0, inputs.v0, inputs.step);
   for (const Piercing& p : tangle.piercings) {
     if (p.way_out.isZero(0.0)) continue;
     ExtraTerm term;
     set_entries(model, p.vertices, p.weights, inputs, term);
     if (term.n_entries == 0) continue;
     // A spring along `way_out` whose rest position is the target of this step.
+    const double way = way_in_step(p, motion, inputs.step);
     term.hessian = model.contact_stiffness * p.way_out * p.way_out.transpose();
-    term.gradient = -model.contact_stiffness * way_in_step(p, inputs.step) * p.way_out;
+    term.gradient = -model.contact_stiffness * way * p.way_out;
+    terms.push_back(term);
+  }
+  for (Index v = 0; v < motion.acceleration.rows(); ++v) {
+    if (motion.acceleration.row(v).isZero(0.0)) continue;
+    ExtraTerm term;
+    term.entries[0] = {model.rows.row[v], false, 1.0, Vec3::Zero()};
+    term.n_entries = 1;
+    term.gradient = -motion.acceleration.row(v).transpose() / inputs.inverse_mass[v];
     terms.push_back(term);
   }
 }
 
-std::vector<ImpulseContact> untangling_impulses(const Tangle& tangle, const Impulses& impulses,
-                                                const Points& x0, const Points& x1, double step) {
+std::vector<ImpulseContact> untangling_impulses(const Tangle& tangle, const RetractedMotion& motion,
+                                                const Impulses& impulses, const Points& x0,
+                                                const Points& x1, double step) {
   std::vector<ImpulseContact> all;
   for (const Piercing& p : tangle.piercings) {
     if (p.way_out.isZero(0.0)) continue;
@@ -48,8 +67,9 @@ std::vector<ImpulseContact> untangling_impulses(const Tangle& tangle, const Impu
       start += p.weights[i] * x0.row(p.vertices[i]).transpose();
       travel += p.weights[i] * (x1.row(p.vertices[i]) - x0.row(p.vertices[i])).transpose();
     }
-    c.target = c.normal.dot(start) + way_in_step(p, step);
-    c.largest_change = travel.norm() + way_in_step(p, step);
+    const double way = way_in_step(p, motion, step);
+    c.target = c.normal.dot(start) + way;
+    c.largest_change = travel.norm() + way;
     all.push_back(c);
   }
   return all;

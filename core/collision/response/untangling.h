@@ -1,12 +1,13 @@
 // Moves each piercing edge out of the triangle it pierces, either by terms added to the implicit
-// solve or by impulses. Terms and impulses act at the common point of edge and triangle and
-// conserve momentum.
+// solve or by impulses. These act at the common point of edge and triangle and conserve momentum.
+// Terms also accelerate the vertices of surfaces that retract.
 #pragma once
 
 #include <vector>
 
 #include "core/collision/response/impulses.h"
 #include "core/collision/response/response_inputs.h"
+#include "core/collision/response/retraction.h"
 #include "core/linalg/extra_terms.h"
 
 namespace loomstone {
@@ -14,7 +15,8 @@ namespace loomstone {
 void untangling_terms(const CollisionModel& model, const Tangle& tangle,
                       const ContactInputs& inputs, ExtraTerms& terms);
 
-std::vector<ImpulseContact> untangling_impulses(const Tangle& tangle, const Impulses& impulses,
-                                                const Points& x0, const Points& x1, double step);
+std::vector<ImpulseContact> untangling_impulses(const Tangle& tangle, const RetractedMotion& motion,
+                                                const Impulses& impulses, const Points& x0,
+                                                const Points& x1, double step);
 
 }  // namespace loomstone

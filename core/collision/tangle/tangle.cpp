@@ -17,8 +17,6 @@ constexpr double least_sine = 0.2;
 // Smallest length of the sum of the two unit contour directions at a piercing. Below it, the
 // contour is almost straight and has no direction in which it becomes shorter.
 constexpr double least_bend = 0.05;
-// Width of the contour zone in which pairs with the part that passed through are ignored [edges].
-constexpr int rounds_around = 2;
 
 Index root(std::vector<Index>& parent, Index i) {
   while (parent[i] != i) i = parent[i] = parent[parent[i]];
@@ -80,18 +78,6 @@ std::array<double, 5> weights_of(const Points& x, const std::array<Index, 5>& v)
   return {1.0 - t, t, -areas[0] / sum, -areas[1] / sum, -areas[2] / sum};
 }
 
-// Returns for each vertex a third of the area of its triangles [m^2].
-std::vector<double> vertex_areas(const Points& x, const Triangles& triangles) {
-  std::vector<double> area(x.rows(), 0.0);
-  for (Index t = 0; t < triangles.rows(); ++t) {
-    const Vec3 a = point(x, triangles(t, 0));
-    const double third =
-        (point(x, triangles(t, 1)) - a).cross(point(x, triangles(t, 2)) - a).norm() / 6.0;
-    for (int k = 0; k < 3; ++k) area[triangles(t, k)] += third;
-  }
-  return area;
-}
-
 bool is_cloth(const CollisionModel& model, Index v) {
   return model.surfaces[model.surface_of_vertex[v]].kind == CollisionSurface::Kind::Cloth;
 }
@@ -102,6 +88,7 @@ Tangle TangleFinder::find(const Points& x) {
   if (topology_.edges.rows() == 0) {
     topology_ = edge_table(model_.n_vertices, model_.triangles);
     edges_of_vertex_ = edges_of_vertices(model_.n_vertices, topology_.edges);
+    find_components();
   }
   Tangle tangle;
   pierce(x, tangle);
@@ -197,6 +184,8 @@ void TangleFinder::join_contours(const Points& x, Tangle& tangle) const {
     if (!(length > 0.0)) continue;
     bend[a] += along / length;
     bend[b] -= along / length;
+    piercings[a].segment += 0.5 * length;
+    piercings[b].segment += 0.5 * length;
   }
   for (std::size_t i = 0; i < piercings.size(); ++i) {
     Piercing& p = piercings[i];
@@ -211,102 +200,6 @@ void TangleFinder::join_contours(const Points& x, Tangle& tangle) const {
     const Vec3 shorter = bend[i] - 2.0 * e.dot(bend[i]) / sine * n;
     if (shorter.norm() > 0.0 && shorter.allFinite()) p.way_out = shorter.normalized();
   }
-}
-
-// Finds the parts of surfaces that contours separate. The smaller of two parts has passed through.
-void TangleFinder::cut_off(const Points& x, Tangle& tangle) const {
-  tangle.contour_of_vertex.assign(model_.n_vertices, -1);
-  tangle.part.assign(model_.n_vertices, -1);
-  tangle.came_through.assign(model_.n_vertices, 0);
-  const std::vector<double> area = vertex_areas(x, model_.triangles);
-  std::vector<Piercing*> order;
-  for (Piercing& p : tangle.piercings) order.push_back(&p);
-  std::stable_sort(order.begin(), order.end(),
-                   [](const Piercing* a, const Piercing* b) { return a->contour < b->contour; });
-  Cut cut{std::vector<std::uint8_t>(topology_.edges.rows(), 0),
-          std::vector<int>(model_.n_vertices),
-          {}};
-  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-    while (end < order.size() && order[end]->contour == order[begin]->contour) ++end;
-    const std::span<Piercing* const> contour(order.data() + begin, end - begin);
-    for (const Piercing* const p : contour) cut.through[p->edge] ^= 1;
-    std::fill(cut.part.begin(), cut.part.end(), -1);
-    cut.size.clear();
-    cut_along(x, contour, area, cut, tangle);
-    for (const Piercing* const p : contour) cut.through[p->edge] = 0;
-  }
-}
-
-void TangleFinder::cut_along(const Points& x, std::span<Piercing* const> contour,
-                             const std::vector<double>& area, Cut& cut, Tangle& tangle) const {
-  const int id = contour.front()->contour;
-  std::vector<std::uint8_t> came_through;
-  for (Piercing* const p : contour) {
-    for (const Index v : p->vertices) flood(v, area, cut);
-    came_through.resize(cut.size.size(), 0);
-    const int first = cut.part[p->vertices[0]], second = cut.part[p->vertices[1]];
-    for (const Index v : p->vertices) tangle.contour_of_vertex[v] = id;
-    if (first == second) continue;
-    const bool first_is_out = cut.size[first] > cut.size[second] ||
-                              (cut.size[first] == cut.size[second] && first < second);
-    came_through[first_is_out ? second : first] = 1;
-    const Vec3 a = point(x, p->vertices[2]);
-    const Vec3 n = (point(x, p->vertices[3]) - a).cross(point(x, p->vertices[4]) - a);
-    const Vec3 out =
-        (first_is_out ? -1.0 : 1.0) * (point(x, p->vertices[1]) - point(x, p->vertices[0]));
-    if (n.norm() > 0.0) p->way_out = n.normalized() * std::copysign(1.0, n.dot(out));
-  }
-  for (Index v = 0; v < model_.n_vertices; ++v) {
-    const int part = cut.part[v];
-    if (part < 0 || (tangle.contour_of_vertex[v] != id && !came_through[part])) continue;
-    tangle.contour_of_vertex[v] = id;
-    tangle.part[v] = part;
-    tangle.came_through[v] = came_through[part];
-  }
-  widen(cut.part, id, tangle);
-}
-
-void TangleFinder::flood(Index start, const std::vector<double>& area, Cut& cut) const {
-  if (cut.part[start] >= 0) return;
-  const int id = static_cast<int>(cut.size.size());
-  cut.size.push_back(0.0);
-  std::vector<Index> stack = {start};
-  cut.part[start] = id;
-  while (!stack.empty()) {
-    const Index v = stack.back();
-    stack.pop_back();
-    cut.size[id] += area[v];
-    for (Index i = edges_of_vertex_.start[v]; i < edges_of_vertex_.start[v + 1]; ++i) {
-      const Index edge = edges_of_vertex_.items[i], other = other_end(edge, v);
-      if (cut.through[edge] || cut.part[other] >= 0) continue;
-      cut.part[other] = id;
-      stack.push_back(other);
-    }
-  }
-}
-
-// Widens the zone around a contour, because contours of surfaces that cross at a small angle move
-// far in one step.
-void TangleFinder::widen(const std::vector<int>& part, int contour, Tangle& tangle) const {
-  std::vector<Index> ring;
-  for (Index v = 0; v < model_.n_vertices; ++v)
-    if (tangle.contour_of_vertex[v] == contour) ring.push_back(v);
-  for (int round = 0; round < rounds_around; ++round) {
-    std::vector<Index> next;
-    for (const Index v : ring)
-      for (Index i = edges_of_vertex_.start[v]; i < edges_of_vertex_.start[v + 1]; ++i) {
-        const Index other = other_end(edges_of_vertex_.items[i], v);
-        if (tangle.contour_of_vertex[other] >= 0) continue;
-        tangle.contour_of_vertex[other] = contour;
-        tangle.part[other] = part[other];
-        next.push_back(other);
-      }
-    ring = std::move(next);
-  }
-}
-
-Index TangleFinder::other_end(Index edge, Index v) const {
-  return topology_.edges(edge, 0) == v ? topology_.edges(edge, 1) : topology_.edges(edge, 0);
 }
 
 bool Tangle::ignores(const CollisionModel& model, ContactKind kind, PairKey key,

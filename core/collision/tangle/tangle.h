@@ -25,6 +25,17 @@ struct Piercing {
   // Unit direction in which the edge moves relative to the triangle. Zero: no direction is known.
   Vec3 way_out = Vec3::Zero();
   double thickness = 0.0;  // mean thickness of both surfaces [m]
+  double segment = 0.0;    // half of the length of the contour's segments at this point [m]
+};
+
+// A large part of a surface that has passed through another surface.
+struct Retraction {
+  std::vector<Index> inner;   // all vertices of the connected surface with this part
+  std::vector<Index> outer;   // all vertices of the connected surface that it has passed through
+  int contour = -1;           // index of the first piercing of the contour
+  Vec3 point = Vec3::Zero();  // mean of the contour [m]
+  Vec3 direction = Vec3::Zero();  // unit direction in which `inner` moves relative to `outer`
+  double depth = 0.0;  // mean width of the part: its area over the length of the contour [m]
 };
 
 // All intersections of one configuration. A default-constructed Tangle contains none.
@@ -35,6 +46,7 @@ struct Tangle {
   std::vector<int> contour_of_vertex;      // (n) contour near the vertex, -1: none
   std::vector<int> part;                   // (n) surface part that contains the vertex
   std::vector<std::uint8_t> came_through;  // (n) 1: in the smaller part, which has passed through
+  std::vector<Retraction> retractions;
 
   bool empty() const { return piercings.empty(); }
   // Returns whether contacts and impacts ignore this pair, so that intersecting surfaces can
@@ -64,13 +76,23 @@ class TangleFinder {
   void cut_off(const Points& x, Tangle& tangle) const;
   void cut_along(const Points& x, std::span<Piercing* const> contour,
                  const std::vector<double>& area, Cut& cut, Tangle& tangle) const;
+  void retract(const Points& x, std::span<Piercing* const> contour, const std::vector<double>& area,
+               const Cut& cut, Tangle& tangle) const;
+  static void refine_sizes(const Points& x, std::span<Piercing* const> contour, Cut& cut);
+  static int smaller_part(const Piercing& p, const Cut& cut);
+  static int smallest_part(std::span<Piercing* const> contour, const Cut& cut);
+  void find_components();
+  static void drop_opposed(Tangle& tangle);
   void flood(Index start, const std::vector<double>& area, Cut& cut) const;
+  void split_by_side(const Points& x, std::span<Piercing* const> contour,
+                     const std::vector<double>& area, Cut& cut) const;
   Index other_end(Index edge, Index v) const;
   void widen(const std::vector<int>& part, int contour, Tangle& tangle) const;
 
   const CollisionModel& model_;
   EdgeTable topology_;  // built when first needed
   Incidence edges_of_vertex_;
+  std::vector<int> component_;  // (n) connected surface of each vertex
 };
 
 }  // namespace loomstone

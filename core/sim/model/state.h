@@ -17,10 +17,11 @@ namespace loomstone {
 // positions or velocities.
 struct EnergyAccount {
   bool begun = false;
-  double start = 0.0;                 // energy at the beginning
-  double scripts = 0.0, loads = 0.0;  // work done by scripts; by air and the user's forces
-  double friction = 0.0;              // work done against friction of contacts in the solve
-  double withheld = 0.0;              // kinetic energy lost to limits and certification
+  double start = 0.0;     // energy at the beginning
+  double scripts = 0.0;   // work done by scripts
+  double loads = 0.0;     // work done by air, the user's forces and untangling
+  double friction = 0.0;  // work done against friction of contacts in the solve
+  double withheld = 0.0;  // kinetic energy lost to limits and certification
   double largest_kinetic = 0.0;
 };
 

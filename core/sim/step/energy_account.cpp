@@ -70,17 +70,19 @@ double work_of_pins(const Loads& loads, const State& state, Engines& engines) {
   });
 }
 
-// Work of scripted surfaces and prescribed vertices through contacts, and the work against
-// friction.
+// Work of scripted surfaces and prescribed vertices through contacts, the work against friction,
+// and the work of forces that untangle.
 struct ContactWork {
-  double scripts = 0.0, friction = 0.0;
+  double scripts = 0.0, friction = 0.0, untangling = 0.0;
 };
 
 ContactWork work_of_contacts(const StepContext& part, const Loads& loads, NearContacts& near,
                              const Points& body_velocity, const State& state,
                              const Engines& engines) {
   ContactWork work;
-  if (near.contact_terms.size() == 0) return work;
+  const std::size_t n_contacts = near.contact_terms.size();
+  const std::size_t n_terms = near.terms.size() - near.n_attachments;
+  if (n_terms == 0) return work;
   const Model& model = engines.model;
   const Index n = model.cloth.n_vertices;
   Points displacement(model.n_rows(), 3);
@@ -95,12 +97,16 @@ ContactWork work_of_contacts(const StepContext& part, const Loads& loads, NearCo
   else
     near.contact_terms.friction_at(engines.team, time * displacement, time * part.h,
                                    model.inverse_mass, terms);
-  for (std::size_t t = 0; t < near.contact_terms.size(); ++t) {
+  for (std::size_t t = 0; t < n_terms; ++t) {
     const ExtraTerm& term = terms[t];
     const Vec3 d = term.relative_displacement(displacement, part.h);
-    const Vec3 normal = near.contact_terms.normal(t);
     Vec3 force = term.gradient;  // gradient of the energy [N]
     if (!newton) force += time * term.hessian * d;
+    if (t >= n_contacts) {
+      work.untangling -= force.dot(d);
+      continue;
+    }
+    const Vec3 normal = near.contact_terms.normal(t);
     work.scripts -= part.h * force.dot(term.drift);
     for (int e = 0; e < term.n_entries; ++e) {
       const Index row = term.entries[e].row;
@@ -143,13 +149,15 @@ void add_to_account(const StepContext& part, const Loads& loads, NearContacts& n
   EnergyAccount& account = state.account;
   if (engines.model.cloth.n_vertices > 0) {
     const ContactWork contacts = work_of_contacts(part, loads, near, solved.bodies, state, engines);
-    account.loads += work_of_loads(loads, state, engines);
+    account.loads += work_of_loads(loads, state, engines) + contacts.untangling;
     account.scripts += work_of_pins(loads, state, engines) + contacts.scripts;
     account.friction += contacts.friction;
     const double lost = kinetic_energy(engines.model.cloth, solved.cloth) -
                         kinetic_energy(engines.model.cloth, state.cloth.v);
-    // Only scripted motion gives energy to cloth that it pushes along.
-    if (lost < 0.0 && surfaces_move(loads))
+    // Only forces that untangle and scripted motion give energy to cloth.
+    if (lost < 0.0 && !near.tangle.empty())
+      account.loads -= lost;
+    else if (lost < 0.0 && surfaces_move(loads))
       account.scripts -= lost;
     else
       account.withheld += lost;

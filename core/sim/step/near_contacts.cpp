@@ -58,7 +58,8 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
   near.contacts = collision.proximity(engines.collision_team, loads.x0, near.tangle);
   if (!engines.contacts_in_solve) return;
   expect_motion(part, loads, state, engines, near);
-  const ContactInputs inputs{loads.x0, near.v0, near.last_change, state.rigid.positions, part.h, n};
+  const ContactInputs inputs{loads.x0, near.v0, near.last_change,          state.rigid.positions,
+                             part.h,   n,       engines.model.inverse_mass};
   near.contact_terms = collision.terms(inputs, near.contacts, state.contacts, near.terms);
   report.energy.contact = near.contact_terms.energy();
   collision.untangle(inputs, near.tangle, near.terms);
@@ -74,7 +75,9 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
   near.tangle = {};
   report.energy.contact = 0.0;
   if (engines.collision) find_contacts(part, loads, state, engines, near, report);
+  const std::size_t n_contact_terms = near.terms.size();
   if (engines.integrator->implicit()) add_attachments(engines.model, state, near.terms);
+  near.n_attachments = near.terms.size() - n_contact_terms;
   report.contacts.near =
       std::max(report.contacts.near, static_cast<std::int64_t>(near.contacts.size()));
 }

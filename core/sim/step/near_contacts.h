@@ -11,6 +11,7 @@ namespace loomstone {
 struct NearContacts {
   std::vector<Contact> contacts;  // pairs closer than their thickness
   ExtraTerms terms;  // of contacts, then of intersections to untangle, then of attachments
+  std::size_t n_attachments = 0;
   ContactTerms contact_terms;  // evaluates the terms of contacts during the solve
   Tangle tangle;               // intersections at the start
   // (vertices x 3) predicted velocities of all collision vertices [m/s]; only with contacts in the

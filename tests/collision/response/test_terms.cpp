@@ -24,10 +24,11 @@ Assembled assemble(const TestScene& scene, const Points& x, const Points& v, con
   Assembled result;
   CollisionStage stage(scene.model);
   result.contacts = stage.proximity(Team{1}, x, {});
-  result.energy = stage
-                      .terms({x, v, Points::Zero(x.rows(), 3), centres, 1e-3, n_cloth},
-                             result.contacts, state, result.terms)
-                      .energy();
+  result.energy =
+      stage
+          .terms({x, v, Points::Zero(x.rows(), 3), centres, 1e-3, n_cloth, scene.inverse_mass},
+                 result.contacts, state, result.terms)
+          .energy();
   return result;
 }
 
@@ -149,7 +150,7 @@ TEST_CASE(
   for (Contact& c : smooth) c.friction = 0.0;
   // At zero displacement, normal force and stiffness equal their values at the start.
   const Points unchanged = Points::Zero(n, 3), no_bodies(0, 3);
-  const ContactInputs inputs{x, v, unchanged, no_bodies, 1e-3, n};
+  const ContactInputs inputs{x, v, unchanged, no_bodies, 1e-3, n, scene.inverse_mass};
   ContactTerms made = stage.terms(inputs, smooth, state, terms);
   ExtraTerms there = terms;
   made.at(Team{1}, Points::Zero(n, 3), 0.0, TermRequest::Derivative, there);

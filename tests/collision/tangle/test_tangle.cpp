@@ -1,6 +1,8 @@
 // Claims about tangles: every piercing is found, and its way out reverses the way in.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 #include <set>
 
 #include "core/collision/narrow_phase/exact_predicates.h"
@@ -30,6 +32,14 @@ TestScene leaning() {
   return make_scene({{flat},
                      {test::shaped(grid_cells(0.15, 0.15, 10, 10).moved(Vec3(0.011, 0.007, 0)),
                                    [](double x, double y) { return 0.5 * (x + y) + 0.04; })}});
+}
+
+// Two sheets of the same size. The contour enters both at a border, and neither is cut in two.
+TestScene crossed(int cells, double degrees) {
+  const TriangleMesh flat = grid_cells(0.2, 0.2, cells, cells);
+  const Mat3 turn =
+      Eigen::AngleAxisd(degrees * std::numbers::pi / 180.0, Vec3::UnitY()).toRotationMatrix();
+  return make_scene({{flat}, {flat.moved(Vec3(0.02, 0.0031, 0.01), turn)}});
 }
 
 }  // namespace
@@ -111,8 +121,9 @@ TEST_CASE("terms and impulses that untangle have neither sum nor torque") {
   const Tangle tangle = TangleFinder(scene.model).find(scene.x);
   ExtraTerms terms;
   const Points still = Points::Zero(n, 3);
-  untangling_terms(scene.model, tangle, {scene.x, still, still, Points::Zero(0, 3), 1e-3, n},
-                   terms);
+  const Points no_bodies(0, 3);
+  untangling_terms(scene.model, tangle,
+                   {scene.x, still, still, no_bodies, 1e-3, n, scene.inverse_mass}, terms);
   REQUIRE(terms.size() > 20);
   Vec3 sum = Vec3::Zero(), torque = Vec3::Zero();
   double size = 0.0;
@@ -129,8 +140,9 @@ TEST_CASE("terms and impulses that untangle have neither sum nor torque") {
 
   FreeBodies none;
   Impulses impulses(scene.model, scene.inverse_mass, none);
-  std::vector<ImpulseContact> all = untangling_impulses(tangle, impulses, scene.x, scene.x, 1e-3);
-  REQUIRE(all.size() == terms.size());
+  std::vector<ImpulseContact> all =
+      untangling_impulses(tangle, {}, impulses, scene.x, scene.x, 1e-3);
+  REQUIRE(all.size() == tangle.piercings.size());
   for (ImpulseContact& c : all) c.scale = c.largest_change;
   Points x1 = scene.x;
   impulses.solve(all, scene.x, x1, 30, 1e-4);
@@ -147,4 +159,66 @@ TEST_CASE("terms and impulses that untangle have neither sum nor torque") {
   // The tolerance allows for displacements of 1e-4 m that are differences of coordinates of 0.1 m.
   CHECK(sum.norm() < 1e-12 * size);
   CHECK(torque.norm() < 1e-12 * size);
+}
+
+TEST_CASE("sheets that cross from edge to edge retract, the smaller part first") {
+  for (const int cells : {9, 15, 30})
+    for (const double degrees : {25.0, 90.0, 140.0}) {
+      INFO(cells << " cells, " << degrees << " degrees");
+      const TestScene scene = crossed(cells, degrees);
+      const Tangle tangle = TangleFinder(scene.model).find(scene.x);
+      REQUIRE(tangle.retractions.size() == 1);
+      const Retraction& retraction = tangle.retractions[0];
+      // The sheets meet at z = 0, at x = 0.02 + 0.01 / tan(angle). The smaller part lies beyond it.
+      const double at = 0.02 + 0.01 / std::tan(degrees * std::numbers::pi / 180.0);
+      const double half_width = 0.1 - 0.01 / std::sin(degrees * std::numbers::pi / 180.0);
+      CHECK(std::abs(retraction.point.x() - at) < 1e-9);
+      // One edge: the cut continues to the border along edges.
+      CHECK(std::abs(retraction.depth - std::min(0.1 - std::abs(at), half_width)) < 0.2 / cells);
+      int inner = 0;
+      for (std::size_t v = 0; v < tangle.came_through.size(); ++v) inner += tangle.came_through[v];
+      const double share = static_cast<double>(inner) / retraction.inner.size();
+      CHECK(std::abs(share - retraction.depth / 0.2) < 1.0 / cells);
+    }
+}
+
+TEST_CASE("surfaces retract without changing momentum and angular momentum") {
+  const TestScene scene = crossed(15, 70.0);
+  const Index n = scene.model.n_vertices;
+  const Tangle tangle = TangleFinder(scene.model).find(scene.x);
+  const Points still = Points::Zero(n, 3);
+  const RetractedMotion motion =
+      retracted_motion(scene.model, tangle, scene.inverse_mass, scene.x, still, 1e-3);
+  REQUIRE(motion.acceleration.rows() == n);
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+  double size = 0.0;
+  for (Index i = 0; i < n; ++i) {
+    const Vec3 f = motion.acceleration.row(i).transpose() / scene.inverse_mass[i];
+    force += f;
+    torque += Vec3(scene.x.row(i).transpose()).cross(f);
+    size += f.norm();
+  }
+  CHECK(size > 1.0);
+  CHECK(force.norm() < 1e-13 * size);
+  CHECK(torque.norm() < 1e-13 * size);  // lever arms of 0.1 m
+  // The contour's points part along the way out of the smaller part.
+  const Retraction& retraction = tangle.retractions[0];
+  for (const Piercing& p : tangle.piercings) {
+    if (!std::binary_search(retraction.inner.begin(), retraction.inner.end(), p.vertices[0]))
+      continue;
+    Vec3 apart = Vec3::Zero();
+    for (int k = 0; k < 5; ++k)
+      apart += p.weights[k] * motion.velocity.row(p.vertices[k]).transpose();
+    CHECK(apart.dot(retraction.direction) > 0.9 * 15.0 * 1e-3);  // 15 m/s^2 for 1 ms
+  }
+}
+
+TEST_CASE("a cloth with a board through its middle is not pulled to both sides") {
+  const TriangleMesh flat = grid_cells(0.2, 0.2, 15, 15);
+  const TriangleMesh board = box(0.003, 0.3, 0.3);
+  const TestScene scene = make_scene({{flat}, {board, CollisionSurface::Kind::Script}});
+  const Tangle tangle = TangleFinder(scene.model).find(scene.x);
+  REQUIRE(tangle.piercings.size() > 20);
+  CHECK(tangle.retractions.empty());
+  for (const Piercing& p : tangle.piercings) CHECK(p.way_out.isZero(0.0));
 }

@@ -1,6 +1,7 @@
 // Claims about scenes that start with intersections: surfaces come apart and then stay apart.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <random>
 
 #include "core/mesh/generators.h"
 #include "tests/sim/sim_support.h"
@@ -27,6 +28,28 @@ Scene layers(double (*height)(double, double)) {
     Cloth cloth;
     cloth.name = name;
     cloth.mesh = share(name[0] == 'f' ? flat : shaped(flat.moved(Vec3(0.0017, 0.0023, 0)), height));
+    scene.cloths.push_back(cloth);
+  }
+  return scene;
+}
+
+// Two sheets of 0.2 m that cross from edge to edge.
+Scene crossed(int cells, int start) {
+  std::mt19937 random(static_cast<unsigned>(start));
+  const auto between = [&](double a, double b) {
+    return a + (b - a) * std::generate_canonical<double, 32>(random);
+  };
+  Scene scene;
+  scene.allow_initial_intersections = true;
+  const Mat3 tilt = Eigen::AngleAxisd(between(0.0, 0.05), Vec3(1, 2, 3).normalized()).matrix();
+  const Mat3 turn = Eigen::AngleAxisd(between(0.6, 2.5), Vec3::UnitY()).matrix();
+  const TriangleMesh flat = grid_cells(0.2, 0.2, cells, cells);
+  const Vec3 place(between(-0.05, 0.05), between(-0.001, 0.001), between(-0.03, 0.03));
+  for (const char* name : {"first", "second"}) {
+    Cloth cloth;
+    cloth.name = name;
+    cloth.material.density = 0.15;
+    cloth.mesh = share(name[0] == 'f' ? flat.moved(Vec3::Zero(), tilt) : flat.moved(place, turn));
     scene.cloths.push_back(cloth);
   }
   return scene;
@@ -99,4 +122,21 @@ TEST_CASE("untangling ends in the same bits on any number of threads, and after 
   }
   CHECK(same(one.checkpoint(), three.checkpoint()));
   CHECK(same(one.checkpoint(), resumed.checkpoint()));
+}
+
+TEST_CASE("sheets that cross from edge to edge part within half a second") {
+  // Ten starts and finer meshes: tests/benchmarks/crossed.py.
+  for (const int start : {1, 2, 3, 4}) {
+    INFO("start " << start);
+    Simulation sim(crossed(15, start), integrator_named("semi-implicit-euler"), 1);
+    REQUIRE(sim.intersecting_pairs().size() > 20);
+    double parted = 0.0, stretch = 1.0;
+    while (sim.time() < 0.6) {
+      sim.step();
+      if (sim.report().contacts.intersections > 0) parted = sim.time();
+      stretch = std::max(stretch, sim.report().strain.stretch);
+    }
+    CHECK(parted < 0.5);
+    CHECK(stretch < 1.2);
+  }
 }
