@@ -15,14 +15,16 @@ namespace {
 constexpr int bound_stride = 12 * n_lanes;
 constexpr Index batches_per_range = 32;
 
-// stiffening: ratio of the second phase's modulus to the membrane's. steeper: ratio of the third
-// phase's modulus to the second's. The second phase begins limit_margin() inside the limit, and the
-// third begins half-way from there to the limit. Light loads reach only the second phase. A
-// triangle that entered the third phase at once would rebound and change phase every other step.
-// Under heavy loads, as at prescribed vertices, the second phase alone would stretch far beyond the
-// limit. The values were tuned on scenes/swing_limits.py and limit_scaling.py with steps of 4 ms;
+// stiffening: ratio of the second phase's modulus to the membrane's. steeper, steepest: ratios of
+// the third and the fourth phase's modulus to the second's. The second phase begins limit_margin()
+// inside the limit, the third half-way from there to the limit, and the fourth as far beyond the
+// limit as the third begins inside it. Light
+// loads reach only the second phase. A triangle that entered the third phase at once would rebound
+// and change phase every other step. Under heavy loads, as at prescribed vertices, the second phase
+// alone would stretch far beyond the limit, and under bodies much heavier than the cloth also the
+// third. The values were tuned on scenes/swing_limits.py and limit_scaling.py with steps of 4 ms;
 // docs/performance.md lists the results.
-constexpr double stiffening = 300.0, steeper = 10.0, third_begins = 0.5;
+constexpr double stiffening = 300.0, steeper = 10.0, steepest = 100.0, third_begins = 0.5;
 
 // True if any mode of any lane is outside its bounds or NaN.
 template <class Lanes>
@@ -79,10 +81,18 @@ LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index*
       const Lanes beyond = lanes_select(over, e - most, lanes_select(under, e - least, Lanes{}));
       const Lanes far =
           lanes_select(far_over, e - far_most, lanes_select(far_under, e - far_least, Lanes{}));
-      const Lanes steepness =
-          lanes_select(far_over | far_under, lanes_all<Lanes>(steeper), lanes_all<Lanes>(1.0));
+      // Bounds of the fourth phase. The limit lies half-way between them and those of the third.
+      const Lanes broken_most = far_most + 2.0 * (far_most - most),
+                  broken_least = far_least + 2.0 * (far_least - least);
+      const MaskOf<Lanes> broken_over = e > broken_most, broken_under = e < broken_least;
+      const Lanes broken = lanes_select(broken_over, e - broken_most,
+                                        lanes_select(broken_under, e - broken_least, Lanes{}));
+      const Lanes steepness = lanes_select(
+          broken_over | broken_under, lanes_all<Lanes>(steepest),
+          lanes_select(far_over | far_under, lanes_all<Lanes>(steeper), lanes_all<Lanes>(1.0)));
       const Lanes tangent = modulus * lanes_select(over | under, steepness, Lanes{});
-      const Lanes stress = modulus * (beyond + (steeper - 1.0) * far);
+      const Lanes stress =
+          modulus * (beyond + (steeper - 1.0) * far + (steepest - steeper) * broken);
       lanes_store(o + n_lanes * k, tangent);
       lanes_store(o + n_lanes * (3 + k), slope[k] * stress - tangent * green[k]);
     }

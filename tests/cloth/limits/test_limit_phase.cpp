@@ -96,10 +96,10 @@ TEST_CASE("with a second phase the positive Jacobian stays positive semidefinite
 }
 
 // Weft is limited to 10 %. The second phase begins at 9 % and adds 300 times the modulus times the
-// strain above 9 %. The third phase begins at 9.5 % and adds 3000 times the modulus times the
-// strain above 9.5 %.
+// strain above 9 %. The third phase begins at 9.5 % and has 3000 times the modulus, the fourth
+// begins at 10.5 % and has 30,000 times the modulus.
 TEST_CASE(
-    "below its limit a strip enters two stiff phases in turn, and below these it is as soft as "
+    "near its limit a strip enters three stiff phases in turn, and below these it is as soft as "
     "without a limit") {
   ClothMaterial material;
   material.weft_stiffness = 300, material.warp_stiffness = 300, material.shear_stiffness = 150,
@@ -108,7 +108,7 @@ TEST_CASE(
   StrainLimit limit;
   limit.weft = 0.1;
   LimitPhase phase = phase_of(s, limit);
-  for (const double strain : {0.05, 0.089, 0.093, 0.1, 0.12}) {
+  for (const double strain : {0.05, 0.089, 0.093, 0.1, 0.104, 0.12}) {
     const Points x = stretched(s.mesh, strain);
     s.membrane.set_phase(nullptr, nullptr);
     const double elastic = tension(s, x);
@@ -117,7 +117,8 @@ TEST_CASE(
     const double more = (tension(s, x) - elastic) / 0.2;  // [N/m], for a width of 0.2 m
     // The first Piola-Kirchhoff stress is the stretch times S. S is the modulus times the stretch
     // times the excess.
-    const double beyond = std::max(0.0, strain - 0.09) + 9.0 * std::max(0.0, strain - 0.095);
+    const double beyond = std::max(0.0, strain - 0.09) + 9.0 * std::max(0.0, strain - 0.095) +
+                          90.0 * std::max(0.0, strain - 0.105);
     const double expected = 300 * 300.0 * (1 + strain) * (1 + strain) * beyond;
     CHECK(more == Approx(expected).epsilon(1e-9).margin(1e-9));
   }
