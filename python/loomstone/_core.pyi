@@ -383,7 +383,7 @@ class AccountReport:
     @property
     def loads(self) -> float:
         """
-        work of air and of external forces on cloth [J]
+        work of air, external forces and forces that untangle on cloth [J]
         """
     @property
     def lost(self) -> float:

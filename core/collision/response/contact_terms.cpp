@@ -43,7 +43,8 @@ ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inp
                            ExtraTerms& terms)
     : shares_(contact_shares(contacts, model, inputs.x0)),
       slips_(anchored_slips(contacts, model, state)),
-      stiffness_(model.contact_stiffness),
+      stiffness_(contact_stiffness(contacts, model, inputs.inverse_mass, inputs.forces)),
+      tangential_(model.contact_stiffness),
       n_cloth_(inputs.n_cloth) {
   const double step = inputs.step;
   laws_.reserve(contacts.size());
@@ -51,7 +52,7 @@ ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inp
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
     if (shares_[c] <= 0.0) continue;
-    const ContactForce normal = contact_force(contact.distance, contact.thickness, stiffness_);
+    const ContactForce normal = contact_force(contact.distance, contact.thickness, stiffness_[c]);
     ExtraTerm term;
     set_entries(model, contact.vertices, contact.weights, inputs, term);
     if (term.n_entries == 0) continue;
@@ -59,7 +60,7 @@ ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inp
     const Vec3& n = contact.normal;
     const Mat3 tangent = tangent_projector(n);
     const Vec3 predicted = step * (tangent * weighted(contact, inputs.v0));
-    const double stiffness = shares_[c] * stiffness_;
+    const double stiffness = shares_[c] * tangential_;
     const Vec3 gained = step * (tangent * weighted(contact, inputs.last_change));
     const double limit = contact.friction * shares_[c] * normal.force;
     const FrictionResponse friction =
@@ -69,8 +70,8 @@ ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inp
     term.gradient = -shares_[c] * normal.force * n + friction.gradient;
     term.hessian = shares_[c] * normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;
     terms.push_back(term);
-    laws_.push_back(
-        {n, contact.distance, contact.thickness, shares_[c], contact.friction, slips_[c], limit});
+    laws_.push_back({n, contact.distance, contact.thickness, shares_[c], contact.friction,
+                     slips_[c], limit, shares_[c] * stiffness_[c]});
     energy_ += shares_[c] * normal.energy + 0.5 * stiffness * slips_[c].squaredNorm();
   }
 }
@@ -81,8 +82,8 @@ double ContactTerms::at(const Team& team, const Points& displacement, double tim
     ContactLaw& law = laws_[i];
     ExtraTerm& term = terms[i];
     const Vec3 moved = term.relative_displacement(displacement, time);
-    const double along = law.normal.dot(moved), k = law.share * stiffness_;
-    const ContactForce normal = force_at_gap(law, law.distance + along, k);
+    const double along = law.normal.dot(moved), k = law.share * tangential_;
+    const ContactForce normal = force_at_gap(law, law.distance + along, law.normal_stiffness);
     const Mat3 tangent = tangent_projector(law.normal);
     if (request == TermRequest::NewLimits) law.limit = law.friction * normal.force;
     const FrictionState friction =
@@ -106,8 +107,9 @@ double ContactTerms::friction_at(const Team& team, const Points& displacement, d
         const ContactLaw& law = laws_[i];
         ExtraTerm& term = terms[i];
         const Vec3 &n = law.normal, moved = term.relative_displacement(displacement, time);
-        const double along = n.dot(moved), k = law.share * stiffness_;
-        const ContactForce normal = contact_force(law.distance, law.thickness, k);
+        const double along = n.dot(moved), k = law.share * tangential_;
+        const ContactForce normal =
+            contact_force(law.distance, law.thickness, law.normal_stiffness);
         const double limit = law.friction * std::max(0.0, normal.force - normal.stiffness * along);
         const Mat3 tangent = tangent_projector(n);
         Vec3 slipped = moved - along * n;
@@ -144,10 +146,10 @@ std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& mo
   anchors.reserve(contacts.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
-    const double force = contact_force(contact.distance, contact.thickness, stiffness_).force;
+    const double force = contact_force(contact.distance, contact.thickness, stiffness_[c]).force;
     const Vec3 moved = weighted(contact, x1) - weighted(contact, x0);
     const Vec3 actual = moved - contact.normal * contact.normal.dot(moved);
-    Vec3 slip = slip_after(slips_[c], actual, stiffness_, contact.friction * force);
+    Vec3 slip = slip_after(slips_[c], actual, tangential_, contact.friction * force);
     // The slip rotates with a rigidly moving surface.
     for (const int corner : {0, 3}) {
       const Index s = model.surface_of_vertex[contact.vertices[corner]];

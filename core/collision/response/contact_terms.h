@@ -18,6 +18,7 @@ struct ContactLaw {
   double share, friction;      // [1]
   Vec3 slip;                   // slip of the anchor at the start [m]
   double limit;                // largest friction force, mu N [N]
+  double normal_stiffness;     // in the normal direction, times the share [N/m]
 };
 
 // Contact terms of one step, in the order of the contacts. They must be the first terms of a solve.
@@ -54,10 +55,11 @@ class ContactTerms {
                                             const Points& x1) const;
 
  private:
-  std::vector<ContactLaw> laws_;  // one for each term
-  std::vector<double> shares_;    // share of each contact [1]
-  std::vector<Vec3> slips_;       // anchor slip of each contact at the start [m]
-  double stiffness_ = 0.0;        // stiffness of a contact with share 1 [N/m]
+  std::vector<ContactLaw> laws_;   // one for each term
+  std::vector<double> shares_;     // share of each contact [1]
+  std::vector<Vec3> slips_;        // anchor slip of each contact at the start [m]
+  std::vector<double> stiffness_;  // in the normal direction, of each contact [N/m]
+  double tangential_ = 0.0;        // stiffness of the anchor of a contact with share 1 [N/m]
   Index n_cloth_ = 0;
   double energy_ = 0.0;
 };

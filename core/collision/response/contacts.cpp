@@ -18,6 +18,9 @@ constexpr double least_distance = 1e-6;
 // the ends than the fraction `end_fade` of the edge, and the squared sine of the angle between the
 // edges exceeds `parallel_fade`.
 constexpr double end_fade = 0.1, parallel_fade = 0.04;
+// Largest stiffness of a contact, in units of the model's stiffness. The sums of the solver in
+// single precision remain positive definite with it.
+constexpr double stiffest = 1e4;
 
 double smooth_step(double x) {
   x = std::clamp(x, 0.0, 1.0);
@@ -236,6 +239,32 @@ std::vector<double> contact_shares(const std::vector<Contact>& contacts,
     begin = end;
   }
   return shares;
+}
+
+std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
+                                      const CollisionModel& model, const Vector& inverse_mass,
+                                      const Points& forces) {
+  std::vector<double> stiffness(contacts.size(), model.contact_stiffness);
+  if (forces.rows() == 0) return stiffness;
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const Contact& contact = contacts[c];
+    double pressing = 0.0;  // larger force of both sides along the normal [N]
+    for (const int side : {0, 1}) {
+      double force = 0.0;
+      bool free = true;
+      for (int i = 0; i < 4; ++i) {
+        if ((contact.weights[i] < 0.0) != (side == 1) || contact.weights[i] == 0.0) continue;
+        const Index v = contact.vertices[i];
+        free = free && v < forces.rows() && inverse_mass[v] > 0.0;
+        if (free) force -= contact.weights[i] * contact.normal.dot(forces.row(v).transpose());
+      }
+      if (free) pressing = std::max(pressing, force);
+    }
+    const double needed = pressing / (0.25 * contact.thickness);
+    stiffness[c] = std::clamp(needed - model.contact_stiffness, model.contact_stiffness,
+                              stiffest * model.contact_stiffness);
+  }
+  return stiffness;
 }
 
 }  // namespace loomstone

@@ -50,6 +50,23 @@ void add_attachments(const Model& model, const State& state, ExtraTerms& terms) 
   }
 }
 
+// Elastic and external forces on cloth at the start, if any contact has less than half of its
+// thickness left, where they may determine its stiffness.
+Points pressing_forces(const Loads& loads, const std::vector<Contact>& contacts, Engines& engines) {
+  if (std::none_of(contacts.begin(), contacts.end(),
+                   [](const Contact& c) { return c.distance < 0.5 * c.thickness; }))
+    return Points(0, 3);
+  const Index n = engines.model.cloth.n_vertices;
+  const Index begin = std::min(engines.layout.begin(), n), end = std::min(engines.layout.end(), n);
+  const Points x = loads.x0.topRows(n), none = Points::Zero(n, 3);
+  Points force = Points::Zero(engines.model.n_rows(), 3);
+  force.topRows(n) = loads.force;
+  engines.elasticity->add_implicit_forces(engines.team, x, nullptr, begin, end, force);
+  engines.elasticity->add_explicit_bending(engines.team, x, none, begin, end, force);
+  engines.layout.gather(force.data(), 3);
+  return force;
+}
+
 void find_contacts(const StepContext& part, const Loads& loads, const State& state,
                    Engines& engines, NearContacts& near, StepReport& report) {
   CollisionStage& collision = *engines.collision;
@@ -58,8 +75,9 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
   near.contacts = collision.proximity(engines.collision_team, loads.x0, near.tangle);
   if (!engines.contacts_in_solve) return;
   expect_motion(part, loads, state, engines, near);
-  const ContactInputs inputs{loads.x0, near.v0, near.last_change,          state.rigid.positions,
-                             part.h,   n,       engines.model.inverse_mass};
+  const Points forces = pressing_forces(loads, near.contacts, engines);
+  const ContactInputs inputs{loads.x0, near.v0, near.last_change,           state.rigid.positions,
+                             part.h,   n,       engines.model.inverse_mass, forces};
   near.contact_terms = collision.terms(inputs, near.contacts, state.contacts, near.terms);
   report.energy.contact = near.contact_terms.energy();
   collision.untangle(inputs, near.tangle, near.terms);

@@ -24,11 +24,11 @@ Assembled assemble(const TestScene& scene, const Points& x, const Points& v, con
   Assembled result;
   CollisionStage stage(scene.model);
   result.contacts = stage.proximity(Team{1}, x, {});
-  result.energy =
-      stage
-          .terms({x, v, Points::Zero(x.rows(), 3), centres, 1e-3, n_cloth, scene.inverse_mass},
-                 result.contacts, state, result.terms)
-          .energy();
+  result.energy = stage
+                      .terms({x, v, Points::Zero(x.rows(), 3), centres, 1e-3, n_cloth,
+                              scene.inverse_mass, Points(0, 3)},
+                             result.contacts, state, result.terms)
+                      .energy();
   return result;
 }
 
@@ -150,7 +150,7 @@ TEST_CASE(
   for (Contact& c : smooth) c.friction = 0.0;
   // At zero displacement, normal force and stiffness equal their values at the start.
   const Points unchanged = Points::Zero(n, 3), no_bodies(0, 3);
-  const ContactInputs inputs{x, v, unchanged, no_bodies, 1e-3, n, scene.inverse_mass};
+  const ContactInputs inputs{x, v, unchanged, no_bodies, 1e-3, n, scene.inverse_mass, Points(0, 3)};
   ContactTerms made = stage.terms(inputs, smooth, state, terms);
   ExtraTerms there = terms;
   made.at(Team{1}, Points::Zero(n, 3), 0.0, TermRequest::Derivative, there);
@@ -337,4 +337,31 @@ TEST_CASE("a smooth surface pushes along its rounded normals, and its edges carr
   // times the ratio of height to radius (0.04) if the closest point is not on the vertex's radius.
   CHECK(worst_angle(false) > 0.1);
   CHECK(worst_angle(true) < 0.02);
+}
+
+TEST_CASE("contacts become stiffer where forces press taut cloth together") {
+  const TestScene scene = two_sheets();
+  const double k = scene.model.contact_stiffness;
+  CollisionStage stage(scene.model);
+  const std::vector<Contact> contacts = stage.proximity(Team{1}, scene.x, {});
+  REQUIRE(contacts.size() > 20);
+  const auto stiffness = [&](const Points& forces) {
+    return contact_stiffness(contacts, scene.model, scene.inverse_mass, forces);
+  };
+  const Index n = scene.model.n_vertices, n_low = scene.model.surfaces[0].n_vertices;
+  for (const double each : stiffness(Points(0, 3))) CHECK(each == k);
+  // The upper sheet is pressed down by 8 N per vertex. The thickness is 4 mm.
+  Points forces = Points::Zero(n, 3);
+  forces.bottomRows(n - n_low).col(2).setConstant(-8.0);
+  const std::vector<double> stiffer = stiffness(forces);
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const double pressing = 8.0 * std::abs(contacts[c].normal.z());
+    CHECK(stiffer[c] == Approx(std::max(k, 4.0 * pressing / 4e-3 - k)));
+  }
+  // The law resists 1 N, because k xi / 2 is 2 N.
+  for (const double each : stiffness(forces / 8.0)) CHECK(each == k);
+  // Forces that pull the sheets apart do not count, nor do forces on prescribed vertices.
+  for (const double each : stiffness(-forces)) CHECK(each == k);
+  const Vector held = Vector::Zero(n);
+  for (const double each : contact_stiffness(contacts, scene.model, held, forces)) CHECK(each == k);
 }

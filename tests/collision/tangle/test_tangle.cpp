@@ -123,7 +123,8 @@ TEST_CASE("terms and impulses that untangle have neither sum nor torque") {
   const Points still = Points::Zero(n, 3);
   const Points no_bodies(0, 3);
   untangling_terms(scene.model, tangle,
-                   {scene.x, still, still, no_bodies, 1e-3, n, scene.inverse_mass}, terms);
+                   {scene.x, still, still, no_bodies, 1e-3, n, scene.inverse_mass, Points(0, 3)},
+                   terms);
   REQUIRE(terms.size() > 20);
   Vec3 sum = Vec3::Zero(), torque = Vec3::Zero();
   double size = 0.0;
