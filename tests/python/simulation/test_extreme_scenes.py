@@ -1,4 +1,4 @@
-"""Claims about scenes with extreme loads: pins that jump, and bodies much heavier than cloth."""
+"""Claims about pins that jump, bodies much heavier than cloth, and heaps of cloth."""
 
 import loomstone as ls
 import numpy as np
@@ -107,3 +107,41 @@ def test_limited_cloth_catches_a_ball_a_thousand_times_as_heavy(mass: float, exc
         assert sim.report.contacts.intersections == 0
     assert worst < excess
     assert len(sim.broken_limits) == 0
+
+
+def heap(towels: int) -> ls.Scene:
+    """Towels that fall onto one another."""
+    random = np.random.default_rng(0)
+    flat = ls.grid(size=(0.18, 0.12), cells=(11, 7))
+    material = ls.ClothMaterial(
+        weft_stiffness=300.0, warp_stiffness=300.0, shear_stiffness=150.0, density=0.3
+    )
+    cloths = []
+    for i in range(towels):
+        x, y = random.uniform(-0.03, 0.03, 2)
+        roll, pitch = random.uniform(-0.2, 0.2, 2)
+        turn = random.uniform(0.0, 3.0)
+        about_x = np.array(
+            [[1, 0, 0], [0, np.cos(roll), -np.sin(roll)], [0, np.sin(roll), np.cos(roll)]]
+        )
+        about_y = np.array(
+            [[np.cos(pitch), 0, np.sin(pitch)], [0, 1, 0], [-np.sin(pitch), 0, np.cos(pitch)]]
+        )
+        about_z = np.array(
+            [[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]]
+        )
+        mesh = flat.moved((x, y, 0.08 + 0.08 * i), rotation=about_z @ about_y @ about_x)
+        cloths.append(ls.Cloth(name=f"towel {i}", mesh=mesh, material=material))
+    return ls.Scene(cloths=cloths, obstacles=[ls.floor(height=0.0)])
+
+
+def test_a_heap_of_towels_comes_to_rest() -> None:
+    sim = ls.Simulation(heap(8), threads=1)
+    peak, last = 0.0, 0.0
+    while sim.time < 3.0:
+        sim.step()
+        kinetic = sim.report.energy.kinetic
+        peak = max(peak, kinetic)
+        if sim.time > 2.5:
+            last = max(last, kinetic)
+    assert last < 1e-6 * peak
