@@ -64,7 +64,7 @@ Points pressing_forces(const Loads& loads, const std::vector<Contact>& contacts,
   engines.elasticity->add_implicit_forces(engines.team, x, nullptr, begin, end, force);
   engines.elasticity->add_explicit_bending(engines.team, x, none, begin, end, force);
   engines.layout.gather(force.data(), 3);
-  return force;
+  return force.topRows(n);
 }
 
 void find_contacts(const StepContext& part, const Loads& loads, const State& state,
