@@ -7,6 +7,8 @@
 #include "core/magnetics/fast_sums/treecode.h"
 #include "core/magnetics/field_lines/field_lines.h"
 #include "core/magnetics/forces/cells.h"
+#include "core/magnetics/forces/charge_error.h"
+#include "core/magnetics/forces/overlap.h"
 #include "core/magnetics/induction/induced_dipoles.h"
 #include "core/magnetics/induction/mutual_inductance.h"
 #include "core/magnetics/sources/axisymmetric.h"
@@ -235,7 +237,9 @@ void bind_interactions(py::module_& m) {
         Wrench w;
         {
           const py::gil_scoped_release release;
+          check_no_overlap({on, by}, {"on", "by"});
           w = magnetic_wrench(on, by, tolerance);
+          w.error += charge_error(on, by);
         }
         return py::make_tuple(w.force, w.torque, w.error);
       },
@@ -244,17 +248,22 @@ void bind_interactions(py::module_& m) {
       "magnetic_forces",
       [](const std::vector<MagneticBody>& bodies, double tolerance, int threads) {
         const Team team = team_of(threads);
+        std::vector<std::string> names;
+        for (std::size_t i = 0; i < bodies.size(); ++i) names.push_back(formatted("bodies[{}]", i));
         std::vector<Wrench> wrenches;
+        Vector charge;
         {
           const py::gil_scoped_release release;
+          check_no_overlap(bodies, names);
           wrenches = magnetic_wrenches(team, bodies, tolerance);
+          charge = charge_errors(team, bodies);
         }
         Points forces(wrenches.size(), 3), torques(wrenches.size(), 3);
         Vector errors(wrenches.size());
         for (std::size_t i = 0; i < wrenches.size(); ++i) {
           forces.row(i) = wrenches[i].force.transpose();
           torques.row(i) = wrenches[i].torque.transpose();
-          errors[i] = wrenches[i].error;
+          errors[i] = wrenches[i].error + charge[i];
         }
         return py::make_tuple(forces, torques, errors);
       },

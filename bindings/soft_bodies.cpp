@@ -118,7 +118,7 @@ void bind_shapes(py::module_& m) {
         return soft_body(soft_cuboid(team, edges, susceptibility, cells, focus), saturation);
       },
       py::kw_only(), py::arg("size"), py::arg("susceptibility"), py::arg("saturation") = 0.0,
-      py::arg("cells") = 12, py::arg("focus") = 0.0, py::arg("threads") = 0);
+      py::arg("cells") = 16, py::arg("focus") = 0.0, py::arg("threads") = 0);
   m.def(
       "soft_cylinder",
       [](double radius, double height, double susceptibility, double inner_radius,

@@ -3,8 +3,8 @@
 // momentum, which therefore holds up to rounding errors.
 //
 // Dipoles and spheres need no integral, parallel cuboids have a closed form, and other bodies are
-// integrated over their panels. Overlapping bodies exert the forces between their surface charges,
-// which are finite.
+// integrated over their panels. Bodies that overlap slightly, as rigid bodies in contact do, exert
+// finite forces; overlap.h finds overlaps.
 #pragma once
 
 #include "core/magnetics/sources/body.h"
@@ -14,7 +14,9 @@ namespace loomstone {
 struct Wrench {
   Vec3 force = Vec3::Zero();   // [N]
   Vec3 torque = Vec3::Zero();  // about the centre of the body [N m]
-  double error = 0.0;          // estimated error of the force and of torque / radius [N]
+  // Estimated error of the force and of torque / radius due to integration [N]; see also
+  // charge_error.h.
+  double error = 0.0;
 };
 
 // Returns the wrench on `on` exerted by `by`. The error is at most `tolerance` times the larger of

@@ -2,6 +2,7 @@
 // extrapolation over several grids. Meshes use a single grid.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
 
 #include "core/base/message.h"
@@ -20,13 +21,15 @@ namespace {
 
 // Number of points in each direction of a panel at which the field is sampled and forces act.
 constexpr int points_a_direction = 3;
-constexpr Index most_panels = 8000;  // a matrix of 0.5 GB
+constexpr Index most_panels = 8000;          // a matrix of 0.5 GB
+constexpr Index most_cuboid_panels = 24000;  // eight matrices of 3000 x 3000, 0.6 GB
 
-// One grid on the surface, its matrix, and its weight in the extrapolated response.
+// One grid on the surface, its matrix, and its weights in the extrapolated response and in the
+// estimate of the error.
 struct Grid {
   std::vector<FlatPanel> panels;
   std::shared_ptr<const BoundaryElements> flux;
-  double share = 1.0;
+  double share = 1.0, error_share = 0.0;
 };
 
 struct PanelForm {
@@ -86,6 +89,9 @@ class SoftPanels final : public SoftShape {
     }
     ChargedPanels::Fine fine;
     fine.panel_means = source(charges);
+    fine.errors = errors_of(rest);
+    constexpr double measured = 0.1;  // error over its estimate, which is a bound
+    fine.variation_error = measured * std::abs(slope) / mu0 * applied.error;
     fine.at_samples = Vector::Zero(set.samples.rows());
     for (at = finest; at < rest.size(); ++at) {
       if (applied.halved[at]) continue;
@@ -135,6 +141,19 @@ class SoftPanels final : public SoftShape {
   }
 
  private:
+  // Returns the estimated errors of the extrapolated charges. Empty for a single grid.
+  Vector errors_of(const Vector& charges) const {
+    if (form_->grids.size() == 1) return {};
+    Vector errors = charges;
+    Eigen::Index at = 0;
+    for (const Grid& grid : form_->grids) {
+      const auto n = static_cast<Eigen::Index>(grid.panels.size());
+      errors.segment(at, n) *= grid.error_share / grid.share;
+      at += n;
+    }
+    return errors;
+  }
+
   std::shared_ptr<const PanelForm> form_;
   double susceptibility_;
   std::vector<std::unique_ptr<BoundaryElements::Factors>> factors_;
@@ -155,14 +174,43 @@ std::vector<int> three_grids(int cells) {
   return {cells / 2, 2 * static_cast<int>(std::lround(0.35 * cells)), cells};
 }
 
-// Returns the weights of Richardson extrapolation from grids with given numbers of cells. Two grids
-// cancel the error of second order in 1 / cells. Three grids also cancel that of third order.
-Vector shares_of(const std::vector<int>& counts) {
+// Returns the weights of Richardson extrapolation from grids with given numbers of cells. It cancels
+// errors of the given orders in 1 / cells, one order fewer than there are grids.
+Vector extrapolation(const std::vector<int>& counts, const std::vector<int>& orders) {
   const auto n = static_cast<Index>(counts.size());
-  DenseMatrix powers(n, n);
+  DenseMatrix powers = DenseMatrix::Ones(n, n);
   for (Index g = 0; g < n; ++g)
-    for (Index k = 0; k < n; ++k) powers(k, g) = k == 0 ? 1.0 : std::pow(counts[g], -1.0 - k);
+    for (Index k = 1; k < n; ++k) powers(k, g) = std::pow(counts[g], -1.0 * orders[k - 1]);
   return powers.inverse() * Vector::Unit(n, 0);
+}
+
+// Grids of a body, coarsest first. Three grids cancel errors of second and third order, two grids
+// only those of second order. The difference from an extrapolation in which the last order is one
+// higher estimates the error.
+using MakePanels = std::function<std::vector<FlatPanel>(int cells)>;
+using MakeElements = std::unique_ptr<BoundaryElements> (*)(const Team&,
+                                                           const std::vector<FlatPanel>&);
+std::vector<Grid> grids_of(const Team& team, const std::vector<int>& counts,
+                           const MakePanels& panels, MakeElements elements) {
+  constexpr double margin = 1.5;
+  const bool three = counts.size() == 3;
+  const Vector shares = extrapolation(counts, three ? std::vector{2, 3} : std::vector{2});
+  const Vector others = extrapolation(counts, three ? std::vector{2, 4} : std::vector{3});
+  std::vector<Grid> grids(counts.size());
+  for (std::size_t g = 0; g < counts.size(); ++g) {
+    const auto row = static_cast<Eigen::Index>(g);
+    grids[g].panels = panels(counts[g]);
+    grids[g].flux = elements(team, grids[g].panels);
+    grids[g].share = shares[row];
+    grids[g].error_share = margin * (shares[row] - others[row]);
+  }
+  return grids;
+}
+
+void check_panels(Index panels, Index most, int cells, const char* shape) {
+  if (panels > most)
+    fail<InvalidInput>("panels must be at most {}, got {} on a {} with {} cells; take fewer", most,
+                       panels, shape, cells);
 }
 
 }  // namespace
@@ -191,14 +239,9 @@ SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibili
   // on grids with at least three quarters of `cells`.
   std::vector<int> counts = three_grids(cells);
   if (focus > 0.0) counts = {2 * static_cast<int>(std::lround(0.375 * cells)), cells};
-  const Vector shares = shares_of(counts);
-  for (std::size_t g = 0; g < counts.size(); ++g) {
-    Grid grid;
-    grid.panels = cuboid_panels(size, counts[g], focus);
-    grid.flux = cuboid_boundary_elements(team, grid.panels);
-    grid.share = shares[static_cast<Eigen::Index>(g)];
-    form.grids.push_back(std::move(grid));
-  }
+  const auto panels = [&](int count) { return cuboid_panels(size, count, focus); };
+  check_panels(static_cast<Index>(panels(cells).size()), most_cuboid_panels, cells, "cuboid");
+  form.grids = grids_of(team, counts, panels, cuboid_boundary_elements);
   return panels_of(std::move(form), susceptibility);
 }
 
@@ -223,19 +266,11 @@ SoftShapePtr soft_cylinder(const Team& team, double radius, double height, doubl
         "height and wall must be at least {} m, a fiftieth of the radius of a cylinder that "
         "magnetises, got {}; give a mesh with smaller panels",
         thinnest * radius, thin);
-  const std::vector<int> counts = three_grids(cells);
-  const Vector shares = shares_of(counts);
-  for (std::size_t g = 0; g < counts.size(); ++g) {
-    Grid grid;
-    grid.panels = cylinder_panels(radius, inner_radius, height, counts[g]);
-    if (static_cast<Index>(grid.panels.size()) > most_panels)
-      fail<InvalidInput>(
-          "panels must be at most {}, got {} on a cylinder with {} cells; take fewer", most_panels,
-          grid.panels.size(), cells);
-    grid.flux = mesh_boundary_elements(team, grid.panels);
-    grid.share = shares[static_cast<Eigen::Index>(g)];
-    form.grids.push_back(std::move(grid));
-  }
+  const auto panels = [&](int count) {
+    return cylinder_panels(radius, inner_radius, height, count);
+  };
+  check_panels(static_cast<Index>(panels(cells).size()), most_panels, cells, "cylinder");
+  form.grids = grids_of(team, three_grids(cells), panels, mesh_boundary_elements);
   return panels_of(std::move(form), susceptibility);
 }
 

@@ -150,4 +150,14 @@ std::vector<PanelSample> ChargedPanels::charges() const {
   return result;
 }
 
+Vector ChargedPanels::charge_errors() const {
+  if (fine_.errors.size() == 0) return {};
+  Vector errors(set_->samples.rows());
+  for (Eigen::Index i = 0; i < errors.size(); ++i) {
+    const Eigen::Index panel = i / set_->per_panel;
+    errors[i] = fine_.errors[panel] / mu0 * set_->shares[i] * set_->panels[panel].area;
+  }
+  return errors;
+}
+
 }  // namespace loomstone

@@ -69,16 +69,90 @@ static double graded(double t, double width) {
   return t == 1.0 ? 1.0 : t == 0.0 ? 0.0 : 0.5 * (low + high);
 }
 
+namespace {
+
+// Number of panels between the end of an edge and a distance d from it, in units of those on half of
+// the shortest edge. d is in units of half of the shortest edge. Up to d = 1, panels are refined
+// towards the end. Beyond, they have equal widths, or grow in proportion to 1 + growth (d - 1).
+double panels_from_end(double d, double growth) {
+  if (d <= 1.0) return std::sqrt(d);
+  return 1.0 + (growth > 0.0 ? 0.5 * std::log1p(growth * (d - 1.0)) / growth : 0.5 * (d - 1.0));
+}
+
+double distance_from_end(double panels, double growth) {  // the inverse
+  if (panels <= 1.0) return panels * panels;
+  const double more = 2.0 * (panels - 1.0);
+  return 1.0 + (growth > 0.0 ? std::expm1(growth * more) / growth : more);
+}
+
+// Panels on half of an edge of a cuboid.
+struct HalfEdge {
+  double length = 1.0;  // in units of half of the shortest edge
+  int multiple = 1;     // number of panels in units of those on half of the shortest edge
+  double growth = 0.0;  // of the panels towards the middle
+
+  // Returns the position between the middle (0) and the end (1) below which a fraction t of the
+  // panels lies.
+  double position(double t) const {
+    if (t == 0.0) return 0.0;
+    const double panels = (1.0 - t) * panels_from_end(length, growth);
+    return 1.0 - distance_from_end(panels, growth) / length;
+  }
+};
+
+// Chooses the multiples of the edges. They are integers, so that the numbers of panels on grids for
+// extrapolation have the same ratio along all edges.
+std::array<HalfEdge, 3> half_edges(const Vec3& size) {
+  // Width of panels far from the ends over that in the middle of the shortest edge. With 1.8, the
+  // largest error beside magnets doubles.
+  constexpr double widest = 1.38;
+  constexpr int most_panels = 19;  // in an octant, over those on one face of a cube there
+  std::array<HalfEdge, 3> edges;
+  for (int axis = 0; axis < 3; ++axis) {
+    HalfEdge& edge = edges[axis];
+    edge.length = size[axis] / size.minCoeff();
+    const double wanted = std::ceil(panels_from_end(edge.length, 0.0) / widest);
+    edge.multiple = static_cast<int>(std::clamp<double>(wanted, 1.0, most_panels));
+  }
+  const auto panels = [&] {
+    const int a = edges[0].multiple, b = edges[1].multiple, c = edges[2].multiple;
+    return a * b + b * c + c * a;
+  };
+  while (panels() > most_panels) {
+    const int largest = std::max({edges[0].multiple, edges[1].multiple, edges[2].multiple});
+    for (HalfEdge& edge : edges)
+      if (edge.multiple == largest) --edge.multiple;
+  }
+  for (HalfEdge& edge : edges) {
+    const double most = widest * edge.multiple;
+    if (panels_from_end(edge.length, 0.0) <= most) continue;
+    double low = 0.0, high = 1.0;
+    while (panels_from_end(edge.length, high) > most) high *= 2.0;
+    while (high - low > 1e-12 * high) {
+      edge.growth = 0.5 * (low + high);
+      (panels_from_end(edge.length, edge.growth) > most ? low : high) = edge.growth;
+    }
+  }
+  return edges;
+}
+
+}  // namespace
+
 std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus) {
-  const int half = cells / 2;
   std::vector<FlatPanel> eighth, all;
-  const auto place = [&](int axis, int i) {  // index 0 is the middle, index `half` the end
-    return 0.5 * size[axis] * graded(static_cast<double>(i) / half, 2.0 * focus / size[axis]);
+  const std::array<HalfEdge, 3> edges = half_edges(size);
+  int halves[3];
+  for (int axis = 0; axis < 3; ++axis)
+    halves[axis] = cells / 2 * (focus > 0.0 ? 1 : edges[axis].multiple);
+  const auto place = [&](int axis, int i) {  // index 0 is the middle, the last index the end
+    const double t = static_cast<double>(i) / halves[axis];
+    return 0.5 * size[axis] *
+           (focus > 0.0 ? graded(t, 2.0 * focus / size[axis]) : edges[axis].position(t));
   };
   for (int axis = 0; axis < 3; ++axis) {
     const int a = (axis + 1) % 3, b = (axis + 2) % 3;
-    for (int i = 0; i < half; ++i) {
-      for (int k = 0; k < half; ++k) {
+    for (int i = 0; i < halves[a]; ++i) {
+      for (int k = 0; k < halves[b]; ++k) {
         Vec3 corners[4];
         for (int c = 0; c < 4; ++c) {
           corners[c][axis] = 0.5 * size[axis];

@@ -30,12 +30,18 @@ struct PanelPoint {
 // unit square collapses to corner 0.
 std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order);
 
-// Panels of a cuboid centred at the origin, with `cells` (even) along every edge. They are refined
-// quadratically towards edges and corners, where the charge is singular. focus > 0 [m] also refines
-// the middle of wide faces, for magnets nearby. Within that distance of the middle, panels are
-// nearly equal in size. Farther out, their size grows in proportion to the distance. The first n/8
-// of the n panels lie in the octant x, y, z > 0. Panel s n/8 + i is the mirror image of panel i
-// along the axes whose bits are set in s.
+// Panels of a cuboid centred at the origin, with `cells` (even) along its shortest edges. They are
+// refined quadratically towards edges and corners, where the charge is singular. Longer edges have a
+// multiple of `cells`, such that panels far from the ends are as wide as those in the middle of the
+// shortest edge. The charge near the edges of a magnet beside a thin body varies at the scale of
+// the body's thickness. Very wide bodies have fewer panels, whose size grows towards the middle.
+//
+// If focus > 0 [m], all edges have `cells` panels, which are also refined in the middle of wide
+// faces, for magnets nearby. Within that distance of the middle, panels are nearly equal in size.
+// Farther out, their size grows in proportion to the distance.
+//
+// The first n/8 of the n panels lie in the octant x, y, z > 0. Panel s n/8 + i is the mirror image
+// of panel i along the axes whose bits are set in s.
 std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus);
 
 // Triangles of a cylinder |z| <= height / 2 about the origin, or of a ring if inner_radius > 0. The

@@ -218,6 +218,26 @@ Vec3 HarmonicSphere::moment() const {
               coefficients_[SphericalHarmonics::slot(1, 0)]);
 }
 
+// The norms of the coefficients decay geometrically, and so do the forces on them, with the square
+// of the same ratio. The error is the term of the last degree times the sum of the terms that follow
+// it. Without a previous degree, it is the last term.
+Vector HarmonicSphere::charge_errors() const {
+  const int last = series_->degree();
+  const auto at = [](int l) { return SphericalHarmonics::slot(l, 0); };
+  Vector density = Vector::Zero(coefficients_.size());
+  density.segment(at(last), 2 * (last + 1)) =
+      (2.0 * last + 1.0) / mu0 * coefficients_.segment(at(last), 2 * (last + 1));
+  if (last > 1) {
+    const double before = coefficients_.segment(at(last - 1), 2 * last).squaredNorm();
+    const double after = coefficients_.segment(at(last), 2 * (last + 1)).squaredNorm();
+    constexpr double most = 0.99;  // ratio of the forces, for series that converge slowly
+    const double ratio = before > 0.0 ? std::min(after / before, most) : most;
+    density *= ratio / (1.0 - ratio);
+  }
+  return 4.0 * pi * radius_ * radius_ *
+         series_->shares().cwiseProduct(series_->values(density));
+}
+
 std::vector<PanelSample> HarmonicSphere::charges() const {
   Vector density(coefficients_.size());
   for (int l = 1; l <= series_->degree(); ++l) {

@@ -61,15 +61,21 @@ def force(
     the body's radius if that is larger. The charge or current of one body is integrated in the
     exact field of the other. The reaction follows from the balance of linear and angular momentum:
     force(on=b, by=a) is minus force(on=a, by=b) to the last bit. Dipoles and spheres are exact.
-    `error` [N] is an estimate. It exceeds the requested error if 2,000,000 evaluations of the field
-    do not suffice. Bodies that overlap feel the finite forces between their surface charges.
+
+    `error` [N] estimates the error of the force, or of the torque divided by the body's radius if
+    that is larger. It exceeds the requested error if 2,000,000 evaluations of the field do not
+    suffice. For induced bodies it includes the error of their charge: for cuboids and cylinders by
+    comparison of their three grids, for spheres by the last degree. In nine of ten cases it is
+    between half and ten times the true error. It is nan for meshes, which have one grid.
 
     engine "cells": represents both magnets by dipole cells of `density` [1/m^3]. The tolerance is
     then ignored. The error is estimated by an eighth of the density, and includes that of the
     torque divided by the body's radius. For many calls, build the cells once with `cells`; the
     error is then 0, because it is that of the sum over these cells.
 
-    Raises InvalidInput for a tolerance out of range and for polylines that are not closed.
+    Raises InvalidInput for solid magnets that overlap (they may touch), for a tolerance out of
+    range, and for polylines that are not closed. Overlap is certain to be found between cuboids and
+    with spheres, otherwise where it contains one of about 300 points on the surface of either body.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
@@ -101,6 +107,7 @@ def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
 
     tolerance [1]: error of each pair relative to the largest force between any two bodies. Linear
     and angular momentum are conserved to rounding. Bodies made by cells() interact by their cells.
+    Errors are estimated, and solid magnets that overlap are refused, as by `force`.
     threads 0: all processors; the result does not depend on it. Bodies that move are given at their
     poses:
 

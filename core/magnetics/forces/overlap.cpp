@@ -1,0 +1,106 @@
+#include "core/magnetics/forces/overlap.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "core/base/message.h"
+
+namespace loomstone {
+
+namespace {
+
+struct OrientedBox {
+  Vec3 centre, half;
+  Mat3 axes;  // unit vectors along the edges, by columns
+};
+
+OrientedBox box_of(const MagneticBody& body) {
+  const auto [low, high] = *body.source->box();
+  const Mat3 axes = rotation_matrix(body.pose.orientation);
+  return {body.pose.position + axes * (0.5 * (low + high)), 0.5 * (high - low), axes};
+}
+
+// Returns the largest gap between the projections of two boxes onto an axis [m]. It is negative if
+// the boxes overlap. The axes of the separating-axis test are the normals of faces and the products
+// of edges.
+double separation(const OrientedBox& a, const OrientedBox& b) {
+  constexpr double parallel = 1e-6;  // sine of the angle below which edges count as parallel
+  const Vec3 away = b.centre - a.centre;
+  double largest = -std::numeric_limits<double>::infinity();
+  const auto project = [&](const Vec3& axis) {
+    const double gap = std::abs(away.dot(axis)) - (a.axes.transpose() * axis).cwiseAbs().dot(a.half) -
+                       (b.axes.transpose() * axis).cwiseAbs().dot(b.half);
+    largest = std::max(largest, gap);
+  };
+  for (int i = 0; i < 3; ++i) {
+    project(a.axes.col(i));
+    project(b.axes.col(i));
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 axis = a.axes.col(i).cross(b.axes.col(k));
+      if (axis.norm() > parallel) project(axis.normalized());
+    }
+  }
+  return largest;
+}
+
+// Returns whether a point on a lattice over the surface of `one` is deeper than `rounding` in
+// `other`.
+bool enters(const MagneticBody& one, const MagneticBody& other, double rounding) {
+  const std::vector<Panel> surface = one.source->surface();
+  const int parts =
+      std::max(2, static_cast<int>(16.0 / std::sqrt(static_cast<double>(surface.size()))));
+  const RigidPose pose = relative_pose(one.pose, other.pose);
+  const Mat3 rotation = rotation_matrix(pose.orientation);
+  for (const Panel& panel : surface) {
+    for (int point = 0; point < (parts + 1) * (parts + 1); ++point) {
+      const double u = static_cast<double>(point / (parts + 1)) / parts,
+                   v = static_cast<double>(point % (parts + 1)) / parts;
+      const Vec3 there = pose.position + rotation * panel.at(u, v).position;
+      if (other.source->depth(there) > rounding) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+bool overlap(const MagneticBody& a, const MagneticBody& b) {
+  if (!a.source->box() || !b.source->box()) return false;
+  const double size = a.source->radius() + b.source->radius(), rounding = 1e-6 * size;
+  if ((b.pose.position - a.pose.position).norm() > size) return false;
+  for (const auto& [ball, other] : {std::pair(&a, &b), std::pair(&b, &a)})
+    if (ball->source->spherical())
+      return other->source->depth(in_axes(other->pose, ball->pose.position)) >
+             rounding - ball->source->radius();
+  if (separation(box_of(a), box_of(b)) > -rounding) return false;
+  if (a.source->uniform_cuboid() && b.source->uniform_cuboid()) return true;
+  return enters(a, b, rounding) || enters(b, a, rounding);
+}
+
+void check_no_overlap(const std::vector<MagneticBody>& bodies,
+                      const std::vector<std::string>& names) {
+  // Pairs are found by sweeping along x. `left` is the smallest x of the bounding sphere [m].
+  std::vector<double> left;
+  for (const MagneticBody& body : bodies)
+    left.push_back(body.pose.position.x() - body.source->radius());
+  std::vector<std::size_t> order(bodies.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t i, std::size_t k) { return std::pair(left[i], i) < std::pair(left[k], k); });
+  std::vector<std::pair<std::size_t, std::size_t>> found;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const MagneticBody& body = bodies[order[i]];
+    const double right = body.pose.position.x() + body.source->radius();
+    for (std::size_t k = i + 1; k < order.size() && left[order[k]] < right; ++k)
+      if (overlap(body, bodies[order[k]])) found.push_back(std::minmax(order[i], order[k]));
+  }
+  if (found.empty()) return;
+  const auto [first, second] = *std::min_element(found.begin(), found.end());
+  fail<InvalidInput>("magnets must lie apart to exert forces, but {} overlaps {}; move one of them",
+                     names[first], names[second]);
+}
+
+}  // namespace loomstone

@@ -1,0 +1,122 @@
+"""Forces and torques on soft cuboids of any shape beside hard magnets, and their estimated errors."""
+
+import loomstone as ls
+import numpy as np
+import pytest
+from loomstone import magnetics as M
+
+# Ratios of edges, susceptibilities, and cells for the reference.
+SHAPES = [
+    ((1, 1, 1), (0.1, 30.0, 1e5), 36),
+    ((1.5, 1, 1.2), (3.0, 1000.0), 32),
+    ((1, 2.4, 2.4), (1.0, 300.0), 28),
+    ((3, 2, 0.4), (10.0, 1e6), 24),
+    ((10, 5, 1), (100.0,), 24),
+]
+CELLS = {16: 1e-3, 24: 1e-4}  # with the documented errors
+
+
+def magnets_beside(size, count, rng):
+    """Returns magnets at gaps of 0.1 to 2 times the shortest edge, centred and off-centre."""
+    found = []
+    for trial in range(count):
+        axis = int(np.argmin(size)) if trial % 2 else rng.integers(3)
+        edges = rng.uniform(0.5, 2.0, 3) * np.cbrt(np.prod(size))
+        place = np.zeros(3) if trial % 3 == 0 else rng.uniform(-0.5, 0.5, 3) * size
+        gap = np.min(size) * np.exp(rng.uniform(np.log(0.1), np.log(2.0)))
+        place[axis] = rng.choice((-1, 1)) * (0.5 * (size[axis] + edges[axis]) + gap)
+        polarization = rng.normal(size=3)
+        found.append(M.cuboid(size=edges, polarization=polarization).moved(place))
+    return found
+
+
+def wrenches(shape, susceptibility, magnets):
+    soft = shape.with_susceptibility(susceptibility)
+    bodies = [M.induce(soft, by=magnet).bodies[0] for magnet in magnets]
+    return [M.force(on=body, by=magnet) for body, magnet in zip(bodies, magnets, strict=True)]
+
+
+def difference(found, wanted, radius):
+    """Returns the larger difference of force and torque / radius [N]."""
+    force, torque = found.force - wanted.force, found.torque - wanted.torque
+    return max(np.linalg.norm(force), np.linalg.norm(torque) / radius)
+
+
+def size_of(wrench, radius):
+    return max(np.linalg.norm(wrench.force), np.linalg.norm(wrench.torque) / radius)
+
+
+@pytest.fixture(scope="module")
+def sample():
+    """Returns relative errors, and estimated over true errors, by the number of cells."""
+    errors, ratios = ({cells: [] for cells in CELLS} for _ in range(2))
+    rng = np.random.default_rng(7)
+    for edges, susceptibilities, most in SHAPES:
+        size = 0.004 * np.array(edges, float)
+        radius = 0.5 * np.linalg.norm(size)
+        shapes = {
+            cells: M.soft_cuboid(size=size, susceptibility=1.0, cells=cells)
+            for cells in {16, 24, most}
+        }
+        for chi in susceptibilities:
+            magnets = magnets_beside(size, 12, rng)
+            wanted = wrenches(shapes[most], chi, magnets)
+            for cells in {16, 24} - {most}:
+                for found, exact in zip(wrenches(shapes[cells], chi, magnets), wanted, strict=True):
+                    error = difference(found, exact, radius)
+                    errors[cells].append(error / size_of(exact, radius))
+                    ratios[cells].append(found.error / error)
+    return errors, ratios
+
+
+@pytest.mark.parametrize("cells", CELLS)
+def test_forces_on_cuboids_beside_magnets_have_the_documented_error(sample, cells):
+    assert max(sample[0][cells]) < CELLS[cells]
+
+
+def test_the_estimated_error_of_soft_cuboids_is_of_the_size_of_the_true_one(sample):
+    # Half and ten times the true error in nine of ten cases.
+    ratios = np.array(sample[1][16])
+    assert np.mean((ratios > 0.5) & (ratios < 10.0)) >= 0.9
+
+
+def test_forces_between_several_bodies_have_the_sum_of_the_estimated_errors():
+    magnet = M.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
+    other = magnet.moved((0.03, 0, 0))
+    soft = M.soft_cuboid(size=(0.02, 0.01, 0.004), susceptibility=100.0, cells=8)
+    (induced,) = M.induce(soft.moved((0, 0, 0.01)), by=[magnet, other]).bodies
+    found = M.forces([magnet, induced, other], tolerance=1e-8)
+    pairs = [M.force(on=induced, by=by, tolerance=1e-8).error for by in (magnet, other)]
+    assert found.errors[1] == pytest.approx(sum(pairs), rel=1e-3)  # the rest is integration
+    assert found.errors[0] == pytest.approx(M.force(on=magnet, by=induced).error, rel=1e-3)
+
+
+def test_a_mesh_has_no_estimated_error():
+    mesh = M.soft_mesh(ls.meshes.box(size=(0.01,) * 3), susceptibility=10.0, panels=100)
+    magnet = M.cuboid(size=(0.01,) * 3, polarization=(0, 0, 1)).moved((0, 0, 0.02))
+    (induced,) = M.induce(mesh, by=magnet).bodies
+    assert np.isnan(M.force(on=induced, by=magnet).error)
+    assert np.isnan(M.forces([induced, magnet]).errors).all()
+
+
+def test_the_estimated_error_of_soft_spheres_is_of_the_size_of_the_true_one():
+    rng = np.random.default_rng(3)
+    ratios = []
+    for _ in range(40):
+        chi, distance = 10.0 ** rng.uniform(-1, 4), rng.uniform(1.2, 3.0)
+        magnet = M.cuboid(size=rng.uniform(0.3, 1.0, 3), polarization=rng.normal(size=3))
+        away = rng.normal(size=3)
+        magnet = magnet.moved(away / np.linalg.norm(away) * (distance + magnet.radius))
+        found, exact = (
+            M.force(on=M.induce(ball, by=magnet).bodies[0], by=magnet)
+            for ball in (
+                M.soft_sphere(radius=1.0, susceptibility=chi, degree=degree) for degree in (4, 60)
+            )
+        )
+        ratios.append(found.error / difference(found, exact, 1.0))
+    assert np.mean((np.array(ratios) > 0.5) & (np.array(ratios) < 10.0)) >= 0.9
+
+
+def test_more_than_24000_panels_are_refused():
+    with pytest.raises(ls.InvalidInput, match="panels must be at most 24000, got .* take fewer"):
+        M.soft_cuboid(size=(0.03, 0.02, 0.004), susceptibility=1.0, cells=48)
