@@ -4149,7 +4149,7 @@ def soft_cuboid(
     size: typing.Any,
     susceptibility: typing.SupportsFloat | typing.SupportsIndex,
     saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0,
-    cells: typing.SupportsInt | typing.SupportsIndex = 12,
+    cells: typing.SupportsInt | typing.SupportsIndex = 16,
     focus: typing.SupportsFloat | typing.SupportsIndex = 0.0,
     threads: typing.SupportsInt | typing.SupportsIndex = 0,
 ) -> SoftBody: ...

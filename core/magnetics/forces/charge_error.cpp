@@ -9,8 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// Returns the force on the errors of an induced body's charge, and the torque about `centre` divided
-// by `radius`, whichever is larger [N].
+// Returns the force on the errors of an induced body's charge, and the torque about `centre`
+// divided by `radius`, whichever is larger [N].
 double force_on_errors(const MagneticBody& induced, const MagneticBody& by, const Vec3& centre,
                        double radius) {
   const std::vector<PanelSample> charges = induced.source->charges();
@@ -28,9 +28,7 @@ double force_on_errors(const MagneticBody& induced, const MagneticBody& by, cons
     force += part;
     torque += (x.row(i).transpose() - centre).cross(part);
   }
-  // Forces between induced bodies neglect the variation.
-  const double variation = by.source->induced() ? 0.0 : induced.source->variation_error();
-  return std::max(force.norm(), torque.norm() / radius) + variation;
+  return std::max(force.norm(), torque.norm() / radius);
 }
 
 }  // namespace

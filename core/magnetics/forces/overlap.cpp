@@ -31,7 +31,8 @@ double separation(const OrientedBox& a, const OrientedBox& b) {
   const Vec3 away = b.centre - a.centre;
   double largest = -std::numeric_limits<double>::infinity();
   const auto project = [&](const Vec3& axis) {
-    const double gap = std::abs(away.dot(axis)) - (a.axes.transpose() * axis).cwiseAbs().dot(a.half) -
+    const double gap = std::abs(away.dot(axis)) -
+                       (a.axes.transpose() * axis).cwiseAbs().dot(a.half) -
                        (b.axes.transpose() * axis).cwiseAbs().dot(b.half);
     largest = std::max(largest, gap);
   };
@@ -55,11 +56,12 @@ bool enters(const MagneticBody& one, const MagneticBody& other, double rounding)
   const RigidPose pose = relative_pose(one.pose, other.pose);
   const Mat3 rotation = rotation_matrix(pose.orientation);
   for (const Panel& panel : surface) {
-    for (int point = 0; point < (parts + 1) * (parts + 1); ++point) {
-      const double u = static_cast<double>(point / (parts + 1)) / parts,
-                   v = static_cast<double>(point % (parts + 1)) / parts;
-      const Vec3 there = pose.position + rotation * panel.at(u, v).position;
-      if (other.source->depth(there) > rounding) return true;
+    for (int i = 0; i <= parts; ++i) {
+      for (int k = 0; k <= parts; ++k) {
+        const Vec3 point =
+            panel.at(static_cast<double>(i) / parts, static_cast<double>(k) / parts).position;
+        if (other.source->depth(pose.position + rotation * point) > rounding) return true;
+      }
     }
   }
   return false;
@@ -88,8 +90,9 @@ void check_no_overlap(const std::vector<MagneticBody>& bodies,
     left.push_back(body.pose.position.x() - body.source->radius());
   std::vector<std::size_t> order(bodies.size());
   std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t i, std::size_t k) { return std::pair(left[i], i) < std::pair(left[k], k); });
+  std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t k) {
+    return std::pair(left[i], i) < std::pair(left[k], k);
+  });
   std::vector<std::pair<std::size_t, std::size_t>> found;
   for (std::size_t i = 0; i < order.size(); ++i) {
     const MagneticBody& body = bodies[order[i]];

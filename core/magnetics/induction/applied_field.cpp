@@ -92,7 +92,7 @@ class Refinement {
 
   AppliedField run(double tolerance) {
     judge_panels();
-    while (true) {
+    while (result_.leaves.size() < most_leaves) {
       double error = 0.0, size = 0.0, largest = 0.0;
       for (const std::vector<Judged>* all : {&panels_, &leaves_}) {
         for (const Judged& judged : *all) {
@@ -101,8 +101,7 @@ class Refinement {
           size += judged.size;
         }
       }
-      result_.error = error;
-      if (!(error > tolerance * size) || result_.leaves.size() >= most_leaves) break;
+      if (!(error > tolerance * size)) break;
       fresh_.clear();
       halve_leaves(worst * largest);
       halve_panels(worst * largest);

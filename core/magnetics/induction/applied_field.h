@@ -26,7 +26,6 @@ struct AppliedField {
   std::vector<Leaf> leaves;          // parts of bisected panels
   std::vector<std::uint8_t> halved;  // 1 if leaves replace the panel
   Vector fluxes;                     // flux through each panel [T m^2]
-  double error = 0.0;                // estimated error of the surface integral of (B.n) B [T^2 m^2]
 };
 
 // Pose of the body, magnets, and uniform B [T] in world axes.

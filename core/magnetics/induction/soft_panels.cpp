@@ -90,8 +90,6 @@ class SoftPanels final : public SoftShape {
     ChargedPanels::Fine fine;
     fine.panel_means = source(charges);
     fine.errors = errors_of(rest);
-    constexpr double measured = 0.1;  // error over its estimate, which is a bound
-    fine.variation_error = measured * std::abs(slope) / mu0 * applied.error;
     fine.at_samples = Vector::Zero(set.samples.rows());
     for (at = finest; at < rest.size(); ++at) {
       if (applied.halved[at]) continue;
@@ -174,8 +172,8 @@ std::vector<int> three_grids(int cells) {
   return {cells / 2, 2 * static_cast<int>(std::lround(0.35 * cells)), cells};
 }
 
-// Returns the weights of Richardson extrapolation from grids with given numbers of cells. It cancels
-// errors of the given orders in 1 / cells, one order fewer than there are grids.
+// Returns the weights of Richardson extrapolation from grids with given numbers of cells. It
+// cancels errors of the given orders in 1 / cells, one order fewer than there are grids.
 Vector extrapolation(const std::vector<int>& counts, const std::vector<int>& orders) {
   const auto n = static_cast<Index>(counts.size());
   DenseMatrix powers = DenseMatrix::Ones(n, n);
@@ -192,7 +190,7 @@ using MakeElements = std::unique_ptr<BoundaryElements> (*)(const Team&,
                                                            const std::vector<FlatPanel>&);
 std::vector<Grid> grids_of(const Team& team, const std::vector<int>& counts,
                            const MakePanels& panels, MakeElements elements) {
-  constexpr double margin = 1.5;
+  constexpr double measured = 0.6;  // error over the difference, in the geometric mean
   const bool three = counts.size() == 3;
   const Vector shares = extrapolation(counts, three ? std::vector{2, 3} : std::vector{2});
   const Vector others = extrapolation(counts, three ? std::vector{2, 4} : std::vector{3});
@@ -202,7 +200,7 @@ std::vector<Grid> grids_of(const Team& team, const std::vector<int>& counts,
     grids[g].panels = panels(counts[g]);
     grids[g].flux = elements(team, grids[g].panels);
     grids[g].share = shares[row];
-    grids[g].error_share = margin * (shares[row] - others[row]);
+    grids[g].error_share = measured * (shares[row] - others[row]);
   }
   return grids;
 }

@@ -69,9 +69,9 @@ int sphere_degree(double radius, double other_radius, double distance, double to
 
 // Returns a cuboid. cells is the number of panels along the shortest edge of the finest of three
 // grids; see check_cells(). Longer edges have more panels; see cuboid_panels(). Richardson
-// extrapolation combines the responses of the grids. If focus > 0 [m], all edges have `cells` panels
-// on two grids, refined near the middle of the wide faces, for a magnet of half width `focus` there.
-// Throws InvalidInput for more than 24,000 panels.
+// extrapolation combines the responses of the grids. If focus > 0 [m], all edges have `cells`
+// panels on two grids, refined near the middle of the wide faces, for a magnet of half width
+// `focus` there. Throws InvalidInput for more than 24,000 panels.
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,
                          double focus = 0.0);
 

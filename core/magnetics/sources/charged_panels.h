@@ -52,7 +52,6 @@ class ChargedPanels final : public Source {
     std::vector<PanelSample> samples;
     SourcePtr panel_means;  // the same body with uniform charge on each panel
     Vector errors;          // estimated error of mu0 sigma on each panel [T]; empty if unknown
-    double variation_error = 0.0;  // see Source [N]
   };
   ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid, Fine fine);
   // Inside the surface, mu0 H is returned for B, because the magnetisation is unknown there.
@@ -70,7 +69,6 @@ class ChargedPanels final : public Source {
   bool induced() const override { return true; }
   std::vector<PanelSample> charges() const override;
   Vector charge_errors() const override;
-  double variation_error() const override { return fine_.variation_error; }
   SourcePtr panel_means() const override { return fine_.panel_means; }
 
  private:

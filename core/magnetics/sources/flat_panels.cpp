@@ -71,8 +71,8 @@ static double graded(double t, double width) {
 
 namespace {
 
-// Number of panels between the end of an edge and a distance d from it, in units of those on half of
-// the shortest edge. d is in units of half of the shortest edge. Up to d = 1, panels are refined
+// Number of panels between the end of an edge and a distance d from it, in units of those on half
+// of the shortest edge. d is in units of half of the shortest edge. Up to d = 1, panels are refined
 // towards the end. Beyond, they have equal widths, or grow in proportion to 1 + growth (d - 1).
 double panels_from_end(double d, double growth) {
   if (d <= 1.0) return std::sqrt(d);

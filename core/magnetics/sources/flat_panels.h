@@ -31,10 +31,10 @@ struct PanelPoint {
 std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order);
 
 // Panels of a cuboid centred at the origin, with `cells` (even) along its shortest edges. They are
-// refined quadratically towards edges and corners, where the charge is singular. Longer edges have a
-// multiple of `cells`, such that panels far from the ends are as wide as those in the middle of the
-// shortest edge. The charge near the edges of a magnet beside a thin body varies at the scale of
-// the body's thickness. Very wide bodies have fewer panels, whose size grows towards the middle.
+// refined quadratically towards edges and corners, where the charge is singular. Longer edges have
+// a multiple of `cells`, such that panels far from the ends are as wide as those in the middle of
+// the shortest edge. The charge near the edges of a magnet beside a thin body varies at the scale
+// of the body's thickness. Very wide bodies have fewer panels, whose size grows towards the middle.
 //
 // If focus > 0 [m], all edges have `cells` panels, which are also refined in the middle of wide
 // faces, for magnets nearby. Within that distance of the middle, panels are nearly equal in size.

@@ -83,12 +83,9 @@ class Source {
   // densely enough for integration; for other sources it is empty.
   virtual bool induced() const { return false; }
   virtual std::vector<PanelSample> charges() const { return {}; }
-  // Estimated errors of the first of these charges [A m]. The others have no error. Empty if there is
-  // no estimate.
+  // Estimated errors of the first of these charges [A m]. The others have no error. Empty if there
+  // is no estimate.
   virtual Vector charge_errors() const { return {}; }
-  // Estimated error of the force of the magnets that induce the charge, due to its variation within
-  // panels [N].
-  virtual double variation_error() const { return 0.0; }
   // The same induced body with the charge on each panel replaced by its mean. Null for other
   // sources and if the charge is already uniform on each panel.
   virtual SourcePtr panel_means() const { return nullptr; }

@@ -30,7 +30,8 @@ TEST_CASE("two cuboids overlap where the distance between their boxes is zero") 
   int found = 0;
   for (int i = 0; i < 2000; ++i) {
     const Vec3 x(normal(random), normal(random), normal(random));
-    const Vec4 q = Vec4(normal(random), normal(random), normal(random), normal(random)).normalized();
+    const Vec4 q =
+        Vec4(normal(random), normal(random), normal(random), normal(random)).normalized();
     const bool overlaps = overlap(at(cuboid, Vec3::Zero()), at(cuboid, 2.0 * x, q));
     CHECK(overlaps ==
           (box_distance(-0.5 * size, 0.5 * size, -0.5 * size, 0.5 * size, {2.0 * x, q}) == 0.0));
@@ -85,6 +86,5 @@ TEST_CASE("the message names the first two bodies that overlap") {
   }
   CHECK_NOTHROW(check_no_overlap(bodies, names));
   bodies[4].pose.position = bodies[1].pose.position + Vec3(0, 0.01, 0);
-  CHECK_THROWS_WITH(check_no_overlap(bodies, names),
-                    Catch::Contains("body 1 overlaps body 4"));
+  CHECK_THROWS_WITH(check_no_overlap(bodies, names), Catch::Contains("body 1 overlaps body 4"));
 }
