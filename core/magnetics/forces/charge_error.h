@@ -1,5 +1,5 @@
 // Estimated errors of forces that are due to the approximate surface charge of induced bodies. They
-// are the forces on the estimated errors of the charge.
+// follow from the forces on the estimated errors of the charge.
 #pragma once
 
 #include <vector>

@@ -184,13 +184,12 @@ Vector extrapolation(const std::vector<int>& counts, const std::vector<int>& ord
 
 // Grids of a body, coarsest first. Three grids cancel errors of second and third order, two grids
 // only those of second order. The difference from an extrapolation in which the last order is one
-// higher estimates the error.
+// higher indicates the error.
 using MakePanels = std::function<std::vector<FlatPanel>(int cells)>;
 using MakeElements = std::unique_ptr<BoundaryElements> (*)(const Team&,
                                                            const std::vector<FlatPanel>&);
 std::vector<Grid> grids_of(const Team& team, const std::vector<int>& counts,
                            const MakePanels& panels, MakeElements elements) {
-  constexpr double measured = 0.6;  // error over the difference, in the geometric mean
   const bool three = counts.size() == 3;
   const Vector shares = extrapolation(counts, three ? std::vector{2, 3} : std::vector{2});
   const Vector others = extrapolation(counts, three ? std::vector{2, 4} : std::vector{3});
@@ -200,7 +199,7 @@ std::vector<Grid> grids_of(const Team& team, const std::vector<int>& counts,
     grids[g].panels = panels(counts[g]);
     grids[g].flux = elements(team, grids[g].panels);
     grids[g].share = shares[row];
-    grids[g].error_share = measured * (shares[row] - others[row]);
+    grids[g].error_share = shares[row] - others[row];
   }
   return grids;
 }

@@ -219,8 +219,8 @@ Vec3 HarmonicSphere::moment() const {
 }
 
 // The norms of the coefficients decay geometrically, and so do the forces on them, with the square
-// of the same ratio. The error is the term of the last degree times the sum of the terms that
-// follow it. Without a previous degree, it is the last term.
+// of the same ratio. The error is the term of the last degree times the sum of the terms that follow
+// it, times the degree, a measured factor. Without a previous degree, it is the last term.
 Vector HarmonicSphere::charge_errors() const {
   const int last = series_->degree();
   const auto at = [](int l) { return SphericalHarmonics::slot(l, 0); };
@@ -232,7 +232,7 @@ Vector HarmonicSphere::charge_errors() const {
     const double after = coefficients_.segment(at(last), 2 * (last + 1)).squaredNorm();
     constexpr double most = 0.99;  // ratio of the forces, for series that converge slowly
     const double ratio = before > 0.0 ? std::min(after / before, most) : most;
-    density *= ratio / (1.0 - ratio);
+    density *= last * ratio / (1.0 - ratio);
   }
   return 4.0 * pi * radius_ * radius_ * series_->shares().cwiseProduct(series_->values(density));
 }

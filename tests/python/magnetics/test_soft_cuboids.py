@@ -7,11 +7,11 @@ from loomstone import magnetics as M
 
 # Ratios of edges, susceptibilities, and cells for the reference.
 SHAPES = [
-    ((1, 1, 1), (0.1, 30.0, 1e5), 36),
+    ((1, 1, 1), (0.1, 30.0, 1e5), 32),
     ((1.5, 1, 1.2), (3.0, 1000.0), 32),
     ((1, 2.4, 2.4), (1.0, 300.0), 28),
-    ((3, 2, 0.4), (1e6,), 24),
-    ((10, 5, 1), (100.0,), 24),
+    ((3, 2, 0.4), (1e6,), 20),
+    ((10, 5, 1), (100.0,), 20),
 ]
 CELLS = {16: 1e-3, 24: 1e-4}  # with the documented errors
 
@@ -54,14 +54,15 @@ def sample():
     for edges, susceptibilities, most in SHAPES:
         size = 0.004 * np.array(edges, float)
         radius = 0.5 * np.linalg.norm(size)
+        tried = [cells for cells in CELLS if cells < most - 4 or cells == 16]
         shapes = {
             cells: M.soft_cuboid(size=size, susceptibility=1.0, cells=cells)
-            for cells in {16, 24, most}
+            for cells in [*tried, most]
         }
         for chi in susceptibilities:
             magnets = magnets_beside(size, 12, rng)
             wanted = wrenches(shapes[most], chi, magnets)
-            for cells in {16, 24} - {most}:
+            for cells in tried:
                 for found, exact in zip(wrenches(shapes[cells], chi, magnets), wanted, strict=True):
                     error = difference(found, exact, radius)
                     errors[cells].append(error / size_of(exact, radius))
