@@ -12,8 +12,8 @@ namespace loomstone {
 
 namespace {
 
-// Returns the distance between two bodies over the shortest edge of the induced one, within the range
-// of the measurements below. It is 1 for currents and dipoles.
+// Returns the distance between two bodies over the shortest edge of the induced one, within the
+// range of the measurements below. It is 1 for currents and dipoles.
 double relative_gap(const MagneticBody& induced, const MagneticBody& by) {
   const auto box = induced.source->box(), other = by.source->box();
   if (!box || !other) return 1.0;
@@ -22,10 +22,10 @@ double relative_gap(const MagneticBody& induced, const MagneticBody& by) {
   return std::clamp(gap / (box->second - box->first).minCoeff(), 0.1, 2.0);
 }
 
-// Turns the force on the errors of the charge into an error of the force. For bodies with panels, the
-// former is the difference of two extrapolations. It exaggerates large errors and misses part of
-// those beside a near magnet. The formula is a fit to true errors, which it meets within a factor of
-// 2 below and 10 above in nine of ten cases (docs/experiments/magnetics.md).
+// Turns the force on the errors of the charge into an error of the force. For bodies with panels,
+// the former is the difference of two extrapolations. It exaggerates large errors and misses part
+// of those beside a near magnet. The formula is a fit to true errors, which it meets within a
+// factor of 2 below and 10 above in nine of ten cases (docs/experiments/magnetics.md).
 double calibrated(double difference, double force, double gap) {
   if (!(force > 0.0)) return difference;
   return 0.044 * force * std::pow(difference / force, 0.8) * std::pow(gap, -0.6);

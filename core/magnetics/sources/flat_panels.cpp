@@ -103,8 +103,8 @@ struct HalfEdge {
 // Chooses the multiples of the edges. They are integers, so that the numbers of panels on grids for
 // extrapolation have the same ratio along all edges.
 std::array<HalfEdge, 3> half_edges(const Vec3& size) {
-  // Width of panels far from the ends over that in the middle of the shortest edge. With 1.8, the
-  // largest error beside magnets doubles.
+  // Width of panels far from the ends over that in the middle of the shortest edge. With 1.9, the
+  // largest error beside magnets is four times as large.
   constexpr double widest = 1.38;
   constexpr int most_panels = 19;  // in an octant, over those on one face of a cube there
   std::array<HalfEdge, 3> edges;

@@ -219,8 +219,8 @@ Vec3 HarmonicSphere::moment() const {
 }
 
 // The norms of the coefficients decay geometrically, and so do the forces on them, with the square
-// of the same ratio. The error is the term of the last degree times the sum of the terms that follow
-// it, times the degree, a measured factor. Without a previous degree, it is the last term.
+// of the same ratio. The error is the term of the last degree times the sum of the terms that
+// follow it, times the degree, a measured factor. Without a previous degree, it is the last term.
 Vector HarmonicSphere::charge_errors() const {
   const int last = series_->degree();
   const auto at = [](int l) { return SphericalHarmonics::slot(l, 0); };

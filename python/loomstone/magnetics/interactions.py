@@ -65,8 +65,9 @@ def force(
     `error` [N] estimates the error of the force, or of the torque divided by the body's radius if
     that is larger. It exceeds the requested error if 2,000,000 evaluations of the field do not
     suffice. For induced bodies it includes the error of their charge: for cuboids and cylinders by
-    comparison of their three grids, for spheres by the last degree. In nine of ten cases it is
-    between half and ten times the true error. It is nan for meshes, which have one grid.
+    comparison of their three grids, for spheres by the last degree. Beside magnets as in
+    `soft_cuboid`, it is between half and ten times the true error in nine of ten cases (spheres:
+    with a degree of at least 3). It is nan for meshes, which have one grid.
 
     engine "cells": represents both magnets by dipole cells of `density` [1/m^3]. The tolerance is
     then ignored. The error is estimated by an eighth of the density, and includes that of the

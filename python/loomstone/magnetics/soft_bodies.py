@@ -62,13 +62,12 @@ def soft_cuboid(
     `induce`.
 
     cells: panels along the shortest edge, a multiple of 4 from 8 to 48. Longer edges have more
-    panels (ten times as long an edge: four times as many). Panels are finer towards the edges,
+    panels (an edge ten times as long: four times as many). Panels are finer towards the edges,
     where the charge is singular. The responses of three grids are extrapolated. Beside a magnet at
     a gap of at least a tenth of the shortest edge, force and torque have a relative error below
-    1e-3 with 16 cells and 1e-4 with 24, if the edges are in a ratio of at most 10 : 5 : 1 and chi >
-    0. The median errors are 2e-5 and 2e-6. `force` estimates the error of each result. Even wider
-    plates have panels that grow towards the middle, where a magnet nearby needs more cells or a
-    focus.
+    1e-3 with 16 cells and 1e-4 with 24, if the edges are in a ratio of at most 10 : 5 : 1. The
+    median errors are 1e-5 and 4e-6, and `force` estimates the error of each result. Wider plates
+    have panels that grow towards the middle, where a magnet nearby needs a focus.
 
     focus [m]: half the width of a magnet near the middle of the wide faces, where panels are
     refined; 0: no refinement. With a focus, all edges have `cells` panels, and two grids are
@@ -76,9 +75,11 @@ def soft_cuboid(
     touch the body. The image force on a magnet above a plate five times as wide is accurate to
     0.2 % with 12 cells and a focus, at any gap.
 
-    The linear system is factored here once, for all poses and fields. The longer the edges are, the
-    longer this takes: 0.04 s and 10 MB for a cube, 3 s and 0.3 GB for 10 : 5 : 1 (24 cells: 1.2 GB).
-    Raises InvalidInput for more than 24,000 panels, which 10 : 5 : 1 has beyond 24 cells.
+    The linear system is factored here once, for all poses and fields. With 16 cells this takes 0.04
+    s and 10 MB for a cube, 2.6 s and 0.3 GB for 10 : 5 : 1 (24 cells: 23 s and 1.2 GB). Flat
+    cuboids that magnetise each other take long: two of 3 : 2 : 0.4 take 3 s with 8 cells and a
+    minute with 12. Raises InvalidInput for more than 24,000 panels, which 10 : 5 : 1 has beyond 24
+    cells.
     """
     return _core.soft_cuboid(
         size=size,

@@ -77,7 +77,7 @@ def test_lines_end_on_bodies_that_magnetise_and_go_on_from_them(kind):
     if kind == "sphere":
         soft = m.soft_sphere(radius=0.006, susceptibility=1000.0).moved((0, 0, 0.011))
     else:
-        soft = m.soft_cuboid(size=(0.02, 0.02, 0.004), susceptibility=1000.0, cells=8)
+        soft = m.soft_cuboid(size=(0.02, 0.02, 0.004), susceptibility=1000.0, cells=12)
         soft = soft.moved((0, 0, 0.0045 if kind == "touching" else 0.0065))
     (induced,) = m.induce(soft, by=magnet).bodies
     found = m.field_lines([magnet, induced], 60)
