@@ -9,9 +9,6 @@ namespace {
 // Tolerance of the force for the part of the field that varies within panels. The measured error is
 // a tenth of the tolerance.
 constexpr double refinement = 3e-3;
-// Largest number of entries of a flux matrix that is kept for two bodies, a quarter of a gigabyte.
-// Larger matrices are replaced by field evaluations.
-constexpr std::size_t most_fluxes = 1 << 25;
 
 }  // namespace
 
@@ -52,34 +49,22 @@ std::vector<Vector> CoupledResponse::received(const std::vector<MagneticBody>& h
   return result;
 }
 
-std::vector<Vector> CoupledResponse::received(const std::vector<Vector>& charges) const {
-  std::vector<MagneticBody> bodies = placed(charges);
-  std::vector<Vector> result;
-  for (std::size_t i = 0; i < soft_.size(); ++i) {
-    std::vector<MagneticBody> others;
-    for (std::size_t k = 0; k < soft_.size(); ++k)
-      if (k != i && !coaxial_.contains({i, k}) && !fluxes_.contains({i, k}))
-        others.push_back(bodies[k]);
-    Vector part = Vector::Zero(charges[i].size());
-    if (!others.empty())
-      part =
-          soft_[i].shape->received(magnetic_field(team_, others, world_[i], "B") * rotations_[i]);
-    for (std::size_t k = 0; k < soft_.size(); ++k) {
-      if (const auto found = coaxial_.find({i, k}); found != coaxial_.end())
-        found->second.add(charges[k], part);
-      if (const auto found = fluxes_.find({i, k}); found != fluxes_.end())
-        part.noalias() += found->second * charges[k];
-    }
-    result.push_back(std::move(part));
+Vector CoupledResponse::received(std::size_t target, const std::vector<Vector>& charges) const {
+  Vector part = Vector::Zero(charges[target].size());
+  std::vector<MagneticBody> others;
+  for (std::size_t k = 0; k < soft_.size(); ++k)
+    if (k != target && !coaxial_.contains({target, k}) && !fluxes_.contains({target, k}))
+      others.push_back({soft_[k].shape->source(charges[k]), soft_[k].pose});
+  if (!others.empty())
+    part = soft_[target].shape->received(magnetic_field(team_, others, world_[target], "B") *
+                                         rotations_[target]);
+  for (std::size_t k = 0; k < soft_.size(); ++k) {
+    if (const auto found = coaxial_.find({target, k}); found != coaxial_.end())
+      found->second.add(charges[k], part);
+    if (const auto found = fluxes_.find({target, k}); found != fluxes_.end())
+      found->second.add(team_, charges[k], part);
   }
-  return result;
-}
-
-std::vector<MagneticBody> CoupledResponse::placed(const std::vector<Vector>& charges) const {
-  std::vector<MagneticBody> bodies;
-  for (std::size_t i = 0; i < soft_.size(); ++i)
-    bodies.push_back({soft_[i].shape->source(charges[i]), soft_[i].pose});
-  return bodies;
+  return part;
 }
 
 std::vector<MagneticBody> CoupledResponse::placed(const std::vector<Vector>& charges,
@@ -101,11 +86,10 @@ void CoupledResponse::add_coaxial(std::size_t target, std::size_t source) {
 }
 
 void CoupledResponse::add_fluxes(std::size_t target, std::size_t source) {
-  const PanelSet &on = *soft_[target].shape->panels(), &by = *soft_[source].shape->panels();
-  if (on.panels.size() * by.panels.size() > most_fluxes) return;
-  fluxes_.emplace(
-      std::pair(target, source),
-      panel_fluxes(team_, on, relative_pose(soft_[target].pose, soft_[source].pose), by));
+  fluxes_.emplace(std::pair(target, source),
+                  MutualFluxes(team_, *soft_[target].shape->panels(),
+                               relative_pose(soft_[target].pose, soft_[source].pose),
+                               *soft_[source].shape->panels()));
 }
 
 }  // namespace loomstone

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/magnetics/induction/applied_field.h"
+#include "core/magnetics/induction/mutual_fluxes.h"
 #include "core/magnetics/induction/soft_shape.h"
-#include "core/magnetics/sources/charged_panels.h"
 #include "core/magnetics/sources/spherical_harmonics.h"
 
 namespace loomstone {
@@ -25,14 +25,13 @@ class CoupledResponse {
   std::vector<Vector> received(const std::vector<MagneticBody>& hard, const Vec3& field,
                                std::vector<AppliedField>& applied) const;
 
-  // Returns what each body receives from the charge of all other bodies. Pairs of bodies with
-  // panels use flux matrices. Spheres on a common axis use translations of their harmonics. Other
+  // Returns what one body receives from the charge of all other bodies. Pairs of bodies with
+  // panels use MutualFluxes. Spheres on a common axis use translations of their harmonics. Other
   // pairs use the field.
-  std::vector<Vector> received(const std::vector<Vector>& charges) const;
+  Vector received(std::size_t target, const std::vector<Vector>& charges) const;
 
-  // Return the bodies as sources with given charges. With `applied`, the charge varies within
-  // panels in the same way as the applied field.
-  std::vector<MagneticBody> placed(const std::vector<Vector>& charges) const;
+  // Returns the bodies as sources with given charges, which vary within panels in the same way as
+  // the applied field.
   std::vector<MagneticBody> placed(const std::vector<Vector>& charges,
                                    const std::vector<AppliedField>& applied) const;
 
@@ -46,7 +45,7 @@ class CoupledResponse {
   std::vector<Mat3> rotations_;
   // The keys are pairs (target, source) of body indices.
   std::map<std::pair<std::size_t, std::size_t>, CoaxialTranslation> coaxial_;
-  std::map<std::pair<std::size_t, std::size_t>, FluxMatrix> fluxes_;
+  std::map<std::pair<std::size_t, std::size_t>, MutualFluxes> fluxes_;
 };
 
 }  // namespace loomstone

@@ -142,15 +142,21 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
   const bool saturates = std::any_of(soft.begin(), soft.end(),
                                      [](const SoftBody& body) { return body.saturation > 0.0; });
   for (int round = 0; round < most_rounds; ++round) {
+    // Block Gauss-Seidel: each body responds to the new charge of the bodies ahead of it and to the
+    // given charge of those behind. For two bodies this halves the number of iterations.
+    const auto swept = [&](std::vector<Vector> charges, bool driven) {
+      for (std::size_t i = 0; i < soft.size(); ++i) {
+        Vector received = coupling.received(i, charges);
+        if (driven) received += applied[i];
+        charges[i] = soft[i].shape->response(received);
+      }
+      return charges;
+    };
     std::vector<Vector> answers;
-    for (std::size_t i = 0; i < soft.size(); ++i)
-      answers.push_back(soft[i].shape->response(applied[i]));
+    for (const Vector& each : applied) answers.push_back(Vector::Zero(each.size()));
+    answers = swept(answers, true);
     const auto apply = [&](const Vector& x) {
-      const std::vector<Vector> received = coupling.received(parted(x, answers));
-      std::vector<Vector> back;
-      for (std::size_t i = 0; i < soft.size(); ++i)
-        back.push_back(soft[i].shape->response(received[i]));
-      return Vector(x - joined(back));
+      return Vector(x - joined(swept(parted(x, answers), false)));
     };
     std::vector<Vector> charges = answers;
     if (soft.size() > 1) {
@@ -166,11 +172,12 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
     }
     result.bodies = coupling.placed(charges, fine);
     if (!saturates) return result;
-    const std::vector<Vector> received = coupling.received(charges);
     bool changed = false;
-    for (std::size_t i = 0; i < soft.size(); ++i)
-      changed |= saturate(original[i], soft[i], soft[i].shape->mean_field(applied[i] + received[i]),
-                          result.bodies[i].source->moment(), std::max(tolerance, 1e-12));
+    for (std::size_t i = 0; i < soft.size(); ++i) {
+      const Vec3 mean = soft[i].shape->mean_field(applied[i] + coupling.received(i, charges));
+      changed |= saturate(original[i], soft[i], mean, result.bodies[i].source->moment(),
+                          std::max(tolerance, 1e-12));
+    }
     if (!changed) return result;
   }
   fail<SolverFailure>(

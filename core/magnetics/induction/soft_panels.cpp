@@ -159,9 +159,14 @@ class SoftPanels final : public SoftShape {
 
 SoftShapePtr panels_of(PanelForm form, double susceptibility) {
   std::vector<FlatPanel> all;
-  for (const Grid& grid : form.grids) all.insert(all.end(), grid.panels.begin(), grid.panels.end());
+  std::vector<PanelGrid> grids;
+  for (const Grid& grid : form.grids) {
+    const auto begin = static_cast<Index>(all.size());
+    all.insert(all.end(), grid.panels.begin(), grid.panels.end());
+    grids.push_back({begin, static_cast<Index>(all.size()), grid.share});
+  }
   for (const FlatPanel& panel : form.grids.back().panels) form.area += panel.area;
-  form.set = std::make_shared<const PanelSet>(std::move(all), points_a_direction);
+  form.set = std::make_shared<const PanelSet>(std::move(all), points_a_direction, std::move(grids));
   return std::make_shared<SoftPanels>(std::make_shared<const PanelForm>(std::move(form)),
                                       susceptibility);
 }

@@ -15,10 +15,15 @@ PanelTables tables_of(const PanelSet& set, double radius) {
   return {set.tables.data(), static_cast<Index>(set.panels.size()), radius};
 }
 
+PanelTables tables_of(const PanelRange& range) {
+  PanelTables all = tables_of(range.set, range.set.radius);
+  return {all.of(range.begin), range.size(), all.radius};
+}
+
 }  // namespace
 
-PanelSet::PanelSet(std::vector<FlatPanel> all, int order)
-    : panels(std::move(all)), per_panel(order * order) {
+PanelSet::PanelSet(std::vector<FlatPanel> all, int order, std::vector<PanelGrid> its_grids)
+    : panels(std::move(all)), grids(std::move(its_grids)), per_panel(order * order) {
   samples.resize(per_panel * static_cast<Eigen::Index>(panels.size()), 3);
   shares.resize(samples.rows());
   Eigen::Index row = 0;
@@ -32,34 +37,26 @@ PanelSet::PanelSet(std::vector<FlatPanel> all, int order)
   }
 }
 
-FluxMatrix panel_fluxes(const Team& team, const PanelSet& on, const RigidPose& pose,
-                        const PanelSet& by) {
-  constexpr Index at_once = 8;  // panels per task, such that their points fill whole lane vectors
-  const auto n = static_cast<Index>(on.panels.size());
+FluxMatrix panel_fluxes(const PanelRange& on, const RigidPose& pose, const PanelRange& by) {
   const Mat3 rotation = rotation_matrix(pose.orientation);
-  FluxMatrix fluxes = FluxMatrix::Zero(n, by.panels.size());
-  parallel_for(
-      team, (n + at_once - 1) / at_once,
-      [&](Index block) {
-        const Index first = block * at_once, count = std::min(at_once, n - first) * on.per_panel;
-        const Index padded = (count + n_lanes - 1) / n_lanes * n_lanes;
-        std::vector<double> points(3 * padded), normals(3 * padded, 0.0);
-        std::vector<Index> rows(padded);
-        for (Index i = 0; i < padded; ++i) {
-          const Index sample = first * on.per_panel + std::min(i, count - 1);
-          rows[i] = sample / on.per_panel;
-          const FlatPanel& panel = on.panels[rows[i]];
-          const Vec3 x = pose.position + rotation * on.samples.row(sample).transpose();
-          const Vec3 normal = on.shares[sample] * panel.area * (rotation * panel.normal);
-          for (int c = 0; c < 3; ++c) {
-            points[c * padded + i] = x[c];
-            if (i < count) normals[c * padded + i] = normal[c];
-          }
-        }
-        const FluxPoints through{points.data(), normals.data(), rows.data(), padded};
-        LOOMSTONE_WIDEST(flux_kernel)(tables_of(by, by.radius), through, fluxes.data());
-      },
-      1);
+  FluxMatrix fluxes = FluxMatrix::Zero(on.size(), by.size());
+  const Index count = on.size() * on.set.per_panel;
+  const Index padded = (count + n_lanes - 1) / n_lanes * n_lanes;
+  std::vector<double> points(3 * padded), normals(3 * padded, 0.0);
+  std::vector<Index> rows(padded);
+  for (Index i = 0; i < padded; ++i) {
+    const Index sample = on.begin * on.set.per_panel + std::min(i, count - 1);
+    const FlatPanel& panel = on.set.panels[sample / on.set.per_panel];
+    rows[i] = sample / on.set.per_panel - on.begin;
+    const Vec3 x = pose.position + rotation * on.set.samples.row(sample).transpose();
+    const Vec3 normal = on.set.shares[sample] * panel.area * (rotation * panel.normal);
+    for (int c = 0; c < 3; ++c) {
+      points[c * padded + i] = x[c];
+      if (i < count) normals[c * padded + i] = normal[c];
+    }
+  }
+  const FluxPoints through{points.data(), normals.data(), rows.data(), padded};
+  LOOMSTONE_WIDEST(flux_kernel)(tables_of(by), through, fluxes.data());
   return fluxes;
 }
 

@@ -15,6 +15,13 @@
 
 namespace loomstone {
 
+// One of several grids on the surface of a body. Richardson extrapolation superposes their charges,
+// each multiplied by the grid's share.
+struct PanelGrid {
+  Index begin = 0, end = 0;  // range of its panels
+  double share = 1.0;
+};
+
 // Panels of a body, without their charge.
 struct PanelSet {
   // Distance from a panel's centre, in units of its reach, beyond which four points replace the
@@ -22,9 +29,10 @@ struct PanelSet {
   static constexpr double near = 5.0;
 
   // order is the number of sample points in each direction of a panel.
-  PanelSet(std::vector<FlatPanel> panels, int order);
+  PanelSet(std::vector<FlatPanel> panels, int order, std::vector<PanelGrid> grids = {});
 
   std::vector<FlatPanel> panels;
+  std::vector<PanelGrid> grids;
   Points samples;  // sample points (k x 3), ordered by panel [m]
   Vector shares;   // fraction of the panel's area that a sample represents (k)
   int per_panel = 0;
@@ -32,11 +40,17 @@ struct PanelSet {
   std::vector<double> tables;  // kernel data (panel_kernels.h)
 };
 
+// Panels [begin, end) of a set.
+struct PanelRange {
+  const PanelSet& set;
+  Index begin, end;
+  Index size() const { return end - begin; }
+};
+
 using FluxMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 // Computes the flux [m^2] of a unit charge density on each panel of `by` (columns) through each
 // panel of `on` (rows). pose is the pose of `on` in the axes of `by`.
-FluxMatrix panel_fluxes(const Team& team, const PanelSet& on, const RigidPose& pose,
-                        const PanelSet& by);
+FluxMatrix panel_fluxes(const PanelRange& on, const RigidPose& pose, const PanelRange& by);
 
 class ChargedPanels final : public Source {
  public:

@@ -1,0 +1,71 @@
+// Clusters of charged panels, for the field of one body at the panels of another. Between clusters
+// that are far apart, charge and field are interpolated at Chebyshev nodes in their bounding boxes,
+// as in the black-box fast multipole method [FongDarve2009]. A box of panels in one plane parallel
+// to the axes has nodes in this plane only. Panels of near clusters interact directly.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/magnetics/sources/charged_panels.h"
+
+namespace loomstone {
+
+struct PanelCluster {
+  Vec3 centre;                  // of the bounding box [m]
+  double radius = 0.0;          // half the diagonal of the bounding box [m]
+  double reach = 0.0;           // largest reach of a panel [m]
+  Index begin = 0, end = 0;     // range of its panels in the order of the clusters
+  Index children[2] = {-1, -1}; // -1 for a leaf
+  Points nodes;                 // [m]
+  // Lagrange polynomials of the nodes (columns). In a leaf, the rows are their integrals over the
+  // panels [m^2]. In other clusters, the rows are their values at the nodes of both children [1].
+  Eigen::MatrixXd weights;
+
+  bool leaf() const { return children[0] < 0; }
+};
+
+class PanelClusters {
+ public:
+  // Divides the panels [grid.begin, grid.end) of a set.
+  PanelClusters(const PanelSet& set, const PanelGrid& grid);
+
+  // Returns the panels in the order of the clusters.
+  const PanelSet& panels() const { return panels_; }
+  const std::vector<PanelCluster>& clusters() const { return clusters_; }  // parents first
+  // Clusters without parents, one for each side of the body on which there are panels.
+  const std::vector<Index>& roots() const { return roots_; }
+
+  // Reads the values of the panels from those of the whole set, or adds them there.
+  Vector gathered(const Vector& all) const;
+  void scatter(const Vector& own, double factor, Vector& all) const;
+
+  // Returns the charge at the nodes of each cluster that replaces the given charge densities.
+  std::vector<Vector> node_charges(const Vector& densities) const;
+  // Returns the flux through each panel of the field at the nodes of each cluster (nodes x 3).
+  Vector fluxes(std::vector<Points> fields) const;
+
+ private:
+  void add_nodes(PanelCluster& cluster) const;
+
+  std::vector<Index> order_;  // row of each panel in the whole set
+  PanelSet panels_;
+  std::vector<PanelCluster> clusters_;
+  std::vector<Index> roots_;
+};
+
+// The clusters of `by` with which each cluster of `on` interacts by nodes (far), and the leaves
+// with which each leaf of `on` interacts panel by panel (near). pose is the pose of `on` in the
+// axes of `by`.
+struct ClusterPairs {
+  std::vector<std::vector<Index>> far, near;
+  ClusterPairs(const PanelClusters& on, const RigidPose& pose, const PanelClusters& by);
+};
+
+// Returns the field of node charges of `by` at the nodes of each cluster of `on`, in the axes of
+// `on` (nodes x 3) [T].
+std::vector<Points> far_fields(const Team& team, const ClusterPairs& pairs, const PanelClusters& on,
+                               const RigidPose& pose, const PanelClusters& by,
+                               const std::vector<Vector>& charges);
+
+}  // namespace loomstone

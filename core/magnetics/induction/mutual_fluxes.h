@@ -1,0 +1,42 @@
+// Fluxes of the charge on one body through the panels of another. Panels of near clusters use a
+// stored matrix. Far clusters interact by nodes; see panel_clusters.h.
+//
+// Bodies on whose grids the charge has the same shares in Richardson extrapolation interact grid by
+// grid. The extrapolation then applies to the charges of the coupled bodies. If instead each grid
+// of a body received the field of the extrapolated charge, charge that only some grids resolve
+// would be multiplied by shares of up to 3.6, and GMRES would converge slowly.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/magnetics/fast_sums/panel_clusters.h"
+
+namespace loomstone {
+
+// Grids of two bodies that interact. Charges on the grids are multiplied by `share`.
+struct GridPair {
+  PanelGrid one, other;
+  double share = 1.0;
+};
+std::vector<GridPair> interacting_grids(const PanelSet& one, const PanelSet& other);
+
+class MutualFluxes {
+ public:
+  // pose is the pose of `on` in the axes of `by`.
+  MutualFluxes(const Team& team, const PanelSet& on, const RigidPose& pose, const PanelSet& by);
+  // Adds the fluxes [T m^2] of charges mu0 sigma [T], which include the shares of their grids.
+  void add(const Team& team, const Vector& charges, Vector& fluxes) const;
+
+ private:
+  struct Part {
+    double share;
+    std::unique_ptr<const PanelClusters> on, by;
+    std::unique_ptr<const ClusterPairs> pairs;
+    std::vector<std::vector<FluxMatrix>> near;  // matrix of each pair of near leaves [m^2]
+  };
+  RigidPose pose_;
+  std::vector<Part> parts_;
+};
+
+}  // namespace loomstone
