@@ -13,9 +13,9 @@ namespace {
 // Number of nodes in each direction, and the largest sum of radii of far clusters in units of the
 // distance between their centres. The error of the force between two bodies is below 1e-6.
 constexpr int n_nodes = 6;
-constexpr double opening = 0.65;
+constexpr double opening = 0.5;
 constexpr int points_a_direction = 3;
-constexpr Index leaf_panels = 24;
+constexpr Index leaf_panels = 32;
 // Clusters interact by nodes if there are at most this many pairs of nodes per pair of panels.
 constexpr double most_node_pairs = 2.5;
 

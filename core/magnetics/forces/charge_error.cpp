@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/magnetics/forces/cells.h"
+#include "core/magnetics/forces/panel_wrench.h"
 
 namespace loomstone {
 
@@ -31,29 +32,46 @@ double calibrated(double difference, double force, double gap) {
   return 0.044 * force * std::pow(difference / force, 0.8) * std::pow(gap, -0.6);
 }
 
-// Returns the error of the force on an induced body, or of the torque about `centre` divided by
-// `radius` if that is larger [N].
-double error_on_induced(const MagneticBody& induced, const MagneticBody& by, const Vec3& centre,
-                        double radius) {
+// Returns the wrenches on the charge of an induced body and on its estimated errors, about `centre`.
+std::vector<Wrench> wrenches(const MagneticBody& induced, const MagneticBody& by,
+                             const Vec3& centre) {
+  if (const auto mine = mean_charges(induced), others = mean_charges(by); mine && others) {
+    const auto& panels = dynamic_cast<const ChargedPanels&>(*induced.source);
+    const Vec3 arm = induced.pose.position - centre;
+    std::vector<Wrench> result =
+        panel_wrenches(mine->set, induced.pose, {mine->charges, panels.panel_errors()}, *others);
+    for (Wrench& w : result) w.torque += arm.cross(w.force);
+    return result;
+  }
+  std::vector<Wrench> result(2);
   const std::vector<PanelSample> charges = induced.source->charges();
   const Vector errors = induced.source->charge_errors();
-  if (errors.size() == 0) return std::numeric_limits<double>::quiet_NaN();
   Points local(charges.size(), 3), x(charges.size(), 3);
   for (std::size_t i = 0; i < charges.size(); ++i) local.row(i) = charges[i].position.transpose();
   place_points(induced.pose, local, x);
   const SourcePtr means = by.source->panel_means();  // its field is cheaper
   const Points field = magnetic_field(Team{}, {{means ? means : by.source, by.pose}}, x, "B");
-  Vec3 force[2] = {Vec3::Zero(), Vec3::Zero()}, torque[2] = {Vec3::Zero(), Vec3::Zero()};
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
     const double charge[2] = {charges[static_cast<std::size_t>(i)].charge,
                               i < errors.size() ? errors[i] : 0.0};
     const Vec3 b = field.row(i).transpose(), moment = (x.row(i).transpose() - centre).cross(b);
     for (int k = 0; k < 2; ++k) {
-      force[k] += charge[k] * b;
-      torque[k] += charge[k] * moment;
+      result[k].force += charge[k] * b;
+      result[k].torque += charge[k] * moment;
     }
   }
-  const auto larger = [&](int k) { return std::max(force[k].norm(), torque[k].norm() / radius); };
+  return result;
+}
+
+// Returns the error of the force on an induced body, or of the torque about `centre` divided by
+// `radius` if that is larger [N].
+double error_on_induced(const MagneticBody& induced, const MagneticBody& by, const Vec3& centre,
+                        double radius) {
+  if (induced.source->charge_errors().size() == 0) return std::numeric_limits<double>::quiet_NaN();
+  const std::vector<Wrench> on = wrenches(induced, by, centre);
+  const auto larger = [&](int k) {
+    return std::max(on[k].force.norm(), on[k].torque.norm() / radius);
+  };
   if (induced.source->spherical()) return larger(1);
   return calibrated(larger(1), larger(0), relative_gap(induced, by));
 }

@@ -10,6 +10,7 @@
 #include "core/magnetics/forces/cells.h"
 #include "core/magnetics/forces/cuboid_pair.h"
 #include "core/magnetics/forces/panel_quadrature.h"
+#include "core/magnetics/forces/panel_wrench.h"
 #include "core/magnetics/sources/constants.h"
 
 namespace loomstone {
@@ -53,17 +54,19 @@ Wrench on_charges(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
-// Returns a body with the mean charge on each panel, for forces between induced bodies. The part
-// that varies within panels responds only to magnets, and its field is expensive.
+// Returns a body with the mean charge on each panel, whose field is cheaper.
 MagneticBody with_panel_means(const MagneticBody& body) {
   const SourcePtr means = body.source->panel_means();
   return {means ? means : body.source, body.pose};
 }
 
 Wrench integrated(const MagneticBody& on, const MagneticBody& by, double tolerance, double least) {
-  if (on.source->induced())
-    return by.source->induced() ? on_charges(with_panel_means(on), with_panel_means(by))
-                                : on_charges(on, by);
+  if (on.source->induced()) {
+    if (!by.source->induced()) return on_charges(on, by);
+    const std::optional<PlacedCharges> mine = mean_charges(on), others = mean_charges(by);
+    if (mine && others) return panel_wrench(*mine, *others);
+    return on_charges(with_panel_means(on), with_panel_means(by));
+  }
   if (on.source->dipoles()) return on_dipoles(on, by);
   if (const std::optional<Wrench> closed = parallel_cuboid_wrench(on, by)) {
     const double size = std::max(closed->force.norm(), closed->torque.norm() / on.source->radius());

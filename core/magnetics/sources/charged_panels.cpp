@@ -60,6 +60,11 @@ FluxMatrix panel_fluxes(const PanelRange& on, const RigidPose& pose, const Panel
   return fluxes;
 }
 
+void panel_field(const PanelRange& by, const double* charges, const double* points, Index n,
+                 double* field) {
+  LOOMSTONE_WIDEST(field_kernel)(tables_of(by), charges, points, n, field);
+}
+
 ChargedPanels::ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid)
     : ChargedPanels(std::move(set), std::move(charges), std::move(solid), Fine{}) {}
 

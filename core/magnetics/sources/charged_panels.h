@@ -52,6 +52,10 @@ using FluxMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::
 // panel of `on` (rows). pose is the pose of `on` in the axes of `by`.
 FluxMatrix panel_fluxes(const PanelRange& on, const RigidPose& pose, const PanelRange& by);
 
+// Computes mu0 H [T] of panels with charges mu0 sigma [T] at n points, in the block layout of Source.
+void panel_field(const PanelRange& by, const double* charges, const double* points, Index n,
+                 double* field);
+
 class ChargedPanels final : public Source {
  public:
   // charges is mu0 sigma on each panel [T]. solid is the body that the panels enclose, or null.
@@ -84,6 +88,10 @@ class ChargedPanels final : public Source {
   std::vector<PanelSample> charges() const override;
   Vector charge_errors() const override;
   SourcePtr panel_means() const override { return fine_.panel_means; }
+  const PanelSet& set() const { return *set_; }
+  const Vector& uniform_charges() const { return charges_; }  // of panels, mu0 sigma [T]
+  // Estimated errors of mu0 sigma on each panel [T]; empty if unknown.
+  const Vector& panel_errors() const { return fine_.errors; }
 
  private:
   // Data for the field of the additional charge, built on first use. `parts` carry their mean

@@ -1,0 +1,33 @@
+// Forces between two bodies with uniformly charged panels, in N log N time. Near panels act at the
+// samples of the other body, and far clusters at their nodes; see panel_clusters.h. Bodies whose
+// grids have equal shares interact grid by grid; see mutual_fluxes.h. Richardson extrapolation then
+// applies to the force.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/magnetics/forces/interaction.h"
+#include "core/magnetics/sources/charged_panels.h"
+
+namespace loomstone {
+
+// Panels at a pose, with charges mu0 sigma [T] that include the shares of their grids.
+struct PlacedCharges {
+  const PanelSet& set;
+  const Vector& charges;
+  const RigidPose& pose;
+};
+
+// Returns the mean charges of the panels of an induced body, for forces between induced bodies. The
+// part that varies within panels responds only to magnets, and its field is expensive. Null for
+// sources without panels.
+std::optional<PlacedCharges> mean_charges(const MagneticBody& body);
+
+// Return the wrench on `on`, and those on several sets of charges on its panels. Wrench::error is
+// not estimated (0).
+Wrench panel_wrench(const PlacedCharges& on, const PlacedCharges& by);
+std::vector<Wrench> panel_wrenches(const PanelSet& on, const RigidPose& pose,
+                                   const std::vector<Vector>& charges, const PlacedCharges& by);
+
+}  // namespace loomstone
