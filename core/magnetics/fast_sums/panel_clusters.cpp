@@ -11,12 +11,14 @@ namespace loomstone {
 namespace {
 
 // Number of nodes in each direction, and the largest sum of radii of far clusters in units of the
-// distance between their centres. The error of the force between two bodies is below 1e-6.
+// distance between their centres. The error of forces and fluxes is about 1e-6
+// (docs/experiments/magnetics.md).
 constexpr int n_nodes = 6;
 constexpr double opening = 0.5;
-constexpr int points_a_direction = 3;
+constexpr int points_a_direction = 3;  // samples of a panel
 constexpr Index leaf_panels = 32;
-// Clusters interact by nodes if there are at most this many pairs of nodes per pair of panels.
+// Clusters interact by nodes if there are at most this many pairs of nodes per pair of panels. A
+// pair of nodes is evaluated in every iteration, and a pair of panels only once.
 constexpr double most_node_pairs = 2.5;
 
 // Chebyshev nodes in an interval, or one node if the interval has no length.
@@ -93,7 +95,8 @@ PanelClusters::PanelClusters(const PanelSet& set, const PanelGrid& grid) : panel
     for (std::size_t k = 0; k < side.size(); ++k)
       centres.row(k) = set.panels[side[k]].centre.transpose();
     const PointTree tree = make_point_tree(centres, leaf_panels);
-    const auto first = static_cast<Index>(clusters_.size()), row = static_cast<Index>(order_.size());
+    const auto first = static_cast<Index>(clusters_.size()),
+               row = static_cast<Index>(order_.size());
     roots_.push_back(first);
     for (const Index k : tree.order) order_.push_back(side[k]);
     for (const PointCell& cell : tree.cells) {
@@ -184,6 +187,24 @@ Vector PanelClusters::fluxes(std::vector<Points> fields) const {
     other += inner.bottomRows(other.rows());
   }
   return result;
+}
+
+std::vector<GridPair> interacting_grids(const PanelSet& one, const PanelSet& other) {
+  constexpr double rounding = 1e-9;
+  const auto alike = [](const PanelGrid& a, const PanelGrid& b) {
+    return std::abs(a.share - b.share) <= rounding;
+  };
+  std::vector<GridPair> pairs;
+  if (std::equal(one.grids.begin(), one.grids.end(), other.grids.begin(), other.grids.end(),
+                 alike)) {
+    for (std::size_t g = 0; g < one.grids.size(); ++g)
+      pairs.push_back({one.grids[g], other.grids[g], one.grids[g].share});
+  } else {
+    pairs.push_back({{0, static_cast<Index>(one.panels.size()), 1.0},
+                     {0, static_cast<Index>(other.panels.size()), 1.0},
+                     1.0});
+  }
+  return pairs;
 }
 
 ClusterPairs::ClusterPairs(const PanelClusters& on, const RigidPose& pose, const PanelClusters& by)

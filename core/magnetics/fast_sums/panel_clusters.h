@@ -1,7 +1,7 @@
 // Clusters of charged panels, for the field of one body at the panels of another. Between clusters
 // that are far apart, charge and field are interpolated at Chebyshev nodes in their bounding boxes,
-// as in the black-box fast multipole method [FongDarve2009]. A box of panels in one plane parallel
-// to the axes has nodes in this plane only. Panels of near clusters interact directly.
+// as in the black-box fast multipole method [FongDarve2009]. A flat box has nodes in one plane.
+// Panels of near clusters interact directly.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,12 +12,12 @@
 namespace loomstone {
 
 struct PanelCluster {
-  Vec3 centre;                  // of the bounding box [m]
-  double radius = 0.0;          // half the diagonal of the bounding box [m]
-  double reach = 0.0;           // largest reach of a panel [m]
-  Index begin = 0, end = 0;     // range of its panels in the order of the clusters
-  Index children[2] = {-1, -1}; // -1 for a leaf
-  Points nodes;                 // [m]
+  Vec3 centre;                   // of the bounding box [m]
+  double radius = 0.0;           // half the diagonal of the bounding box [m]
+  double reach = 0.0;            // largest reach of a panel [m]
+  Index begin = 0, end = 0;      // range of its panels in the order of the clusters
+  Index children[2] = {-1, -1};  // -1 for a leaf
+  Points nodes;                  // [m]
   // Lagrange polynomials of the nodes (columns). In a leaf, the rows are their integrals over the
   // panels [m^2]. In other clusters, the rows are their values at the nodes of both children [1].
   Eigen::MatrixXd weights;
@@ -53,6 +53,17 @@ class PanelClusters {
   std::vector<PanelCluster> clusters_;
   std::vector<Index> roots_;
 };
+
+// Grids of two bodies that interact. Charges on the grids are multiplied by `share`.
+struct GridPair {
+  PanelGrid one, other;
+  double share = 1.0;
+};
+// Bodies whose grids have equal shares in Richardson extrapolation interact grid by grid. The
+// extrapolation then applies to the coupled bodies. All grids of other bodies interact as one. Each
+// grid then receives the field of the extrapolated charge. Charge that only some grids resolve is
+// multiplied by shares of up to 3.6 there, so GMRES needs more iterations.
+std::vector<GridPair> interacting_grids(const PanelSet& one, const PanelSet& other);
 
 // The clusters of `by` with which each cluster of `on` interacts by nodes (far), and the leaves
 // with which each leaf of `on` interacts panel by panel (near). pose is the pose of `on` in the

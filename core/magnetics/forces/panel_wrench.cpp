@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/base/simd.h"
-#include "core/magnetics/induction/mutual_fluxes.h"
+#include "core/magnetics/fast_sums/panel_clusters.h"
 #include "core/magnetics/sources/constants.h"
 
 namespace loomstone {

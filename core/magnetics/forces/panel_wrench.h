@@ -1,7 +1,6 @@
 // Forces between two bodies with uniformly charged panels, in N log N time. Near panels act at the
-// samples of the other body, and far clusters at their nodes; see panel_clusters.h. Bodies whose
-// grids have equal shares interact grid by grid; see mutual_fluxes.h. Richardson extrapolation then
-// applies to the force.
+// samples of the other body, and far clusters at their nodes; see panel_clusters.h. Richardson
+// extrapolation applies to the force of bodies that interact grid by grid.
 #pragma once
 
 #include <optional>

@@ -142,8 +142,9 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
   const bool saturates = std::any_of(soft.begin(), soft.end(),
                                      [](const SoftBody& body) { return body.saturation > 0.0; });
   for (int round = 0; round < most_rounds; ++round) {
-    // Block Gauss-Seidel: each body responds to the new charge of the bodies ahead of it and to the
-    // given charge of those behind. For two bodies this halves the number of iterations.
+    // Block Gauss-Seidel: each body responds to the new charge of the bodies before it in the list
+    // and to the given charge of those after it. This takes fewer iterations than if all bodies
+    // responded to given charges.
     const auto swept = [&](std::vector<Vector> charges, bool driven) {
       for (std::size_t i = 0; i < soft.size(); ++i) {
         Vector received = coupling.received(i, charges);

@@ -1,7 +1,7 @@
 // Magnetisation of linear bodies by magnets and by one another. R_i is the response of a single
 // body, and G_ij gives the field of one body's charge at another. GMRES solves
 //   x_i = R_i (applied + sum of G_ij x_j)
-// for the charges x_i of all bodies at once.
+// for the charges x_i of all bodies at once, preconditioned by a block Gauss-Seidel sweep.
 #pragma once
 
 #include <string>

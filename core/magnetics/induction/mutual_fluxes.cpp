@@ -1,27 +1,6 @@
 #include "core/magnetics/induction/mutual_fluxes.h"
 
-#include <algorithm>
-#include <cmath>
-
 namespace loomstone {
-
-std::vector<GridPair> interacting_grids(const PanelSet& one, const PanelSet& other) {
-  constexpr double rounding = 1e-9;
-  const auto alike = [](const PanelGrid& a, const PanelGrid& b) {
-    return std::abs(a.share - b.share) <= rounding;
-  };
-  std::vector<GridPair> pairs;
-  if (std::equal(one.grids.begin(), one.grids.end(), other.grids.begin(), other.grids.end(),
-                 alike)) {
-    for (std::size_t g = 0; g < one.grids.size(); ++g)
-      pairs.push_back({one.grids[g], other.grids[g], one.grids[g].share});
-  } else {
-    pairs.push_back({{0, static_cast<Index>(one.panels.size()), 1.0},
-                     {0, static_cast<Index>(other.panels.size()), 1.0},
-                     1.0});
-  }
-  return pairs;
-}
 
 MutualFluxes::MutualFluxes(const Team& team, const PanelSet& on, const RigidPose& pose,
                            const PanelSet& by)
@@ -47,8 +26,8 @@ MutualFluxes::MutualFluxes(const Team& team, const PanelSet& on, const RigidPose
 void MutualFluxes::add(const Team& team, const Vector& charges, Vector& fluxes) const {
   for (const Part& part : parts_) {
     const Vector own = part.by->gathered(charges);
-    Vector sum = part.on->fluxes(far_fields(team, *part.pairs, *part.on, pose_, *part.by,
-                                            part.by->node_charges(own)));
+    Vector sum = part.on->fluxes(
+        far_fields(team, *part.pairs, *part.on, pose_, *part.by, part.by->node_charges(own)));
     parallel_tasks(team, static_cast<Index>(part.near.size()), [&](Index c) {
       const PanelCluster& to = part.on->clusters()[c];
       for (std::size_t k = 0; k < part.near[c].size(); ++k) {

@@ -1,10 +1,5 @@
 // Fluxes of the charge on one body through the panels of another. Panels of near clusters use a
 // stored matrix. Far clusters interact by nodes; see panel_clusters.h.
-//
-// Bodies on whose grids the charge has the same shares in Richardson extrapolation interact grid by
-// grid. The extrapolation then applies to the charges of the coupled bodies. If instead each grid
-// of a body received the field of the extrapolated charge, charge that only some grids resolve
-// would be multiplied by shares of up to 3.6, and GMRES would converge slowly.
 #pragma once
 
 #include <memory>
@@ -13,13 +8,6 @@
 #include "core/magnetics/fast_sums/panel_clusters.h"
 
 namespace loomstone {
-
-// Grids of two bodies that interact. Charges on the grids are multiplied by `share`.
-struct GridPair {
-  PanelGrid one, other;
-  double share = 1.0;
-};
-std::vector<GridPair> interacting_grids(const PanelSet& one, const PanelSet& other);
 
 class MutualFluxes {
  public:
