@@ -34,6 +34,13 @@ struct BendingSetup {
   // an upper bound of half the Gauss-Newton matrix, which suffices for stable linearly implicit
   // steps. The lumped matrix has a third of the blocks. The bound is not taken from the literature.
   bool lumped_stiffness = false;
+  // (m) 0: the triangle has no energy, and only its shape matters to its neighbours. Empty: all
+  // triangles have energy. The energies of sets that do not overlap add up to that of their union.
+  std::vector<std::uint8_t> acts;
+
+  bool forces_only = false;  // true: the tables of the stiffness are not built
+
+  bool acts_on(Index triangle) const { return acts.empty() || acts[triangle]; }
 };
 
 // One kind of bending element on a set of cloths. An object contains scratch memory, so calls to it

@@ -32,6 +32,8 @@ void check_bending_setup(const BendingSetup& setup) {
   if (setup.rigidity.size() != m) refuse_size("rigidity", "triangle", m, setup.rigidity.size());
   if (setup.damping.size() != m) refuse_size("damping", "triangle", m, setup.damping.size());
   if (setup.prescribed.size() != n) refuse_size("prescribed", "vertex", n, setup.prescribed.size());
+  if (!setup.acts.empty() && setup.acts.size() != m)
+    refuse_size("acts", "triangle", m, setup.acts.size());
   for (Index t = 0; t < static_cast<Index>(m); ++t) {
     const Corners2& x = setup.corners[t];
     const Vec2 e1 = (x.row(1) - x.row(0)).transpose(), e2 = (x.row(2) - x.row(0)).transpose();

@@ -35,7 +35,7 @@ EdgeOfTriangle edge_of_triangle(const BendingSetup& setup, const EdgeTable& edge
   const Vec2 n(e.y() / length, -e.x() / length);
   const Vec3 kappa(n.x() * n.x(), n.y() * n.y(), 2.0 * n.x() * n.y());
   return {0.5 * (e.x() * f.y() - e.y() * f.x()), length,
-          kappa.dot(setup.rigidity[triangle] * kappa)};
+          setup.acts_on(triangle) ? kappa.dot(setup.rigidity[triangle] * kappa) : 0.0};
 }
 
 HingePairs diagonal_pairs(Index n) {
@@ -65,6 +65,7 @@ class HingeBending final : public Bending {
     }
     for (const double angle : hinges_.rest_angles())
       rest_half_sine_.push_back(std::sin(0.5 * angle));
+    if (setup.forces_only) return;
     assembler_ = HingeStiffness(static_cast<Index>(setup.rest_positions.rows()), hinges_,
                                 diagonal_pairs(hinges_.n_hinges()));
   }

@@ -95,7 +95,7 @@ MidedgeBending::MidedgeBending(const BendingSetup& setup)
   n_averaged_ = made.n_averaged;
   for (const double beta : setup.damping) damped_ = damped_ || beta > 0.0;
   build_tables(setup, made.elements);
-  build_pairs(setup, made.elements);
+  if (!setup.forces_only) build_pairs(setup, made.elements);
 }
 
 void MidedgeBending::build_tables(const BendingSetup& setup,

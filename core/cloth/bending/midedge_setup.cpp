@@ -238,7 +238,7 @@ Elements make_elements(const BendingSetup& setup, const EdgeTable& edges,
     out.n_averaged += slopes.back().averaged;
   }
   for (Index t = 0; t < setup.triangles.rows(); ++t)
-    out.elements.push_back(builder.element(t, slopes));
+    out.elements.push_back(setup.acts_on(t) ? builder.element(t, slopes) : Element{});
   return out;
 }
 

@@ -6,6 +6,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "core/cloth/bending/bending_subset.h"
 #include "core/mesh/generators.h"
 #include "tests/cloth/bending/bending_support.h"
 
@@ -315,4 +316,35 @@ TEST_CASE("the largest eigenvalue approximates that of the dense problem on free
   CHECK(found <= exact * (1.0 + 1e-12));
   CHECK(found >= 0.97 * exact);  // after 40 iterations; explicit steps keep a margin of 20 %
   CHECK(free->largest_eigenvalue(mass) > 0.0);
+}
+
+TEST_CASE("the forces of subsets of triangles add up to those of all, with both elements") {
+  const BendingSetup setup = general_setup();
+  const Index n = static_cast<Index>(setup.rest_positions.rows());
+  const EdgeTable edges = edge_table(n, setup.triangles);
+  const Points x = setup.rest_positions + noise(n, 0.05, 3), v = noise(n, 1.0, 4);
+  for (const char* const element : {"hinge", "midedge"}) {
+    const Points whole = forces(*make_bending(element, setup), x, v);
+    Points sum = Points::Zero(n, 3);
+    for (Index part = 0; part < 3; ++part) {
+      std::vector<Index> acting;
+      for (Index t = part; t < setup.triangles.rows(); t += 3) acting.push_back(t);
+      const BendingSubset subset = bending_subset(setup, edges, acting);
+      const Points own = forces(*make_bending(element, subset.setup),
+                                x(subset.vertices, Eigen::all), v(subset.vertices, Eigen::all));
+      for (std::size_t i = 0; i < subset.vertices.size(); ++i)
+        sum.row(subset.vertices[i]) += own.row(static_cast<Index>(i));
+    }
+    INFO(element);
+    CHECK((sum - whole).norm() < 1e-13 * whole.norm());  // rounding
+  }
+}
+
+TEST_CASE("a subset of triangles takes only the vertices of its neighbourhood") {
+  const TriangleMesh mesh = grid_cells(1.0, 1.0, 20, 20);
+  const BendingSetup setup = flat_setup(mesh, some_rigidity());
+  const BendingSubset subset =
+      bending_subset(setup, edge_table(mesh.n_vertices(), setup.triangles), {400});
+  CHECK(subset.vertices.size() < 15);  // two rings of neighbours have 12 vertices at most
+  CHECK(std::is_sorted(subset.vertices.begin(), subset.vertices.end()));
 }
