@@ -23,6 +23,9 @@ struct Tables {
   // Near strain limits, stiff phases add a linear function of E to S11, S22, S12.
   const double* phase = nullptr;           // (batches x 6 x 8) slopes, then values at E = 0
   const std::uint8_t* in_phase = nullptr;  // (batches) 0: nothing is added
+  // [s] Viscous forces act on the strain rate at v (0), or on the change of the Green strain over
+  // this time, in which the motion at v led to x, divided by the time.
+  double rate_time = 0.0;
 };
 
 // Computes the forces (batches x 3 corners x 3 x 8): the negative energy gradient (2.33) and, if v
