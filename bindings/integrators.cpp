@@ -58,6 +58,10 @@ void bind_integrators(py::module_& m) {
   bind_method<Bdf2>(m, "BDF2",
                     "Linearised second-order backward differences (Choi and Ko 2002), order 2. "
                     "Less numerical damping than Euler.");
+  bind_method<Asynchronous>(
+      m, "Asynchronous",
+      "Asynchronous variational integrator: every triangle has its own explicit step. Order 2 with "
+      "nested steps. Conserves energy on average.");
 }
 
 }  // namespace loomstone

@@ -8,7 +8,7 @@ std::string to_text(const Limits& limits) {
   std::ostringstream out;
   const bool has_low = std::isfinite(limits.low), has_high = std::isfinite(limits.high);
   if (has_low && has_high)
-    out << "in [" << limits.low << ", " << limits.high << "]";
+    out << (limits.low_open ? "in (" : "in [") << limits.low << ", " << limits.high << "]";
   else if (has_low)
     out << (limits.low_open ? "> " : ">= ") << limits.low;
   else if (has_high)

@@ -18,6 +18,12 @@ struct ClothState {
   // [s] Length of the next step that the error of the last one allows; 0: unknown. The stepper
   // writes it.
   double expected_step = 0.0;
+  // (m) Longest step that each triangle may take [s]; empty if there are none. It never grows. The
+  // asynchronous integrator writes it.
+  Vector element_steps;
+  // (e x 2) Time since the last event of each element of a queue, and until its next one [s]; empty
+  // if there are none. The asynchronous integrator writes them.
+  Points2 element_clocks;
   // History of multistep schemes (BDF-2, extrapolated bending); empty if there is none. The
   // integrator writes it. It is cleared when certification moves a vertex.
   Points previous_x;        // (n x 3) [m]
@@ -46,6 +52,8 @@ struct ClothState {
   void forget_all() {
     forget_last_step();
     previous_step = expected_step = 0.0;
+    element_steps.resize(0);
+    element_clocks.resize(0, 2);
   }
 };
 

@@ -28,12 +28,7 @@ class ExplicitIntegrator final : public Integrator {
       const Index row = begin + i;
       velocity_.row(row) += h / model_.mass[row] * force_.row(row);
     });
-    if (!layout.single()) {
-      if (wide_.rows() != layout.n_rows()) wide_.resize(layout.n_rows(), 3);
-      wide_.topRows(n) = velocity_;
-      layout.gather(wide_.data(), 3);
-      velocity_ = wide_.topRows(n);
-    }
+    gather_cloth_rows(layout, velocity_, wide_);
     prescribe_velocities(inputs, state.x, velocity_);
     const Points& used = symplectic_ ? velocity_ : state.v;
     parallel_for(team, n, [&](Index i) { state.x.row(i) += h * used.row(i); });

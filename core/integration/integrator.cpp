@@ -16,6 +16,9 @@ struct Make {
 
   Made operator()(const ExplicitEuler&) const { return make_explicit(false, model, elasticity); }
   Made operator()(const SymplecticEuler&) const { return make_explicit(true, model, elasticity); }
+  Made operator()(const Asynchronous& options) const {
+    return make_asynchronous(options, model, elasticity);
+  }
   Made operator()(const SemiImplicitEuler& options) const {
     return make_linearised(Scheme::BackwardEuler, options, model, elasticity);
   }
@@ -68,6 +71,15 @@ BendingTreatment bending_treatment(const IntegratorOptions& options, const Cloth
   if (!options.is<SemiImplicitEuler>() || implicit->jacobian == JacobianKind::Exact)
     return BendingTreatment::Full;
   return largest_bending_damping(model) > 0.0 ? BendingTreatment::Full : BendingTreatment::Lumped;
+}
+
+void gather_cloth_rows(const RowLayout& layout, Points& table, Points& wide) {
+  if (layout.single()) return;
+  const Index n = static_cast<Index>(table.rows());
+  wide.resize(layout.n_rows(), 3);
+  wide.topRows(n) = table;
+  layout.gather(wide.data(), 3);
+  table = wide.topRows(n);
 }
 
 void prescribe_velocities(const StepInputs& inputs, const Points& x, Points& v) {

@@ -29,6 +29,28 @@ constexpr auto choices(BendingInStep) {
       ChoiceName{BendingInStep::Implicit, "implicit"}};
 }
 
+enum class Schedule { Nested, Queue, Refill };
+constexpr auto choices(Schedule) {
+  return std::array{
+      ChoiceName{Schedule::Nested, "nested",
+                 "steps are the interval divided by a common number and by powers of two, order 2"},
+      ChoiceName{Schedule::Queue, "queue",
+                 "every triangle keeps its own step and phase, events are ordered in a heap, order "
+                 "1; for comparison"},
+      ChoiceName{Schedule::Refill, "refill",
+                 "every interval begins a new phase, as printed in the thesis; gains energy, for "
+                 "comparison"}};
+}
+
+enum class StepLimit { Eigenvalue, Inradius };
+constexpr auto choices(StepLimit) {
+  return std::array{
+      ChoiceName{StepLimit::Eigenvalue, "eigenvalue",
+                 "from the highest frequency of the triangle, for every shape and material"},
+      ChoiceName{StepLimit::Inradius, "inradius",
+                 "from the time in which a wave passes the inscribed circle"}};
+}
+
 // Options of all schemes.
 struct IntegratorCommon {
   Automatic step;
@@ -110,11 +132,42 @@ struct Bdf2 : ImplicitOptions {
   static constexpr std::string_view name = "bdf2";
 };
 
+struct Asynchronous : IntegratorCommon {
+  static constexpr std::string_view name = "asynchronous";
+  static constexpr double default_step = 2.5e-3;
+
+  Schedule schedule = Schedule::Nested;
+  StepLimit limit = StepLimit::Eigenvalue;
+  Automatic safety;
+  double bending_multiple = 4.0;
+
+  Asynchronous() { step = default_step; }
+  // Fraction of the limit of stability, or of the time of a wave, that a triangle's step takes.
+  double given_safety() const {
+    return safety.given.value_or(limit == StepLimit::Eigenvalue ? 0.4 : 0.6);
+  }
+  static auto fields() {
+    using O = Asynchronous;
+    return std::make_tuple(
+        field("step", &O::step, "s", positive(),
+              "interval at whose ends all triangles are at the same time; auto: 2.5 ms"),
+        field("schedule", &O::schedule, "order of the triangles' steps"),
+        field("limit", &O::limit, "bound of a triangle's step"),
+        field("safety", &O::safety, "1", {0.0, 1.0, true, false},
+              "step of a triangle as a fraction of its bound; auto: 0.4 for limit=\"eigenvalue\", "
+              "0.6 for limit=\"inradius\""),
+        field(
+            "bending_multiple", &O::bending_multiple, "1", between(0.0, 64.0),
+            "largest step of bending as a multiple of the membrane's, within bending's own limit; "
+            "0: bending acts in the events of the membrane"));
+  }
+};
+
 // Options of any one scheme.
 class IntegratorOptions {
  public:
   using Methods = std::variant<SemiImplicitEuler, ExplicitEuler, SymplecticEuler, BackwardEuler,
-                               ImplicitMidpoint, NonlinearMidpoint, Bdf2>;
+                               ImplicitMidpoint, NonlinearMidpoint, Bdf2, Asynchronous>;
 
   IntegratorOptions() = default;
   template <class Method>

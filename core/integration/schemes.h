@@ -10,6 +10,8 @@ namespace loomstone {
 
 std::unique_ptr<Integrator> make_explicit(bool symplectic, const ClothModel& model,
                                           Elasticity& elasticity);
+std::unique_ptr<Integrator> make_asynchronous(const Asynchronous& options, const ClothModel& model,
+                                              Elasticity& elasticity);
 // Makes a linearised integrator. Scheme::BackwardEuler gives semi-implicit Euler.
 std::unique_ptr<Integrator> make_linearised(Scheme scheme, const ImplicitOptions& options,
                                             const ClothModel& model, Elasticity& elasticity);
@@ -18,6 +20,8 @@ std::unique_ptr<Integrator> make_newton(Scheme scheme, std::string_view name,
                                         const NewtonOptions& options, const ClothModel& model,
                                         Elasticity& elasticity);
 
+// Refreshes all rows of a table of the cloth vertices from their owners. `wide` is scratch memory.
+void gather_cloth_rows(const RowLayout& layout, Points& table, Points& wide);
 // Sets the velocities of fixed rows so that they reach their targets.
 void prescribe_velocities(const StepInputs& inputs, const Points& x, Points& v);
 // Sets the positions of fixed rows exactly to their targets.

@@ -50,6 +50,7 @@ from .fabrics.curve_fit import fit as fit_fabric
 from .garments import garment
 from .integrators import (
     BDF2,
+    Asynchronous,
     BackwardEuler,
     ExplicitEuler,
     ImplicitMidpoint,
@@ -75,6 +76,7 @@ else:
 __all__ = [
     "BDF2",
     "Air",
+    "Asynchronous",
     "Attachment",
     "BackwardEuler",
     "Bearing",

@@ -12,6 +12,7 @@ import typing
 __all__: list[str] = [
     "AccountReport",
     "Air",
+    "Asynchronous",
     "Attachment",
     "BDF2",
     "BackwardEuler",
@@ -2218,7 +2219,7 @@ class Scene:
     bearings : list of Bearing: axes about which bodies turn
     magnetic_field : (3) external uniform flux density [T]
     magnetic_tolerance : largest error of the force between two magnets, relative to the largest such force [1]; in [1e-12, 0.1]; default 0.0001
-    magnetic_step : length of a magnetic sub-step times the largest angular frequency of the magnets' motion [1]; in [0, 1]; default 0.15
+    magnetic_step : length of a magnetic sub-step times the largest angular frequency of the magnets' motion [1]; in (0, 1]; default 0.15
     air : Air: drag and wind
     limits : LimitOptions: enforcement of strain limits
     gravity : acceleration of gravity [m/s^2]
@@ -2370,7 +2371,7 @@ class Scene:
     @property
     def magnetic_step(self) -> float:
         """
-        length of a magnetic sub-step times the largest angular frequency of the magnets' motion [1]; in [0, 1]; default 0.15
+        length of a magnetic sub-step times the largest angular frequency of the magnets' motion [1]; in (0, 1]; default 0.15
         """
     @property
     def magnetic_tolerance(self) -> float:
@@ -3005,6 +3006,83 @@ class BDF2(Integrator):
     def tolerance(self) -> float:
         """
         relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
+        """
+
+class Asynchronous(Integrator):
+    """
+    Asynchronous variational integrator: every triangle has its own explicit step. Order 2 with nested steps. Conserves energy on average.
+
+    Immutable; compared by value.
+
+    Parameters (keywords)
+    ---------------------
+    step : interval at whose ends all triangles are at the same time; auto: 2.5 ms [s]; > 0; default 0.0025
+    schedule : order of the triangles' steps: nested (steps are the interval divided by a common number and by powers of two, order 2) | queue (every triangle keeps its own step and phase, events are ordered in a heap, order 1; for comparison) | refill (every interval begins a new phase, as printed in the thesis; gains energy, for comparison); default 'nested'
+    limit : bound of a triangle's step: eigenvalue (from the highest frequency of the triangle, for every shape and material) | inradius (from the time in which a wave passes the inscribed circle); default 'eigenvalue'
+    safety : step of a triangle as a fraction of its bound; auto: 0.4 for limit="eigenvalue", 0.6 for limit="inradius" [1]; in (0, 1]; default 'auto'
+    bending_multiple : largest step of bending as a multiple of the membrane's, within bending's own limit; 0: bending acts in the events of the membrane [1]; in [0, 64]; default 4.0
+    """
+
+    __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "step",
+        "schedule",
+        "limit",
+        "safety",
+        "bending_multiple",
+    )
+    method: typing.ClassVar[str] = "asynchronous"
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = 0.0025,
+        schedule: typing.Literal["nested", "queue", "refill"] = "nested",
+        limit: typing.Literal["eigenvalue", "inradius"] = "eigenvalue",
+        safety: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = "auto",
+        bending_multiple: typing.SupportsFloat | typing.SupportsIndex = 4.0,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = ...,
+        schedule: typing.Literal["nested", "queue", "refill"] = ...,
+        limit: typing.Literal["eigenvalue", "inradius"] = ...,
+        safety: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = ...,
+        bending_multiple: typing.SupportsFloat | typing.SupportsIndex = ...,
+    ) -> Asynchronous:
+        """
+        Returns a copy with the given fields changed.
+        """
+    def to_dict(self) -> typing.Any:
+        """
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        """
+    @property
+    def bending_multiple(self) -> float:
+        """
+        largest step of bending as a multiple of the membrane's, within bending's own limit; 0: bending acts in the events of the membrane [1]; in [0, 64]; default 4.0
+        """
+    @property
+    def limit(self) -> typing.Literal["eigenvalue", "inradius"]:
+        """
+        bound of a triangle's step: eigenvalue (from the highest frequency of the triangle, for every shape and material) | inradius (from the time in which a wave passes the inscribed circle); default 'eigenvalue'
+        """
+    @property
+    def safety(self) -> float | typing.Literal["auto"]:
+        """
+        step of a triangle as a fraction of its bound; auto: 0.4 for limit="eigenvalue", 0.6 for limit="inradius" [1]; in (0, 1]; default 'auto'
+        """
+    @property
+    def schedule(self) -> typing.Literal["nested", "queue", "refill"]:
+        """
+        order of the triangles' steps: nested (steps are the interval divided by a common number and by powers of two, order 2) | queue (every triangle keeps its own step and phase, events are ordered in a heap, order 1; for comparison) | refill (every interval begins a new phase, as printed in the thesis; gains energy, for comparison); default 'nested'
+        """
+    @property
+    def step(self) -> float | typing.Literal["auto"]:
+        """
+        interval at whose ends all triangles are at the same time; auto: 2.5 ms [s]; > 0; default 0.0025
         """
 
 class LimitReport:

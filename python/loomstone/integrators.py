@@ -15,6 +15,7 @@ from typing import Any, Literal
 
 from ._core import (
     BDF2,
+    Asynchronous,
     BackwardEuler,
     ExplicitEuler,
     ImplicitMidpoint,
@@ -27,6 +28,7 @@ from ._core import (
 
 __all__ = [
     "BDF2",
+    "Asynchronous",
     "BackwardEuler",
     "ExplicitEuler",
     "ImplicitMidpoint",
@@ -41,6 +43,7 @@ METHODS: dict[str, type[Integrator]] = {
     kind.method: kind
     for kind in (
         BDF2,
+        Asynchronous,
         BackwardEuler,
         ExplicitEuler,
         ImplicitMidpoint,

@@ -63,6 +63,8 @@ INTEGRATORS: dict[str, ls.Integrator] = {
     "midpoint": ls.ImplicitMidpoint(step=2e-3),
     "nonlinear-midpoint": ls.NonlinearMidpoint(step=2e-3),
     "bdf2": ls.BDF2(step=2e-3),
+    "asynchronous": ls.Asynchronous(),
+    "asynchronous-queue": ls.Asynchronous(schedule="queue"),
 }
 
 

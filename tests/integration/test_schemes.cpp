@@ -13,16 +13,12 @@ using namespace loomstone::test;
 
 namespace {
 
-const char* const all_methods[] = {"explicit-euler",
-                                   "symplectic-euler",
-                                   "semi-implicit-euler",
-                                   "backward-euler",
-                                   "implicit-midpoint",
-                                   "nonlinear-midpoint",
-                                   "bdf2"};
+const char* const all_methods[] = {"explicit-euler", "symplectic-euler",  "semi-implicit-euler",
+                                   "backward-euler", "implicit-midpoint", "nonlinear-midpoint",
+                                   "bdf2",           "asynchronous"};
 
 bool is_explicit(const std::string& method) {
-  return method == "explicit-euler" || method == "symplectic-euler";
+  return method == "explicit-euler" || method == "symplectic-euler" || method == "asynchronous";
 }
 
 IntegratorOptions options_for(const std::string& method, double step) {
@@ -105,10 +101,13 @@ TEST_CASE("free fall: velocity is g t for every integrator, position has the sch
     const double h = is_explicit(method) ? 1e-4 : 0.01, g = 9.81;
     const int n = 20;
     const double t = n * h;
-    const std::map<std::string, double> expected = {
-        {"explicit-euler", 0.5 * g * t * (t - h)},      {"symplectic-euler", 0.5 * g * t * (t + h)},
-        {"semi-implicit-euler", 0.5 * g * t * (t + h)}, {"backward-euler", 0.5 * g * t * (t + h)},
-        {"implicit-midpoint", 0.5 * g * t * t},         {"nonlinear-midpoint", 0.5 * g * t * t}};
+    const std::map<std::string, double> expected = {{"explicit-euler", 0.5 * g * t * (t - h)},
+                                                    {"symplectic-euler", 0.5 * g * t * (t + h)},
+                                                    {"semi-implicit-euler", 0.5 * g * t * (t + h)},
+                                                    {"backward-euler", 0.5 * g * t * (t + h)},
+                                                    {"implicit-midpoint", 0.5 * g * t * t},
+                                                    {"nonlinear-midpoint", 0.5 * g * t * t},
+                                                    {"asynchronous", 0.5 * g * t * t}};
     const TriangleMesh mesh = jittered_grid(0.2, 0.3, 3, 4, 0.2, 3);
     const IntegratorOptions o = options_for(method, h);
     ClothRun run = make_run(mesh, ClothMaterial{}, o, {1e-6, {}, Vec3(0, 0, -g)});
@@ -234,9 +233,10 @@ TEST_CASE("linear momentum is kept to rounding by every integrator with the dire
 }
 
 TEST_CASE(
-    "angular momentum is conserved to rounding by symplectic Euler and nonlinear midpoint, to "
-    "order 3 by BDF-2, and to their order by the others") {
+    "angular momentum is conserved to rounding by symplectic Euler, asynchronous steps and "
+    "nonlinear midpoint, to order 3 by BDF-2, and to their order by the others") {
   CHECK(angular_drift("symplectic-euler", 2e-4) < 1e-12);
+  CHECK(angular_drift("asynchronous", 2e-3) < 1e-12);
   CHECK(angular_drift("nonlinear-midpoint", 1e-3) < 1e-11);  // Newton stops at a residual of 1e-12
   // The h^2 error of BDF-2 only shifts the phase. Its damping and loss of momentum are of order h^3
   // per unit of time.

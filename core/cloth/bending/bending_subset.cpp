@@ -12,15 +12,6 @@ void sort_unique(std::vector<Index>& list) {
   list.erase(std::unique(list.begin(), list.end()), list.end());
 }
 
-// Adds the triangles that share an edge with a listed triangle.
-void add_ring(const EdgeTable& edges, std::vector<Index>& triangles) {
-  for (std::size_t i = 0, n = triangles.size(); i < n; ++i)
-    for (const Index edge : edges.of_triangle[triangles[i]])
-      for (const Index t : edges.triangles[edge])
-        if (t >= 0) triangles.push_back(t);
-  sort_unique(triangles);
-}
-
 Index place_of(const std::vector<Index>& list, Index item) {
   return static_cast<Index>(std::lower_bound(list.begin(), list.end(), item) - list.begin());
 }
@@ -45,13 +36,21 @@ std::vector<double> rest_angles(const BendingSetup& whole, const EdgeTable& edge
 
 }  // namespace
 
+void add_neighbours(const EdgeTable& edges, std::vector<Index>& triangles) {
+  for (std::size_t i = 0, n = triangles.size(); i < n; ++i)
+    for (const Index edge : edges.of_triangle[triangles[i]])
+      for (const Index t : edges.triangles[edge])
+        if (t >= 0) triangles.push_back(t);
+  sort_unique(triangles);
+}
+
 BendingSubset bending_subset(const BendingSetup& whole, const EdgeTable& edges,
                              const std::vector<Index>& acting) {
   // The curvature of a triangle depends on the angles at the edges of its neighbours, and an angle
   // on both triangles at its edge.
   std::vector<Index> kept = acting;
-  add_ring(edges, kept);
-  add_ring(edges, kept);
+  add_neighbours(edges, kept);
+  add_neighbours(edges, kept);
   BendingSubset subset;
   for (const Index t : kept)
     for (int k = 0; k < 3; ++k) subset.vertices.push_back(whole.triangles(t, k));

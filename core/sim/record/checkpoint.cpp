@@ -69,6 +69,11 @@ void get_cloth(const Checkpoint& c, ClothState& cloth) {
   get(c, "cloth.previous_x", cloth.previous_x);
   get(c, "cloth.previous_v", cloth.previous_v);
   get(c, "cloth.previous_bending", cloth.previous_bending);
+  // Of the asynchronous integrator only.
+  cloth.element_steps.resize(0);
+  cloth.element_clocks.resize(0, 2);
+  if (c.arrays.count("cloth.element_steps")) get(c, "cloth.element_steps", cloth.element_steps);
+  if (c.arrays.count("cloth.element_clocks")) get(c, "cloth.element_clocks", cloth.element_clocks);
 }
 
 }  // namespace
@@ -92,6 +97,10 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
   put(c, "cloth.previous_x", state.cloth.previous_x);
   put(c, "cloth.previous_v", state.cloth.previous_v);
   put(c, "cloth.previous_bending", state.cloth.previous_bending);
+  if (state.cloth.element_steps.size() > 0)
+    put(c, "cloth.element_steps", state.cloth.element_steps);
+  if (state.cloth.element_clocks.size() > 0)
+    put(c, "cloth.element_clocks", state.cloth.element_clocks);
   put(c, "rigid.positions", state.rigid.positions);
   put(c, "rigid.orientations", state.rigid.orientations);
   put(c, "rigid.velocities", state.rigid.velocities);

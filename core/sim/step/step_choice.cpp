@@ -22,6 +22,7 @@ constexpr double share_of_stable = 0.5;  // stretched cloth is stiffer than at t
 StepChoice choose_steps(const IntegratorOptions& options, const Model& model, const State& state) {
   const Automatic step = options.step();
   if (step.given) return {*step.given, false};
+  if (options.is<Asynchronous>()) return {Asynchronous::default_step, false};
   const bool euler = options.is<SemiImplicitEuler>() || options.is<BackwardEuler>();
   const double largest = euler && model.n_bodies() == 0 ? largest_of_euler : largest_otherwise;
   const ImplicitOptions* implicit = options.implicit();

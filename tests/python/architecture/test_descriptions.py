@@ -148,8 +148,9 @@ def test_integrators_differ_from_the_default_by_name_and_what_is_given():
         ls.ImplicitMidpoint(step=1e-4),
         ls.NonlinearMidpoint(step=1e-4),
         ls.BDF2(step=1e-4),
+        ls.Asynchronous(step=1e-4),
     ]
-    assert len({options.method for options in made}) == 7
+    assert len({options.method for options in made}) == 8
     assert all(options.step == 1e-4 for options in made)
     assert all(isinstance(options, ls.Integrator) for options in made)
     assert all(a != b for a in made for b in made if a is not b)
@@ -164,6 +165,9 @@ def test_an_integrator_has_the_fields_of_its_family_and_no_others():
     assert ls.BackwardEuler.field_names == ls.NonlinearMidpoint.field_names == newton
     with pytest.raises(TypeError, match="ExplicitEuler has no field 'jacobian'"):
         ls.ExplicitEuler(step=1e-4, jacobian="exact")
+    own = ("step", "schedule", "limit", "safety", "bending_multiple")
+    assert ls.Asynchronous.field_names == own
+    assert ls.Asynchronous().step == 2.5e-3
     assert ls.ExplicitEuler().step == ls.SemiImplicitEuler().step == "auto"
     assert ls.BDF2(step="auto") == ls.BDF2() != ls.BDF2(step=1e-3)
     with pytest.raises(

@@ -14,6 +14,7 @@ INTEGRATORS = [
     ls.ImplicitMidpoint(step=1e-3),
     ls.NonlinearMidpoint(step=1e-3),
     ls.BDF2(step=1e-3),
+    ls.Asynchronous(),
 ]
 
 

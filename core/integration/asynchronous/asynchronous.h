@@ -1,0 +1,51 @@
+// What the schedules of asynchronous steps have in common.
+#pragma once
+
+#include <vector>
+
+#include "core/integration/asynchronous/element_steps.h"
+#include "core/integration/asynchronous/level_bending.h"
+#include "core/integration/schemes.h"
+
+namespace loomstone {
+
+// Takes one interval, at whose ends all elements are at the same time. All ranks compute all rows.
+class AsynchronousIntegrator : public Integrator {
+ public:
+  AsynchronousIntegrator(const Asynchronous& options, const ClothModel& model,
+                         Elasticity& elasticity);
+
+  bool implicit() const override { return false; }
+  IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
+                            ClothState& state, Points& body_velocity) override;
+
+ protected:
+  // Moves the cloth from the start to the end of the interval. On entry, steps (m) [s] are the
+  // longest steps of the triangles, and prescribed vertices have the velocity of their motion.
+  // Returns the steps taken.
+  virtual Vector take_interval(const Team& team, double interval, const Vector& steps,
+                               ClothState& state) = 0;
+
+  // Longest steps of bending in events of its own [s]: the multiple of the membrane's at rest,
+  // within bending's own limit. Triangles of a patch have the same.
+  Vector own_bending_steps() const;
+
+  const ClothModel& model_;
+  const Asynchronous options_;
+  ElementSteps steps_;
+  std::vector<BendingMesh> meshes_;
+  Vector bending_;       // (m) longest steps of bending [s]
+  Points load_;          // (n x 3) forces that do not change within the interval [N]
+  Vector inverse_mass_;  // (n) zero for prescribed vertices [1/kg]
+
+ private:
+  Elasticity& elasticity_;
+  Points wide_;
+};
+
+std::unique_ptr<Integrator> make_nested(const Asynchronous& options, const ClothModel& model,
+                                        Elasticity& elasticity);
+std::unique_ptr<Integrator> make_queue(const Asynchronous& options, const ClothModel& model,
+                                       Elasticity& elasticity);
+
+}  // namespace loomstone

@@ -1,0 +1,45 @@
+// Events of elements with steps of their own, in the order of their times: algorithm 4.1 of
+// [Thomaszewski2010] with kept phases.
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "core/base/types.h"
+
+namespace loomstone {
+
+// Takes one interval. `clocks` (e x 2) has the time since the last event of each element and until
+// its next one [s], at the start on entry and at the end on return. Events at the same time are
+// taken in ascending order of elements. The queue is a binary heap. The elements have the functions
+//   step(element)                 time from an event to the next [s]
+//   move(element, time)           moves the vertices of the element along straight lines to `time`
+//   kick(element, duration)       changes their velocities by the force of the element times the
+//                                 duration since its last event
+template <class Elements>
+void take_events(double interval, Elements& elements, Points2& clocks) {
+  using Event = std::pair<double, Index>;  // time and element
+  std::vector<Event> heap;
+  for (Index e = 0; e < clocks.rows(); ++e)
+    if (clocks(e, 1) <= interval) heap.emplace_back(clocks(e, 1), e);
+  std::make_heap(heap.begin(), heap.end(), std::greater<>());
+  clocks.col(0) *= -1.0;  // times of the last and the next events within the interval
+  while (!heap.empty()) {
+    std::pop_heap(heap.begin(), heap.end(), std::greater<>());
+    const auto [time, element] = heap.back();
+    heap.pop_back();
+    elements.move(element, time);
+    elements.kick(element, time - clocks(element, 0));
+    clocks(element, 0) = time;
+    clocks(element, 1) = time + elements.step(element);
+    if (clocks(element, 1) > interval) continue;
+    heap.emplace_back(clocks(element, 1), element);
+    std::push_heap(heap.begin(), heap.end(), std::greater<>());
+  }
+  clocks.col(0) = interval - clocks.col(0).array();
+  clocks.col(1).array() -= interval;
+}
+
+}  // namespace loomstone

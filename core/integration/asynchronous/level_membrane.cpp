@@ -1,0 +1,110 @@
+#include "core/integration/asynchronous/level_membrane.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace loomstone {
+
+namespace {
+
+constexpr Index lanes = 8;
+constexpr Index batches_per_range = 32;
+
+// Order of the triangles, finest level first. The triangles that fill the last batch of a level
+// take this level.
+std::vector<Index> sort_by_level(std::vector<std::uint8_t>& levels) {
+  std::vector<Index> order(levels.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index a, Index b) { return levels[a] > levels[b]; });
+  for (std::size_t i = 0; i < order.size(); ++i)
+    levels[order[i]] = levels[order[i / lanes * lanes]];
+  return order;
+}
+
+Membrane make_membrane(const ClothModel& model, const std::vector<Index>& order) {
+  Triangles triangles(static_cast<Index>(order.size()), 3);
+  std::vector<Corners2> corners;
+  std::vector<MembraneConstants> constants;
+  for (const Index t : order) {
+    triangles.row(static_cast<Index>(corners.size())) = model.triangles.row(t);
+    corners.push_back(model.corners[t]);
+    constants.push_back(model.constants[t]);
+  }
+  return {model.n_vertices, triangles, corners, constants};
+}
+
+}  // namespace
+
+LevelMembrane::LevelMembrane(const ClothModel& model, const ElementSteps& steps,
+                             std::vector<std::uint8_t>& levels)
+    : LevelMembrane(model, steps, sort_by_level(levels), levels) {}
+
+LevelMembrane::LevelMembrane(const ClothModel& model, const ElementSteps& steps,
+                             const std::vector<Index>& order,
+                             const std::vector<std::uint8_t>& levels)
+    : membrane_(make_membrane(model, order)),
+      batches_(membrane_.n_batches()),
+      slot_start_(model.n_vertices + 1, 0),
+      slots_(3 * levels.size()),
+      vertex_levels_(model.n_vertices, 0),
+      forces_(static_cast<std::size_t>(membrane_.n_batches()) * membrane::force_stride) {
+  std::iota(batches_.begin(), batches_.end(), 0);
+  batch_end_.assign(levels[order.front()] + 1, 0);
+  for (std::size_t i = 0; i < order.size(); ++i)
+    for (int level = levels[order[i]]; level >= 0; --level)
+      batch_end_[level] = static_cast<Index>(i / lanes) + 1;
+  for (Index t = 0; t < model.triangles.rows(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const Index vertex = model.triangles(t, k);
+      ++slot_start_[vertex + 1];
+      vertex_levels_[vertex] = std::max(vertex_levels_[vertex], levels[t]);
+    }
+  std::partial_sum(slot_start_.begin(), slot_start_.end(), slot_start_.begin());
+  std::vector<Index> fill(slot_start_.begin(), slot_start_.end() - 1);
+  for (Index i = 0; i < static_cast<Index>(order.size()); ++i)
+    for (int k = 0; k < 3; ++k) {
+      const Index t = order[i];
+      slots_[fill[model.triangles(t, k)]++] = {
+          (i / lanes) * membrane::force_stride + 3 * lanes * k + i % lanes, levels[t],
+          steps.share(t, k)};
+    }
+  if (!membrane_.viscous()) return;
+  rates_ = Points::Zero(model.n_vertices, 3);
+  last_.assign(batch_end_.size(), rates_);
+  vertices_of_.resize(batch_end_.size());
+  for (Index i = 0; i < model.n_vertices; ++i)
+    for (Index s = slot_start_[i]; s < slot_start_[i + 1]; ++s)
+      if (s == slot_start_[i] || slots_[s].level != slots_[s - 1].level)
+        vertices_of_[slots_[s].level].push_back(i);
+}
+
+// Sets rates_ to the mean velocities since the last event of the level.
+void LevelMembrane::find_rates(const Team& team, int level, const Points& x, double step) {
+  const std::vector<Index>& list = vertices_of_[level];
+  parallel_for(team, static_cast<Index>(list.size()), [&](Index i) {
+    rates_.row(list[i]) = (x.row(list[i]) - last_[level].row(list[i])) / step;
+  });
+}
+
+void LevelMembrane::measure(const Team& team, int first, const Points& x, const Points* v,
+                            const std::vector<double>& step_of) {
+  if (first > finest()) return;
+  membrane::Tables tables = membrane_.tables();
+  const auto compute = [&](Index begin, Index end, const double* velocity) {
+    parallel_ranges(team, end - begin, batches_per_range, [&](Index from, Index to) {
+      membrane::forces(tables, batches_.data() + begin + from, to - from, x.data(), velocity,
+                       forces_.data());
+    });
+  };
+  if (!membrane_.viscous()) return compute(0, batch_end_[first], nullptr);
+  for (int level = first; level <= finest(); ++level) {
+    if (!v) find_rates(team, level, x, step_of[level]);
+    tables.rate_time = v ? 0.0 : step_of[level];
+    compute(level < finest() ? batch_end_[level + 1] : 0, batch_end_[level],
+            v ? v->data() : rates_.data());
+    for (const Index i : vertices_of_[level]) last_[level].row(i) = x.row(i);
+  }
+}
+
+}  // namespace loomstone

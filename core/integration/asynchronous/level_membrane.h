@@ -1,0 +1,66 @@
+// Membrane whose triangles are sorted by the levels of nested steps, finest first. A level is a
+// range of batches, and the events of a tick are those of the first levels.
+#pragma once
+
+#include <vector>
+
+#include "core/cloth/cloth_model.h"
+#include "core/integration/asynchronous/element_steps.h"
+
+namespace loomstone {
+
+class LevelMembrane {
+ public:
+  // Raises levels (m) such that no batch of eight triangles has two levels.
+  LevelMembrane(const ClothModel& model, const ElementSteps& steps,
+                std::vector<std::uint8_t>& levels);
+
+  int finest() const { return static_cast<int>(batch_end_.size()) - 1; }
+  // Finest level of the triangles at each vertex (n).
+  const std::vector<std::uint8_t>& vertex_levels() const { return vertex_levels_; }
+
+  // Computes the forces of the levels >= first at x. Viscous forces act on the rate of strain at
+  // v, or on the mean rate since the last call for the level if v is null. step_of (levels) [s].
+  void measure(const Team& team, int first, const Points& x, const Points* v,
+               const std::vector<double>& step_of);
+  // Impulse on a vertex: forces and shares of the load (3) on it, times the steps of their levels.
+  Vec3 impulse(Index vertex, int first, const double* load,
+               const std::vector<double>& step_of) const {
+    double sum[3] = {0.0, 0.0, 0.0};
+    for (Index s = slot_start_[vertex]; s < slot_start_[vertex + 1]; ++s) {
+      const Slot& slot = slots_[s];
+      if (slot.level < first) break;
+      const double* f = forces_.data() + slot.force;
+      const double h = step_of[slot.level];
+      for (int d = 0; d < 3; ++d) sum[d] += h * (f[8 * d] + slot.share * load[d]);
+    }
+    return {sum[0], sum[1], sum[2]};
+  }
+
+ private:
+  // `order` lists the triangles of the batches.
+  LevelMembrane(const ClothModel& model, const ElementSteps& steps, const std::vector<Index>& order,
+                const std::vector<std::uint8_t>& levels);
+
+  struct Slot {
+    Index force;   // index of the force in forces_
+    int level;     // of the triangle
+    double share;  // of the triangle in the mass of the vertex
+  };
+  void find_rates(const Team& team, int level, const Points& x, double step);
+
+  Membrane membrane_;
+  std::vector<Index> batches_;    // 0, 1, 2, ...
+  std::vector<Index> batch_end_;  // (levels) end of the batches of a level; they begin at the end
+                                  // of the next finer one
+  std::vector<Index> slot_start_;
+  std::vector<Slot> slots_;  // of each vertex, finest level first
+  std::vector<std::uint8_t> vertex_levels_;
+  std::vector<double> forces_;
+  // Only if the membrane is viscous: vertices of each level, and their positions at its last event.
+  std::vector<std::vector<Index>> vertices_of_;
+  std::vector<Points> last_;
+  Points rates_;
+};
+
+}  // namespace loomstone

@@ -1,0 +1,153 @@
+// Asynchronous variational integrator [Lew2003] with nested steps: every triangle has its own step,
+// a power-of-two fraction of a common one, and its force acts as an impulse at the ends of its
+// steps. Between impulses, vertices move at constant velocity. Forces depend on positions only, so
+// impulses at the same time commute.
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "core/base/message.h"
+#include "core/integration/asynchronous/asynchronous.h"
+#include "core/integration/asynchronous/level_membrane.h"
+#include "core/integration/asynchronous/nested_steps.h"
+
+namespace loomstone {
+
+namespace {
+
+// Vertices sorted by the finest level of the elements at each.
+struct LevelVertices {
+  std::vector<Index> order;         // (n) finest level first
+  std::vector<std::uint8_t> level;  // (n)
+  std::vector<Index> end;           // (levels) end of the vertices of a level in `order`
+
+  explicit LevelVertices(std::vector<std::uint8_t> levels, int finest) : level(std::move(levels)) {
+    for (int k = finest; k >= 0; --k) {
+      for (Index i = 0; i < static_cast<Index>(level.size()); ++i)
+        if (level[i] == k) order.push_back(i);
+      end.insert(end.begin(), static_cast<Index>(order.size()));
+    }
+  }
+};
+
+// Everything that depends on the levels of the triangles.
+struct Plan {
+  double interval = 0.0;             // [s]
+  Index base = 1;                    // the interval has base 2^level steps of a level
+  std::vector<std::uint8_t> wanted;  // (m) levels that the steps of the triangles need
+  std::vector<std::uint8_t> level;   // (m) levels of the membrane
+  std::vector<double> step_of;       // (levels) [s]
+  std::unique_ptr<LevelMembrane> membrane;
+  LevelGroups groups;
+  std::unique_ptr<LevelVertices> vertices;
+
+  int finest() const { return static_cast<int>(step_of.size()) - 1; }
+};
+
+// The cloth as take_nested_steps() sees it.
+struct NestedCloth {
+  const Team& team;
+  Plan& plan;
+  const Points& load;  // (n x 3) forces that do not change within the interval [N]
+  const Vector& inverse_mass;
+  Points &x, &v;
+  bool start = true;
+
+  void measure(int first, bool at_start) {
+    start = at_start;
+    plan.membrane->measure(team, first, x, start ? &v : nullptr, plan.step_of);
+  }
+  void kick_and_drift(int first, bool half, bool move) {
+    const double share = half ? 0.5 : 1.0;
+    for (std::size_t g = 0; g < plan.groups.groups.size(); ++g) {
+      if (plan.groups.level[g] < first) continue;
+      const double h = plan.step_of[plan.groups.level[g]];
+      plan.groups.groups[g].kick(team, {share * h, h, start}, inverse_mass, x, v);
+    }
+    const LevelVertices& vertices = *plan.vertices;
+    parallel_for(team, vertices.end[first], [&](Index k) {
+      const Index i = vertices.order[k];
+      const Vec3 impulse = plan.membrane->impulse(
+          i, first, load.data() + 3 * static_cast<std::size_t>(i), plan.step_of);
+      v.row(i) += share * inverse_mass[i] * impulse.transpose();
+      if (move) x.row(i) += plan.step_of[vertices.level[i]] * v.row(i);
+    });
+  }
+};
+
+class NestedIntegrator final : public AsynchronousIntegrator {
+ public:
+  using AsynchronousIntegrator::AsynchronousIntegrator;
+
+ private:
+  Vector take_interval(const Team& team, double interval, const Vector& steps,
+                       ClothState& state) override {
+    make_plan(interval, steps);
+    NestedCloth cloth{team, plan_, load_, inverse_mass_, state.x, state.v};
+    take_nested_steps(plan_.base, plan_.finest(), cloth);
+    Vector taken(steps.size());
+    for (Index t = 0; t < taken.size(); ++t) taken[t] = plan_.step_of[plan_.level[t]];
+    return taken;
+  }
+
+  // The base depends on the steps at rest only, so that a resumed run has the same.
+  void make_plan(double interval, const Vector& steps) {
+    const bool together = options_.bending_multiple == 0.0;
+    if (interval != plan_.interval) {
+      plan_ = {};
+      plan_.interval = interval;
+      if (together || meshes_.empty()) {
+        plan_.base = choose_base(interval, steps_.at_rest().cwiseMin(bending_), {});
+      } else {
+        const Vector own = own_bending_steps();
+        plan_.base = choose_base(interval, steps_.at_rest(), own);
+        plan_.groups = LevelGroups(meshes_, levels_of(own));
+      }
+    }
+    std::vector<std::uint8_t> wanted = levels_of(steps);
+    if (wanted == plan_.wanted) return;
+    plan_.wanted = plan_.level = std::move(wanted);
+    plan_.membrane = std::make_unique<LevelMembrane>(model_, steps_, plan_.level);
+    if (together) plan_.groups = LevelGroups(meshes_, plan_.level);
+    arrange();
+  }
+
+  // Sets the tables that depend on the levels of membrane and bending together.
+  void arrange() {
+    std::vector<std::uint8_t> levels = plan_.membrane->vertex_levels();
+    for (std::size_t g = 0; g < plan_.groups.groups.size(); ++g)
+      for (const Index i : plan_.groups.groups[g].vertices())
+        levels[i] = std::max(levels[i], plan_.groups.level[g]);
+    const int finest = *std::max_element(levels.begin(), levels.end());
+    plan_.vertices = std::make_unique<LevelVertices>(std::move(levels), finest);
+    plan_.step_of.clear();
+    for (int level = 0; level <= finest; ++level)
+      plan_.step_of.push_back(plan_.interval /
+                              (static_cast<double>(plan_.base) * (Index{1} << level)));
+  }
+
+  std::vector<std::uint8_t> levels_of(const Vector& longest) const {
+    std::vector<std::uint8_t> levels;
+    for (const double step : longest) {
+      const int level = level_below(plan_.interval, plan_.base, step);
+      if (level > finest_level)
+        throw StepFailure(
+            formatted("the asynchronous integrator needs steps of {:.3g} s in an interval of "
+                      "{:.3g} s; lower integrator.step, or remove slivers from the mesh",
+                      step, plan_.interval));
+      levels.push_back(static_cast<std::uint8_t>(level));
+    }
+    return levels;
+  }
+
+  Plan plan_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_nested(const Asynchronous& options, const ClothModel& model,
+                                        Elasticity& elasticity) {
+  return std::make_unique<NestedIntegrator>(options, model, elasticity);
+}
+
+}  // namespace loomstone

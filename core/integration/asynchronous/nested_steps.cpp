@@ -1,0 +1,41 @@
+#include "core/integration/asynchronous/nested_steps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace loomstone {
+
+int level_below(double interval, Index base, double longest) {
+  double step = interval / static_cast<double>(base);
+  int level = 0;
+  while (step > longest && level <= finest_level) step *= 0.5, ++level;
+  return level;
+}
+
+namespace {
+double count_events(double interval, Index base, const Vector& longest) {
+  double events = 0.0;
+  for (const double step : longest) events += std::ldexp(base, level_below(interval, base, step));
+  return events;
+}
+}  // namespace
+
+Index choose_base(double interval, const Vector& membrane, const Vector& bending) {
+  // Bending of a triangle takes this multiple of the time of its membrane (measured).
+  constexpr double bending_cost = 2.5;
+  // Twice a base has the same steps but the coarsest, so that larger bases have no further steps.
+  constexpr double fewest_tried = 16.0, most_tried = 1000.0;
+  const double steps = 2.0 * std::ceil(interval / membrane.maxCoeff());
+  const auto last = static_cast<Index>(std::clamp(steps, fewest_tried, most_tried));
+  Index best = 1;
+  double least = std::numeric_limits<double>::infinity();
+  for (Index base = 1; base <= last; ++base) {
+    const double cost = count_events(interval, base, membrane) +
+                        bending_cost * count_events(interval, base, bending);
+    if (cost < least) least = cost, best = base;
+  }
+  return best;
+}
+
+}  // namespace loomstone

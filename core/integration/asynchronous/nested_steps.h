@@ -1,0 +1,56 @@
+// Steps that are nested in a common interval: the interval divided by a base number and by powers
+// of two. All events of a level lie on the ends of the steps of every coarser level, and every
+// level has an event at both ends of the interval.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+#include "core/base/types.h"
+
+namespace loomstone {
+
+// Level k has the step interval / (base 2^k).
+struct NestedSteps {
+  Index base = 1;
+  std::vector<std::uint8_t> level;  // (m) of each element
+
+  double step(double interval, int level) const {
+    return interval / (static_cast<double>(base) * static_cast<double>(Index{1} << level));
+  }
+};
+
+inline constexpr int finest_level = 16;
+
+// Returns the coarsest level of a base whose step is at most `longest`; finest_level + 1 if there
+// is none.
+int level_below(double interval, Index base, double longest);
+
+// Returns the base with which events take the least time, for the longest steps of the membrane (m)
+// and of bending (m, or empty) [s].
+Index choose_base(double interval, const Vector& membrane, const Vector& bending);
+
+// Takes one interval by kicks and drifts. `finest` is the finest level in use. The system has the
+// functions
+//   measure(first, start)             computes the forces of the levels >= first; `start`: at the
+//                                     start of the interval
+//   kick_and_drift(first, half, move) changes velocities by these forces times the steps of their
+//                                     levels, halved if `half`; then, if `move`, moves every vertex
+//                                     whose finest level is >= first by the step of that level
+// The half kicks at both ends make the scheme symmetric in time and of order 2.
+template <class System>
+void take_nested_steps(Index base, int finest, System& system) {
+  const Index n_ticks = base * (Index{1} << finest);
+  for (Index tick = 0; tick <= n_ticks; ++tick) {
+    const int twos = tick == 0 || tick == n_ticks
+                         ? finest
+                         : std::min(finest, std::countr_zero(static_cast<std::uint32_t>(tick)));
+    const bool end = tick == 0 || tick == n_ticks;
+    system.measure(finest - twos, tick == 0);
+    system.kick_and_drift(finest - twos, end, tick < n_ticks);
+  }
+}
+
+}  // namespace loomstone

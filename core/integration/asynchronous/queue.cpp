@@ -1,0 +1,149 @@
+// Asynchronous variational integrator as in [Thomaszewski2010], 4.2: every triangle has a step of
+// its own, and a queue orders the events.
+#include "core/base/error.h"
+#include "core/integration/asynchronous/asynchronous.h"
+#include "core/integration/asynchronous/event_queue.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr Index lanes = 8;
+
+// A membrane with one triangle in all lanes of each batch.
+Membrane spread_membrane(const ClothModel& model) {
+  const auto m = static_cast<Index>(model.triangles.rows());
+  Triangles triangles(lanes * m, 3);
+  std::vector<Corners2> corners;
+  std::vector<MembraneConstants> constants;
+  for (Index i = 0; i < lanes * m; ++i) {
+    triangles.row(i) = model.triangles.row(i / lanes);
+    corners.push_back(model.corners[i / lanes]);
+    constants.push_back(model.constants[i / lanes]);
+  }
+  return {model.n_vertices, triangles, corners, constants};
+}
+
+void check_undamped(const ClothModel& model) {
+  bool damped = false;
+  for (const MembraneConstants& m : model.constants)
+    damped = damped || m.lambda_d != 0.0 || m.mu_d != 0.0;
+  for (const auto& part : model.bending)
+    for (const double beta : part.setup.damping) damped = damped || beta > 0.0;
+  if (damped)
+    throw Unsupported(
+        "integrator.schedule must be \"nested\" for cloth with viscosity or bending_damping, got a "
+        "queue of events; choose \"nested\" or remove the damping");
+}
+
+class QueueIntegrator final : public AsynchronousIntegrator {
+ public:
+  QueueIntegrator(const Asynchronous& options, const ClothModel& model, Elasticity& elasticity)
+      : AsynchronousIntegrator(options, model, elasticity),
+        membrane_(spread_membrane(model)),
+        forces_(static_cast<std::size_t>(membrane_.n_batches()) * membrane::force_stride) {
+    check_undamped(model);
+    const bool together = options.bending_multiple == 0.0;
+    if (!together) own_ = own_bending_steps();
+    group_of_.assign(model.triangles.rows(), -1);
+    for (const BendingMesh& mesh : meshes_) add_groups(mesh, together);
+  }
+
+  // Functions of take_events(). Elements are the triangles, followed by the groups of bending that
+  // have events of their own.
+  double step(Index element) const { return element_step_[element]; }
+  void move(Index element, double time) {
+    const auto to = [&](Index i) {
+      state_->x.row(i) += (time - time_[i]) * state_->v.row(i);
+      time_[i] = time;
+    };
+    const Index group = group_at(element);
+    if (group >= 0)
+      for (const Index i : groups_[group].vertices()) to(i);
+    else
+      for (int k = 0; k < 3; ++k) to(model_.triangles(element, k));
+  }
+  void kick(Index element, double duration) {
+    if (element < model_.triangles.rows()) kick_membrane(element, duration);
+    const Index group = group_at(element);
+    if (group >= 0)
+      groups_[group].kick({}, {duration, duration, true}, inverse_mass_, state_->x, state_->v);
+  }
+
+ private:
+  // Adds a group for each triangle, or for each run of triangles with the same step.
+  void add_groups(const BendingMesh& mesh, bool together) {
+    const auto m = static_cast<Index>(mesh.triangles.size());
+    for (Index first = 0, last = 0; first < m; first = last) {
+      std::vector<Index> acting;
+      const Index t = mesh.triangles[first];
+      do acting.push_back(last++);
+      while (!together && last < m && own_[mesh.triangles[last]] == own_[t]);
+      if (together)
+        group_of_[t] = static_cast<Index>(groups_.size());
+      else
+        group_step_.push_back(own_[t]);
+      groups_.emplace_back(mesh, acting);
+    }
+  }
+  // Group that acts in the events of the element; -1: none.
+  Index group_at(Index element) const {
+    const auto m = static_cast<Index>(group_of_.size());
+    return element < m ? group_of_[element] : element - m;
+  }
+
+  void kick_membrane(Index triangle, double duration) {
+    membrane::forces(membrane_.tables(), &triangle, 1, state_->x.data(), nullptr, forces_.data());
+    const double* f = forces_.data() + membrane::force_stride * static_cast<std::size_t>(triangle);
+    for (int k = 0; k < 3; ++k) {
+      const Index i = model_.triangles(triangle, k);
+      for (int d = 0; d < 3; ++d)
+        state_->v(i, d) += duration * inverse_mass_[i] *
+                           (f[lanes * (3 * k + d)] + steps_.share(triangle, k) * load_(i, d));
+    }
+  }
+
+  Vector take_interval(const Team&, double interval, const Vector& steps,
+                       ClothState& state) override {
+    const auto m = static_cast<Index>(steps.size());
+    element_step_.resize(m + static_cast<Index>(group_step_.size()));
+    for (Index e = 0; e < element_step_.size(); ++e)
+      element_step_[e] = e < m ? steps[e] : group_step_[e - m];
+    const bool refill = options_.schedule == Schedule::Refill;
+    // An element whose step is longer than the interval would have no event.
+    if (refill) element_step_ = element_step_.cwiseMin(interval);
+    Points2& clocks = state.element_clocks;
+    if (refill || clocks.rows() != element_step_.size()) {
+      clocks.resize(element_step_.size(), 2);
+      clocks.col(0).setZero();
+      clocks.col(1) = element_step_;
+    }
+    state_ = &state;
+    time_ = Vector::Zero(model_.n_vertices);
+    take_events(interval, *this, clocks);
+    for (Index i = 0; i < model_.n_vertices; ++i)
+      state.x.row(i) += (interval - time_[i]) * state.v.row(i);
+    state_ = nullptr;
+    return element_step_.head(m);
+  }
+
+  Membrane membrane_;
+  std::vector<double> forces_;
+  std::vector<BendingGroup> groups_;
+  Vector own_;                      // (m) steps of bending in events of its own [s]
+  std::vector<Index> group_of_;     // (m) group in the events of each triangle; -1: none
+  std::vector<double> group_step_;  // steps of the groups with events of their own [s]
+
+  // Within an interval: state, time to which each vertex has moved, and steps of the elements [s].
+  ClothState* state_ = nullptr;
+  Vector time_, element_step_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_queue(const Asynchronous& options, const ClothModel& model,
+                                       Elasticity& elasticity) {
+  return std::make_unique<QueueIntegrator>(options, model, elasticity);
+}
+
+}  // namespace loomstone

@@ -1,0 +1,108 @@
+// Claims about the asynchronous integrator in simulations: contacts, checkpoints, refusals.
+#include <catch2/catch.hpp>
+
+#include "core/base/error.h"
+#include "core/mesh/generators.h"
+#include "tests/sim/sim_support.h"
+
+using namespace loomstone;
+using namespace loomstone::test;
+
+namespace {
+
+// A damped sheet of unequal triangles that hangs from two corners and falls onto a sphere.
+Scene falling_sheet() {
+  Scene scene;
+  Cloth sheet;
+  sheet.name = "sheet";
+  sheet.mesh = share(jittered_grid(0.4, 0.4, 14, 14, 0.24, 3).moved(Vec3(0, 0, 0.12)));
+  sheet.material.viscosity_shear = 1e-4;
+  sheet.material.bending_damping = 1e-3;
+  sheet.pins = {0, 14};
+  scene.cloths.push_back(sheet);
+  Obstacle sphere;
+  sphere.name = "sphere";
+  sphere.mesh = share(icosphere(0.1, 3));
+  scene.obstacles.push_back(sphere);
+  return scene;
+}
+
+IntegratorOptions asynchronous(Schedule schedule = Schedule::Nested) {
+  Asynchronous options;
+  options.schedule = schedule;
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE("asynchronous steps give the same bits on 1, 2, 3 and 7 threads, free of intersections") {
+  const int steps = 60;
+  Simulation one(falling_sheet(), asynchronous(), 1);
+  std::int64_t near = 0;
+  for (int i = 0; i < steps; ++i) {
+    one.step();
+    near += one.report().contacts.near;
+  }
+  CHECK(near > 20);
+  CHECK(one.intersecting_pairs().empty());
+  for (const int threads : {2, 3, 7}) {
+    Simulation other(falling_sheet(), asynchronous(), threads);
+    for (int i = 0; i < steps; ++i) other.step();
+    CHECK(same(one.checkpoint(), other.checkpoint()));
+  }
+}
+
+TEST_CASE("an asynchronous run continues bit for bit from a checkpoint and with rebuilt stages") {
+  const Schedule schedule = GENERATE(Schedule::Nested, Schedule::Queue, Schedule::Refill);
+  Scene scene = falling_sheet();
+  if (schedule != Schedule::Nested)
+    scene.cloths[0].material.viscosity_shear = scene.cloths[0].material.bending_damping = 0.0;
+  const IntegratorOptions options = asynchronous(schedule);
+  Simulation whole(scene, options, 1), first(scene, options, 1), second(scene, options, 2);
+  for (int i = 0; i < 50; ++i) whole.step();
+  for (int i = 0; i < 30; ++i) {
+    first.step();
+    first.rebuild_stages();
+  }
+  second.restore(first.checkpoint());
+  for (int i = 0; i < 20; ++i) second.step();
+  CHECK(same(whole.checkpoint(), second.checkpoint()));
+}
+
+TEST_CASE("an interval in which cloth stretches too much is taken in parts") {
+  Scene scene = falling_sheet();
+  scene.collisions = false;
+  Simulation sim(scene, asynchronous(), 1);
+  Points v = sim.velocities();
+  const Points x = sim.positions();
+  for (Index i = 0; i < x.rows(); ++i) v(i, 0) = 500.0 * x(i, 0);  // doubles the width in 2 ms
+  sim.set_velocities(v);
+  sim.step();
+  CHECK(sim.report().parts > 1);
+  for (int i = 0; i < 40; ++i) sim.step();
+  CHECK(sim.positions().allFinite());
+}
+
+TEST_CASE("the interval of asynchronous steps is 2.5 ms unless given") {
+  CHECK(Simulation(falling_sheet(), asynchronous(), 1).step_size() == 2.5e-3);
+  Asynchronous automatic;
+  automatic.step = Automatic();
+  CHECK(Simulation(falling_sheet(), automatic, 1).step_size() == 2.5e-3);
+}
+
+TEST_CASE("a queue of events refuses damped cloth") {
+  for (const Schedule schedule : {Schedule::Queue, Schedule::Refill})
+    CHECK_THROWS_WITH(Simulation(falling_sheet(), asynchronous(schedule), 1),
+                      Catch::Contains("integrator.schedule must be \"nested\" for cloth with"));
+}
+
+TEST_CASE("options of asynchronous steps outside their limits are refused") {
+  Asynchronous options;
+  options.safety = 1.5;
+  CHECK_THROWS_WITH(Simulation(falling_sheet(), options, 1),
+                    Catch::Contains("integrator.safety must be in (0, 1] [1], got 1.5"));
+  options = {};
+  options.bending_multiple = -1.0;
+  CHECK_THROWS_WITH(Simulation(falling_sheet(), options, 1),
+                    Catch::Contains("integrator.bending_multiple must be in [0, 64] [1], got -1"));
+}
