@@ -48,6 +48,7 @@ struct ThreadReport {
 struct SolverReport {
   int newton_iterations = 0, linear_iterations = 0;
   double residual = 0.0;
+  std::int64_t events = 0;
 
   static auto fields() {
     using R = SolverReport;
@@ -56,7 +57,9 @@ struct SolverReport {
                            field("linear_iterations", &R::linear_iterations, "1", unlimited(),
                                  "iterations of the linear solver, summed over Newton iterations"),
                            field("residual", &R::residual, "1", unlimited(),
-                                 "relative residual of the last linear solve"));
+                                 "relative residual of the last linear solve"),
+                           field("events", &R::events, "1", unlimited(),
+                                 "events of the membrane's triangles in asynchronous steps"));
   }
 };
 

@@ -56,6 +56,7 @@ struct IntegrationReport {
   double residual = 0.0;
   // Newton schemes only: relative residuals of the first guess and then of each iterate.
   std::vector<double> newton_residuals;
+  std::int64_t events = 0;  // of triangles in an asynchronous step
 };
 
 // Thrown if the solver finds no solution. A shorter step may have one.

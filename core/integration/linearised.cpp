@@ -63,7 +63,7 @@ class LinearisedIntegrator final : public Integrator {
     move(step, state);
     state.last_change = change_;
     body_velocity += bodies.velocity_share * change_.bottomRows(layout.n_rows() - step.n);
-    return {1, solution.iterations, solution.residual, {}};
+    return {1, solution.iterations, solution.residual, {}, 0};
   }
 
  private:

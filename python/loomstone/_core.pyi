@@ -236,6 +236,11 @@ class SolverReport:
         Returns all numbers by name, with nested reports as dictionaries.
         """
     @property
+    def events(self) -> int:
+        """
+        events of the membrane's triangles in asynchronous steps [1]
+        """
+    @property
     def linear_iterations(self) -> int:
         """
         iterations of the linear solver, summed over Newton iterations [1]

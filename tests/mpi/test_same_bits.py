@@ -82,6 +82,42 @@ def test_strain_limits_end_in_the_same_bits_on_one_and_two_ranks(tmp_path):
     assert len(alone) == 6 and digests(ranks(2, tmp_path / "limits.py")) == alone
 
 
+ASYNCHRONOUS = """
+import loomstone as ls
+from loomstone import _core
+ranks = _core.mpi_communicator() if _core.launched_by_mpi() else _core.single_communicator()
+cloth = ls.Cloth(mesh=ls.grid(size=(0.5, 0.5), cells=(16, 16)), pins=[0, 16])
+ball = ls.sphere(radius=0.1, centre=(0, 0, -0.11))
+scene = ls.Scene(cloths=[cloth], obstacles=[ball], air=ls.Air(normal_drag=1.0))
+for schedule in ("nested", "queue"):
+    steps = ls.Asynchronous(schedule=schedule)
+    sim = ls.Simulation(scene, integrator=steps, threads=1, communicator=ranks)
+    for _ in range(60):
+        sim.step()
+    digest = sim.digest()
+    number = int(digest[:15], 16)
+    assert ranks.maximum(number) == number == -ranks.maximum(-number), "all ranks agree"
+    if ranks.rank == 0:
+        print(f"digest {schedule} {digest}", flush=True)
+"""
+
+
+@needs_mpirun
+def test_asynchronous_steps_end_in_the_same_bits_on_one_and_two_ranks(tmp_path):
+    program = tmp_path / "asynchronous.py"
+    program.write_text(ASYNCHRONOUS)
+    alone = digests(
+        subprocess.run(
+            [sys.executable, str(program)],
+            capture_output=True,
+            text=True,
+            timeout=120,
+            env=ENVIRONMENT,
+        )
+    )
+    assert len(alone) == 2 and digests(ranks(2, program)) == alone
+
+
 WORK = """
 import sys
 import loomstone as ls

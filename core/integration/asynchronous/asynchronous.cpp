@@ -36,7 +36,7 @@ IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLay
   state.element_steps = steps;
   if (options_.bending_multiple == 0.0) steps = steps.cwiseMin(bending_);
   prescribe_velocities(inputs, state.x, state.v);
-  const Vector taken = take_interval(team, inputs.step, steps, state);
+  const auto [taken, events] = take_interval(team, inputs.step, steps, state);
   place_fixed(inputs, state.x);
   const Index t = steps_.first_unstable(team, state.x, taken, elasticity_);
   if (t >= 0)
@@ -44,7 +44,9 @@ IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLay
         formatted("cloth stretched so much within {:.3g} s that steps of {:.3g} s are unstable; "
                   "lower integrator.step or integrator.safety",
                   inputs.step, taken[t]));
-  return {};
+  IntegrationReport report;
+  report.events = events;
+  return report;
 }
 
 std::unique_ptr<Integrator> make_asynchronous(const Asynchronous& options, const ClothModel& model,

@@ -22,9 +22,12 @@ class AsynchronousIntegrator : public Integrator {
  protected:
   // Moves the cloth from the start to the end of the interval. On entry, steps (m) [s] are the
   // longest steps of the triangles, and prescribed vertices have the velocity of their motion.
-  // Returns the steps taken.
-  virtual Vector take_interval(const Team& team, double interval, const Vector& steps,
-                               ClothState& state) = 0;
+  struct Taken {
+    Vector steps;         // (m) of the triangles [s]
+    std::int64_t events;  // of all triangles
+  };
+  virtual Taken take_interval(const Team& team, double interval, const Vector& steps,
+                              ClothState& state) = 0;
 
   // Longest steps of bending in events of its own [s]: the multiple of the membrane's at rest,
   // within bending's own limit. Triangles of a patch have the same.

@@ -80,13 +80,16 @@ class NestedIntegrator final : public AsynchronousIntegrator {
   using AsynchronousIntegrator::AsynchronousIntegrator;
 
  private:
-  Vector take_interval(const Team& team, double interval, const Vector& steps,
-                       ClothState& state) override {
+  Taken take_interval(const Team& team, double interval, const Vector& steps,
+                      ClothState& state) override {
     make_plan(interval, steps);
     NestedCloth cloth{team, plan_, load_, inverse_mass_, state.x, state.v};
     take_nested_steps(plan_.base, plan_.finest(), cloth);
-    Vector taken(steps.size());
-    for (Index t = 0; t < taken.size(); ++t) taken[t] = plan_.step_of[plan_.level[t]];
+    Taken taken{Vector(steps.size()), 0};
+    for (Index t = 0; t < steps.size(); ++t) {
+      taken.steps[t] = plan_.step_of[plan_.level[t]];
+      taken.events += plan_.base * (Index{1} << plan_.level[t]) + 1;
+    }
     return taken;
   }
 

@@ -64,7 +64,10 @@ class QueueIntegrator final : public AsynchronousIntegrator {
       for (int k = 0; k < 3; ++k) to(model_.triangles(element, k));
   }
   void kick(Index element, double duration) {
-    if (element < model_.triangles.rows()) kick_membrane(element, duration);
+    if (element < model_.triangles.rows()) {
+      kick_membrane(element, duration);
+      ++events_;
+    }
     const Index group = group_at(element);
     if (group >= 0)
       groups_[group].kick({}, {duration, duration, true}, inverse_mass_, state_->x, state_->v);
@@ -103,8 +106,8 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     }
   }
 
-  Vector take_interval(const Team&, double interval, const Vector& steps,
-                       ClothState& state) override {
+  Taken take_interval(const Team&, double interval, const Vector& steps,
+                      ClothState& state) override {
     const auto m = static_cast<Index>(steps.size());
     element_step_.resize(m + static_cast<Index>(group_step_.size()));
     for (Index e = 0; e < element_step_.size(); ++e)
@@ -119,12 +122,13 @@ class QueueIntegrator final : public AsynchronousIntegrator {
       clocks.col(1) = element_step_;
     }
     state_ = &state;
+    events_ = 0;
     time_ = Vector::Zero(model_.n_vertices);
     take_events(interval, *this, clocks);
     for (Index i = 0; i < model_.n_vertices; ++i)
       state.x.row(i) += (interval - time_[i]) * state.v.row(i);
     state_ = nullptr;
-    return element_step_.head(m);
+    return {element_step_.head(m), events_};
   }
 
   Membrane membrane_;
@@ -137,6 +141,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   // Within an interval: state, time to which each vertex has moved, and steps of the elements [s].
   ClothState* state_ = nullptr;
   Vector time_, element_step_;
+  std::int64_t events_ = 0;  // of triangles
 };
 
 }  // namespace

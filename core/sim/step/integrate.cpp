@@ -57,6 +57,7 @@ Points integrate(const StepContext& part, const Loads& loads, NearContacts& near
     report.solver.newton_iterations += done.newton_iterations;
     report.solver.linear_iterations += done.linear_iterations;
     report.solver.residual = done.residual;
+    report.solver.events += done.events;
   } catch (const NewtonFailure& failure) {
     fail_at_vertex(failure, model, loads.x0);
   }

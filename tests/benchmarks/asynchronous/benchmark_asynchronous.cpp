@@ -1,0 +1,110 @@
+// Time and events of asynchronous steps compared with symplectic Euler at the step of the smallest
+// triangle, on meshes of equal and of graded triangles. A sheet of 2 m hangs from two corners and
+// swings, without collisions and without damping. Times are processor times of one thread for the
+// steps alone, per second of motion. The column "less" has the ratio of symplectic Euler to a row.
+//   benchmark_asynchronous [cells ...]      (default 34: 2,312 triangles, 50: 5,000; --smoke: 6)
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <string>
+
+#include "core/integration/asynchronous/element_steps.h"
+#include "tests/support/cloth_fixture.h"
+
+using namespace loomstone;
+using namespace loomstone::test;
+
+namespace {
+
+double now() {
+  timespec t;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+// A square of 2 m whose edges shrink towards its centre, to about `least` of those at its rim.
+TriangleMesh sheet(Index cells, double least) {
+  const TriangleMesh mesh = jittered_grid(2.0, 2.0, cells, cells, 0.24, 5);
+  Points x = mesh.vertices();
+  for (Index i = 0; i < x.rows(); ++i) {
+    const double r = x.row(i).cwiseAbs().maxCoeff();
+    x.row(i) *= (least + r) / (least + 1.0);
+  }
+  return {x, mesh.triangles()};
+}
+
+struct Cost {
+  double seconds = 0.0, events = 0.0;  // per second of motion
+};
+
+struct Swing {
+  TriangleMesh mesh;
+  ClothMaterial material;
+  double duration;  // [s]
+
+  ClothRun run(const IntegratorOptions& options, Index cells) const {
+    return make_run(mesh, material, options, {1e-5, {0, cells}, Vec3(0, 0, -9.81)});
+  }
+  Cost cost(const IntegratorOptions& options, Index cells) const {
+    ClothRun swing = run(options, cells);
+    start(swing, options);
+    const int steps = static_cast<int>(std::ceil(duration / swing.step));
+    Cost cost;
+    const double begin = now();
+    for (int i = 0; i < steps; ++i) cost.events += static_cast<double>(swing.advance().events);
+    const double motion = steps * swing.step;
+    cost.seconds = (now() - begin) / motion;
+    if (cost.events == 0.0) cost.events = static_cast<double>(steps) * mesh.n_triangles();
+    cost.events /= motion;
+    return cost;
+  }
+};
+
+void print(const char* scheme, const Cost& cost, const Cost& reference) {
+  std::printf("  %-32s %10.2f %12.3g %8.2f %8.2f\n", scheme, cost.seconds, cost.events,
+              reference.seconds / cost.seconds, reference.events / cost.events);
+}
+
+void compare(Index cells, double least, double duration) {
+  ClothMaterial material;
+  material.weft_stiffness = material.warp_stiffness = 300, material.shear_stiffness = 150;
+  material.density = 0.5;
+  const Swing swing{sheet(cells, least), material, duration};
+  Asynchronous nested, together, queue;
+  together.bending_multiple = 0.0;
+  queue.schedule = Schedule::Queue;
+  const ClothRun any = swing.run(nested, cells);
+  const Vector steps = ElementSteps(any.model, nested).at_rest();
+  Membrane membrane(any.model.n_vertices, any.model.triangles, any.model.corners,
+                    any.model.constants);
+  const auto& area = membrane.rest_area();
+  const auto [small, large] = std::minmax_element(area.begin(), area.end());
+  std::printf("%d triangles, areas %.0f : 1, steps %.2g to %.2g s\n",
+              static_cast<int>(swing.mesh.n_triangles()), *large / *small, steps.minCoeff(),
+              steps.maxCoeff());
+  std::printf("  %-32s %10s %12s %8s %8s\n", "", "s / s", "events / s", "less", "fewer");
+  SymplecticEuler euler;
+  euler.step = steps.minCoeff();
+  const Cost reference = swing.cost(euler, cells);
+  print("symplectic Euler", reference, reference);
+  print("nested", swing.cost(nested, cells), reference);
+  print("nested, bending with membrane", swing.cost(together, cells), reference);
+  print("queue (binary heap)", swing.cost(queue, cells), reference);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::vector<Index> sizes;
+  bool smoke = false;
+  for (int i = 1; i < argc; ++i) {
+    smoke = smoke || std::string(argv[i]) == "--smoke";
+    if (const int cells = std::atoi(argv[i]); cells > 0) sizes.push_back(cells);
+  }
+  if (sizes.empty()) sizes = smoke ? std::vector<Index>{6} : std::vector<Index>{34, 50};
+  for (const Index cells : sizes)
+    for (const double least : {1e6, 0.15, 0.08}) compare(cells, least, smoke ? 0.005 : 0.1);
+  return 0;
+}
