@@ -132,15 +132,21 @@ std::vector<Contact> in_order(const std::vector<std::vector<Contact>>& of_range)
 }  // namespace
 
 ContactForce contact_force(double distance, double thickness, double stiffness) {
-  const double half = 0.5 * thickness;
   if (distance >= thickness) return {0.0, 0.0, 0.0};
-  if (distance > half) {
-    const double depth = thickness - distance;
-    return {stiffness * depth, stiffness, 0.5 * stiffness * depth * depth};
+  const double onset = 0.25 * thickness, half = 0.5 * thickness;
+  const double depth = thickness - distance;
+  if (depth < onset) {
+    const double slope = stiffness * depth / onset;
+    return {0.5 * slope * depth, slope, slope * depth * depth / 6.0};
   }
-  const double d = std::max(distance, least_distance * thickness);
-  return {stiffness * half * half / d, stiffness * half * half / (d * d),
-          0.5 * stiffness * half * half + stiffness * half * half * std::log(half / d)};
+  const double offset = 0.5 * onset, energy_at_onset = stiffness * onset * onset / 6.0;
+  if (distance > half)
+    return {stiffness * (depth - offset), stiffness,
+            energy_at_onset + 0.5 * stiffness * depth * (depth - onset)};
+  const double energy_at_half = energy_at_onset + 0.5 * stiffness * half * (half - onset);
+  const double d = std::max(distance, least_distance * thickness), square = half * half;
+  return {stiffness * (square / d - offset), stiffness * square / (d * d),
+          energy_at_half + stiffness * (square * std::log(half / d) - offset * (half - d))};
 }
 
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
@@ -260,9 +266,9 @@ std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
       }
       if (free) pressing = std::max(pressing, force);
     }
-    const double needed = pressing / (0.25 * contact.thickness);
-    stiffness[c] = std::clamp(needed - model.contact_stiffness, model.contact_stiffness,
-                              stiffest * model.contact_stiffness);
+    const double of_half = contact_force(0.5 * contact.thickness, contact.thickness, 1.0).force;
+    stiffness[c] = std::clamp(2.0 * pressing / of_half - model.contact_stiffness,
+                              model.contact_stiffness, stiffest * model.contact_stiffness);
   }
   return stiffness;
 }

@@ -24,16 +24,17 @@ std::vector<double> contact_shares(const std::vector<Contact>& contacts,
                                    const CollisionModel& model, const Points& x0);
 
 // Returns the stiffness of each contact in the normal direction [N/m]. The stiffness k of the model
-// resists the force F that presses the surfaces together if F is at most k xi / 2, the force of the
-// law at half the thickness. For a larger F, the stiffness is 4 F / xi - k: taut cloth would
+// resists the force F that presses the surfaces together if F is at most 3/8 k xi, the force of the
+// law at half the thickness. For a larger F, the stiffness is 16/3 F / xi - k: taut cloth would
 // otherwise move through its contacts in every step, and hook into them. F is the larger force of
 // both sides. `forces` (rows x 3) act on cloth [N]; 0 rows: the stiffness is k everywhere.
 std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
                                       const CollisionModel& model, const Vector& inverse_mass,
                                       const Points& forces);
 
-// Two-stage force law of a contact with share 1. With thickness xi, the force is k (xi - d) down to
-// half the thickness, and k (xi/2)^2 / d below (method.md, Contact terms).
+// Force law of a contact with share 1 (method.md, Contact terms). The force begins quadratically
+// where the distance d falls below the thickness xi. Between 3/4 xi and xi/2, it is linear with the
+// slope k. Below xi/2, it is k (xi/2)^2 / d - k xi/8. Force and stiffness are continuous.
 struct ContactForce {
   double force;      // [N]
   double stiffness;  // -d force / d distance [N/m]

@@ -9,21 +9,27 @@ using Kind = CollisionSurface::Kind;
 
 namespace {
 
-// Moves a small sheet as a rigid block on a floor under tilted gravity. The block starts near its
-// equilibrium gap. Its vertices share one velocity, computed by semi-implicit Euler.
+// Moves a small sheet as a rigid block on a floor under tilted gravity. The block starts at the gap
+// at which its vertex contacts carry its weight, with a force of 2 k depth^2 / xi each. Its
+// vertices share one velocity, computed by semi-implicit Euler.
 struct Slide {
   double distance, speed;
 };
 Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 1e-3,
             bool again = true) {
-  TestScene scene = make_scene(
-      {{grid_cells(0.02, 0.02, 2, 2).moved(Vec3(0.003, 0.002, 0.9985e-3)), Kind::Cloth, 1e-3, 0.3},
-       {floor_square(1.0, 3), Kind::Script, 1e-3, 0.3}});
+  const double thickness = 1e-3;
+  TestScene scene = make_scene({{grid_cells(0.02, 0.02, 2, 2).moved(Vec3(0.003, 0.002, thickness)),
+                                 Kind::Cloth, thickness, 0.3},
+                                {floor_square(1.0, 3), Kind::Script, thickness, 0.3}});
   const Index n = scene.model.surfaces[0].n_vertices;
   CollisionStage stage(scene.model);
   ContactState state;
   const double mass = 1e-3;
   const Vec3 gravity = 9.81 * Vec3(std::sin(std::atan(slope)), 0, -std::cos(std::atan(slope)));
+  const double weight = -mass * gravity.z();
+  const double depth = std::sqrt(0.5 * weight * thickness /
+                                 (static_cast<double>(n) * scene.model.contact_stiffness));
+  scene.x.topRows(n).col(2).array() -= depth;
   Points x = scene.x, v = Points::Zero(x.rows(), 3);
   v.bottomRows(x.rows() - n).col(0).setConstant(floor_speed);
   Vec3 velocity = Vec3(floor_speed, 0, 0);
@@ -40,10 +46,10 @@ Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 
       Mat3 matrix = mass * Mat3::Identity();
       Vec3 right = mass * before + h * mass * gravity;
       for (const ExtraTerm& term : terms) {
-        double weight = 0.0;
-        for (int i = 0; i < term.n_entries; ++i) weight += term.entries[i].weight;
-        matrix += h * h * weight * weight * term.hessian;
-        right -= h * weight * (term.gradient - h * term.hessian * term.drift);
+        double sum = 0.0;  // of the weights of the block
+        for (int i = 0; i < term.n_entries; ++i) sum += term.entries[i].weight;
+        matrix += h * h * sum * sum * term.hessian;
+        right -= h * sum * (term.gradient - h * term.hessian * term.drift);
       }
       velocity = matrix.ldlt().solve(right);
       if (!again || terms.empty()) break;

@@ -73,7 +73,7 @@ TEST_CASE(
     "the contact force is minus the gradient of the contact energy, to second order of the "
     "difference") {
   const double xi = 1e-3, k = 700.0;
-  for (const double d : {0.05e-3, 0.2e-3, 0.45e-3, 0.6e-3, 0.9e-3}) {
+  for (const double d : {0.05e-3, 0.2e-3, 0.45e-3, 0.6e-3, 0.8e-3, 0.9e-3}) {
     const ContactForce at = contact_force(d, xi, k);
     double last = 0.0;
     for (const double step : {4e-6, 2e-6, 1e-6}) {
@@ -92,14 +92,20 @@ TEST_CASE(
     }
   }
   CHECK(contact_force(xi, xi, k).force == 0.0);
-  const double half = 0.5 * xi,
-               hair = 1e-12;  // force, stiffness and energy are continuous between the stages
-  CHECK(contact_force(half + hair, xi, k).force ==
-        Approx(contact_force(half - hair, xi, k).force).epsilon(1e-6));
-  CHECK(contact_force(half + hair, xi, k).stiffness ==
-        Approx(contact_force(half - hair, xi, k).stiffness).epsilon(1e-6));
-  CHECK(contact_force(half + hair, xi, k).energy ==
-        Approx(contact_force(half - hair, xi, k).energy).epsilon(1e-6));
+  // Force, stiffness and energy are continuous between the stages.
+  const double hair = 1e-12;
+  for (const double d : {0.5 * xi, 0.75 * xi}) {
+    const ContactForce above = contact_force(d + hair, xi, k),
+                       below = contact_force(d - hair, xi, k);
+    CHECK(above.force == Approx(below.force).epsilon(1e-6));
+    CHECK(above.stiffness == Approx(below.stiffness).epsilon(1e-6));
+    CHECK(above.energy == Approx(below.energy).epsilon(1e-6));
+  }
+  // At the thickness, all three begin at 0.
+  const ContactForce first = contact_force(xi - hair, xi, k);
+  CHECK(first.stiffness < 1e-6 * k);
+  CHECK(first.force < 1e-12 * k * xi);
+  CHECK(first.energy < 1e-12 * k * xi * xi);
 }
 
 TEST_CASE("contact forces are minus the gradient of the contact energies for fixed shares") {
@@ -304,7 +310,7 @@ TEST_CASE("a vertex over the common edge or corner of faces is pushed as by one 
     if (last >= 0.0) largest_jump = std::max(largest_jump, std::abs(force - last));
     last = force;
   }
-  const double one = scene.model.contact_stiffness * 0.6e-3;
+  const double one = contact_force(1.4e-3, 2e-3, scene.model.contact_stiffness).force;
   CHECK(most <= 1.15 * one);
   CHECK(least >= 0.85 * one);
   CHECK(largest_jump <= 0.05 * one);  // a displacement of 0.03 mm changes the force gradually
@@ -356,9 +362,9 @@ TEST_CASE("contacts become stiffer where forces press taut cloth together") {
   const std::vector<double> stiffer = stiffness(forces);
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const double pressing = 8.0 * std::abs(contacts[c].normal.z());
-    CHECK(stiffer[c] == Approx(std::max(k, 4.0 * pressing / 4e-3 - k)));
+    CHECK(stiffer[c] == Approx(std::max(k, 16.0 / 3.0 * pressing / 4e-3 - k)));
   }
-  // The law resists 1 N, because k xi / 2 is 2 N.
+  // The law resists 1 N, because 3/8 k xi is 1.5 N.
   for (const double each : stiffness(forces / 8.0)) CHECK(each == k);
   // Forces that pull the sheets apart do not count, nor do forces on prescribed vertices.
   for (const double each : stiffness(-forces)) CHECK(each == k);
