@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "core/base/error.h"
+#include "core/parallel/wait_policy.h"
 #include "core/sim/model/motion.h"
 #include "core/sim/step/checks.h"
 #include "core/sim/step/energy_account.h"
@@ -27,7 +28,9 @@ double shortened(double h, int longest) { return h * longest / StepPart::whole; 
 
 Stepper::Stepper(const Model& model, const IntegratorOptions& options, StepChoice steps,
                  const Team& team, const RowLayout& layout, const State& state)
-    : steps_(steps), engines_(model, options, team, layout, state) {}
+    : steps_(steps),
+      engines_(model, options, team, layout, state),
+      threads_(team.threads, threads_sleep() || !layout.single()) {}
 
 void Stepper::advance(State& state, StepOutcome& outcome) {
   state.rigid.manifolds.clear();  // manifolds are saved again when needed
@@ -37,9 +40,12 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
   save_to(outcome.start);
   begin_outcome(state.step, engines_.model.cloth.n_vertices, outcome);
   std::fill(engines_.busy.begin(), engines_.busy.end(), 0.0);
+  engines_.team.threads = engines_.collision_team.threads = threads_.threads();
+  threads_.start();
   try {
     const StepSpan span = take_parts(state, outcome);
     finish(span, state, outcome);
+    threads_.stop();
   } catch (const SolverFailure& failure) {
     return_to_state(outcome.start, state);
     state.account = before;

@@ -2,6 +2,7 @@
 // replaced by a new one.
 #pragma once
 
+#include "core/parallel/thread_choice.h"
 #include "core/sim/step/bisection.h"
 #include "core/sim/step/energy_account.h"
 #include "core/sim/step/engines.h"
@@ -35,6 +36,7 @@ class Stepper {
 
   StepChoice steps_;
   Engines engines_;
+  ThreadChoice threads_;
   // Scratch data that one stage writes and later stages read.
   Loads loads_;
   NearContacts near_;
