@@ -219,7 +219,7 @@ struct AccountReport {
         field("withheld", &R::withheld, "J", unlimited(),
               "kinetic energy of cloth lost to strain limits and certification"),
         field("lost", &R::lost, "J", unlimited(),
-              "remaining loss: by viscosity, contacts and the integrator"),
+              "remaining loss: by viscosity, contacts, limit impulses and the integrator"),
         field("balance", &R::balance, "1", unlimited(),
               "energy without that of contacts, less work, less its value at the start; in parts "
               "of the largest kinetic energy so far"));

@@ -38,6 +38,8 @@ struct Plan {
   std::vector<std::uint8_t> level;   // (m) levels of the membrane
   std::vector<double> step_of;       // (levels) [s]
   std::unique_ptr<LevelMembrane> membrane;
+  std::vector<std::vector<Index>> limited;  // (levels) triangles of this level and finer ones
+  Vector steps;                             // (m) of the triangles [s]
   LevelGroups groups;
   std::unique_ptr<LevelVertices> vertices;
 
@@ -50,6 +52,7 @@ struct NestedCloth {
   Plan& plan;
   const Points& load;  // (n x 3) forces that do not change within the interval [N]
   const Vector& inverse_mass;
+  LimitImpulses* impulses;  // may be null
   Points &x, &v;
   bool start = true;
 
@@ -65,12 +68,19 @@ struct NestedCloth {
       plan.groups.groups[g].kick(team, {share * h, h, start}, inverse_mass, x, v);
     }
     const LevelVertices& vertices = *plan.vertices;
+    const bool limited = impulses && move;
     parallel_for(team, vertices.end[first], [&](Index k) {
       const Index i = vertices.order[k];
       const Vec3 impulse = plan.membrane->impulse(
           i, first, load.data() + 3 * static_cast<std::size_t>(i), plan.step_of);
       v.row(i) += share * inverse_mass[i] * impulse.transpose();
-      if (move) x.row(i) += plan.step_of[vertices.level[i]] * v.row(i);
+      if (move && !limited) x.row(i) += plan.step_of[vertices.level[i]] * v.row(i);
+    });
+    if (!limited) return;
+    impulses->correct(team, plan.limited[first], plan.steps, x, v);
+    parallel_for(team, vertices.end[first], [&](Index k) {
+      const Index i = vertices.order[k];
+      x.row(i) += plan.step_of[vertices.level[i]] * v.row(i);
     });
   }
 };
@@ -83,11 +93,10 @@ class NestedIntegrator final : public AsynchronousIntegrator {
   Taken take_interval(const Team& team, double interval, const Vector& steps,
                       ClothState& state) override {
     make_plan(interval, steps);
-    NestedCloth cloth{team, plan_, load_, inverse_mass_, state.x, state.v};
+    NestedCloth cloth{team, plan_, load_, inverse_mass_, impulses_.get(), state.x, state.v};
     take_nested_steps(plan_.base, plan_.finest(), cloth);
-    Taken taken{Vector(steps.size()), 0};
+    Taken taken{plan_.steps, 0, plan_.membrane->take_phases()};
     for (Index t = 0; t < steps.size(); ++t) {
-      taken.steps[t] = plan_.step_of[plan_.level[t]];
       taken.events += plan_.base * (Index{1} << plan_.level[t]) + 1;
     }
     return taken;
@@ -110,7 +119,7 @@ class NestedIntegrator final : public AsynchronousIntegrator {
     std::vector<std::uint8_t> wanted = levels_of(steps);
     if (wanted == plan_.wanted) return;
     plan_.wanted = plan_.level = std::move(wanted);
-    plan_.membrane = std::make_unique<LevelMembrane>(model_, steps_, plan_.level);
+    plan_.membrane = std::make_unique<LevelMembrane>(model_, steps_, limits_, plan_.level);
     if (together) plan_.groups = LevelGroups(meshes_, plan_.level);
     arrange();
   }
@@ -127,6 +136,12 @@ class NestedIntegrator final : public AsynchronousIntegrator {
     for (int level = 0; level <= finest; ++level)
       plan_.step_of.push_back(plan_.interval /
                               (static_cast<double>(plan_.base) * (Index{1} << level)));
+    plan_.steps.resize(static_cast<Index>(plan_.level.size()));
+    for (Index t = 0; t < plan_.steps.size(); ++t)
+      plan_.steps[t] = plan_.step_of[plan_.level[t]];
+    plan_.limited.clear();
+    for (int level = 0; impulses_ && level <= finest; ++level)
+      plan_.limited.push_back(plan_.membrane->triangles_from(level));
   }
 
   std::vector<std::uint8_t> levels_of(const Vector& longest) const {

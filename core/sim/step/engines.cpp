@@ -43,6 +43,7 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Tea
     error = std::make_unique<DisplacementError>(model.cloth, elasticity->membrane(),
                                                 model.scene.gravity.norm(), layout);
   contacts_in_solve = integrator->implicit() && model.scene.response == ContactResponse::Implicit;
+  limits_after_solve = !options.is<Asynchronous>();
   limits_in_solve = integrator->implicit() && model.scene.limits.in_solve &&
                     model.scene.limits.method != LimitMethod::Edges;
 }

@@ -39,6 +39,8 @@ struct Engines {
   std::optional<double> accuracy;            // of steps [1], see ImplicitOptions
   std::unique_ptr<DisplacementError> error;  // null: no accuracy or no cloth
   bool contacts_in_solve = false;            // false: impulses resolve contacts after the solve
+  // False: the integrator limits strain by itself, and `limiter` only measures what exceeds limits.
+  bool limits_after_solve = true;
   bool limits_in_solve = false;  // false: strain limits are enforced only after the solve
 };
 
