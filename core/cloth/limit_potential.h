@@ -1,5 +1,5 @@
-// Strain limits as a potential: stiff phases of the membrane beyond each limit. Unlike the phases of
-// implicit steps (limits/limit_phase.h) they are a fixed law, whose energy explicit steps keep.
+// Strain limits as a potential: stiff phases of the membrane beyond each limit. Unlike the phases
+// of implicit steps (limits/limit_phase.h) they are a fixed law, whose energy explicit steps keep.
 #pragma once
 
 #include <optional>

@@ -96,7 +96,8 @@ void Membrane::add_limits(const std::vector<LimitModes>& modes) {
       const LimitMode& mode = modes[std::min(t, n_triangles_ - 1)][k];
       const double values[8] = {mode.d11,  mode.d22,     mode.d12,      mode.low,
                                 mode.high, mode.far_low, mode.far_high, mode.modulus};
-      double* table = limits_.data() + membrane::limit_stride * static_cast<std::size_t>(t / lanes) +
+      double* table = limits_.data() +
+                      membrane::limit_stride * static_cast<std::size_t>(t / lanes) +
                       membrane::mode_stride * k + t % lanes;
       for (int i = 0; i < 8; ++i) table[lanes * i] = values[i];
     }

@@ -40,8 +40,8 @@ class Membrane {
   Index n_batches() const { return n_batches_; }
 
   membrane::Tables tables() const {
-    return {corners_.data(), gradients_.data(), constants_.data(), phase_, in_phase_,
-            limits_.empty() ? nullptr : limits_.data()};
+    return {corners_.data(), gradients_.data(), constants_.data(),
+            phase_,          in_phase_,         limits_.empty() ? nullptr : limits_.data()};
   }
   // Sets the tables of the stress that stiff phases add to forces and Jacobian (see
   // membrane::Tables). Null means that nothing is added. The tables are not owned.

@@ -146,8 +146,8 @@ LOOMSTONE_INLINE void add_limit_stress(const Tables& t, Index b, const Tensor<La
   for (int k = 0; k < 3; ++k, mode += mode_stride) {
     const Beyond<Lanes> beyond = beyond_limits(mode, e);
     if (!lanes_any((beyond.second > 0.0) | (beyond.second < 0.0))) continue;
-    const Lanes stress = lanes_load<Lanes>(mode + 56) *
-                         (beyond.second + LimitMode::steeper * beyond.third);
+    const Lanes stress =
+        lanes_load<Lanes>(mode + 56) * (beyond.second + LimitMode::steeper * beyond.third);
     s.t11 += stress * lanes_load<Lanes>(mode);
     s.t22 += stress * lanes_load<Lanes>(mode + 8);
     s.t12 += stress * lanes_load<Lanes>(mode + 16);

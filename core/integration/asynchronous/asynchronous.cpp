@@ -36,9 +36,9 @@ AsynchronousIntegrator::AsynchronousIntegrator(const Asynchronous& options, cons
 }
 
 Vector AsynchronousIntegrator::own_bending_steps() const {
-  Vector longest = (options_.bending_multiple * steps_.at_rest()).cwiseMin(bending_);
-  equalise_patches(longest);
-  return longest;
+  Vector longest = options_.bending_multiple * steps_.at_rest();
+  average_patches(longest);
+  return longest.cwiseMin(bending_);
 }
 
 IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLayout& layout,
@@ -46,6 +46,7 @@ IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLay
                                                   Points&) {
   if (model_.triangles.rows() == 0) return {};
   load_ = *inputs.force;
+  collisions_ = inputs.collisions;
   gather_cloth_rows(layout, load_, wide_);
   inverse_mass_.resize(model_.n_vertices);
   for (Index i = 0; i < model_.n_vertices; ++i)

@@ -32,8 +32,8 @@ class AsynchronousIntegrator : public Integrator {
   virtual Taken take_interval(const Team& team, double interval, const Vector& steps,
                               ClothState& state) = 0;
 
-  // Longest steps of bending in events of its own [s]: the multiple of the membrane's at rest,
-  // within bending's own limit. Triangles of a patch have the same.
+  // Longest steps of bending in events of its own [s]: the multiple of the mean step of the
+  // membrane at rest in a patch, within bending's own limit. Triangles of a patch have the same.
   Vector own_bending_steps() const;
 
   const ClothModel& model_;
@@ -45,6 +45,7 @@ class AsynchronousIntegrator : public Integrator {
   Vector bending_;       // (m) longest steps of bending [s]
   Points load_;          // (n x 3) forces that do not change within the interval [N]
   Vector inverse_mass_;  // (n) zero for prescribed vertices [1/kg]
+  EventCollisions* collisions_ = nullptr;  // of the step; null: none
 
  private:
   bool shorten(const Taken& taken, Vector& steps) const;

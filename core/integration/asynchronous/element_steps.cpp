@@ -120,8 +120,7 @@ ElementSteps::ElementSteps(const ClothModel& model, const Asynchronous& options,
     const Mat2 gradients = rest[t].gradients * rest[t].gradients.transpose();
     Element element;
     element.eigenvalue = scale * largest_eigenvalue(rest[t], elastic_moduli(material));
-    if (!limits.empty())
-      limit_products_.emplace_back(scale * limit_products(rest[t], limits[t]));
+    if (!limits.empty()) limit_products_.emplace_back(scale * limit_products(rest[t], limits[t]));
     element.viscous_eigenvalue = scale * largest_eigenvalue(rest[t], viscous_moduli(material));
     element.tension_eigenvalue =
         scale * Eigen::SelfAdjointEigenSolver<Mat2>(gradients).eigenvalues().maxCoeff();
@@ -163,8 +162,8 @@ LimitPhases ElementSteps::phases_at(Index t, const Points& green) const {
   LimitPhases phases;
   for (int k = 0; k < 3; ++k) {
     const LimitMode& mode = limits_[t][k];
-    phases[k] = static_cast<std::uint8_t>(
-        mode.phase(mode.strain(green(t, 0), green(t, 1), green(t, 2))));
+    phases[k] =
+        static_cast<std::uint8_t>(mode.phase(mode.strain(green(t, 0), green(t, 1), green(t, 2))));
   }
   return phases;
 }

@@ -13,12 +13,13 @@ namespace loomstone {
 // Phases of the modes of a triangle (see LimitMode), 0, 1 or 2.
 using LimitPhases = std::array<std::uint8_t, 3>;
 
-// Phases of a lane of a batch. `entered` points to the batch's entries of membrane::Tables::entered.
+// Phases of a lane of a batch. `entered` points to the batch's entries of
+// membrane::Tables::entered.
 inline LimitPhases phases_of_lane(const std::uint8_t* entered, int lane) {
   LimitPhases phases;
   for (int k = 0; k < 3; ++k)
-    phases[k] = static_cast<std::uint8_t>((entered[2 * k] >> lane & 1) +
-                                          (entered[2 * k + 1] >> lane & 1));
+    phases[k] =
+        static_cast<std::uint8_t>((entered[2 * k] >> lane & 1) + (entered[2 * k + 1] >> lane & 1));
   return phases;
 }
 
@@ -39,8 +40,8 @@ class ElementSteps {
   // eigenvalue per unit of tension. lambda_0 includes the phases of strain limits at x and ahead.
   // The strain of a limited triangle changes by at most 0.1 in a step. Valid until the next call.
   const Vector& at(const Team& team, const Points& x, const Points& v, Elasticity& elasticity);
-  // Step of triangle t with the strains that at() has found, if the modes of its limits are in these
-  // phases or later ones [s].
+  // Step of triangle t with the strains that at() has found, if the modes of its limits are in
+  // these phases or later ones [s].
   double step_in_phases(Index t, const LimitPhases& phases) const;
   // First triangle whose strain at x is not finite, or for which steps (m) exceed the bound itself;
   // -1 if there is none.
@@ -61,7 +62,7 @@ class ElementSteps {
   LimitPhases phases_at(Index t, const Points& green) const;
 
   const ClothModel& model_;
-  std::vector<LimitModes> limits_;  // (m) or empty
+  std::vector<LimitModes> limits_;    // (m) or empty
   std::vector<Mat3> limit_products_;  // (m) or empty: stiffness of the second phases [1/s^2]
   std::vector<Element> elements_;
   Points share_;

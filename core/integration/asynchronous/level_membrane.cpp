@@ -89,7 +89,8 @@ LevelMembrane::LevelMembrane(const ClothModel& model, const ElementSteps& steps,
 
 std::vector<Index> LevelMembrane::triangles_from(int first) const {
   if (first > finest()) return {};
-  const std::size_t end = std::min(order_.size(), lanes * static_cast<std::size_t>(batch_end_[first]));
+  const std::size_t end =
+      std::min(order_.size(), lanes * static_cast<std::size_t>(batch_end_[first]));
   return {order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(end)};
 }
 

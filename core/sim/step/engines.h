@@ -10,6 +10,7 @@
 #include "core/cloth/elasticity.h"
 #include "core/cloth/limits/strain_limiter.h"
 #include "core/collision/collision_stage.h"
+#include "core/collision/event_contacts.h"
 #include "core/electrodynamics/magnetic_motion.h"
 #include "core/integration/integrator.h"
 #include "core/parallel/row_layout.h"
@@ -32,7 +33,9 @@ struct Engines {
   std::unique_ptr<Elasticity> elasticity;
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<CollisionStage> collision;  // null: nothing collides
-  std::unique_ptr<RigidWorld> world;          // null: no bodies
+  // Null: the integrator has no events, or nothing collides.
+  std::unique_ptr<EventContacts> event_contacts;
+  std::unique_ptr<RigidWorld> world;  // null: no bodies
   // Null: no bodies, or neither magnets nor coils nor bearings.
   std::unique_ptr<MagneticMotion> magnetics;
   std::unique_ptr<StrainLimiter> limiter;    // null: no cloth has limits

@@ -99,7 +99,7 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, const N
   inputs.collision = engines.collision.get();
   inputs.tangle = &near.tangle;
   inputs.limits_hold = model.scene.limits.method != LimitMethod::Edges;
-  if (!engines.contacts_in_solve) inputs.repelled = &near.contacts;
+  if (!engines.contacts_in_solve) inputs.repelled = &near.repelled;
   inputs.seed = part.seed;
   inputs.h = part.h;
   inputs.x0 = &loads.x0;

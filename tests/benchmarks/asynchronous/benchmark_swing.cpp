@@ -1,5 +1,5 @@
-// Energy and stretch of a swinging sheet with asynchronous steps, [Thomaszewski2010], example 4.1: a
-// square of 2 m hangs from two corners, is released flat, and is free of damping and collisions.
+// Energy and stretch of a swinging sheet with asynchronous steps, [Thomaszewski2010], example 4.1:
+// a square of 2 m hangs from two corners, is released flat, and is free of damping and collisions.
 // Energies are relative to the start, in percent of the largest kinetic energy: means over the
 // middle tenth of the time and over the last one. Times are processor times of one thread for the
 // steps alone, per second of motion.
@@ -105,8 +105,8 @@ int main(int argc, char** argv) {
   const bool smoke = argc > 1 && std::string(argv[1]) == "--smoke";
   const Index cells = smoke ? 4 : argc > 1 ? std::atoi(argv[1]) : 16;
   const double duration = smoke ? 0.01 : argc > 2 ? std::atof(argv[2]) : 4.0;
-  std::printf("%d triangles, %g s\n  %-30s %8s %9s %9s %12s %8s\n", 2 * cells * cells, duration,
-              "", "stretch", "middle %", "last %", "events / s", "s / s");
+  std::printf("%d triangles, %g s\n  %-30s %8s %9s %9s %12s %8s\n", 2 * cells * cells, duration, "",
+              "stretch", "middle %", "last %", "events / s", "s / s");
   for (const Case& which :
        {Case{"nested", Schedule::Nested, Limiting::None, false},
         Case{"queue", Schedule::Queue, Limiting::None, false},
