@@ -66,13 +66,13 @@ struct PairTest {
   }
 };
 
-// Adds the pair if it comes close and is not culled.
+// Counts a pair, and adds it if it may come close and is not culled.
 void add(const PairTest& test, const ApproachingPair& pair, double thickness, Approach& found) {
   const std::array<Index, 4> v = pair_vertices(test.model, pair.kind, pair.key);
-  if (has_body(test.model, v) || !test.close(pair.kind, v, thickness)) return;
-  if (test.tangle.ignores(test.model, pair.kind, pair.key, v)) return;
+  if (has_body(test.model, v)) return;
   ++found.candidates;
-  if (!test.culled(pair.kind, v, thickness)) found.pairs.push_back(pair);
+  if (!test.close(pair.kind, v, thickness) || test.culled(pair.kind, v, thickness)) return;
+  if (!test.tangle.ignores(test.model, pair.kind, pair.key, v)) found.pairs.push_back(pair);
 }
 
 void add_listed(const PairTest& test, const NeighbourList& list, double thickness,
@@ -87,10 +87,11 @@ void add_listed(const PairTest& test, const NeighbourList& list, double thicknes
 
 }  // namespace
 
-Approach find_approach(const Team& team, const CollisionModel& model, const ExpectedMotion& motion,
-                       const Tangle& tangle, BroadPhase& broad_phase, NeighbourLists& lists,
-                       const std::vector<SurfacePair>& pairs) {
-  const PairTest test{model, motion, tangle};
+Approach find_approach(const Team& team, const PairSource& source, const ExpectedMotion& motion,
+                       const Tangle& tangle) {
+  const std::vector<SurfacePair>& pairs = source.pairs;
+  NeighbourLists& lists = source.lists;
+  const PairTest test{source.model, motion, tangle};
   if (!lists.updated_at(motion.x0)) lists.update(team, motion.x0);
   const Points x1 = motion.x0 + faster * motion.step * motion.v0;
   lists.cover(team, x1);
@@ -108,7 +109,7 @@ Approach find_approach(const Team& team, const CollisionModel& model, const Expe
     double thickness = 0.0;
     for (const Index i : unlisted) thickness = std::max(thickness, pairs[i].thickness);
     std::vector<FeaturePairs> found;
-    broad_phase.swept_pairs(
+    source.broad_phase.swept_pairs(
         team, {motion.x0, x1, 0.5 * thickness + more_speed * motion.step}, unlisted,
         [](ContactKind, std::vector<PairKey>&) {}, found);
     Approach& part = parts.emplace_back();

@@ -17,7 +17,15 @@ struct ApproachingPair {
 
 struct Approach {
   std::vector<ApproachingPair> pairs;  // sorted by (kind, a, b)
-  std::int64_t candidates = 0;         // pairs that come close enough, those culled included
+  std::int64_t candidates = 0;         // pairs of the broad phase, those culled included
+};
+
+// Where pairs come from.
+struct PairSource {
+  const CollisionModel& model;
+  const std::vector<SurfacePair>& pairs;
+  BroadPhase& broad_phase;
+  NeighbourLists& lists;
 };
 
 // Features that move at constant velocity.
@@ -29,9 +37,8 @@ struct ExpectedMotion {
 
 // Finds the pairs that may come closer than their thickness, allowing for velocities that change
 // within the step. Culls pairs whose four points stay off a common plane by more than the
-// thickness. Excludes pairs with a rigid body. Updates `lists` to x0 if necessary.
-Approach find_approach(const Team& team, const CollisionModel& model, const ExpectedMotion& motion,
-                       const Tangle& tangle, BroadPhase& broad_phase, NeighbourLists& lists,
-                       const std::vector<SurfacePair>& pairs);
+// thickness. Excludes pairs with a rigid body. Updates the lists to x0 if necessary.
+Approach find_approach(const Team& team, const PairSource& source, const ExpectedMotion& motion,
+                       const Tangle& tangle);
 
 }  // namespace loomstone
