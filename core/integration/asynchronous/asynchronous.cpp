@@ -36,9 +36,9 @@ AsynchronousIntegrator::AsynchronousIntegrator(const Asynchronous& options, cons
 }
 
 Vector AsynchronousIntegrator::own_bending_steps() const {
-  Vector longest = options_.bending_multiple * steps_.at_rest();
-  average_patches(longest);
-  return longest.cwiseMin(bending_);
+  Vector longest = (options_.bending_multiple * steps_.at_rest()).cwiseMin(bending_);
+  equalise_patches(longest);
+  return longest;
 }
 
 IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLayout& layout,

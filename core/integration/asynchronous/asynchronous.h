@@ -32,8 +32,8 @@ class AsynchronousIntegrator : public Integrator {
   virtual Taken take_interval(const Team& team, double interval, const Vector& steps,
                               ClothState& state) = 0;
 
-  // Longest steps of bending in events of its own [s]: the multiple of the mean step of the
-  // membrane at rest in a patch, within bending's own limit. Triangles of a patch have the same.
+  // Longest steps of bending in events of its own [s]: the multiple of the membrane's at rest,
+  // within bending's own limit. Triangles of a patch have the same.
   Vector own_bending_steps() const;
 
   const ClothModel& model_;

@@ -86,11 +86,11 @@ Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& me
   return steps;
 }
 
-void average_patches(Vector& steps) {
+void equalise_patches(Vector& steps) {
   const auto m = static_cast<Index>(steps.size());
   for (Index first = 0; first < m; first += patch) {
     const Index n = std::min(patch, m - first);
-    steps.segment(first, n).setConstant(steps.segment(first, n).mean());
+    steps.segment(first, n).setConstant(steps.segment(first, n).minCoeff());
   }
 }
 

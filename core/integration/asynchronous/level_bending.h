@@ -51,9 +51,9 @@ class BendingGroup {
 Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& meshes,
                      double safety);
 
-// Gives the triangles of each patch the mean step of the patch, so that few triangles have
+// Gives the triangles of each patch the shortest step of the patch, so that few triangles have
 // neighbours with other steps.
-void average_patches(Vector& steps);
+void equalise_patches(Vector& steps);
 
 // Groups of all bending parts by the level of their triangles.
 struct LevelGroups {
