@@ -72,7 +72,7 @@ Swing swing(const Asynchronous& options, const StrainLimit& limit, bool by_edges
   set_limit(run, limit, by_edges);
   start(run, options);
   const double begin = potential_energy(run);
-  const int steps = 1600;
+  const int steps = 1600, tenth = 160;
   double peak = 0.0, sum = 0.0;
   Swing found;
   Points green;
@@ -83,9 +83,9 @@ Swing swing(const Asynchronous& options, const StrainLimit& limit, bool by_edges
     found.stretch = std::max(found.stretch, stretch.maxCoeff());
     found.edge = std::max(found.edge, longest_edge(run));
     peak = std::max(peak, kinetic_energy(run));
-    if (i >= steps - steps / 10) sum += kinetic_energy(run) + potential_energy(run) - begin;
+    if (i >= steps - tenth) sum += kinetic_energy(run) + potential_energy(run) - begin;
   }
-  found.gain = sum / (steps / 10) / peak;
+  found.gain = sum / tenth / peak;
   return found;
 }
 

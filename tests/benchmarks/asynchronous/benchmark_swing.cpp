@@ -88,7 +88,7 @@ void measure(const Case& which, Index cells, double duration) {
   run.model.limited_by_edges = which.by_edges;
   start(run, options);
   const double interval = options.step.given.value();
-  const int steps = std::max(1, static_cast<int>(duration / interval + 0.5));
+  const int steps = std::max(1, static_cast<int>(std::lround(duration / interval)));
   std::printf("  %-30s", which.name);
   try {
     const Totals t = totals(run, steps);
