@@ -85,6 +85,7 @@ struct ErrorReport {
 // Contacts and intersections.
 struct ContactReport {
   std::int64_t near = 0, impacts = 0, unresolved = 0, intersections = 0, forced = 0;
+  std::int64_t candidates = 0, registered = 0, evaluated = 0, event_impulses = 0;
   double acceleration = 0.0;
 
   static auto fields() {
@@ -95,6 +96,14 @@ struct ContactReport {
         field(
             "impacts", &R::impacts, "1", unlimited(),
             "impacts: pairs that meet, found by the first pass of continuous collision detection"),
+        field("candidates", &R::candidates, "1", unlimited(),
+              "pairs that may come close within an asynchronous step"),
+        field("registered", &R::registered, "1", unlimited(),
+              "candidates for events; the others are culled because they stay off a common plane"),
+        field("evaluated", &R::evaluated, "1", unlimited(),
+              "evaluations of registered pairs at events"),
+        field("event_impulses", &R::event_impulses, "1", unlimited(),
+              "impulses on registered pairs at events"),
         field("unresolved", &R::unresolved, "1", unlimited(),
               "impacts that certification leaves, even at 1/64 of the step"),
         field("intersections", &R::intersections, "1", unlimited(),
@@ -219,7 +228,7 @@ struct AccountReport {
         field("withheld", &R::withheld, "J", unlimited(),
               "kinetic energy of cloth lost to strain limits and certification"),
         field("lost", &R::lost, "J", unlimited(),
-              "remaining loss: by viscosity, contacts and the integrator"),
+              "remaining loss: by viscosity, contacts, limit impulses and the integrator"),
         field("balance", &R::balance, "1", unlimited(),
               "energy without that of contacts, less work, less its value at the start; in parts "
               "of the largest kinetic energy so far"));

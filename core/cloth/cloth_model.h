@@ -29,6 +29,7 @@ struct ClothModel {
   std::vector<MembraneConstants> constants;  // (m)
   std::vector<StrainLimit> strain_limits;
   std::vector<Index> strain_limit_of;  // (m) index into strain_limits; -1: unlimited
+  bool limited_by_edges = false;       // strain limits apply to edges of all cloths
   std::vector<BendingPart> bending;
   Vector mass;                           // (n) lumped mass [kg]
   std::vector<std::uint8_t> prescribed;  // (n) 1: prescribed vertex

@@ -70,6 +70,9 @@ class Elasticity {
   // Without strain limits the returned guard changes nothing.
   LimitPhaseScope limit_phase(const Team& team, const Points& x, Index begin, Index end);
 
+  // Adds a potential that limits strain to energy and explicit forces (see Membrane::add_limits).
+  void add_limits(const std::vector<LimitModes>& modes) { membrane_.add_limits(modes); }
+
   double membrane_energy(const Team& team, const Points& x) { return membrane_.energy(team, x); }
   double bending_energy(const Team& team, const Points& x) const;
   const Membrane& membrane() const { return membrane_; }

@@ -50,6 +50,14 @@ std::vector<Contact> CollisionStage::proximity(const Team& team, const Points& x
   return contacts;
 }
 
+Approach CollisionStage::approach(const Team& team, const ExpectedMotion& motion,
+                                  const Tangle& tangle) {
+  return find_approach(team, {data_->model, data_->pairs, data_->broad_phase, data_->lists}, motion,
+                       tangle);
+}
+
+const std::vector<SurfacePair>& CollisionStage::pairs() const { return data_->pairs; }
+
 ContactTerms CollisionStage::terms(const ContactInputs& inputs,
                                    const std::vector<Contact>& contacts, const ContactState& state,
                                    ExtraTerms& terms) const {

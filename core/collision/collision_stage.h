@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/types.h"
+#include "core/collision/approach.h"
 #include "core/collision/certify/certify_report.h"
 #include "core/collision/model/collision_model.h"
 #include "core/collision/model/contact.h"
@@ -34,6 +35,10 @@ class CollisionStage {
   // Returns the contacts closer than their thickness at x0, sorted by (kind, a, b). x0 contains the
   // vertices of all surfaces.
   std::vector<Contact> proximity(const Team& team, const Points& x0, const Tangle& tangle);
+
+  // Pairs that may touch within a step of `motion`, for collisions at events.
+  Approach approach(const Team& team, const ExpectedMotion& motion, const Tangle& tangle);
+  const std::vector<SurfacePair>& pairs() const;
 
   // Appends the contact terms of the implicit solve to `terms`. The returned object updates these
   // terms during the solve.

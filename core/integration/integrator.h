@@ -12,6 +12,7 @@
 #include "core/cloth/cloth_model.h"
 #include "core/cloth/cloth_state.h"
 #include "core/cloth/elasticity.h"
+#include "core/integration/event_collisions.h"
 #include "core/integration/options.h"
 #include "core/linalg/extra_terms.h"
 #include "core/linalg/linear_solver.h"
@@ -46,6 +47,8 @@ struct StepInputs {
   const FrictionAt* friction_at = nullptr;
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: prescribed motion
   const Points* target = nullptr;  // (n x 3) positions of fixed rows at the end [m]
+  // Collisions at events; asynchronous schemes with events_collide() only. May be null.
+  EventCollisions* collisions = nullptr;
   // (2 b) for each body, mass times identity [kg], then inertia in world axes [kg m^2]
   const std::vector<Mat3>* body_mass = nullptr;
 };
@@ -86,6 +89,8 @@ class Integrator {
   virtual bool damps() const { return false; }  // the scheme is implicit Euler
   // Time from the start of the step at which forces are evaluated, as a fraction of the step [1].
   virtual double time_of_forces() const { return 1.0; }
+  // True if the scheme handles collisions at events within a step.
+  virtual bool events_collide() const { return false; }
   // True if the scheme evaluates the energy of all rows on every rank.
   virtual bool asks_energy() const { return false; }
 };

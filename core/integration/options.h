@@ -51,6 +51,15 @@ constexpr auto choices(StepLimit) {
                  "from the time in which a wave passes the inscribed circle"}};
 }
 
+enum class Limiting { Potential, Impulses, None };
+constexpr auto choices(Limiting) {
+  return std::array{ChoiceName{Limiting::Potential, "potential",
+                               "membrane with a second phase that is 30 times as stiff"},
+                    ChoiceName{Limiting::Impulses, "impulses",
+                               "one correction of velocities in each event; does not keep energy"},
+                    ChoiceName{Limiting::None, "none", "limits are only reported"}};
+}
+
 // Options of all schemes.
 struct IntegratorCommon {
   Automatic step;
@@ -140,6 +149,9 @@ struct Asynchronous : IntegratorCommon {
   StepLimit limit = StepLimit::Eigenvalue;
   Automatic safety;
   double bending_multiple = 4.0;
+  Limiting limiting = Limiting::Potential;
+  std::optional<double> predicted;
+  std::optional<double> present;
 
   Asynchronous() { step = default_step; }
   // Fraction of the limit of stability, or of the time of a wave, that a triangle's step takes.
@@ -159,7 +171,14 @@ struct Asynchronous : IntegratorCommon {
         field(
             "bending_multiple", &O::bending_multiple, "1", between(0.0, 64.0),
             "largest step of bending as a multiple of the membrane's, within bending's own limit; "
-            "0: bending acts in the events of the membrane"));
+            "0: bending acts in the events of the membrane"),
+        field("limiting", &O::limiting, "method that enforces the strain limits of cloth"),
+        field("predicted", &O::predicted, "1", positive(),
+              "strain at which limiting begins, for impulses the strain that is predicted for the "
+              "next event of a triangle; None: the limits of the cloth"),
+        field("present", &O::present, "1", positive(),
+              "present strain beyond which impulses also correct positions; None: 4/3 of the "
+              "strain at which limiting begins"));
   }
 };
 

@@ -303,6 +303,21 @@ class ContactReport:
         root mean square acceleration of free vertices in contact: change of velocity over the step [m/s^2]
         """
     @property
+    def candidates(self) -> int:
+        """
+        pairs that may come close within an asynchronous step [1]
+        """
+    @property
+    def evaluated(self) -> int:
+        """
+        evaluations of registered pairs at events [1]
+        """
+    @property
+    def event_impulses(self) -> int:
+        """
+        impulses on registered pairs at events [1]
+        """
+    @property
     def forced(self) -> int:
         """
         intersecting pairs where scripted motion leaves the cloth no room; see sim.forced_pairs [1]
@@ -321,6 +336,11 @@ class ContactReport:
     def near(self) -> int:
         """
         contacts: pairs nearer than their thickness, resolved by the solve or by impulses [1]
+        """
+    @property
+    def registered(self) -> int:
+        """
+        candidates for events; the others are culled because they stay off a common plane [1]
         """
     @property
     def unresolved(self) -> int:
@@ -394,7 +414,7 @@ class AccountReport:
     @property
     def lost(self) -> float:
         """
-        remaining loss: by viscosity, contacts and the integrator [J]
+        remaining loss: by viscosity, contacts, limit impulses and the integrator [J]
         """
     @property
     def scripts(self) -> float:
@@ -3026,6 +3046,9 @@ class Asynchronous(Integrator):
     limit : bound of a triangle's step: eigenvalue (from the highest frequency of the triangle, for every shape and material) | inradius (from the time in which a wave passes the inscribed circle); default 'eigenvalue'
     safety : step of a triangle as a fraction of its bound; auto: 0.4 for limit="eigenvalue", 0.6 for limit="inradius" [1]; in (0, 1]; default 'auto'
     bending_multiple : largest step of bending as a multiple of the membrane's, within bending's own limit; 0: bending acts in the events of the membrane [1]; in [0, 64]; default 4.0
+    limiting : method that enforces the strain limits of cloth: potential (membrane with a second phase that is 30 times as stiff) | impulses (one correction of velocities in each event; does not keep energy) | none (limits are only reported); default 'potential'
+    predicted : strain at which limiting begins, for impulses the strain that is predicted for the next event of a triangle; None: the limits of the cloth [1]; > 0
+    present : present strain beyond which impulses also correct positions; None: 4/3 of the strain at which limiting begins [1]; > 0
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -3035,6 +3058,9 @@ class Asynchronous(Integrator):
         "limit",
         "safety",
         "bending_multiple",
+        "limiting",
+        "predicted",
+        "present",
     )
     method: typing.ClassVar[str] = "asynchronous"
     def __eq__(self, arg0: object) -> bool: ...
@@ -3046,6 +3072,9 @@ class Asynchronous(Integrator):
         limit: typing.Literal["eigenvalue", "inradius"] = "eigenvalue",
         safety: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = "auto",
         bending_multiple: typing.SupportsFloat | typing.SupportsIndex = 4.0,
+        limiting: typing.Literal["potential", "impulses", "none"] = "potential",
+        predicted: typing.SupportsFloat | typing.SupportsIndex | None = None,
+        present: typing.SupportsFloat | typing.SupportsIndex | None = None,
     ) -> None: ...
     def __repr__(self) -> str: ...
     def replace(
@@ -3056,6 +3085,9 @@ class Asynchronous(Integrator):
         limit: typing.Literal["eigenvalue", "inradius"] = ...,
         safety: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = ...,
         bending_multiple: typing.SupportsFloat | typing.SupportsIndex = ...,
+        limiting: typing.Literal["potential", "impulses", "none"] = ...,
+        predicted: typing.SupportsFloat | typing.SupportsIndex | None = ...,
+        present: typing.SupportsFloat | typing.SupportsIndex | None = ...,
     ) -> Asynchronous:
         """
         Returns a copy with the given fields changed.
@@ -3073,6 +3105,21 @@ class Asynchronous(Integrator):
     def limit(self) -> typing.Literal["eigenvalue", "inradius"]:
         """
         bound of a triangle's step: eigenvalue (from the highest frequency of the triangle, for every shape and material) | inradius (from the time in which a wave passes the inscribed circle); default 'eigenvalue'
+        """
+    @property
+    def limiting(self) -> typing.Literal["potential", "impulses", "none"]:
+        """
+        method that enforces the strain limits of cloth: potential (membrane with a second phase that is 30 times as stiff) | impulses (one correction of velocities in each event; does not keep energy) | none (limits are only reported); default 'potential'
+        """
+    @property
+    def predicted(self) -> float | None:
+        """
+        strain at which limiting begins, for impulses the strain that is predicted for the next event of a triangle; None: the limits of the cloth [1]; > 0
+        """
+    @property
+    def present(self) -> float | None:
+        """
+        present strain beyond which impulses also correct positions; None: 4/3 of the strain at which limiting begins [1]; > 0
         """
     @property
     def safety(self) -> float | typing.Literal["auto"]:

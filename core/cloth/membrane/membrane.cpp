@@ -89,6 +89,20 @@ Membrane::Membrane(Index n_vertices, const Triangles& triangles,
   element_strains_.resize(static_cast<std::size_t>(n_batches_) * membrane::strain_stride);
 }
 
+void Membrane::add_limits(const std::vector<LimitModes>& modes) {
+  limits_.resize(static_cast<std::size_t>(n_batches_) * membrane::limit_stride);
+  for (Index t = 0; t < n_batches_ * lanes; ++t)
+    for (int k = 0; k < 3; ++k) {
+      const LimitMode& mode = modes[std::min(t, n_triangles_ - 1)][k];
+      const double values[8] = {mode.d11,  mode.d22,     mode.d12,      mode.low,
+                                mode.high, mode.far_low, mode.far_high, mode.modulus};
+      double* table = limits_.data() +
+                      membrane::limit_stride * static_cast<std::size_t>(t / lanes) +
+                      membrane::mode_stride * k + t % lanes;
+      for (int i = 0; i < 8; ++i) table[lanes * i] = values[i];
+    }
+}
+
 void Membrane::select_rows(Index begin, Index end) {
   if (begin == begin_ && end == end_) return;
   begin_ = begin, end_ = end;

@@ -10,6 +10,7 @@
 #include "core/base/aligned.h"
 #include "core/base/types.h"
 #include "core/cloth/material/material.h"
+#include "core/cloth/membrane/limit_modes.h"
 #include "core/cloth/membrane/membrane_kernels.h"
 #include "core/linalg/block_matrix.h"
 #include "core/mesh/triangle_mesh.h"
@@ -39,13 +40,18 @@ class Membrane {
   Index n_batches() const { return n_batches_; }
 
   membrane::Tables tables() const {
-    return {corners_.data(), gradients_.data(), constants_.data(), phase_, in_phase_};
+    return {corners_.data(), gradients_.data(), constants_.data(),
+            phase_,          in_phase_,         limits_.empty() ? nullptr : limits_.data()};
   }
   // Sets the tables of the stress that stiff phases add to forces and Jacobian (see
   // membrane::Tables). Null means that nothing is added. The tables are not owned.
   void set_phase(const double* phase, const std::uint8_t* in_phase) {
     phase_ = phase, in_phase_ = in_phase;
   }
+
+  // Adds the potential of these modes (m) to energy and forces, from now on. The Jacobian does not
+  // include it.
+  void add_limits(const std::vector<LimitModes>& modes);
 
   // Batches that touch rows [begin, end), in ascending order. Valid until a call with another row
   // range.
@@ -93,6 +99,7 @@ class Membrane {
   Triangles triangles_;
   std::vector<Index> corners_;  // layout: see membrane_kernels.h
   std::vector<double> gradients_, constants_, area_;
+  std::vector<double> limits_;  // empty: no limits
   const double* phase_ = nullptr;
   const std::uint8_t* in_phase_ = nullptr;
   bool viscous_ = false;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/base/lane_vectors.h"
+#include "core/cloth/membrane/limit_modes.h"
 #include "core/cloth/membrane/membrane_kernels.h"
 
 namespace loomstone::membrane {
@@ -116,6 +117,57 @@ LOOMSTONE_INLINE void add_phase_stress(const double* phase, const Tensor<Lanes>&
   s.t11 += phase_stress(phase, 0, e.t11);
   s.t22 += phase_stress(phase, 1, e.t22);
   s.t12 += phase_stress(phase, 2, e.t12);
+}
+
+// Strain of a mode beyond the bounds of its second and third phase, 0 within them. `mode` points to
+// the mode's table.
+template <class Lanes>
+struct Beyond {
+  Lanes second, third;
+};
+template <class Lanes>
+LOOMSTONE_INLINE Beyond<Lanes> beyond_limits(const double* mode, const Tensor<Lanes>& e) {
+  const auto at = [&](int k) LOOMSTONE_INLINE_LAMBDA { return lanes_load<Lanes>(mode + 8 * k); };
+  const Lanes strain = at(0) * e.t11 + at(1) * e.t22 + 2.0 * (at(2) * e.t12);
+  return {lanes_max0(strain - at(4)) - lanes_max0(at(3) - strain),
+          lanes_max0(strain - at(6)) - lanes_max0(at(5) - strain)};
+}
+// Adds the bits of the lanes that are not zero.
+template <class Lanes>
+LOOMSTONE_INLINE void add_bits(const Lanes& beyond, std::uint8_t& bits) {
+  for (int l = 0; l < n_lanes; ++l)
+    if (beyond[l] != 0.0) bits |= static_cast<std::uint8_t>(1 << l);
+}
+// Adds the stress of the limits of batch b.
+template <class Lanes>
+LOOMSTONE_INLINE void add_limit_stress(const Tables& t, Index b, const Tensor<Lanes>& e,
+                                       Tensor<Lanes>& s) {
+  const double* mode = t.limits + limit_stride * static_cast<std::size_t>(b);
+  for (int k = 0; k < 3; ++k, mode += mode_stride) {
+    const Beyond<Lanes> beyond = beyond_limits(mode, e);
+    if (!lanes_any((beyond.second > 0.0) | (beyond.second < 0.0))) continue;
+    const Lanes stress =
+        lanes_load<Lanes>(mode + 56) * (beyond.second + LimitMode::steeper * beyond.third);
+    s.t11 += stress * lanes_load<Lanes>(mode);
+    s.t22 += stress * lanes_load<Lanes>(mode + 8);
+    s.t12 += stress * lanes_load<Lanes>(mode + 16);
+    if (!t.entered) continue;
+    std::uint8_t* bits = t.entered + entered_stride * static_cast<std::size_t>(b) + 2 * k;
+    add_bits(beyond.second, bits[0]);
+    add_bits(beyond.third, bits[1]);
+  }
+}
+// Energy density of the limits of batch b.
+template <class Lanes>
+LOOMSTONE_INLINE Lanes limit_energy(const Tables& t, Index b, const Tensor<Lanes>& e) {
+  const double* mode = t.limits + limit_stride * static_cast<std::size_t>(b);
+  Lanes energy{};
+  for (int k = 0; k < 3; ++k, mode += mode_stride) {
+    const Beyond<Lanes> beyond = beyond_limits(mode, e);
+    energy += 0.5 * lanes_load<Lanes>(mode + 56) *
+              (beyond.second * beyond.second + LimitMode::steeper * (beyond.third * beyond.third));
+  }
+  return energy;
 }
 
 }  // namespace loomstone::membrane

@@ -45,6 +45,7 @@ LOOMSTONE_INLINE void forces(const Tables& tables, const Index* batches, Index n
     const Tensor<Lanes> e = green_strain(f1, f2);
     Tensor<Lanes> s = elastic_stress(moduli(batch), e);
     if (const double* phase = phase_of(tables, batches[i])) add_phase_stress(phase, e, s);
+    if (tables.limits) add_limit_stress(tables, batches[i], e, s);
     if (v) {
       Lanes3<Lanes> d1, d2;  // columns of dF/dt
       gradient_columns(batch, v, d1, d2);
@@ -228,6 +229,7 @@ LOOMSTONE_INLINE void strains(const Tables& tables, const Index* batches, Index 
       energy += phase_energy(phase, 0, e11) + phase_energy(phase, 1, e22) +
                 2.0 * phase_energy(phase, 2, e12);
     }
+    if (tables.limits) energy += limit_energy(tables, batches[i], Tensor<Lanes>{e11, e22, e12});
     energy *= batch.constant(0);
     const Lanes m = 0.5 * (c11 + c22), d = 0.5 * (c11 - c22);
     const Lanes stretch = lanes_sqrt(m + lanes_sqrt(d * d + c12 * c12));

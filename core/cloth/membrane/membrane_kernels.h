@@ -12,6 +12,7 @@ namespace loomstone::membrane {
 inline constexpr int corner_stride = 3 * 8, gradient_stride = 6 * 8, constant_stride = 7 * 8;
 inline constexpr int force_stride = 9 * 8, block_stride = 27 * 8, strain_stride = 5 * 8;
 inline constexpr int phase_stride = 6 * 8, neglected_stride = 3 * 8;
+inline constexpr int mode_stride = 8 * 8, limit_stride = 3 * mode_stride, entered_stride = 6;
 // In the block table of a batch, the block of corner pair p in lane l begins at 72 p + 9 l.
 inline constexpr int pair_stride = 9 * 8, lane_stride = 9;
 
@@ -23,6 +24,11 @@ struct Tables {
   // Near strain limits, stiff phases add a linear function of E to S11, S22, S12.
   const double* phase = nullptr;           // (batches x 6 x 8) slopes, then values at E = 0
   const std::uint8_t* in_phase = nullptr;  // (batches) 0: nothing is added
+  // (batches x 3 x 8 x 8) limited modes, with the fields of LimitMode in their order; may be null.
+  const double* limits = nullptr;
+  // (batches x 3 x 2) forces() adds the bits of the lanes whose mode is in its second and in its
+  // third phase; may be null.
+  std::uint8_t* entered = nullptr;
   // [s] Viscous forces act on the strain rate at v (0), or on the change of the Green strain over
   // this time, in which the motion at v led to x, divided by the time.
   double rate_time = 0.0;

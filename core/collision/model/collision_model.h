@@ -2,6 +2,8 @@
 // order of the linear system, followed by rigid bodies and obstacles. Constant after construction.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -47,6 +49,13 @@ struct CollisionModel {
   // Largest gap that certification keeps open, see gap_floor() in narrow_phase/continuous.h [m].
   double gap_floor = 1e-5;
 };
+
+// Returns whether one of the vertices belongs to a rigid body.
+inline bool has_body(const CollisionModel& model, const std::array<Index, 4>& vertices) {
+  return std::any_of(vertices.begin(), vertices.end(), [&](Index i) {
+    return model.surfaces[model.surface_of_vertex[i]].kind == CollisionSurface::Kind::Body;
+  });
+}
 
 // Returns whether triangles of surfaces a and b must not intersect. This requires at least one
 // cloth and, if a == b, self-collision.

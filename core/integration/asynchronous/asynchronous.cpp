@@ -1,12 +1,33 @@
 #include "core/integration/asynchronous/asynchronous.h"
 
 #include "core/base/message.h"
+#include "core/cloth/limit_potential.h"
 
 namespace loomstone {
 
+namespace {
+
+// Largest number of repetitions of an interval, in each of which more triangles take short steps.
+// Our choice: more than three are rare.
+constexpr int most_repetitions = 8;
+
+std::vector<LimitModes> potential_of(const Asynchronous& options, const ClothModel& model) {
+  if (options.limiting != Limiting::Potential || model.strain_limits.empty()) return {};
+  return limit_potential(model, options.predicted);
+}
+
+}  // namespace
+
 AsynchronousIntegrator::AsynchronousIntegrator(const Asynchronous& options, const ClothModel& model,
                                                Elasticity& elasticity)
-    : model_(model), options_(options), steps_(model, options), elasticity_(elasticity) {
+    : model_(model),
+      limits_(potential_of(options, model)),
+      options_(options),
+      steps_(model, options, limits_),
+      elasticity_(elasticity) {
+  if (!limits_.empty()) elasticity.add_limits(limits_);
+  if (options.limiting == Limiting::Impulses && !model.strain_limits.empty())
+    impulses_ = std::make_unique<LimitImpulses>(model, options);
   for (const auto& part : model.bending) meshes_.emplace_back(model, part);
   // The safety of limit="inradius" is not a share of the limit of stability.
   Asynchronous eigenvalue = options;
@@ -25,28 +46,50 @@ IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLay
                                                   Points&) {
   if (model_.triangles.rows() == 0) return {};
   load_ = *inputs.force;
+  collisions_ = inputs.collisions;
   gather_cloth_rows(layout, load_, wide_);
   inverse_mass_.resize(model_.n_vertices);
   for (Index i = 0; i < model_.n_vertices; ++i)
     inverse_mass_[i] = (*inputs.fixed)[i] ? 0.0 : 1.0 / model_.mass[i];
   // Steps follow the stretch at the start of the interval, and never grow again: steps that change
   // often gain energy.
-  Vector steps = steps_.at(team, state.x, elasticity_);
-  if (state.element_steps.size() == steps.size()) steps = steps.cwiseMin(state.element_steps);
-  state.element_steps = steps;
-  if (options_.bending_multiple == 0.0) steps = steps.cwiseMin(bending_);
   prescribe_velocities(inputs, state.x, state.v);
-  const auto [taken, events] = take_interval(team, inputs.step, steps, state);
+  Vector steps = steps_.at(team, state.x, state.v, elasticity_);
+  if (state.element_steps.size() == steps.size()) steps = steps.cwiseMin(state.element_steps);
+  const ClothState start = limits_.empty() ? ClothState() : state;
+  Taken taken;
+  for (int repetition = 0;; ++repetition) {
+    state.element_steps = steps;
+    const Vector used = options_.bending_multiple == 0.0 ? steps.cwiseMin(bending_).eval() : steps;
+    taken = take_interval(team, inputs.step, used, state);
+    if (repetition == most_repetitions || !shorten(taken, steps)) break;
+    state = start;
+  }
   place_fixed(inputs, state.x);
-  const Index t = steps_.first_unstable(team, state.x, taken, elasticity_);
+  const Index t = steps_.first_unstable(team, state.x, taken.steps, elasticity_);
   if (t >= 0)
     throw StepFailure(
         formatted("cloth stretched so much within {:.3g} s that steps of {:.3g} s are unstable; "
                   "lower integrator.step or integrator.safety",
-                  inputs.step, taken[t]));
+                  inputs.step, taken.steps[t]));
   IntegrationReport report;
-  report.events = events;
+  report.events = taken.events;
   return report;
+}
+
+// Shortens the steps of triangles that entered a stiff phase with too long a step. Returns true if
+// there were any.
+bool AsynchronousIntegrator::shorten(const Taken& taken, Vector& steps) const {
+  bool any = false;
+  for (std::size_t t = 0; t < taken.phases.size(); ++t) {
+    if (taken.phases[t] == LimitPhases{}) continue;
+    const auto row = static_cast<Index>(t);
+    const double step = steps_.step_in_phases(row, taken.phases[t]);
+    if (taken.steps[row] <= step) continue;
+    steps[row] = std::min(steps[row], step);
+    any = true;
+  }
+  return any;
 }
 
 std::unique_ptr<Integrator> make_asynchronous(const Asynchronous& options, const ClothModel& model,

@@ -1,10 +1,12 @@
 // What the schedules of asynchronous steps have in common.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "core/integration/asynchronous/element_steps.h"
 #include "core/integration/asynchronous/level_bending.h"
+#include "core/integration/asynchronous/limit_impulses.h"
 #include "core/integration/schemes.h"
 
 namespace loomstone {
@@ -23,8 +25,9 @@ class AsynchronousIntegrator : public Integrator {
   // Moves the cloth from the start to the end of the interval. On entry, steps (m) [s] are the
   // longest steps of the triangles, and prescribed vertices have the velocity of their motion.
   struct Taken {
-    Vector steps;         // (m) of the triangles [s]
-    std::int64_t events;  // of all triangles
+    Vector steps;                     // (m) of the triangles [s]
+    std::int64_t events;              // of all triangles
+    std::vector<LimitPhases> phases;  // (m) latest phases of strain limits in events, or empty
   };
   virtual Taken take_interval(const Team& team, double interval, const Vector& steps,
                               ClothState& state) = 0;
@@ -34,14 +37,19 @@ class AsynchronousIntegrator : public Integrator {
   Vector own_bending_steps() const;
 
   const ClothModel& model_;
+  std::vector<LimitModes> limits_;  // (m) that a potential limits; empty: none
   const Asynchronous options_;
   ElementSteps steps_;
+  std::unique_ptr<LimitImpulses> impulses_;  // null: none
   std::vector<BendingMesh> meshes_;
   Vector bending_;       // (m) longest steps of bending [s]
   Points load_;          // (n x 3) forces that do not change within the interval [N]
   Vector inverse_mass_;  // (n) zero for prescribed vertices [1/kg]
+  EventCollisions* collisions_ = nullptr;  // of the step; null: none
 
  private:
+  bool shorten(const Taken& taken, Vector& steps) const;
+
   Elasticity& elasticity_;
   Points wide_;
 };

@@ -26,22 +26,42 @@ struct RestTriangle {
   }
 };
 
-// Largest eigenvalue of B^T C B for the strains (E11, E22, 2 E12) = B u of in-plane motion at rest.
-double largest_eigenvalue(const RestTriangle& rest, const Mat3& moduli) {
-  Mat3 bb = Mat3::Zero();  // B B^T
+// B B^T for the strains (E11, E22, 2 E12) = B u of in-plane motion at rest.
+Mat3 strain_product(const RestTriangle& rest) {
+  Mat3 product = Mat3::Zero();
   for (int k = 0; k < 3; ++k) {
     const double gx = rest.gradients(0, k), gy = rest.gradients(1, k);
     Mat32 b;
     b << gx, 0.0, 0.0, gy, gy, gx;
-    bb += b * b.transpose();
+    product += b * b.transpose();
   }
+  return product;
+}
+
+// Largest eigenvalue of B^T C B.
+double largest_eigenvalue(const RestTriangle& rest, const Mat3& moduli) {
   const Eigen::SelfAdjointEigenSolver<Mat3> split(moduli);
   const Mat3 root = split.eigenvectors() *
                     split.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() *
                     split.eigenvectors().transpose();
-  return Eigen::SelfAdjointEigenSolver<Mat3>(root * bb * root, Eigen::EigenvaluesOnly)
+  return Eigen::SelfAdjointEigenSolver<Mat3>(root * strain_product(rest) * root,
+                                             Eigen::EigenvaluesOnly)
       .eigenvalues()
       .maxCoeff();
+}
+
+// Products of the vectors sqrt(k) B^T d of the three modes. The matrix has the nonzero eigenvalues
+// of the stiffness B^T (sum k d d^T) B that the second phases add.
+Mat3 limit_products(const RestTriangle& rest, const LimitModes& limits) {
+  Mat3 directions;
+  for (int k = 0; k < 3; ++k)
+    directions.col(k) =
+        std::sqrt(limits[k].modulus) * Vec3(limits[k].d11, limits[k].d22, limits[k].d12);
+  return directions.transpose() * strain_product(rest) * directions;
+}
+
+LimitPhases later(const LimitPhases& a, const LimitPhases& b) {
+  return {std::max(a[0], b[0]), std::max(a[1], b[1]), std::max(a[2], b[2])};
 }
 
 Mat3 elastic_moduli(const MembraneConstants& m) {
@@ -73,9 +93,15 @@ double wave_stiffness(const MembraneConstants& m) {
 
 }  // namespace
 
-ElementSteps::ElementSteps(const ClothModel& model, const Asynchronous& options) : model_(model) {
+// Largest change of the strain of a limited triangle in a step, [Thomaszewski2010], 4.2.
+constexpr double largest_change = 0.1;
+
+ElementSteps::ElementSteps(const ClothModel& model, const Asynchronous& options,
+                           const std::vector<LimitModes>& limits)
+    : model_(model), limits_(limits) {
   const auto m = static_cast<Index>(model.triangles.rows());
-  share_.resize(m, 3), at_rest_.resize(m), tension_.resize(m);
+  share_.resize(m, 3), at_rest_.resize(m), tension_ = Vector::Zero(m), stretch_ = Vector::Ones(m);
+  phases_.assign(m, {});
   std::vector<RestTriangle> rest;
   Vector area = Vector::Zero(model.n_vertices);  // of the triangles at each vertex
   for (Index t = 0; t < m; ++t) {
@@ -94,6 +120,7 @@ ElementSteps::ElementSteps(const ClothModel& model, const Asynchronous& options)
     const Mat2 gradients = rest[t].gradients * rest[t].gradients.transpose();
     Element element;
     element.eigenvalue = scale * largest_eigenvalue(rest[t], elastic_moduli(material));
+    if (!limits.empty()) limit_products_.emplace_back(scale * limit_products(rest[t], limits[t]));
     element.viscous_eigenvalue = scale * largest_eigenvalue(rest[t], viscous_moduli(material));
     element.tension_eigenvalue =
         scale * Eigen::SelfAdjointEigenSolver<Mat2>(gradients).eigenvalues().maxCoeff();
@@ -103,15 +130,42 @@ ElementSteps::ElementSteps(const ClothModel& model, const Asynchronous& options)
       element.safety *= 0.5 * time * std::sqrt(element.eigenvalue);
     }
     elements_.push_back(element);
-    at_rest_[t] = step(element, 1.0, 0.0, element.safety);
+    at_rest_[t] = step(t, {}, element.safety);
   }
 }
 
-double ElementSteps::step(const Element& element, double stretch_square, double tension,
-                          double safety) const {
-  const double k = stretch_square * element.eigenvalue + tension * element.tension_eigenvalue;
-  const double d = stretch_square * element.viscous_eigenvalue;
+double ElementSteps::step(Index t, const LimitPhases& phases, double safety) const {
+  const Element& element = elements_[t];
+  const double square = std::max(1.0, stretch_[t] * stretch_[t]);
+  double eigenvalue = element.eigenvalue;
+  if (phases[0] + phases[1] + phases[2] > 0) eigenvalue += largest_of_phases(t, phases);
+  const double k = square * eigenvalue + tension_[t] * element.tension_eigenvalue;
+  const double d = square * element.viscous_eigenvalue;
   return (std::sqrt(d * d + 4.0 * safety * safety * k) - d) / k;
+}
+
+// Largest eigenvalue that the stiff phases add [1/s^2].
+double ElementSteps::largest_of_phases(Index t, const LimitPhases& phases) const {
+  constexpr double modulus[3] = {0.0, 1.0, 1.0 + LimitMode::steeper};
+  Vec3 root;
+  for (int k = 0; k < 3; ++k) root[k] = std::sqrt(modulus[phases[k]]);
+  const Mat3 product = root.asDiagonal() * limit_products_[t] * root.asDiagonal();
+  Eigen::SelfAdjointEigenSolver<Mat3> split;
+  return split.computeDirect(product, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+}
+
+double ElementSteps::step_in_phases(Index t, const LimitPhases& phases) const {
+  return step(t, later(phases_[t], phases), elements_[t].safety);
+}
+
+LimitPhases ElementSteps::phases_at(Index t, const Points& green) const {
+  LimitPhases phases;
+  for (int k = 0; k < 3; ++k) {
+    const LimitMode& mode = limits_[t][k];
+    phases[k] =
+        static_cast<std::uint8_t>(mode.phase(mode.strain(green(t, 0), green(t, 1), green(t, 2))));
+  }
+  return phases;
 }
 
 // Finds the strains at x, unless they are known.
@@ -123,19 +177,36 @@ void ElementSteps::measure(const Team& team, const Points& x, Elasticity& elasti
   parallel_for(team, static_cast<Index>(elements_.size()), [&](Index t) {
     const MembraneConstants& m = model_.constants[t];
     const double e11 = green_(t, 0), e22 = green_(t, 1), e12 = green_(t, 2);
-    const double s11 = m.a11 * e11 + m.a12 * e22, s22 = m.a22 * e22 + m.a12 * e11,
-                 s12 = 2.0 * m.g * e12;
+    double s11 = m.a11 * e11 + m.a12 * e22, s22 = m.a22 * e22 + m.a12 * e11, s12 = 2.0 * m.g * e12;
+    if (!limits_.empty()) {
+      phases_[t] = phases_at(t, green_);
+      for (const LimitMode& mode : limits_[t]) {
+        const double stress = mode.stress(mode.strain(e11, e22, e12));
+        s11 += stress * mode.d11, s22 += stress * mode.d22, s12 += stress * mode.d12;
+      }
+    }
     const double d = 0.5 * (s11 - s22);
     tension_[t] = std::max(0.0, 0.5 * (s11 + s22) + std::sqrt(d * d + s12 * s12));
   });
 }
 
-const Vector& ElementSteps::at(const Team& team, const Points& x, Elasticity& elasticity) {
+const Vector& ElementSteps::at(const Team& team, const Points& x, const Points& v,
+                               Elasticity& elasticity) {
   measure(team, x, elasticity);
+  const double ahead = at_rest_.maxCoeff();
+  if (!limits_.empty()) {
+    next_x_ = x + ahead * v;
+    elasticity.strain(team, next_x_, next_green_, next_stretch_);
+  }
   at_.resize(at_rest_.size());
   parallel_for(team, static_cast<Index>(elements_.size()), [&](Index t) {
-    const double square = std::max(1.0, stretch_[t] * stretch_[t]);
-    at_[t] = step(elements_[t], square, tension_[t], elements_[t].safety);
+    if (limits_.empty()) {
+      at_[t] = step(t, {}, elements_[t].safety);
+      return;
+    }
+    at_[t] = step_in_phases(t, phases_at(t, next_green_));
+    const double change = (next_green_.row(t) - green_.row(t)).cwiseAbs().maxCoeff();
+    if (change * at_[t] > largest_change * ahead) at_[t] = largest_change * ahead / change;
   });
   return at_;
 }
@@ -144,9 +215,8 @@ Index ElementSteps::first_unstable(const Team& team, const Points& x, const Vect
                                    Elasticity& elasticity) {
   measure(team, x, elasticity);
   for (Index t = 0; t < static_cast<Index>(elements_.size()); ++t) {
-    const double square = std::max(1.0, stretch_[t] * stretch_[t]);
     const bool finite = std::isfinite(stretch_[t]);
-    if (!finite || !(steps[t] <= step(elements_[t], square, tension_[t], 1.0))) return t;
+    if (!finite || !(steps[t] <= step(t, phases_[t], 1.0))) return t;
   }
   return -1;
 }

@@ -1,6 +1,7 @@
 // Longest stable steps of the triangles of the membrane, at rest and stretched.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "core/cloth/cloth_model.h"
@@ -9,6 +10,19 @@
 
 namespace loomstone {
 
+// Phases of the modes of a triangle (see LimitMode), 0, 1 or 2.
+using LimitPhases = std::array<std::uint8_t, 3>;
+
+// Phases of a lane of a batch. `entered` points to the batch's entries of
+// membrane::Tables::entered.
+inline LimitPhases phases_of_lane(const std::uint8_t* entered, int lane) {
+  LimitPhases phases;
+  for (int k = 0; k < 3; ++k)
+    phases[k] =
+        static_cast<std::uint8_t>((entered[2 * k] >> lane & 1) + (entered[2 * k + 1] >> lane & 1));
+  return phases;
+}
+
 // Let f_K be the force of triangle K on its corners, each with the mass that K adds to the vertex.
 // An explicit step h is stable for K if h^2 lambda + 2 h delta <= 4, with the largest eigenvalues
 // lambda of stiffness and delta of viscosity, both divided by mass. The largest eigenvalue of the
@@ -16,13 +30,19 @@ namespace loomstone {
 // the bound: h^2 lambda + 2 h delta = 4 safety^2.
 class ElementSteps {
  public:
-  ElementSteps(const ClothModel& model, const Asynchronous& options);
+  // limits (m): modes that a potential limits; may be empty.
+  ElementSteps(const ClothModel& model, const Asynchronous& options,
+               const std::vector<LimitModes>& limits = {});
 
   const Vector& at_rest() const { return at_rest_; }  // (m) [s]
-  // Steps at positions x (m) [s]; at most those at rest. With principal stretch s and largest
-  // tension t [N/m], lambda <= s^2 lambda_0 + gamma t, where gamma is the largest eigenvalue per
-  // unit of tension. Valid until the next call.
-  const Vector& at(const Team& team, const Points& x, Elasticity& elasticity);
+  // Steps at positions x and velocities v (m) [s]; at most those at rest. With principal stretch s
+  // and largest tension t [N/m], lambda <= s^2 lambda_0 + gamma t, where gamma is the largest
+  // eigenvalue per unit of tension. lambda_0 includes the phases of strain limits at x and ahead.
+  // The strain of a limited triangle changes by at most 0.1 in a step. Valid until the next call.
+  const Vector& at(const Team& team, const Points& x, const Points& v, Elasticity& elasticity);
+  // Step of triangle t with the strains that at() has found, if the modes of its limits are in
+  // these phases or later ones [s].
+  double step_in_phases(Index t, const LimitPhases& phases) const;
   // First triangle whose strain at x is not finite, or for which steps (m) exceed the bound itself;
   // -1 if there is none.
   Index first_unstable(const Team& team, const Points& x, const Vector& steps,
@@ -36,14 +56,22 @@ class ElementSteps {
     double safety;                                              // share of the bound [1]
   };
   void measure(const Team& team, const Points& x, Elasticity& elasticity);
-  double step(const Element& element, double stretch_square, double tension, double safety) const;
+  // Step of a triangle with the measured strain and these phases.
+  double step(Index t, const LimitPhases& phases, double safety) const;
+  double largest_of_phases(Index t, const LimitPhases& phases) const;
+  LimitPhases phases_at(Index t, const Points& green) const;
 
   const ClothModel& model_;
+  std::vector<LimitModes> limits_;    // (m) or empty
+  std::vector<Mat3> limit_products_;  // (m) or empty: stiffness of the second phases [1/s^2]
   std::vector<Element> elements_;
   Points share_;
   Vector at_rest_, at_;
   Points x_, green_;  // positions of the strains, and the strains
   Vector stretch_, tension_;
+  std::vector<LimitPhases> phases_;  // (m) at x_
+  Points next_x_, next_green_;
+  Vector next_stretch_;
 };
 
 }  // namespace loomstone

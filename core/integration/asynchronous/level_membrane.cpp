@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace loomstone {
 
@@ -37,22 +38,29 @@ Membrane make_membrane(const ClothModel& model, const std::vector<Index>& order)
 }  // namespace
 
 LevelMembrane::LevelMembrane(const ClothModel& model, const ElementSteps& steps,
+                             const std::vector<LimitModes>& limits,
                              std::vector<std::uint8_t>& levels)
-    : LevelMembrane(model, steps, sort_by_level(levels), levels) {}
+    : LevelMembrane(model, steps, sort_by_level(levels), levels) {
+  if (limits.empty()) return;
+  std::vector<LimitModes> sorted;
+  for (const Index t : order_) sorted.push_back(limits[t]);
+  membrane_.add_limits(sorted);
+  entered_.assign(membrane::entered_stride * static_cast<std::size_t>(membrane_.n_batches()), 0);
+}
 
 LevelMembrane::LevelMembrane(const ClothModel& model, const ElementSteps& steps,
-                             const std::vector<Index>& order,
-                             const std::vector<std::uint8_t>& levels)
+                             std::vector<Index> order, const std::vector<std::uint8_t>& levels)
     : membrane_(make_membrane(model, order)),
+      order_(std::move(order)),
       batches_(membrane_.n_batches()),
       slot_start_(model.n_vertices + 1, 0),
       slots_(3 * levels.size()),
       vertex_levels_(model.n_vertices, 0),
       forces_(static_cast<std::size_t>(membrane_.n_batches()) * membrane::force_stride) {
   std::iota(batches_.begin(), batches_.end(), 0);
-  batch_end_.assign(levels[order.front()] + 1, 0);
-  for (std::size_t i = 0; i < order.size(); ++i)
-    for (int level = levels[order[i]]; level >= 0; --level)
+  batch_end_.assign(levels[order_.front()] + 1, 0);
+  for (std::size_t i = 0; i < order_.size(); ++i)
+    for (int level = levels[order_[i]]; level >= 0; --level)
       batch_end_[level] = static_cast<Index>(i / lanes) + 1;
   for (Index t = 0; t < model.triangles.rows(); ++t)
     for (int k = 0; k < 3; ++k) {
@@ -62,9 +70,9 @@ LevelMembrane::LevelMembrane(const ClothModel& model, const ElementSteps& steps,
     }
   std::partial_sum(slot_start_.begin(), slot_start_.end(), slot_start_.begin());
   std::vector<Index> fill(slot_start_.begin(), slot_start_.end() - 1);
-  for (Index i = 0; i < static_cast<Index>(order.size()); ++i)
+  for (Index i = 0; i < static_cast<Index>(order_.size()); ++i)
     for (int k = 0; k < 3; ++k) {
-      const Index t = order[i];
+      const Index t = order_[i];
       slots_[fill[model.triangles(t, k)]++] = {
           (i / lanes) * membrane::force_stride + 3 * lanes * k + i % lanes, levels[t],
           steps.share(t, k)};
@@ -79,6 +87,24 @@ LevelMembrane::LevelMembrane(const ClothModel& model, const ElementSteps& steps,
         vertices_of_[slots_[s].level].push_back(i);
 }
 
+std::vector<Index> LevelMembrane::triangles_from(int first) const {
+  if (first > finest()) return {};
+  const std::size_t end =
+      std::min(order_.size(), lanes * static_cast<std::size_t>(batch_end_[first]));
+  return {order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(end)};
+}
+
+std::vector<LimitPhases> LevelMembrane::take_phases() {
+  std::vector<LimitPhases> phases;
+  if (entered_.empty()) return phases;
+  phases.resize(order_.size());
+  for (std::size_t i = 0; i < order_.size(); ++i)
+    phases[order_[i]] = phases_of_lane(entered_.data() + membrane::entered_stride * (i / lanes),
+                                       static_cast<int>(i % lanes));
+  std::fill(entered_.begin(), entered_.end(), 0);
+  return phases;
+}
+
 // Sets rates_ to the mean velocities since the last event of the level.
 void LevelMembrane::find_rates(const Team& team, int level, const Points& x, double step) {
   const std::vector<Index>& list = vertices_of_[level];
@@ -91,6 +117,7 @@ void LevelMembrane::measure(const Team& team, int first, const Points& x, const 
                             const std::vector<double>& step_of) {
   if (first > finest()) return;
   membrane::Tables tables = membrane_.tables();
+  if (!entered_.empty()) tables.entered = entered_.data();
   const auto compute = [&](Index begin, Index end, const double* velocity) {
     parallel_ranges(team, end - begin, batches_per_range, [&](Index from, Index to) {
       membrane::forces(tables, batches_.data() + begin + from, to - from, x.data(), velocity,

@@ -13,8 +13,10 @@ class LevelMembrane {
  public:
   // Raises levels (m) such that no batch of eight triangles has two levels.
   LevelMembrane(const ClothModel& model, const ElementSteps& steps,
-                std::vector<std::uint8_t>& levels);
+                const std::vector<LimitModes>& limits, std::vector<std::uint8_t>& levels);
 
+  // Triangles of the levels >= first.
+  std::vector<Index> triangles_from(int first) const;
   int finest() const { return static_cast<int>(batch_end_.size()) - 1; }
   // Finest level of the triangles at each vertex (n).
   const std::vector<std::uint8_t>& vertex_levels() const { return vertex_levels_; }
@@ -23,6 +25,9 @@ class LevelMembrane {
   // v, or on the mean rate since the last call for the level if v is null. step_of (levels) [s].
   void measure(const Team& team, int first, const Points& x, const Points* v,
                const std::vector<double>& step_of);
+  // Latest phases of the strain limits of each triangle (m) since the last call; empty without
+  // limits.
+  std::vector<LimitPhases> take_phases();
   // Impulse on a vertex: forces and shares of the load (3) on it, times the steps of their levels.
   Vec3 impulse(Index vertex, int first, const double* load,
                const std::vector<double>& step_of) const {
@@ -39,7 +44,7 @@ class LevelMembrane {
 
  private:
   // `order` lists the triangles of the batches.
-  LevelMembrane(const ClothModel& model, const ElementSteps& steps, const std::vector<Index>& order,
+  LevelMembrane(const ClothModel& model, const ElementSteps& steps, std::vector<Index> order,
                 const std::vector<std::uint8_t>& levels);
 
   struct Slot {
@@ -50,6 +55,7 @@ class LevelMembrane {
   void find_rates(const Team& team, int level, const Points& x, double step);
 
   Membrane membrane_;
+  std::vector<Index> order_;      // triangles of the batches
   std::vector<Index> batches_;    // 0, 1, 2, ...
   std::vector<Index> batch_end_;  // (levels) end of the batches of a level; they begin at the end
                                   // of the next finer one
@@ -57,6 +63,7 @@ class LevelMembrane {
   std::vector<Slot> slots_;  // of each vertex, finest level first
   std::vector<std::uint8_t> vertex_levels_;
   std::vector<double> forces_;
+  std::vector<std::uint8_t> entered_;  // see membrane::Tables; empty without limits
   // Only if the membrane is viscous: vertices of each level, and their positions at its last event.
   std::vector<std::vector<Index>> vertices_of_;
   std::vector<Points> last_;

@@ -38,6 +38,8 @@ struct Plan {
   std::vector<std::uint8_t> level;   // (m) levels of the membrane
   std::vector<double> step_of;       // (levels) [s]
   std::unique_ptr<LevelMembrane> membrane;
+  std::vector<std::vector<Index>> limited;  // (levels) triangles of this level and finer ones
+  Vector steps;                             // (m) of the triangles [s]
   LevelGroups groups;
   std::unique_ptr<LevelVertices> vertices;
 
@@ -50,14 +52,17 @@ struct NestedCloth {
   Plan& plan;
   const Points& load;  // (n x 3) forces that do not change within the interval [N]
   const Vector& inverse_mass;
+  LimitImpulses* impulses;      // may be null
+  EventCollisions* collisions;  // may be null
   Points &x, &v;
   bool start = true;
+  std::vector<double> ahead = {};  // (levels) see EventVertices
 
   void measure(int first, bool at_start) {
     start = at_start;
     plan.membrane->measure(team, first, x, start ? &v : nullptr, plan.step_of);
   }
-  void kick_and_drift(int first, bool half, bool move) {
+  void kick(int first, bool half) {
     const double share = half ? 0.5 : 1.0;
     for (std::size_t g = 0; g < plan.groups.groups.size(); ++g) {
       if (plan.groups.level[g] < first) continue;
@@ -70,24 +75,43 @@ struct NestedCloth {
       const Vec3 impulse = plan.membrane->impulse(
           i, first, load.data() + 3 * static_cast<std::size_t>(i), plan.step_of);
       v.row(i) += share * inverse_mass[i] * impulse.transpose();
-      if (move) x.row(i) += plan.step_of[vertices.level[i]] * v.row(i);
     });
+  }
+  void drift(int first, Index tick) {
+    if (impulses) impulses->correct(team, plan.limited[first], plan.steps, x, v);
+    if (collisions) collide(tick);
+    const LevelVertices& vertices = *plan.vertices;
+    parallel_for(team, vertices.end[first], [&](Index k) {
+      const Index i = vertices.order[k];
+      x.row(i) += plan.step_of[vertices.level[i]] * v.row(i);
+    });
+  }
+  void collide(Index tick) {
+    const int finest = plan.finest();
+    ahead.resize(plan.step_of.size());
+    for (int level = 0; level <= finest; ++level) {
+      const Index ticks = Index{1} << (finest - level), since = tick % ticks;
+      ahead[level] = since == 0 ? 0.0 : static_cast<double>(ticks - since) * plan.step_of[finest];
+    }
+    collisions->act(team, tick, {x, v, plan.vertices->level, plan.step_of, ahead});
   }
 };
 
 class NestedIntegrator final : public AsynchronousIntegrator {
  public:
   using AsynchronousIntegrator::AsynchronousIntegrator;
+  bool events_collide() const override { return true; }
 
  private:
   Taken take_interval(const Team& team, double interval, const Vector& steps,
                       ClothState& state) override {
     make_plan(interval, steps);
-    NestedCloth cloth{team, plan_, load_, inverse_mass_, state.x, state.v};
+    NestedCloth cloth{team,        plan_,   load_,  inverse_mass_, impulses_.get(),
+                      collisions_, state.x, state.v};
+    if (collisions_) collisions_->begin(plan_.base * (Index{1} << plan_.finest()));
     take_nested_steps(plan_.base, plan_.finest(), cloth);
-    Taken taken{Vector(steps.size()), 0};
+    Taken taken{plan_.steps, 0, plan_.membrane->take_phases()};
     for (Index t = 0; t < steps.size(); ++t) {
-      taken.steps[t] = plan_.step_of[plan_.level[t]];
       taken.events += plan_.base * (Index{1} << plan_.level[t]) + 1;
     }
     return taken;
@@ -110,7 +134,7 @@ class NestedIntegrator final : public AsynchronousIntegrator {
     std::vector<std::uint8_t> wanted = levels_of(steps);
     if (wanted == plan_.wanted) return;
     plan_.wanted = plan_.level = std::move(wanted);
-    plan_.membrane = std::make_unique<LevelMembrane>(model_, steps_, plan_.level);
+    plan_.membrane = std::make_unique<LevelMembrane>(model_, steps_, limits_, plan_.level);
     if (together) plan_.groups = LevelGroups(meshes_, plan_.level);
     arrange();
   }
@@ -127,6 +151,11 @@ class NestedIntegrator final : public AsynchronousIntegrator {
     for (int level = 0; level <= finest; ++level)
       plan_.step_of.push_back(plan_.interval /
                               (static_cast<double>(plan_.base) * (Index{1} << level)));
+    plan_.steps.resize(static_cast<Index>(plan_.level.size()));
+    for (Index t = 0; t < plan_.steps.size(); ++t) plan_.steps[t] = plan_.step_of[plan_.level[t]];
+    plan_.limited.clear();
+    for (int level = 0; impulses_ && level <= finest; ++level)
+      plan_.limited.push_back(plan_.membrane->triangles_from(level));
   }
 
   std::vector<std::uint8_t> levels_of(const Vector& longest) const {

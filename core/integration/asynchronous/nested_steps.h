@@ -34,11 +34,12 @@ Index choose_base(double interval, const Vector& membrane, const Vector& bending
 
 // Takes one interval by kicks and drifts. `finest` is the finest level in use. The system has the
 // functions
-//   measure(first, start)             computes the forces of the levels >= first; `start`: at the
-//                                     start of the interval
-//   kick_and_drift(first, half, move) changes velocities by these forces times the steps of their
-//                                     levels, halved if `half`; then, if `move`, moves every vertex
-//                                     whose finest level is >= first by the step of that level
+//   measure(first, start)    computes the forces of the levels >= first; `start`: at the
+//                            start of the interval
+//   kick(first, half)        changes velocities by these forces times the steps of their levels,
+//                            halved if `half`
+//   drift(first, tick)       moves every vertex whose finest level is >= first by the step of that
+//                            level
 // The half kicks at both ends make the scheme symmetric in time and of order 2.
 template <class System>
 void take_nested_steps(Index base, int finest, System& system) {
@@ -49,7 +50,8 @@ void take_nested_steps(Index base, int finest, System& system) {
                          : std::min(finest, std::countr_zero(static_cast<std::uint32_t>(tick)));
     const bool end = tick == 0 || tick == n_ticks;
     system.measure(finest - twos, tick == 0);
-    system.kick_and_drift(finest - twos, end, tick < n_ticks);
+    system.kick(finest - twos, end);
+    if (tick < n_ticks) system.drift(finest - twos, tick);
   }
 }
 

@@ -1,5 +1,8 @@
 // Asynchronous variational integrator as in [Thomaszewski2010], 4.2: every triangle has a step of
 // its own, and a queue orders the events.
+#include <algorithm>
+#include <utility>
+
 #include "core/base/error.h"
 #include "core/integration/asynchronous/asynchronous.h"
 #include "core/integration/asynchronous/event_queue.h"
@@ -42,6 +45,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
       : AsynchronousIntegrator(options, model, elasticity),
         membrane_(spread_membrane(model)),
         forces_(static_cast<std::size_t>(membrane_.n_batches()) * membrane::force_stride) {
+    limit_membrane();
     check_undamped(model);
     const bool together = options.bending_multiple == 0.0;
     if (!together) own_ = own_bending_steps();
@@ -71,9 +75,30 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     const Index group = group_at(element);
     if (group >= 0)
       groups_[group].kick({}, {duration, duration, true}, inverse_mass_, state_->x, state_->v);
+    if (impulses_ && element < model_.triangles.rows())
+      impulses_->correct(element, element_step_[element], state_->x, state_->v);
   }
 
  private:
+  // Adds the potential of strain limits. All lanes of a batch are the same triangle.
+  void limit_membrane() {
+    if (limits_.empty()) return;
+    std::vector<LimitModes> spread;
+    for (const LimitModes& modes : limits_) spread.insert(spread.end(), lanes, modes);
+    membrane_.add_limits(spread);
+    entered_.assign(membrane::entered_stride * limits_.size(), 0);
+  }
+  // Phases in events and at the end of the interval.
+  std::vector<LimitPhases> take_phases() {
+    std::vector<LimitPhases> phases;
+    if (limits_.empty()) return phases;
+    for (Index t = 0; t < model_.triangles.rows(); ++t) find_force(t);
+    for (std::size_t i = 0; i < entered_.size(); i += membrane::entered_stride)
+      phases.push_back(phases_of_lane(entered_.data() + i, 0));
+    std::fill(entered_.begin(), entered_.end(), 0);
+    return phases;
+  }
+
   // Adds a group for each triangle, or for each run of triangles with the same step.
   void add_groups(const BendingMesh& mesh, bool together) {
     const auto m = static_cast<Index>(mesh.triangles.size());
@@ -95,9 +120,14 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     return element < m ? group_of_[element] : element - m;
   }
 
+  const double* find_force(Index triangle) {
+    membrane::Tables tables = membrane_.tables();
+    if (!entered_.empty()) tables.entered = entered_.data();
+    membrane::forces(tables, &triangle, 1, state_->x.data(), nullptr, forces_.data());
+    return forces_.data() + membrane::force_stride * static_cast<std::size_t>(triangle);
+  }
   void kick_membrane(Index triangle, double duration) {
-    membrane::forces(membrane_.tables(), &triangle, 1, state_->x.data(), nullptr, forces_.data());
-    const double* f = forces_.data() + membrane::force_stride * static_cast<std::size_t>(triangle);
+    const double* f = find_force(triangle);
     for (int k = 0; k < 3; ++k) {
       const Index i = model_.triangles(triangle, k);
       for (int d = 0; d < 3; ++d)
@@ -127,12 +157,14 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     take_events(interval, *this, clocks);
     for (Index i = 0; i < model_.n_vertices; ++i)
       state.x.row(i) += (interval - time_[i]) * state.v.row(i);
+    std::vector<LimitPhases> phases = take_phases();
     state_ = nullptr;
-    return {element_step_.head(m), events_};
+    return {element_step_.head(m), events_, std::move(phases)};
   }
 
   Membrane membrane_;
   std::vector<double> forces_;
+  std::vector<std::uint8_t> entered_;  // see membrane::Tables; empty without limits
   std::vector<BendingGroup> groups_;
   Vector own_;                      // (m) steps of bending in events of its own [s]
   std::vector<Index> group_of_;     // (m) group in the events of each triangle; -1: none

@@ -110,6 +110,7 @@ void set_materials(const Scene& scene, const Joined& all, const Points& x, Model
       limit_of_cloth[c] = static_cast<Index>(cloth.strain_limits.size());
       cloth.strain_limits.push_back(*scene.cloths[c].strain_limit);
     }
+  cloth.limited_by_edges = scene.limits.method == LimitMethod::Edges;
   std::vector<std::vector<Index>> triangles_of_cloth(scene.cloths.size());
   for (Index t = 0; t < m; ++t) {
     const Index c = all.cloth_of_triangle[model.triangle_of[t]];

@@ -31,6 +31,9 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Tea
   integrator = make_integrator(options, model.cloth, *elasticity);
   if (model.scene.collisions && model.cloth.n_vertices > 0)
     collision = std::make_unique<CollisionStage>(model.collision);
+  if (collision && integrator->events_collide())
+    event_contacts =
+        std::make_unique<EventContacts>(model.collision, collision->pairs(), model.inverse_mass);
   if (model.n_bodies() > 0) {
     if (model.magnetics.acts()) magnetics = std::make_unique<MagneticMotion>(model.magnetics);
     world = make_world(model, state, state.time, magnetics != nullptr);
@@ -43,6 +46,7 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Tea
     error = std::make_unique<DisplacementError>(model.cloth, elasticity->membrane(),
                                                 model.scene.gravity.norm(), layout);
   contacts_in_solve = integrator->implicit() && model.scene.response == ContactResponse::Implicit;
+  limits_after_solve = !options.is<Asynchronous>();
   limits_in_solve = integrator->implicit() && model.scene.limits.in_solve &&
                     model.scene.limits.method != LimitMethod::Edges;
 }

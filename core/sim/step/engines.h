@@ -10,6 +10,7 @@
 #include "core/cloth/elasticity.h"
 #include "core/cloth/limits/strain_limiter.h"
 #include "core/collision/collision_stage.h"
+#include "core/collision/event_contacts.h"
 #include "core/electrodynamics/magnetic_motion.h"
 #include "core/integration/integrator.h"
 #include "core/parallel/row_layout.h"
@@ -32,13 +33,17 @@ struct Engines {
   std::unique_ptr<Elasticity> elasticity;
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<CollisionStage> collision;  // null: nothing collides
-  std::unique_ptr<RigidWorld> world;          // null: no bodies
+  // Null: the integrator has no events, or nothing collides.
+  std::unique_ptr<EventContacts> event_contacts;
+  std::unique_ptr<RigidWorld> world;  // null: no bodies
   // Null: no bodies, or neither magnets nor coils nor bearings.
   std::unique_ptr<MagneticMotion> magnetics;
   std::unique_ptr<StrainLimiter> limiter;    // null: no cloth has limits
   std::optional<double> accuracy;            // of steps [1], see ImplicitOptions
   std::unique_ptr<DisplacementError> error;  // null: no accuracy or no cloth
   bool contacts_in_solve = false;            // false: impulses resolve contacts after the solve
+  // False: the integrator limits strain by itself, and `limiter` only measures what exceeds limits.
+  bool limits_after_solve = true;
   bool limits_in_solve = false;  // false: strain limits are enforced only after the solve
 };
 

@@ -1,6 +1,7 @@
 #include "core/sim/step/integrate.h"
 
 #include <algorithm>
+#include <optional>
 #include <sstream>
 
 namespace loomstone {
@@ -15,6 +16,20 @@ Elasticity::LimitPhaseScope limit_phase(const State& state, Engines& engines) {
   const Index last = all ? n : std::min(engines.layout.end(), n);
   return engines.elasticity->limit_phase(engines.team, state.cloth.x, first, last);
 }
+
+// Contacts at events, as the integrator sees them.
+class CollisionsOfStep final : public EventCollisions {
+ public:
+  explicit CollisionsOfStep(EventContacts& contacts) : contacts_(contacts) {}
+  void begin(Index n_ticks) override { contacts_.begin(n_ticks); }
+  void act(const Team& team, Index tick, const EventVertices& vertices) override {
+    contacts_.act(team, tick,
+                  {vertices.x, vertices.v, vertices.level, vertices.step, vertices.ahead});
+  }
+
+ private:
+  EventContacts& contacts_;
+};
 
 [[noreturn]] void fail_at_vertex(const NewtonFailure& failure, const Model& model,
                                  const Points& x0) {
@@ -51,6 +66,8 @@ Points integrate(const StepContext& part, const Loads& loads, NearContacts& near
   inputs.fixed = &model.prescribed;
   inputs.target = &loads.target;
   inputs.body_mass = &loads.body_mass;
+  std::optional<CollisionsOfStep> collisions;
+  if (engines.event_contacts) inputs.collisions = &collisions.emplace(*engines.event_contacts);
   try {
     const IntegrationReport done = engines.integrator->advance(engines.team, engines.layout, inputs,
                                                                state.cloth, body_velocity);
@@ -58,6 +75,10 @@ Points integrate(const StepContext& part, const Loads& loads, NearContacts& near
     report.solver.linear_iterations += done.linear_iterations;
     report.solver.residual = done.residual;
     report.solver.events += done.events;
+    if (engines.event_contacts) {
+      report.contacts.evaluated += engines.event_contacts->n_evaluated();
+      report.contacts.event_impulses += engines.event_contacts->n_impulses();
+    }
   } catch (const NewtonFailure& failure) {
     fail_at_vertex(failure, model, loads.x0);
   }

@@ -86,7 +86,8 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, const N
   for (const Contact& contact : near.contacts)
     for (const Index vertex : contact.vertices)
       if (vertex < n) outcome.contact[vertex] = 1;
-  if (n == 0 || (!engines.collision && !engines.limiter)) return {};
+  StrainLimiter* const limiter = engines.limits_after_solve ? engines.limiter.get() : nullptr;
+  if (n == 0 || (!engines.collision && !limiter)) return {};
   Points x1;
   collision_vertices(model, state, x1);
   FreeBodies bodies = free_bodies(loads, state, engines);
@@ -94,11 +95,11 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, const N
   inputs.team = &engines.team;
   inputs.collision_team = &engines.collision_team;
   inputs.cloth = &model.cloth;
-  inputs.limiter = engines.limiter.get();
+  inputs.limiter = limiter;
   inputs.collision = engines.collision.get();
   inputs.tangle = &near.tangle;
   inputs.limits_hold = model.scene.limits.method != LimitMethod::Edges;
-  if (!engines.contacts_in_solve) inputs.repelled = &near.contacts;
+  if (!engines.contacts_in_solve) inputs.repelled = &near.repelled;
   inputs.seed = part.seed;
   inputs.h = part.h;
   inputs.x0 = &loads.x0;
@@ -111,13 +112,13 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, const N
   if (engines.collision && engines.contacts_in_solve)
     engines.collision->update_anchors(near.contacts, near.contact_terms, loads.x0, x1,
                                       state.contacts);
-  add_to_report(part, done, engines.limiter != nullptr, outcome.report);
+  add_to_report(part, done, limiter != nullptr, outcome.report);
   certified.result.impacts = done.certified.unresolved;
   certified.result.withheld_much =
       done.certified.withheld_length() > much_withheld * done.requested;
   certified.result.broke_limits = done.broke_limits;
   certified.result.stopped_for_limits = done.stopped_for_limits;
-  if (done.touched.empty() && !inputs.repelled) certified.limits = done.limits;
+  if (limiter && done.touched.empty() && !inputs.repelled) certified.limits = done.limits;
   return certified;
 }
 

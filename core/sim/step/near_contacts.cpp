@@ -1,6 +1,7 @@
 #include "core/sim/step/near_contacts.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace loomstone {
 
@@ -67,12 +68,35 @@ Points pressing_forces(const Loads& loads, const std::vector<Contact>& contacts,
   return force.topRows(n);
 }
 
+// Registers the pairs that the integrator handles at events.
+void register_events(const StepContext& part, const Loads& loads, const State& state,
+                     Engines& engines, NearContacts& near, StepReport& report) {
+  expect_motion(part, loads, state, engines, near);
+  const ExpectedMotion motion{loads.x0, near.v0, part.h};
+  Approach approach = engines.collision->approach(engines.collision_team, motion, near.tangle);
+  report.contacts.candidates += approach.candidates;
+  report.contacts.registered += static_cast<std::int64_t>(approach.pairs.size());
+  engines.event_contacts->set_pairs(motion, std::move(approach.pairs));
+}
+
+std::vector<Contact> repelled_contacts(const Engines& engines,
+                                       const std::vector<Contact>& contacts) {
+  if (!engines.event_contacts) return contacts;
+  const CollisionModel& model = engines.model.collision;
+  std::vector<Contact> repelled;
+  for (const Contact& contact : contacts)
+    if (has_body(model, contact.vertices)) repelled.push_back(contact);
+  return repelled;
+}
+
 void find_contacts(const StepContext& part, const Loads& loads, const State& state,
                    Engines& engines, NearContacts& near, StepReport& report) {
   CollisionStage& collision = *engines.collision;
   const Index n = engines.model.cloth.n_vertices;
   if (state.tangled) near.tangle = collision.find_tangle(loads.x0);
   near.contacts = collision.proximity(engines.collision_team, loads.x0, near.tangle);
+  if (engines.event_contacts) register_events(part, loads, state, engines, near, report);
+  if (!engines.contacts_in_solve) near.repelled = repelled_contacts(engines, near.contacts);
   if (!engines.contacts_in_solve) return;
   expect_motion(part, loads, state, engines, near);
   const Points forces = pressing_forces(loads, near.contacts, engines);
@@ -88,6 +112,7 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
 void find_near_contacts(const StepContext& part, const Loads& loads, const State& state,
                         Engines& engines, NearContacts& near, StepReport& report) {
   near.contacts.clear();
+  near.repelled.clear();
   near.terms.clear();
   near.contact_terms = {};
   near.tangle = {};

@@ -10,12 +10,15 @@ namespace loomstone {
 
 struct NearContacts {
   std::vector<Contact> contacts;  // pairs closer than their thickness
+  // Contacts that impulses after the solve respond to: all, or those with rigid bodies if the
+  // integrator handles the others at events.
+  std::vector<Contact> repelled;
   ExtraTerms terms;  // of contacts, then of intersections to untangle, then of attachments
   std::size_t n_attachments = 0;
   ContactTerms contact_terms;  // evaluates the terms of contacts during the solve
   Tangle tangle;               // intersections at the start
   // (vertices x 3) predicted velocities of all collision vertices [m/s]; only with contacts in the
-  // solve
+  // solve or at events
   Points v0;
   // (vertices x 3) change of velocity in the last step [m/s]. Contact terms assume that it repeats
   // in this step, which reduces the lag of sliding contacts.

@@ -16,6 +16,7 @@ void limit_strain_rate(const StepContext& part, const Certified& certified, Stat
   report.limits.worst_element = left.worst < 0 ? -1 : engines.model.triangle_of[left.worst];
   outcome.broken = left.broken;
   report.limits.broken = static_cast<std::int64_t>(left.broken_elements().size());
+  if (!engines.limits_after_solve) return;
   report.limits.rate_sweeps +=
       limiter.enforce_rate(engines.team, part.seed, state.cloth.x, part.h, state.cloth.v, false)
           .sweeps;

@@ -165,7 +165,10 @@ def test_an_integrator_has_the_fields_of_its_family_and_no_others():
     assert ls.BackwardEuler.field_names == ls.NonlinearMidpoint.field_names == newton
     with pytest.raises(TypeError, match="ExplicitEuler has no field 'jacobian'"):
         ls.ExplicitEuler(step=1e-4, jacobian="exact")
-    own = ("step", "schedule", "limit", "safety", "bending_multiple")
+    own = (
+        *("step", "schedule", "limit", "safety", "bending_multiple"),
+        *("limiting", "predicted", "present"),
+    )
     assert ls.Asynchronous.field_names == own
     assert ls.Asynchronous().step == 2.5e-3
     assert ls.ExplicitEuler().step == ls.SemiImplicitEuler().step == "auto"

@@ -37,6 +37,16 @@ BOX = ls.meshes.box(size=(0.1, 0.1, 0.1))
             lambda: ls.Simulation(ls.Scene(), integrator=ls.BDF2),
             "integrator must be Integrator,",
         ),
+        (lambda: ls.Asynchronous(schedule="heap"), "schedule must be .*nested.*queue.*refill"),
+        (lambda: ls.Asynchronous(limiting="springs"), "limiting must be .*potential.*impulses"),
+        (
+            lambda: simulation(integrator=ls.Asynchronous(predicted=-0.1)),
+            r"Asynchronous.predicted must be > 0 \[1\], got -0.1",
+        ),
+        (
+            lambda: simulation(integrator=ls.Asynchronous(safety=2.0)),
+            r"Asynchronous.safety must be in \(0, 1\] \[1\], got 2",
+        ),
         (
             lambda: ls.Simulation(
                 ls.Scene(

@@ -1,5 +1,8 @@
 // Claims about the asynchronous integrator in simulations: contacts, checkpoints, refusals.
+#include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "core/base/error.h"
 #include "core/mesh/generators.h"
@@ -24,6 +27,23 @@ Scene falling_sheet() {
   sphere.name = "sphere";
   sphere.mesh = share(icosphere(0.1, 3));
   scene.obstacles.push_back(sphere);
+  return scene;
+}
+
+// A sheet of 1 m that swings from two corners and stretches by more than half if it may.
+Scene limited_sheet() {
+  Scene scene;
+  scene.collisions = false;
+  Cloth sheet;
+  sheet.name = "sheet";
+  sheet.mesh = share(jittered_grid(1.0, 1.0, 10, 10, 0.24, 3));
+  sheet.material.weft_stiffness = sheet.material.warp_stiffness = 60.0;
+  sheet.material.shear_stiffness = 30.0;
+  sheet.material.density = 0.5;
+  sheet.strain_limit = StrainLimit();
+  sheet.strain_limit->weft = sheet.strain_limit->warp = sheet.strain_limit->shear = 0.075;
+  sheet.pins = {0, 10};
+  scene.cloths.push_back(sheet);
   return scene;
 }
 
@@ -88,6 +108,52 @@ TEST_CASE("the interval of asynchronous steps is 2.5 ms unless given") {
   Asynchronous automatic;
   automatic.step = Automatic();
   CHECK(Simulation(falling_sheet(), automatic, 1).step_size() == 2.5e-3);
+}
+
+TEST_CASE("strain limits have the same bits on any number of threads and after a checkpoint") {
+  const Limiting limiting = GENERATE(Limiting::Potential, Limiting::Impulses);
+  Asynchronous options;
+  options.limiting = limiting;
+  const Scene scene = limited_sheet();
+  Simulation one(scene, options, 1), other(scene, options, 3);
+  for (int i = 0; i < 30; ++i) one.step(), other.step();
+  CHECK(same(one.checkpoint(), other.checkpoint()));
+  Simulation resumed(scene, options, 2);
+  resumed.restore(one.checkpoint());
+  for (int i = 0; i < 20; ++i) one.step(), resumed.step();
+  CHECK(same(one.checkpoint(), resumed.checkpoint()));
+}
+
+TEST_CASE("limits as a potential keep the energy in the account, limit impulses do not") {
+  std::array<double, 2> lost{};
+  for (const Limiting limiting : {Limiting::Potential, Limiting::Impulses}) {
+    Asynchronous options;
+    options.limiting = limiting;
+    Simulation sim(limited_sheet(), options, 1);
+    double peak = 0.0;
+    for (int i = 0; i < 400; ++i) {
+      sim.step();
+      peak = std::max(peak, sim.report().energy.kinetic);
+    }
+    lost[limiting == Limiting::Impulses] = sim.report().account.lost / peak;
+    CHECK(sim.report().limits.sweeps == 0);
+  }
+  CAPTURE(lost[0], lost[1]);
+  CHECK(std::abs(lost[0]) < 0.01);
+  CHECK(std::abs(lost[1]) > 0.05);
+}
+
+TEST_CASE("without limiting, strain beyond its limits is reported") {
+  Asynchronous options;
+  options.limiting = Limiting::None;
+  Simulation sim(limited_sheet(), options, 1);
+  double excess = 0.0;
+  for (int i = 0; i < 200; ++i) {
+    sim.step();
+    excess = std::max(excess, sim.report().limits.weft_excess);
+  }
+  CHECK(excess > 0.1);
+  CHECK(sim.report().limits.sweeps == 0);
 }
 
 TEST_CASE("a queue of events refuses damped cloth") {

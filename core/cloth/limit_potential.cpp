@@ -1,0 +1,80 @@
+#include "core/cloth/limit_potential.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace loomstone {
+
+namespace {
+
+// Ratio of the modulus that the second phase adds to the membrane's. Our choice: smaller ratios
+// leave more stretch, larger ones take shorter steps.
+constexpr double stiffening = 30.0;
+// Strain at which the third phase begins, as a multiple of the limit. Our choice: only triangles at
+// prescribed vertices that carry a whole cloth reach it.
+constexpr double third_begins = 1.5;
+
+// Green strain of a length whose strain is e >= -1.
+double green(double e) { return e + 0.5 * e * e; }
+
+double bounded(double limit, std::optional<double> bound) {
+  return std::isfinite(limit) ? bound.value_or(limit) : limit;
+}
+
+void limit_extension(double limit, LimitMode& mode) {
+  mode.high = green(limit), mode.far_high = green(third_begins * limit);
+}
+
+void limit_compression(double limit, LimitMode& mode) {
+  if (limit <= -1.0) return;
+  mode.low = green(limit), mode.far_low = green(std::max(-1.0, third_begins * limit));
+}
+
+LimitModes element_modes(const StrainLimit& limit, const MembraneConstants& m,
+                         std::optional<double> bound) {
+  LimitModes modes;
+  modes[0].d11 = 1.0, modes[1].d22 = 1.0, modes[2].d12 = 0.5;
+  modes[0].modulus = stiffening * m.a11, modes[1].modulus = stiffening * m.a22;
+  modes[2].modulus = stiffening * 4.0 * m.g;
+  limit_extension(bounded(limit.weft, bound), modes[0]);
+  limit_extension(bounded(limit.warp, bound), modes[1]);
+  limit_compression(limit.weft_min, modes[0]);
+  limit_compression(limit.warp_min, modes[1]);
+  // E12 of a sheared square whose sides keep their length is e12 up to third order.
+  modes[2].high = bounded(limit.shear, bound);
+  modes[2].low = limit.shear_min.value_or(-modes[2].high);
+  modes[2].far_high = third_begins * modes[2].high;
+  modes[2].far_low = third_begins * modes[2].low;
+  return modes;
+}
+
+LimitModes edge_modes(const StrainLimit& limit, const MembraneConstants& m, const Corners2& corners,
+                      std::optional<double> bound) {
+  LimitModes modes;
+  for (int k = 0; k < 3; ++k) {
+    const Vec2 edge = (corners.row((k + 1) % 3) - corners.row(k)).transpose().normalized();
+    const double c = edge.x() * edge.x(), s = edge.y() * edge.y();
+    modes[k].d11 = c, modes[k].d22 = s, modes[k].d12 = edge.x() * edge.y();
+    limit_extension(bounded(limit.edge_bound(), bound), modes[k]);
+    modes[k].modulus =
+        stiffening * (m.a11 * c * c + m.a22 * s * s + (2.0 * m.a12 + 4.0 * m.g) * c * s);
+  }
+  return modes;
+}
+
+}  // namespace
+
+std::vector<LimitModes> limit_potential(const ClothModel& model, std::optional<double> bound) {
+  std::vector<LimitModes> modes(model.triangles.rows());
+  for (std::size_t t = 0; t < modes.size(); ++t) {
+    const Index row = model.strain_limit_of.empty() ? -1 : model.strain_limit_of[t];
+    if (row < 0) continue;
+    const StrainLimit& limit = model.strain_limits[row];
+    modes[t] = model.limited_by_edges || limit.edge
+                   ? edge_modes(limit, model.constants[t], model.corners[t], bound)
+                   : element_modes(limit, model.constants[t], bound);
+  }
+  return modes;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,134 @@
+#include "core/collision/approach.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "core/collision/narrow_phase/distance.h"
+
+namespace loomstone {
+
+namespace {
+
+// Allowance for velocities that change within a step. Our choice: the relative displacement may be
+// 1.5 times that at the start, and longer by 0.3 m/s times the step. Pairs that need more are left
+// to certification.
+constexpr double faster = 1.5, more_speed = 0.3;
+
+using Six = std::array<Vec3, 6>;  // three vectors at the start, then at the end
+
+// Returns whether the volume spanned by three vectors that change linearly keeps its sign, and is
+// always larger than `margin` times the product that spans the base. The Bernstein coefficients of
+// a polynomial bound its values.
+bool off_plane(const Six& q, double margin) {
+  const auto volume = [&](int i, int k, int l) { return q[i].dot(q[1 + k].cross(q[2 + l])); };
+  const double b[4] = {volume(0, 0, 0), (volume(3, 0, 0) + volume(0, 3, 0) + volume(0, 0, 3)) / 3.0,
+                       (volume(3, 3, 0) + volume(3, 0, 3) + volume(0, 3, 3)) / 3.0,
+                       volume(3, 3, 3)};
+  const Vec3 middle = 0.5 * (q[1].cross(q[5]) + q[4].cross(q[2]));
+  const double base = std::max({q[1].cross(q[2]).norm(), middle.norm(), q[4].cross(q[5]).norm()});
+  const double least = *std::min_element(b, b + 4), most = *std::max_element(b, b + 4);
+  return std::max(least, -most) > margin * base;
+}
+
+struct PairTest {
+  const CollisionModel& model;
+  const ExpectedMotion& motion;
+  const Tangle& tangle;
+
+  // Bound of the displacement of a point of one side relative to one of the other [m].
+  double travel(ContactKind kind, const std::array<Index, 4>& v) const {
+    const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
+    double largest = 0.0;
+    for (int i = 0; i < n_a; ++i)
+      for (int k = n_a; k < 4; ++k)
+        largest = std::max(largest, (motion.v0.row(v[k]) - motion.v0.row(v[i])).squaredNorm());
+    return (faster * std::sqrt(largest) + more_speed) * motion.step;
+  }
+  bool close(ContactKind kind, const std::array<Index, 4>& v, double thickness) const {
+    FourPoints points;
+    for (int k = 0; k < 4; ++k) points[k] = motion.x0.row(v[k]).transpose();
+    const double reach = thickness + travel(kind, v);
+    return distance_within(kind == ContactKind::VertexFace, points, reach) <= reach;
+  }
+  bool culled(ContactKind kind, const std::array<Index, 4>& v, double thickness) const {
+    Six q;
+    for (int s = 0; s < 2; ++s) {
+      Vec3 p[4];
+      for (int k = 0; k < 4; ++k)
+        p[k] = (motion.x0.row(v[k]) + s * faster * motion.step * motion.v0.row(v[k])).transpose();
+      const bool vertex_face = kind == ContactKind::VertexFace;
+      q[3 * s] = vertex_face ? p[0] - p[1] : p[2] - p[0];
+      q[3 * s + 1] = vertex_face ? p[2] - p[1] : p[1] - p[0];
+      q[3 * s + 2] = vertex_face ? p[3] - p[1] : p[3] - p[2];
+    }
+    return off_plane(q, thickness + more_speed * motion.step);
+  }
+};
+
+// Counts a pair, and adds it if it may come close and is not culled.
+void add(const PairTest& test, const ApproachingPair& pair, double thickness, Approach& found) {
+  const std::array<Index, 4> v = pair_vertices(test.model, pair.kind, pair.key);
+  if (has_body(test.model, v)) return;
+  ++found.candidates;
+  if (!test.close(pair.kind, v, thickness) || test.culled(pair.kind, v, thickness)) return;
+  if (!test.tangle.ignores(test.model, pair.kind, pair.key, v)) found.pairs.push_back(pair);
+}
+
+void add_listed(const PairTest& test, const NeighbourList& list, double thickness,
+                Approach& found) {
+  for (std::size_t i = 0; i < list.near.size(); ++i) {
+    const ContactKind kind = list.kind(i);
+    const std::array<Index, 4> v = pair_vertices(test.model, kind, list.near[i].key);
+    if (list.near[i].distance - list.used > thickness + test.travel(kind, v)) continue;
+    add(test, {kind, list.near[i].key, list.pair}, thickness, found);
+  }
+}
+
+}  // namespace
+
+Approach find_approach(const Team& team, const PairSource& source, const ExpectedMotion& motion,
+                       const Tangle& tangle) {
+  const std::vector<SurfacePair>& pairs = source.pairs;
+  NeighbourLists& lists = source.lists;
+  const PairTest test{source.model, motion, tangle};
+  if (!lists.updated_at(motion.x0)) lists.update(team, motion.x0);
+  const Points x1 = motion.x0 + faster * motion.step * motion.v0;
+  lists.cover(team, x1);
+  constexpr Index grain = 16;
+  const auto n = static_cast<Index>(lists.lists().size());
+  std::vector<Approach> parts((n + grain - 1) / grain);
+  parallel_ranges(team, n, grain, [&](Index begin, Index end) {
+    for (Index l = begin; l < end; ++l) {
+      const NeighbourList& list = lists.lists()[l];
+      add_listed(test, list, pairs[list.pair].thickness, parts[begin / grain]);
+    }
+  });
+  const std::vector<Index> unlisted = lists.unlisted();
+  if (!unlisted.empty()) {
+    double thickness = 0.0;
+    for (const Index i : unlisted) thickness = std::max(thickness, pairs[i].thickness);
+    std::vector<FeaturePairs> found;
+    source.broad_phase.swept_pairs(
+        team, {motion.x0, x1, 0.5 * thickness + more_speed * motion.step}, unlisted,
+        [](ContactKind, std::vector<PairKey>&) {}, found);
+    Approach& part = parts.emplace_back();
+    for (const Index i : unlisted) {
+      for (const PairKey key : found[i].vertex_face)
+        add(test, {ContactKind::VertexFace, key, i}, pairs[i].thickness, part);
+      for (const PairKey key : found[i].edge_edge)
+        add(test, {ContactKind::EdgeEdge, key, i}, pairs[i].thickness, part);
+    }
+  }
+  Approach all;
+  for (const Approach& part : parts) {
+    all.candidates += part.candidates;
+    all.pairs.insert(all.pairs.end(), part.pairs.begin(), part.pairs.end());
+  }
+  std::sort(all.pairs.begin(), all.pairs.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.kind, a.key) < std::tie(b.kind, b.key);
+  });
+  return all;
+}
+
+}  // namespace loomstone

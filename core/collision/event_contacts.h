@@ -1,0 +1,67 @@
+// Contacts at events within a step, between vertices that move at constant velocity from one of
+// their own events to the next. In an event, a pair that is closer than its thickness stops
+// approaching by an impulse with Coulomb friction (2.58, 2.59), and regains its thickness slowly. A
+// pair is evaluated again at the earliest time at which it can be that close. Implements the second
+// stage of [Thomaszewski2010], 4.3.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/collision/approach.h"
+#include "core/collision/model/feature_pairs.h"
+#include "core/parallel/team.h"
+
+namespace loomstone {
+
+// Cloth in the middle of a step.
+struct EventMotion {
+  Points &x, &v;                           // (n x 3) x is the position at the vertex's next event
+  const std::vector<std::uint8_t>& level;  // (n) level of each vertex
+  const std::vector<double>& step;         // (levels) time between the events of a vertex [s]
+  const std::vector<double>& ahead;        // (levels) time from now to the next event [s]
+};
+
+class EventContacts {
+ public:
+  EventContacts(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+                const Vector& inverse_mass);
+
+  // Sets the pairs of a step. Vertices of obstacles move as in `motion`, whose tables
+  // must outlive the step.
+  void set_pairs(const ExpectedMotion& motion, std::vector<ApproachingPair> pairs);
+  // Begins the step, which has n_ticks ticks, or begins it again.
+  void begin(Index n_ticks);
+  // Handles the pairs that are due at a tick. Every vertex has its events at ticks.
+  void act(const Team& team, Index tick, const EventMotion& cloth);
+
+  std::int64_t n_evaluated() const { return n_evaluated_; }  // pairs at ticks, since set_pairs()
+  std::int64_t n_impulses() const { return n_impulses_; }
+
+ private:
+  struct Event {
+    std::array<Index, 4> vertices;
+    std::array<double, 4> weights;
+    Vec3 normal;
+    double distance, inverse_mass;  // [m], [1/kg]
+  };
+  Vec3 velocity(Index vertex, const EventMotion& cloth) const;
+  Vec3 relative_velocity(const Event& event, const EventMotion& cloth) const;
+  Event evaluate(Index pair, double time, const EventMotion& cloth);
+  bool push(const Event& event, Index pair, const EventMotion& cloth) const;
+  double next_time(const Event& event, Index pair, double time, const EventMotion& cloth) const;
+
+  const CollisionModel& model_;
+  const std::vector<SurfacePair>& surface_pairs_;
+  const Vector& inverse_mass_;
+  std::optional<ExpectedMotion> motion_;
+  std::vector<ApproachingPair> pairs_;
+  // Side of the base on which the first point of a pair is: 1, -1, or 0 if unknown.
+  std::vector<std::int8_t> side_;
+  Index n_ticks_ = 1;
+  std::vector<std::vector<Index>> due_;  // (ticks + 1) pairs
+  std::vector<Event> events_;
+  std::int64_t n_evaluated_ = 0, n_impulses_ = 0;
+};
+
+}  // namespace loomstone

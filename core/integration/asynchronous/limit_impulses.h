@@ -1,0 +1,42 @@
+// Strain limits by impulses, [Thomaszewski2010], (4.27)-(4.30). In an event of a triangle its
+// velocities change such that its strain at its next event meets the limits. If its present strain
+// is far beyond them, its positions change, too. Each event has one correction, without iterations.
+// Corrections conserve linear momentum but not energy.
+#pragma once
+
+#include <vector>
+
+#include "core/cloth/cloth_model.h"
+#include "core/cloth/limits/limit_elements.h"
+#include "core/integration/options.h"
+#include "core/parallel/team.h"
+
+namespace loomstone {
+
+class LimitImpulses {
+ public:
+  LimitImpulses(const ClothModel& model, const Asynchronous& options);
+
+  // Corrects a triangle whose next event follows after `step` [s].
+  void correct(Index triangle, double step, Points& x, Points& v);
+  // Corrects those of the listed triangles that exceed their limits, one after another. steps (m).
+  void correct(const Team& team, const std::vector<Index>& triangles, const Vector& steps,
+               Points& x, Points& v);
+
+ private:
+  using Corners = double[9];
+  // Moves the corners to positions within the bounds. Returns false if they are.
+  bool limit(Index triangle, const std::vector<limit::Bounds>& bounds, Corners& x) const;
+  bool limit_edges(Index triangle, double longest, Corners& x) const;
+  bool exceeds(Index triangle, double step, const Points& x, const Points& v) const;
+
+  const ClothModel& model_;
+  LimitElements elements_;
+  std::vector<Index> slot_of_;  // (m) slot of LimitElements; -1: unlimited
+  // (limits) bounds of strain. Those of limits along edges are in high[0].
+  std::vector<limit::Bounds> predicted_, present_;
+  std::vector<std::uint8_t> by_edges_;  // (limits)
+  std::vector<std::uint8_t> exceeds_;
+};
+
+}  // namespace loomstone

@@ -1,0 +1,94 @@
+// Claims about pairs that are registered for collisions at events, and about their impulses.
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "core/collision/collision_stage.h"
+#include "core/collision/detector.h"
+#include "core/collision/event_contacts.h"
+#include "tests/collision/collision_scenes.h"
+
+using namespace loomstone;
+
+namespace {
+
+// Two sheets above one another that approach and slide, with disordered velocities.
+TestScene two_sheets() {
+  return make_scene({{jittered_grid(0.2, 0.2, 9, 9, 0.2, 1)},
+                     {jittered_grid(0.18, 0.18, 8, 8, 0.2, 2).moved(Vec3(0.01, 0.0, 0.006))}});
+}
+
+Points velocities(const TestScene& scene, double speed) {
+  Points v = shaken(Points::Zero(scene.x.rows(), 3), 0.5 * speed, 4);
+  for (Index i = 0; i < v.rows(); ++i)
+    if (scene.x(i, 2) > 0.003) v.row(i) += Vec3(0.3, 0.1, -speed).transpose();
+  return v;
+}
+
+bool has(const Approach& approach, ContactKind kind, PairKey key) {
+  return std::any_of(approach.pairs.begin(), approach.pairs.end(),
+                     [&](const auto& pair) { return pair.kind == kind && pair.key == key; });
+}
+
+}  // namespace
+
+TEST_CASE("every pair that meets at constant velocity is registered, and few others") {
+  const TestScene scene = two_sheets();
+  const double step = 2.5e-3;
+  for (const double speed : {0.5, 3.0, 6.0}) {
+    const Points v = velocities(scene, speed);
+    CollisionStage stage(scene.model);
+    const Approach found = stage.approach({}, {scene.x, v, step}, {});
+    Detector detector(scene.model.triangles);
+    const Points end = scene.x + step * v;
+    const Collisions meeting = detector.collisions({}, scene.x, end);
+    for (const auto& [a, b] : meeting.pairs.vertex_face)
+      CHECK(has(found, ContactKind::VertexFace, pair_key(a, b)));
+    for (const auto& [a, b] : meeting.pairs.edge_edge)
+      CHECK(has(found, ContactKind::EdgeEdge, pair_key(a, b)));
+    CAPTURE(speed, found.candidates, found.pairs.size());
+    CHECK(static_cast<std::int64_t>(found.pairs.size()) <= found.candidates);
+    if (speed > 4.0) CHECK(meeting.pairs.vertex_face.size() + meeting.pairs.edge_edge.size() > 20);
+    if (speed < 1.0) CHECK(2 * found.pairs.size() < static_cast<std::size_t>(found.candidates));
+  }
+}
+
+TEST_CASE("at events, a vertex falls onto a face without crossing it, at any phase of its level") {
+  TriangleMesh face = grid_cells(0.1, 0.1, 1, 1);
+  Points corner(3, 3);
+  corner << 0.01, 0.02, 0.004, 0.02, 0.02, 0.05, 0.01, 0.03, 0.05;
+  Triangles one(1, 3);
+  one << 0, 1, 2;
+  const TestScene scene =
+      make_scene({{{corner, one}}, {face, CollisionSurface::Kind::Script, 2e-3, 0.0}});
+  const double step = 2.5e-3;
+  const Index n_ticks = 16;
+  Points v = Points::Zero(scene.x.rows(), 3);
+  v.topRows(3).col(2).setConstant(-2.0);  // 5 mm in a step; the gap is 4 mm, the thickness 2 mm
+  const ExpectedMotion motion{scene.x, v, step};
+  CollisionStage stage(scene.model);
+  const std::vector<SurfacePair> pairs = surface_pairs(scene.model);
+  const std::vector<double> length = {step / 4, step / 8, step / 16};
+  for (const std::uint8_t lowest : {0, 1, 2}) {
+    EventContacts contacts(scene.model, pairs, scene.inverse_mass);
+    contacts.set_pairs(motion, stage.approach({}, motion, {}).pairs);
+    contacts.begin(n_ticks);
+    Points x = scene.x.topRows(3), u = v.topRows(3);
+    const std::vector<std::uint8_t> level = {lowest, 0, 1};
+    for (Index tick = 0; tick < n_ticks; ++tick) {
+      std::vector<double> ahead(3);
+      for (int k = 0; k < 3; ++k) {
+        const Index ticks = Index{4} >> k, since = tick % ticks;
+        ahead[k] = since == 0 ? 0.0 : static_cast<double>(ticks - since) * step / n_ticks;
+      }
+      contacts.act({}, tick, {x, u, level, length, ahead});
+      for (int i = 0; i < 3; ++i)
+        if (ahead[level[i]] == 0.0) x.row(i) += length[level[i]] * u.row(i);
+    }
+    CAPTURE(static_cast<int>(lowest));
+    CHECK(contacts.n_impulses() > 0);
+    CHECK(x(0, 2) > 0.0);
+    CHECK(u(0, 2) >= 0.0);
+    CHECK(u(0, 2) < 0.2);  // a tenth of the missing distance in a step is at most 0.08 m/s
+    CHECK(u(1, 2) == -2.0);
+  }
+}

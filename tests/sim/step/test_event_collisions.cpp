@@ -1,0 +1,132 @@
+// Claims about collisions at events within asynchronous steps, docs/method.md, "Asynchronous
+// steps".
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/cloth/cloth_model.h"
+#include "core/mesh/generators.h"
+#include "tests/sim/sim_support.h"
+
+using namespace loomstone;
+using namespace loomstone::test;
+
+namespace {
+
+Obstacle board(double width, double height) {
+  Obstacle floor;
+  floor.name = "floor";
+  floor.mesh = share(grid_cells(width, height, 1, 1));
+  floor.friction = 0.25;
+  return floor;
+}
+
+Cloth sheet(const char* name, double size, Index cells) {
+  Cloth cloth;
+  cloth.name = name;
+  cloth.mesh = share(jittered_grid(size, size, cells, cells, 0.2, 3));
+  cloth.friction = 0.25;
+  cloth.material.density = 0.3;
+  return cloth;
+}
+
+// A strip that stands upright above a floor, leans and collapses into folds.
+Scene collapsing_strip() {
+  Scene scene;
+  Cloth strip = sheet("strip", 1.0, 1);
+  const TriangleMesh flat = jittered_grid(0.12, 0.6, 6, 30, 0.15, 3);
+  Points x = flat.vertices();
+  for (Index i = 0; i < x.rows(); ++i)
+    x.row(i) = Vec3(x(i, 0), 0.05 * x(i, 1), x(i, 1) + 0.31).transpose();
+  strip.mesh = share({x, flat.triangles()});
+  scene.cloths.push_back(strip);
+  scene.obstacles.push_back(board(1.0, 1.0));
+  return scene;
+}
+
+double mean_of(const Points& x, int axis) { return x.col(axis).mean(); }
+
+}  // namespace
+
+TEST_CASE("cloth that collapses into folds gains no energy at events and stays free") {
+  Simulation sim(collapsing_strip(), Asynchronous(), 1);
+  double balance = -1.0;
+  std::int64_t impulses = 0, candidates = 0, registered = 0;
+  for (int i = 0; i < 200; ++i) {
+    sim.step();
+    const StepReport& report = sim.report();
+    balance = std::max(balance, report.account.balance);
+    impulses += report.contacts.event_impulses;
+    candidates += report.contacts.candidates, registered += report.contacts.registered;
+    if (i % 16 == 0) CHECK(sim.intersecting_pairs().empty());
+  }
+  CAPTURE(balance, impulses, candidates, registered);
+  CHECK(balance < 0.005);
+  CHECK(impulses > 1000);
+  CHECK(registered < candidates);
+}
+
+TEST_CASE("collisions at events have the same bits on any number of threads and when resumed") {
+  Simulation one(collapsing_strip(), Asynchronous(), 1),
+      three(collapsing_strip(), Asynchronous(), 3);
+  for (int i = 0; i < 90; ++i) one.step(), three.step();
+  CHECK(one.report().contacts.event_impulses > 0);
+  CHECK(same(one.checkpoint(), three.checkpoint()));
+  Simulation resumed(collapsing_strip(), Asynchronous(), 2);
+  resumed.restore(one.checkpoint());
+  for (int i = 0; i < 20; ++i) one.step(), resumed.step();
+  CHECK(same(one.checkpoint(), resumed.checkpoint()));
+}
+
+TEST_CASE("two free sheets that collide at events keep their momentum") {
+  Scene scene;
+  scene.gravity = Vec3::Zero();
+  scene.cloths = {sheet("left", 0.3, 8), sheet("right", 0.2, 7)};
+  scene.cloths[1].mesh = share(scene.cloths[1].mesh->moved(Vec3(0.05, 0.02, 0.02)));
+  Simulation sim(scene, Asynchronous(), 1);
+  Points v = sim.velocities();
+  const Index n = scene.cloths[0].mesh->n_vertices();
+  for (Index i = n; i < v.rows(); ++i) v.row(i) = Vec3(0.3, -0.2, -1.5).transpose();
+  sim.set_velocities(v);
+  const auto momentum = [&] {
+    Vec3 sum = Vec3::Zero();
+    const Points now = sim.velocities();
+    Index first = 0;
+    for (const Cloth& cloth : scene.cloths) {
+      const TriangleMesh& mesh = *cloth.mesh;
+      const Vector mass =
+          lumped_mass(mesh.n_vertices(), mesh.triangles(), rest_corners(mesh, true, cloth.name),
+                      std::vector<double>(mesh.n_triangles(), cloth.material.density));
+      for (Index i = 0; i < mesh.n_vertices(); ++i) sum += mass[i] * now.row(first + i).transpose();
+      first += mesh.n_vertices();
+    }
+    return sum;
+  };
+  const Vec3 before = momentum();
+  std::int64_t impulses = 0;
+  for (int i = 0; i < 20; ++i) {
+    sim.step();
+    impulses += sim.report().contacts.event_impulses;
+  }
+  CHECK(impulses > 100);
+  CHECK((momentum() - before).norm() < 1e-12 * before.norm());
+}
+
+TEST_CASE("a sheet that slides on a floor slows down by Coulomb friction at events") {
+  Scene scene;
+  scene.cloths = {sheet("sheet", 0.1, 6)};
+  scene.cloths[0].thickness = 1e-3;
+  scene.cloths[0].mesh = share(scene.cloths[0].mesh->moved(Vec3(0, 0, 0.999e-3)));
+  scene.obstacles = {board(2.0, 2.0)};
+  scene.obstacles[0].thickness = 1e-3;
+  Simulation sim(scene, Asynchronous(), 1);
+  Points v = sim.velocities();
+  v.col(0).setConstant(1.0);
+  sim.set_velocities(v);
+  for (int i = 0; i < 80; ++i) sim.step();
+  const double expected = 1.0 - 0.25 * 9.81 * 0.2;
+  // Hops of the sheet within its thickness change the friction by some percent.
+  CHECK(mean_of(sim.velocities(), 0) == Approx(expected).epsilon(0.05));
+  for (int i = 0; i < 120; ++i) sim.step();
+  CHECK(std::abs(mean_of(sim.velocities(), 0)) < 0.01);
+}
