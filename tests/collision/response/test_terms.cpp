@@ -365,3 +365,42 @@ TEST_CASE("contacts become stiffer where forces press taut cloth together") {
   const Vector held = Vector::Zero(n);
   for (const double each : contact_stiffness(contacts, scene.model, held, forces)) CHECK(each == k);
 }
+
+TEST_CASE("a contact that would close is stiffened until its gap stays open under the same force") {
+  TestScene scene = two_sheets();
+  const Points& x = scene.x;
+  const Index n = static_cast<Index>(x.rows());
+  CollisionStage stage(scene.model);
+  // Only contacts at right angles to the sheets, with a gap of half the thickness.
+  const double gap = 2e-3;
+  std::vector<Contact> contacts = stage.proximity(Team{1}, x, {});
+  std::erase_if(contacts, [&](const Contact& c) { return c.distance > gap + 1e-9; });
+  const Points still = Points::Zero(n, 3), no_bodies(0, 3);
+  const ContactInputs inputs{x, still, still, no_bodies, 1e-3, n, scene.inverse_mass, Points(0, 3)};
+  ExtraTerms terms;
+  const ContactTerms made = stage.terms(inputs, contacts, {}, terms);
+  REQUIRE(terms.size() > 20);
+  // The upper sheet sinks by a share of the gap. Up to three quarters of it, the terms stay the
+  // same.
+  for (const double sunk : {0.5, 0.7, 0.8, 1.5, 3.0}) {
+    Points moved = still;
+    moved.bottomRows(36).col(2).array() -= sunk * gap;
+    ExtraTerms again = terms;
+    const double error = made.friction_at(Team{1}, moved, 1e-3, scene.inverse_mass, again);
+    CHECK((error == 1.0) == (sunk > 0.75));
+    for (std::size_t i = 0; i < terms.size(); ++i) {
+      const Vec3 normal = made.normal(i);
+      const double force = -normal.dot(terms[i].gradient);
+      const double tangent = normal.dot(terms[i].hessian * normal);
+      const double secant = normal.dot(again[i].hessian * normal);
+      if (sunk < 0.75) {
+        CHECK(secant == Approx(tangent).epsilon(1e-12));
+        continue;
+      }
+      // The force is inversely proportional to the gap.
+      const double predicted = force + tangent * sunk * gap;
+      const double left = gap - (predicted - force) / secant;
+      CHECK(left == Approx(gap * force / predicted).epsilon(1e-9));
+    }
+  }
+}
