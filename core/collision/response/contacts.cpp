@@ -260,7 +260,8 @@ std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
       }
       if (free) pressing = std::max(pressing, force);
     }
-    const double needed = pressing / (0.25 * contact.thickness);
+    const double needed = pressing / (0.25 * contact.thickness) *
+                          std::min(1.0, contact.distance / (0.5 * contact.thickness));
     stiffness[c] = std::clamp(needed - model.contact_stiffness, model.contact_stiffness,
                               stiffest * model.contact_stiffness);
   }
