@@ -26,8 +26,10 @@ std::vector<double> contact_shares(const std::vector<Contact>& contacts,
 // Returns the stiffness of each contact in the normal direction [N/m]. The stiffness k of the model
 // resists the force F that presses the surfaces together if F is at most k xi / 2, the force of the
 // law at half the thickness. For a larger F, the stiffness is 4 F / xi - k: taut cloth would
-// otherwise move through its contacts in every step, and hook into them. F is the larger force of
-// both sides. `forces` (rows x 3) act on cloth [N]; 0 rows: the stiffness is k everywhere.
+// otherwise move through its contacts in every step, and hook into them. Below half the thickness,
+// 4 F / xi decreases in proportion to the distance, so that the law does not exceed 2 F, unless its
+// force exceeds that with k. F is the larger force of both sides. `forces` (rows x 3) act on cloth
+// [N]; 0 rows: the stiffness is k everywhere.
 std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
                                       const CollisionModel& model, const Vector& inverse_mass,
                                       const Points& forces);

@@ -82,7 +82,8 @@ std::vector<Index> loaded_vertices(const Model& model, const std::vector<Contact
   }
   std::vector<Index> vertices;
   for (std::size_t s = 0; s < loaded.size(); ++s)
-    if (const CollisionSurface& cloth = collision.surfaces[s]; loaded[s] && cloth.kind == Kind::Cloth)
+    if (const CollisionSurface& cloth = collision.surfaces[s];
+        loaded[s] && cloth.kind == Kind::Cloth)
       for (Index i = 0; i < cloth.n_vertices; ++i) vertices.push_back(cloth.first_vertex + i);
   return vertices;
 }

@@ -358,6 +358,18 @@ TEST_CASE("contacts become stiffer where forces press taut cloth together") {
     const double pressing = 8.0 * std::abs(contacts[c].normal.z());
     CHECK(stiffer[c] == Approx(std::max(k, 4.0 * pressing / 4e-3 - k)));
   }
+  // At a hundredth of these gaps, the law resists 800 N with at most twice this force.
+  std::vector<Contact> close = contacts;
+  for (Contact& contact : close) contact.distance *= 0.01;
+  const std::vector<double> at_gap =
+      contact_stiffness(close, scene.model, scene.inverse_mass, 100.0 * forces);
+  for (std::size_t c = 0; c < close.size(); ++c) {
+    const double pressing = 800.0 * std::abs(close[c].normal.z());
+    const double force = contact_force(close[c].distance, close[c].thickness, at_gap[c]).force;
+    const double least = contact_force(close[c].distance, close[c].thickness, k).force;
+    CHECK(force >= pressing);
+    CHECK(force <= std::max(2.0 * pressing, 1.001 * least));
+  }
   // The law resists 1 N, because k xi / 2 is 2 N.
   for (const double each : stiffness(forces / 8.0)) CHECK(each == k);
   // Forces that pull the sheets apart do not count, nor do forces on prescribed vertices.
