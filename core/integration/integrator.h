@@ -28,8 +28,8 @@ using TermsAt = std::function<double(const Points& displacement, double time, Te
                                      ExtraTerms& terms)>;
 
 // Sets the friction of `terms` to its value after the rows have moved by `displacement` in `time`
-// [s]. The terms are linearised about the start of the step. Returns the relative error of their
-// previous friction [1].
+// [s], and stiffens contacts that would close. The terms are linearised about the start of the
+// step. Returns the relative error of their previous forces [1].
 using FrictionAt =
     std::function<double(const Points& displacement, double time, ExtraTerms& terms)>;
 
@@ -43,7 +43,7 @@ struct StepInputs {
   const ExtraTerms* terms = nullptr;
   // Called once per iterate by Newton schemes; null: the terms are linear.
   const TermsAt* terms_at = nullptr;
-  // Called after a linear solve. The solve is repeated if the friction was inaccurate. May be null.
+  // Called after a linear solve. The solve is repeated if the forces were inaccurate. May be null.
   const FrictionAt* friction_at = nullptr;
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: prescribed motion
   const Points* target = nullptr;  // (n x 3) positions of fixed rows at the end [m]

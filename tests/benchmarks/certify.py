@@ -1,8 +1,10 @@
 """Counts intersecting pairs over all frames of every scene, for several time steps and for starts
 perturbed by 1e-6 m.
 
-    python tests/benchmarks/certify.py [--scenes drape twist --steps 1e-3 4e-3 --runs 10 --jobs 2
-    --out certify.csv]
+    python tests/benchmarks/certify.py [--scenes drape twist --steps 1e-3 4e-3 --rate 25 --runs 10
+    --jobs 2 --out certify.csv]
+    python tests/benchmarks/certify.py --scenes ball_corners ball_edges curtains_free curtains_hung
+    heap --steps auto --rate 1777
 
 Each run appends one row to the table; runs already in the table are skipped. The exit status is 1
 if any frame contains an intersecting pair of triangles that involves cloth.
@@ -14,9 +16,11 @@ import multiprocessing
 import os
 import time
 from pathlib import Path
+from typing import Literal
 
 import loomstone as ls
 import numpy as np
+from extreme_scenes import caught, curtains, heap
 from loomstone.runs.scene_file import SceneFile
 from loomstone.runs.verification import count_intersections
 from smoke import SCENES, parsed
@@ -41,9 +45,18 @@ SIZES = {
     "swing_limits": ({"triangles": 300}, 0.8),
     "twist": ({"triangles": 1800}, 1.0),
 }
+# Scene and duration [s] of scenes that are no files. They run with SemiImplicitEuler.
+EXTREME = {
+    "ball_corners": (lambda: caught(40.0, corners=True), 0.4),
+    "ball_edges": (lambda: caught(40.0), 0.4),
+    "curtains_free": (lambda: curtains(18, hung=False), 0.3),
+    "curtains_hung": (lambda: curtains(18, hung=True), 0.3),
+    "heap": (lambda: heap(8), 0.8),
+}
 COLUMNS = (
     "scene",
     "step",
+    "rate",
     "seed",
     "frames",
     "intersecting",
@@ -77,20 +90,30 @@ def perturbed(scene: ls.Scene, seed: int) -> ls.Scene:
     return scene.replace(cloths=cloths)
 
 
-def run(job: tuple[str, float, int, float | None]) -> dict[str, object]:
-    """Runs one job: (scene, step [s], seed, duration [s] or None for the duration in SIZES)."""
-    name, step, seed, given = job
+Step = float | Literal["auto"]  # [s]
+
+
+def opened(name: str) -> tuple[ls.Scene, ls.Integrator, float]:
+    """Returns scene, integrator and duration [s]."""
+    if name in EXTREME:
+        make, duration = EXTREME[name]
+        return make(), ls.SemiImplicitEuler(), duration
     parameters, duration = SIZES[name]
-    duration = given or duration
     file = SceneFile.open(SCENES / f"{name}.py", parameters)
-    sim = ls.Simulation(
-        perturbed(file.scene(), seed), integrator=file.integrator.replace(step=step), threads=1
-    )
+    return file.scene(), file.integrator, duration
+
+
+def run(job: tuple[str, Step, float, int, float | None]) -> dict[str, object]:
+    """Runs one job: (scene, step, frames per second, seed, duration [s] or None for its own)."""
+    name, step, rate, seed, given = job
+    scene, integrator, duration = opened(name)
+    duration = given or duration
+    sim = ls.Simulation(perturbed(scene, seed), integrator=integrator.replace(step=step), threads=1)
     frames = intersecting = unresolved = 0
     withheld, stretch, excess, substeps, failure = 0.0, 1.0, 0.0, 1, ""
     start = time.perf_counter()
     try:
-        for frame in sim.frames(duration=duration, rate=25.0):
+        for frame in sim.frames(duration=duration, rate=rate):
             frames += 1
             intersecting += count_intersections(sim.topology, frame).cloth
             unresolved += frame.report.contacts.unresolved
@@ -104,6 +127,7 @@ def run(job: tuple[str, float, int, float | None]) -> dict[str, object]:
     values = (
         name,
         step,
+        rate,
         seed,
         frames,
         intersecting,
@@ -118,12 +142,21 @@ def run(job: tuple[str, float, int, float | None]) -> dict[str, object]:
     return dict(zip(COLUMNS, values, strict=True))
 
 
+def step_of(text: str) -> Step:
+    return "auto" if text == "auto" else float(text)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--scenes", nargs="+", choices=sorted(SIZES), default=sorted(SIZES))
-    parser.add_argument("--steps", nargs="+", type=float, default=[1e-3, 4e-3], help="[s]")
+    parser.add_argument(
+        "--scenes", nargs="+", choices=sorted({**SIZES, **EXTREME}), default=sorted(SIZES)
+    )
+    parser.add_argument(
+        "--steps", nargs="+", type=step_of, default=[1e-3, 4e-3], help="[s], or auto"
+    )
+    parser.add_argument("--rate", type=float, default=25.0, help="frames per second")
     parser.add_argument(
         "--runs", type=int, default=10, help="perturbed starts of each scene and step"
     )
@@ -135,16 +168,19 @@ def main() -> None:
     if options.out.exists():
         with options.out.open(newline="") as file:
             rows = list(csv.DictReader(file))
-        done = {(row["scene"], float(row["step"]), int(row["seed"])) for row in rows}
+        done = {
+            (row["scene"], step_of(row["step"]), float(row["rate"]), int(row["seed"]))
+            for row in rows
+        }
     else:
         options.out.write_text(",".join(COLUMNS) + "\n")
     jobs = [
-        (name, step, seed, options.duration)
+        (name, step, options.rate, seed, options.duration)
         for seed in range(options.runs)
         for name in options.scenes
         for step in options.steps
     ]
-    jobs = [job for job in jobs if job[:3] not in done]
+    jobs = [job for job in jobs if job[:4] not in done]
     # Each run has its own process, so that no state carries over between runs.
     with multiprocessing.get_context("spawn").Pool(options.jobs, maxtasksperchild=1) as pool:
         for row in pool.imap_unordered(run, jobs):

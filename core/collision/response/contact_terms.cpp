@@ -11,6 +11,10 @@ namespace loomstone {
 
 namespace {
 
+// A contact closes if its predicted gap is less than this fraction of its gap at the start. Our
+// choice: gentle motion never closes a contact.
+constexpr double closing = 0.25;
+
 Mat3 tangent_projector(const Vec3& normal) {
   return Mat3::Identity() - normal * normal.transpose();
 }
@@ -34,6 +38,18 @@ ContactForce force_at_gap(const ContactLaw& law, double gap, double stiffness) {
   const double depth = least - gap;
   return {at.force + at.stiffness * depth, at.stiffness,
           at.energy + (at.force + 0.5 * at.stiffness * depth) * depth};
+}
+
+// Returns the secant stiffness of the force law between the start and the gap at which the law
+// reaches the predicted force. With the tangent stiffness, the contact would close.
+double secant_stiffness(const ContactLaw& law, const ContactForce& start, double along) {
+  const double predicted = start.force - start.stiffness * along;
+  const double half = 0.5 * law.thickness, offset = 0.25 * law.normal_stiffness * half;
+  const auto gap = [&](double force) {
+    return law.normal_stiffness * half * half / (force + offset);
+  };
+  const double from = law.distance > half ? law.distance : gap(start.force);
+  return (predicted - start.force) / (from - gap(predicted));
 }
 
 }  // namespace
@@ -99,6 +115,7 @@ double ContactTerms::friction_at(const Team& team, const Points& displacement, d
                                  const Vector& inverse_mass, ExtraTerms& terms) const {
   struct Sums {
     double wrong = 0.0, limit = 0.0;
+    bool closes = false;
   };
   std::vector<Sums> sums(laws_.size());
   parallel_for(
@@ -108,15 +125,16 @@ double ContactTerms::friction_at(const Team& team, const Points& displacement, d
         ExtraTerm& term = terms[i];
         const Vec3 &n = law.normal, moved = term.relative_displacement(displacement, time);
         const double along = n.dot(moved), k = law.share * tangential_;
-        const ContactForce normal =
-            contact_force(law.distance, law.thickness, law.normal_stiffness);
+        ContactForce normal = contact_force(law.distance, law.thickness, law.normal_stiffness);
+        const bool closes = law.distance + along < closing * law.distance;
+        if (closes) normal.stiffness = secant_stiffness(law, normal, along);
         const double limit = law.friction * std::max(0.0, normal.force - normal.stiffness * along);
         const Mat3 tangent = tangent_projector(n);
         Vec3 slipped = moved - along * n;
         const Vec3 had = tangent * (term.gradient + term.hessian * moved);
         const double trial = k * (law.slip + slipped).norm(), size = slipped.norm();
         const Vec3 due = (trial > limit ? limit / trial : 1.0) * k * (law.slip + slipped);
-        sums[i] = {(had - due).norm(), limit};
+        sums[i] = {(had - due).norm(), limit, closes};
 
         // If friction was too large, the contact slips further once the excess is removed. `more`
         // is the predicted additional slip.
@@ -133,7 +151,11 @@ double ContactTerms::friction_at(const Team& team, const Points& displacement, d
       },
       128);
   Sums all;
-  for (const Sums& each : sums) all.wrong += each.wrong, all.limit += each.limit;
+  for (const Sums& each : sums) {
+    all.wrong += each.wrong, all.limit += each.limit;
+    all.closes = all.closes || each.closes;
+  }
+  if (all.closes) return 1.0;
   return all.wrong > 0.0 ? all.wrong / std::max(all.limit, 1e-300) : 0.0;
 }
 

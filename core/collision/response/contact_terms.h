@@ -42,9 +42,10 @@ class ContactTerms {
 
   // Linearises the terms about the start of the step again, with friction for the given
   // displacement. The friction limit follows from the predicted normal force, and the secant
-  // stiffness from the slip. Returns the sum of the errors that the friction in `terms` had on
-  // entry, relative to the sum of the limits [1]. The inverse masses of cloth rows [1/kg] serve to
-  // predict the slip of contacts whose friction was too large.
+  // stiffness from the slip. Contacts that would close get the secant stiffness of their normal
+  // force. Returns the sum of the errors that the friction in `terms` had on entry, relative to the
+  // sum of the limits [1], or 1 if any contact would close. The inverse masses of cloth rows [1/kg]
+  // serve to predict the slip of contacts whose friction was too large.
   double friction_at(const Team& team, const Points& displacement, double time,
                      const Vector& inverse_mass, ExtraTerms& terms) const;
 

@@ -40,7 +40,7 @@ class Constraining {
 
  private:
   ConstrainReport enforce() {
-    limit({});
+    limit(in_.loaded);
     report_.requested = parallel_sum(*in_.team, in_.cloth->n_vertices, [&](Index i) {
       return (*in_.inverse_mass)[i] > 0.0 ? (x1_.row(i) - in_.x0->row(i)).norm() : 0.0;
     });
@@ -120,6 +120,7 @@ class Constraining {
   // the sweeps ended too soon. Later rounds do not limit these cloths; their excess is reported.
   void give_up() {
     held_.assign(in_.cloth->n_vertices, 0);
+    for (const Index i : in_.loaded) held_[i] = 1;
     if (limiting_held()) return;
     check(x1_);
     for (const Index t : beyond_) given_up_[in_.cloth->strain_limit_of[t]] = 1;

@@ -22,6 +22,7 @@ struct ConstrainInputs {
   const ClothModel* cloth = nullptr;
   StrainLimiter* limiter = nullptr;  // null: strains have no limits
   bool limits_hold = true;           // false: only edge limits, enforced once before certification
+  std::vector<Index> loaded;         // cloth vertices that limiting must not move
   CollisionStage* collision = nullptr;  // null: nothing collides
   const Tangle* tangle = nullptr;       // tangle at x0; required with `collision`
   // Contacts that impulses resolve; null: the implicit solve resolves contacts.

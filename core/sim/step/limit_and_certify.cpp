@@ -60,6 +60,34 @@ void move_bodies_with(const StepContext& part, const FreeBodies& bodies, RigidSt
   }
 }
 
+// Vertices of cloths that carry bodies: a body is attached to them or touches them, directly or
+// through other cloth. Sweeps know the mass of the cloth only and would push it into the body, so
+// only the limit phases of the solve act on these cloths.
+std::vector<Index> loaded_vertices(const Model& model, const std::vector<Contact>& contacts) {
+  using Kind = CollisionSurface::Kind;
+  const CollisionModel& collision = model.collision;
+  std::vector<std::uint8_t> loaded(collision.surfaces.size(), 0);
+  for (std::size_t s = 0; s < loaded.size(); ++s)
+    loaded[s] = collision.surfaces[s].kind == Kind::Body;
+  const auto surface = [&](Index vertex) { return collision.surface_of_vertex[vertex]; };
+  for (const Model::Attached& attached : model.attachments) loaded[surface(attached.row)] = 1;
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const Contact& contact : contacts) {
+      const Index a = surface(contact.vertices[0]), b = surface(contact.vertices[3]);
+      for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)})
+        if (loaded[from] && !loaded[to] && collision.surfaces[to].kind == Kind::Cloth)
+          loaded[to] = 1, changed = true;
+    }
+  }
+  std::vector<Index> vertices;
+  for (std::size_t s = 0; s < loaded.size(); ++s)
+    if (const CollisionSurface& cloth = collision.surfaces[s];
+        loaded[s] && cloth.kind == Kind::Cloth)
+      for (Index i = 0; i < cloth.n_vertices; ++i) vertices.push_back(cloth.first_vertex + i);
+  return vertices;
+}
+
 void add_to_report(const StepContext& part, const ConstrainReport& done, bool limited,
                    StepReport& report) {
   report.seconds.limit += done.limit_seconds;
@@ -99,6 +127,8 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, const N
   inputs.collision = engines.collision.get();
   inputs.tangle = &near.tangle;
   inputs.limits_hold = model.scene.limits.method != LimitMethod::Edges;
+  if (engines.limits_in_solve && model.n_bodies() > 0)
+    inputs.loaded = loaded_vertices(model, near.contacts);
   if (!engines.contacts_in_solve) inputs.repelled = &near.repelled;
   inputs.seed = part.seed;
   inputs.h = part.h;

@@ -97,7 +97,7 @@ TEST_CASE("with a second phase the positive Jacobian stays positive semidefinite
 
 // Weft is limited to 10 %. The second phase begins at 9 % and adds 300 times the modulus times the
 // strain above 9 %. The third phase begins at 9.5 % and has 3000 times the modulus, the fourth
-// begins at 10.5 % and has 30,000 times the modulus.
+// begins at 10.5 % and has 120,000 times the modulus.
 TEST_CASE(
     "near its limit a strip enters three stiff phases in turn, and below these it is as soft as "
     "without a limit") {
@@ -118,7 +118,7 @@ TEST_CASE(
     // The first Piola-Kirchhoff stress is the stretch times S. S is the modulus times the stretch
     // times the excess.
     const double beyond = std::max(0.0, strain - 0.09) + 9.0 * std::max(0.0, strain - 0.095) +
-                          90.0 * std::max(0.0, strain - 0.105);
+                          390.0 * std::max(0.0, strain - 0.105);
     const double expected = 300 * 300.0 * (1 + strain) * (1 + strain) * beyond;
     CHECK(more == Approx(expected).epsilon(1e-9).margin(1e-9));
   }

@@ -364,10 +364,61 @@ TEST_CASE("contacts become stiffer where forces press taut cloth together") {
     const double pressing = 8.0 * std::abs(contacts[c].normal.z());
     CHECK(stiffer[c] == Approx(std::max(k, 16.0 / 3.0 * pressing / 4e-3 - k)));
   }
+  // At a hundredth of these gaps, the law resists 800 N with at most twice this force.
+  std::vector<Contact> close = contacts;
+  for (Contact& contact : close) contact.distance *= 0.01;
+  const std::vector<double> at_gap =
+      contact_stiffness(close, scene.model, scene.inverse_mass, 100.0 * forces);
+  for (std::size_t c = 0; c < close.size(); ++c) {
+    const double pressing = 800.0 * std::abs(close[c].normal.z());
+    const double force = contact_force(close[c].distance, close[c].thickness, at_gap[c]).force;
+    const double least = contact_force(close[c].distance, close[c].thickness, k).force;
+    CHECK(force >= pressing);
+    CHECK(force <= std::max(2.0 * pressing, 1.001 * least));
+  }
   // The law resists 1 N, because 3/8 k xi is 1.5 N.
   for (const double each : stiffness(forces / 8.0)) CHECK(each == k);
   // Forces that pull the sheets apart do not count, nor do forces on prescribed vertices.
   for (const double each : stiffness(-forces)) CHECK(each == k);
   const Vector held = Vector::Zero(n);
   for (const double each : contact_stiffness(contacts, scene.model, held, forces)) CHECK(each == k);
+}
+
+TEST_CASE("a contact that would close is stiffened until its gap stays open under the same force") {
+  TestScene scene = two_sheets();
+  const Points& x = scene.x;
+  const Index n = static_cast<Index>(x.rows());
+  CollisionStage stage(scene.model);
+  // Only contacts at right angles to the sheets, with a gap of half the thickness.
+  const double gap = 2e-3;
+  std::vector<Contact> contacts = stage.proximity(Team{1}, x, {});
+  std::erase_if(contacts, [&](const Contact& c) { return c.distance > gap + 1e-9; });
+  const Points still = Points::Zero(n, 3), no_bodies(0, 3);
+  const ContactInputs inputs{x, still, still, no_bodies, 1e-3, n, scene.inverse_mass, Points(0, 3)};
+  ExtraTerms terms;
+  const ContactTerms made = stage.terms(inputs, contacts, {}, terms);
+  REQUIRE(terms.size() > 20);
+  // The upper sheet sinks by a share of the gap. Up to three quarters of it, the terms stay the
+  // same.
+  for (const double sunk : {0.5, 0.7, 0.8, 1.5, 3.0}) {
+    Points moved = still;
+    moved.bottomRows(36).col(2).array() -= sunk * gap;
+    ExtraTerms again = terms;
+    const double error = made.friction_at(Team{1}, moved, 1e-3, scene.inverse_mass, again);
+    CHECK((error == 1.0) == (sunk > 0.75));
+    for (std::size_t i = 0; i < terms.size(); ++i) {
+      const Vec3 normal = made.normal(i);
+      const double force = -normal.dot(terms[i].gradient);
+      const double tangent = normal.dot(terms[i].hessian * normal);
+      const double secant = normal.dot(again[i].hessian * normal);
+      if (sunk < 0.75) {
+        CHECK(secant == Approx(tangent).epsilon(1e-12));
+        continue;
+      }
+      // The force is inversely proportional to the gap.
+      const double predicted = force + tangent * sunk * gap;
+      const double left = gap - (predicted - force) / secant;
+      CHECK(left == Approx(gap * force / predicted).epsilon(1e-9));
+    }
+  }
 }
