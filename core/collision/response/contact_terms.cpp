@@ -43,7 +43,8 @@ ContactForce force_at_gap(const ContactLaw& law, double gap, double stiffness) {
 // Returns the secant stiffness of the force law between the start and the gap at which the law
 // reaches the predicted force. With the tangent stiffness, the contact would close.
 double secant_stiffness(const ContactLaw& law, const ContactForce& start, double along) {
-  const double predicted = start.force - start.stiffness * along;
+  // Where the law begins, its tangent says nothing about its force deep inside.
+  const double predicted = start.force - std::max(start.stiffness, law.normal_stiffness) * along;
   const double half = 0.5 * law.thickness, offset = 0.25 * law.normal_stiffness * half;
   const auto gap = [&](double force) {
     return law.normal_stiffness * half * half / (force + offset);
@@ -126,7 +127,10 @@ double ContactTerms::friction_at(const Team& team, const Points& displacement, d
         const Vec3 &n = law.normal, moved = term.relative_displacement(displacement, time);
         const double along = n.dot(moved), k = law.share * tangential_;
         ContactForce normal = contact_force(law.distance, law.thickness, law.normal_stiffness);
-        const bool closes = law.distance + along < closing * law.distance;
+        // Contacts at the onset of the law are too soft to stop a gentle motion within the step.
+        const bool resists =
+            law.normal_stiffness > tangential_ || normal.stiffness >= law.normal_stiffness;
+        const bool closes = resists && law.distance + along < closing * law.distance;
         if (closes) normal.stiffness = secant_stiffness(law, normal, along);
         const double limit = law.friction * std::max(0.0, normal.force - normal.stiffness * along);
         const Mat3 tangent = tangent_projector(n);

@@ -266,11 +266,8 @@ std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
       }
       if (free) pressing = std::max(pressing, force);
     }
-    // At smaller distances than half the thickness, the law with a constant stiffness would exceed
-    // the pressing force by far.
-    const double distance = std::min(contact.distance, 0.5 * contact.thickness);
-    const double resisted = contact_force(distance, contact.thickness, 1.0).force;
-    stiffness[c] = std::clamp(2.0 * pressing / resisted - model.contact_stiffness,
+    const double of_half = contact_force(0.5 * contact.thickness, contact.thickness, 1.0).force;
+    stiffness[c] = std::clamp(2.0 * pressing / of_half - model.contact_stiffness,
                               model.contact_stiffness, stiffest * model.contact_stiffness);
   }
   return stiffness;

@@ -24,11 +24,10 @@ std::vector<double> contact_shares(const std::vector<Contact>& contacts,
                                    const CollisionModel& model, const Points& x0);
 
 // Returns the stiffness of each contact in the normal direction [N/m]. The stiffness k of the model
-// resists the force F that presses the surfaces together if F is at most N, the force of the law
-// with k at the distance, or at half the thickness if that is smaller. For a larger F, the
-// stiffness is k (2 F / N - 1): taut cloth would otherwise move through its contacts in every step,
-// and hook into them. F is the larger force of both sides. `forces` (rows x 3) act on cloth [N]; 0
-// rows: the stiffness is k everywhere.
+// resists the force F that presses the surfaces together if F is at most 3/8 k xi, the force of the
+// law at half the thickness. For a larger F, the stiffness is 16/3 F / xi - k: taut cloth would
+// otherwise move through its contacts in every step, and hook into them. F is the larger force of
+// both sides. `forces` (rows x 3) act on cloth [N]; 0 rows: the stiffness is k everywhere.
 std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
                                       const CollisionModel& model, const Vector& inverse_mass,
                                       const Points& forces);
