@@ -39,6 +39,7 @@ SMALL: dict[str, dict[str, object]] = {
     "motor": {},
     "plunger": {},
     "pull": {"cells": 8},
+    "ribbon": {"triangles": 800},
     "sphere_slide": {"triangles": 1800},
     "stack": {"triangles": 162, "sheets": 6},
     "swing": {"columns": 21, "rows": 29},
