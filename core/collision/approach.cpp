@@ -10,11 +10,6 @@ namespace loomstone {
 
 namespace {
 
-// Allowance for velocities that change within a step. Our choice: the relative displacement may be
-// 1.5 times that at the start, and longer by 0.3 m/s times the step. Pairs that need more are left
-// to certification.
-constexpr double faster = 1.5, more_speed = 0.3;
-
 using Six = std::array<Vec3, 6>;  // three vectors at the start, then at the end
 
 // Returns whether the volume spanned by three vectors that change linearly keeps its sign, and is
@@ -43,7 +38,7 @@ struct PairTest {
     for (int i = 0; i < n_a; ++i)
       for (int k = n_a; k < 4; ++k)
         largest = std::max(largest, (motion.v0.row(v[k]) - motion.v0.row(v[i])).squaredNorm());
-    return (faster * std::sqrt(largest) + more_speed) * motion.step;
+    return (faster_approach * std::sqrt(largest) + added_approach) * motion.step;
   }
   bool close(ContactKind kind, const std::array<Index, 4>& v, double thickness) const {
     FourPoints points;
@@ -56,13 +51,14 @@ struct PairTest {
     for (int s = 0; s < 2; ++s) {
       Vec3 p[4];
       for (int k = 0; k < 4; ++k)
-        p[k] = (motion.x0.row(v[k]) + s * faster * motion.step * motion.v0.row(v[k])).transpose();
+        p[k] = (motion.x0.row(v[k]) + s * faster_approach * motion.step * motion.v0.row(v[k]))
+                   .transpose();
       const bool vertex_face = kind == ContactKind::VertexFace;
       q[3 * s] = vertex_face ? p[0] - p[1] : p[2] - p[0];
       q[3 * s + 1] = vertex_face ? p[2] - p[1] : p[1] - p[0];
       q[3 * s + 2] = vertex_face ? p[3] - p[1] : p[3] - p[2];
     }
-    return off_plane(q, thickness + more_speed * motion.step);
+    return off_plane(q, thickness + added_approach * motion.step);
   }
 };
 
@@ -93,7 +89,7 @@ Approach find_approach(const Team& team, const PairSource& source, const Expecte
   NeighbourLists& lists = source.lists;
   const PairTest test{source.model, motion, tangle};
   if (!lists.updated_at(motion.x0)) lists.update(team, motion.x0);
-  const Points x1 = motion.x0 + faster * motion.step * motion.v0;
+  const Points x1 = motion.x0 + faster_approach * motion.step * motion.v0;
   lists.cover(team, x1);
   constexpr Index grain = 16;
   const auto n = static_cast<Index>(lists.lists().size());
@@ -110,7 +106,7 @@ Approach find_approach(const Team& team, const PairSource& source, const Expecte
     for (const Index i : unlisted) thickness = std::max(thickness, pairs[i].thickness);
     std::vector<FeaturePairs> found;
     source.broad_phase.swept_pairs(
-        team, {motion.x0, x1, 0.5 * thickness + more_speed * motion.step}, unlisted,
+        team, {motion.x0, x1, 0.5 * thickness + added_approach * motion.step}, unlisted,
         [](ContactKind, std::vector<PairKey>&) {}, found);
     Approach& part = parts.emplace_back();
     for (const Index i : unlisted) {

@@ -28,6 +28,11 @@ struct PairSource {
   NeighbourLists& lists;
 };
 
+// Allowance for velocities that change within a step. Our choice: features may approach at 1.5
+// times their relative velocity and 0.3 m/s in addition. Few pairs come close sooner; they are left
+// to certification.
+inline constexpr double faster_approach = 1.5, added_approach = 0.3;
+
 // Features that move at constant velocity.
 struct ExpectedMotion {
   const Points& x0;  // (n x 3) [m]

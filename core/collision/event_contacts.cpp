@@ -12,9 +12,6 @@ namespace {
 
 // Fraction of the missing distance that a pair regains in a step [Bridson2002].
 constexpr double restored = 0.1;
-// A pair is evaluated again before it can come close if its features approach at 1.5 times their
-// relative velocity and 0.3 m/s in addition. Our choice: few pairs come close sooner.
-constexpr double faster = 1.5, more_speed = 0.3;
 
 // Sign of the volume of the four points: the side of the plane of the face, or of the edges.
 std::int8_t side_of(bool vertex_face, const FourPoints& p) {
@@ -114,7 +111,7 @@ double EventContacts::next_time(const Event& event, Index pair, double time,
   for (const Index i : event.vertices)
     if (i < cloth.v.rows()) shortest = std::min(shortest, cloth.step[cloth.level[i]]);
   const double gap = event.distance - surface_pairs_[pairs_[pair].pair].thickness;
-  const double speed = faster * relative_velocity(event, cloth).norm() + more_speed;
+  const double speed = faster_approach * relative_velocity(event, cloth).norm() + added_approach;
   return time + std::max(shortest, gap / speed);
 }
 
