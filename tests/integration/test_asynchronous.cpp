@@ -91,22 +91,6 @@ TriangleMesh graded() {
   return {x, mesh.triangles()};
 }
 
-double energy(ClothRun& run, const Vec3& gravity) {
-  double sum = run.elasticity->membrane_energy({}, run.state.x) +
-               run.elasticity->bending_energy({}, run.state.x);
-  for (Index i = 0; i < run.model.n_vertices; ++i)
-    sum += run.model.mass[i] *
-           (0.5 * run.state.v.row(i).squaredNorm() - run.state.x.row(i).dot(gravity.transpose()));
-  return sum;
-}
-
-double kinetic_energy(const ClothRun& run) {
-  double sum = 0.0;
-  for (Index i = 0; i < run.model.n_vertices; ++i)
-    sum += 0.5 * run.model.mass[i] * run.state.v.row(i).squaredNorm();
-  return sum;
-}
-
 // A sheet that is stretched in its plane and bent, spins and moves.
 ClothRun spinning_sheet(const TriangleMesh& mesh, const Asynchronous& options, double bending,
                         const ClothMaterial& material = stiff()) {
@@ -217,12 +201,12 @@ TEST_CASE("the queue keeps the energy of a swinging sheet better than intervals 
     ClothRun run =
         make_run(jittered_grid(1.0, 1.0, 6, 6, 0.24, 7), stiff(), options, {1e-5, {0, 6}, gravity});
     start(run, options);
-    const double begin = energy(run, gravity);
+    const double begin = run.energy();
     double peak = 0.0, largest = 0.0;
     for (int i = 0; i < 800 && largest <= peak; ++i) {
       run.advance();
-      peak = std::max(peak, kinetic_energy(run));
-      largest = std::max(largest, std::abs(energy(run, gravity) - begin));
+      peak = std::max(peak, run.kinetic_energy());
+      largest = std::max(largest, std::abs(run.energy() - begin));
     }
     return largest / peak;
   };
@@ -273,13 +257,13 @@ TEST_CASE("energy of a swinging sheet does not drift with nested steps") {
   const Asynchronous options = options_of(2.5e-3);
   ClothRun run = make_run(mesh, stiff(), options, {1e-5, {0, 8}, Vec3(0, 0, -9.81)});
   start(run, options);
-  const double begin = energy(run, Vec3(0, 0, -9.81));
+  const double begin = run.energy();
   double peak = 0.0, middle = 0.0, last = 0.0;
   const int n = 4000, tenth = n / 10;  // 10 s
   for (int i = 0; i < n; ++i) {
     run.advance();
-    peak = std::max(peak, kinetic_energy(run));
-    const double e = energy(run, Vec3(0, 0, -9.81)) - begin;
+    peak = std::max(peak, run.kinetic_energy());
+    const double e = run.energy() - begin;
     if (i >= n * 9 / 20 && i < n * 11 / 20) middle += e / tenth;
     if (i >= n * 9 / 10) last += e / tenth;
   }
@@ -365,11 +349,11 @@ TEST_CASE("viscosity and damped bending of any strength take energy and stay sta
     for (auto& part : run.model.bending)
       std::fill(part.setup.damping.begin(), part.setup.damping.end(), 0.1 * viscosity);
     start(run, options);
-    double e = energy(run, Vec3::Zero());
+    double e = run.energy();
     const double begin = e;
     for (int i = 0; i < 8; ++i) {
       run.advance();
-      const double next = energy(run, Vec3::Zero());
+      const double next = run.energy();
       CHECK(next < e + 1e-3 * begin);
       e = next;
     }

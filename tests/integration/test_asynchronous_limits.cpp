@@ -33,20 +33,6 @@ void set_limit(ClothRun& run, const StrainLimit& limit, bool by_edges = false) {
   run.model.limited_by_edges = by_edges;
 }
 
-double kinetic_energy(const ClothRun& run) {
-  double sum = 0.0;
-  for (Index i = 0; i < run.model.n_vertices; ++i)
-    sum += 0.5 * run.model.mass[i] * run.state.v.row(i).squaredNorm();
-  return sum;
-}
-
-double potential_energy(ClothRun& run) {
-  double sum = run.elasticity->membrane_energy({}, run.state.x) +
-               run.elasticity->bending_energy({}, run.state.x);
-  for (Index i = 0; i < run.model.n_vertices; ++i) sum -= run.force.row(i).dot(run.state.x.row(i));
-  return sum;
-}
-
 double longest_edge(const ClothRun& run) {
   double longest = 0.0;
   for (Index t = 0; t < run.model.triangles.rows(); ++t)
@@ -71,7 +57,7 @@ Swing swing(const Asynchronous& options, const StrainLimit& limit, bool by_edges
   ClothRun run = make_run(mesh, swinging(), options, {1e-5, {0, 16}, Vec3(0, 0, -9.81)});
   set_limit(run, limit, by_edges);
   start(run, options);
-  const double begin = potential_energy(run);
+  const double begin = run.potential_energy();
   const int steps = 1600, tenth = 160;
   double peak = 0.0, sum = 0.0;
   Swing found;
@@ -82,8 +68,8 @@ Swing swing(const Asynchronous& options, const StrainLimit& limit, bool by_edges
     run.elasticity->strain({}, run.state.x, green, stretch);
     found.stretch = std::max(found.stretch, stretch.maxCoeff());
     found.edge = std::max(found.edge, longest_edge(run));
-    peak = std::max(peak, kinetic_energy(run));
-    if (i >= steps - tenth) sum += kinetic_energy(run) + potential_energy(run) - begin;
+    peak = std::max(peak, run.kinetic_energy());
+    if (i >= steps - tenth) sum += run.energy() - begin;
   }
   found.gain = sum / tenth / peak;
   return found;

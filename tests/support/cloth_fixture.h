@@ -29,6 +29,20 @@ struct ClothRun {
     in.force = &force, in.fixed = &fixed, in.target = &target, in.body_mass = &body_mass;
     return integrator->advance({}, *layout, in, state, bodies);
   }
+
+  double kinetic_energy() const {
+    double sum = 0.0;
+    for (Index i = 0; i < model.n_vertices; ++i)
+      sum += 0.5 * model.mass[i] * state.v.row(i).squaredNorm();
+    return sum;
+  }
+  // Energy of membrane and bending, and of the constant forces.
+  double potential_energy() {
+    double sum = elasticity->membrane_energy({}, state.x) + elasticity->bending_energy({}, state.x);
+    for (Index i = 0; i < model.n_vertices; ++i) sum -= force.row(i).dot(state.x.row(i));
+    return sum;
+  }
+  double energy() { return kinetic_energy() + potential_energy(); }
 };
 
 struct RunSetup {

@@ -35,26 +35,12 @@ struct Case {
   bool by_edges;
 };
 
-double kinetic_energy(const ClothRun& run) {
-  double sum = 0.0;
-  for (Index i = 0; i < run.model.n_vertices; ++i)
-    sum += 0.5 * run.model.mass[i] * run.state.v.row(i).squaredNorm();
-  return sum;
-}
-
-double energy(ClothRun& run) {
-  double sum = kinetic_energy(run) + run.elasticity->membrane_energy({}, run.state.x) +
-               run.elasticity->bending_energy({}, run.state.x);
-  for (Index i = 0; i < run.model.n_vertices; ++i) sum -= run.force.row(i).dot(run.state.x.row(i));
-  return sum;
-}
-
 struct Totals {
   double seconds = 0.0, events = 0.0, stretch = 0.0, peak = 0.0, middle = 0.0, last = 0.0;
 };
 
 Totals totals(ClothRun& run, int steps) {
-  const double begin = energy(run);
+  const double begin = run.energy();
   const int tenth = std::max(1, steps / 10);
   Totals sum;
   Points green;
@@ -65,8 +51,8 @@ Totals totals(ClothRun& run, int steps) {
     sum.seconds += now() - before;
     run.elasticity->strain({}, run.state.x, green, stretch);
     sum.stretch = std::max(sum.stretch, stretch.maxCoeff());
-    sum.peak = std::max(sum.peak, kinetic_energy(run));
-    const double gain = (energy(run) - begin) / tenth;
+    sum.peak = std::max(sum.peak, run.kinetic_energy());
+    const double gain = (run.energy() - begin) / tenth;
     if (std::abs(2 * i - steps) < tenth) sum.middle += gain;
     if (i >= steps - tenth) sum.last += gain;
   }
