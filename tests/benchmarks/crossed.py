@@ -14,6 +14,7 @@ import time
 
 import loomstone as ls
 import numpy as np
+from extreme_scenes import SOFT
 from loomstone.runs.verification import count_intersections
 from smoke import parsed
 
@@ -33,22 +34,14 @@ def crossed(triangles: int, start: int, kind: str) -> ls.Scene:
     random = np.random.default_rng(start)
     cells = max(1, round(np.sqrt(triangles / 2)))
     flat = ls.grid(size=(SIZE, SIZE), cells=(cells, cells))
-    material = ls.ClothMaterial(
-        weft_stiffness=300.0,
-        warp_stiffness=300.0,
-        shear_stiffness=60.0,
-        density=0.15,
-        bending_weft=2e-6,
-        bending_warp=2e-6,
-    )
     tilt = rotation(random.normal(size=3), np.radians(random.uniform(0.0, 3.0)))
     turn = rotation(np.array([0.0, 1.0, 0.0]), np.radians(random.uniform(30.0, 150.0)))
     x, y, z = random.uniform((-0.05, -0.001, -0.03), (0.05, 0.001, 0.03))
     edge = np.flatnonzero(flat.vertices[:, 0] < 1e-6 - 0.5 * SIZE) if kind == "pinned" else []
     first = ls.Cloth(
-        name="first", mesh=flat.moved((0, 0, 0), rotation=tilt), material=material, pins=list(edge)
+        name="first", mesh=flat.moved((0, 0, 0), rotation=tilt), material=SOFT, pins=list(edge)
     )
-    second = ls.Cloth(name="second", mesh=flat.moved((x, y, z), rotation=turn), material=material)
+    second = ls.Cloth(name="second", mesh=flat.moved((x, y, z), rotation=turn), material=SOFT)
     return ls.Scene(
         cloths=[first, second],
         obstacles=[ls.floor(height=-0.15)] if kind == "floor" else [],
