@@ -1,4 +1,4 @@
-// What the schedules of asynchronous steps have in common.
+// Base class of the schedules of asynchronous steps.
 #pragma once
 
 #include <memory>

@@ -10,6 +10,9 @@ namespace loomstone {
 
 namespace {
 
+// Largest change of the strain of a limited triangle in a step, [Thomaszewski2010], 4.2.
+constexpr double largest_change = 0.1;
+
 // Gradients of the linear shape functions (2 x 3) [1/m] and rest area of a triangle.
 struct RestTriangle {
   Eigen::Matrix<double, 2, 3> gradients;
@@ -92,9 +95,6 @@ double wave_stiffness(const MembraneConstants& m) {
 }
 
 }  // namespace
-
-// Largest change of the strain of a limited triangle in a step, [Thomaszewski2010], 4.2.
-constexpr double largest_change = 0.1;
 
 ElementSteps::ElementSteps(const ClothModel& model, const Asynchronous& options,
                            const std::vector<LimitModes>& limits)

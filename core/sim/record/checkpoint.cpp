@@ -69,7 +69,7 @@ void get_cloth(const Checkpoint& c, ClothState& cloth) {
   get(c, "cloth.previous_x", cloth.previous_x);
   get(c, "cloth.previous_v", cloth.previous_v);
   get(c, "cloth.previous_bending", cloth.previous_bending);
-  // Of the asynchronous integrator only.
+  // Only the asynchronous integrator has these tables.
   cloth.element_steps.resize(0);
   cloth.element_clocks.resize(0, 2);
   if (c.arrays.count("cloth.element_steps")) get(c, "cloth.element_steps", cloth.element_steps);
