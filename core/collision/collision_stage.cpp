@@ -73,10 +73,10 @@ ContactTerms CollisionStage::terms(const ContactInputs& inputs,
   return ContactTerms(data_->model, inputs, contacts, state, terms);
 }
 
-double CollisionStage::energy(const ContactEnergyInputs& inputs,
-                              const std::vector<Contact>& contacts,
-                              const ContactState& state) const {
-  return contact_energy(data_->model, inputs, contacts, state);
+std::vector<double> CollisionStage::energies(const ContactEnergyInputs& inputs,
+                                             const std::vector<Contact>& contacts,
+                                             const ContactState& state) const {
+  return contact_energies(data_->model, inputs, contacts, state);
 }
 
 void CollisionStage::untangle(const ContactInputs& inputs, const Tangle& tangle,

@@ -50,11 +50,15 @@ struct CollisionModel {
   double gap_floor = 1e-5;
 };
 
+// Returns whether a vertex belongs to a rigid body.
+inline bool of_body(const CollisionModel& model, Index vertex) {
+  return model.surfaces[model.surface_of_vertex[vertex]].kind == CollisionSurface::Kind::Body;
+}
+
 // Returns whether one of the vertices belongs to a rigid body.
 inline bool has_body(const CollisionModel& model, const std::array<Index, 4>& vertices) {
-  return std::any_of(vertices.begin(), vertices.end(), [&](Index i) {
-    return model.surfaces[model.surface_of_vertex[i]].kind == CollisionSurface::Kind::Body;
-  });
+  return std::any_of(vertices.begin(), vertices.end(),
+                     [&](Index vertex) { return of_body(model, vertex); });
 }
 
 // Returns whether triangles of surfaces a and b must not intersect. This requires at least one

@@ -53,6 +53,24 @@ double secant_stiffness(const ContactLaw& law, const ContactForce& start, double
   return (predicted - start.force) / (from - gap(predicted));
 }
 
+// Change of the distance of a contact from x0 to x [m].
+struct DistanceChange {
+  double prescribed = 0.0, free = 0.0;  // by vertices of prescribed motion, by all others
+};
+
+DistanceChange distance_change(const Contact& contact, const CollisionModel& model,
+                               const ContactEnergyInputs& inputs) {
+  DistanceChange change;
+  for (int i = 0; i < 4; ++i) {
+    const Index v = contact.vertices[i];
+    const double part =
+        contact.weights[i] * (inputs.x.row(v) - inputs.x0.row(v)).dot(contact.normal.transpose());
+    const bool prescribed = inputs.inverse_mass[v] == 0.0 && !of_body(model, v);
+    (prescribed ? change.prescribed : change.free) += part;
+  }
+  return change;
+}
+
 }  // namespace
 
 ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inputs,
@@ -191,20 +209,27 @@ std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& mo
   return anchors;
 }
 
-double contact_energy(const CollisionModel& model, const ContactEnergyInputs& inputs,
-                      const std::vector<Contact>& contacts, const ContactState& state) {
+std::vector<double> contact_energies(const CollisionModel& model, const ContactEnergyInputs& inputs,
+                                     const std::vector<Contact>& contacts,
+                                     const ContactState& state) {
   const std::vector<double> shares = contact_shares(contacts, model, inputs.x);
   const std::vector<double> stiffness =
       contact_stiffness(contacts, model, inputs.inverse_mass, inputs.forces);
   const std::vector<Vec3> slips = anchored_slips(contacts, model, state);
-  double energy = 0.0;
+  const int n = inputs.n_parts;
+  std::vector<double> energies(n, 0.0);
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
-    const double normal = contact_force(contact.distance, contact.thickness, stiffness[c]).energy;
     const double anchor = 0.5 * model.contact_stiffness * slips[c].squaredNorm();
-    energy += shares[c] * (normal + anchor);
+    const DistanceChange change = distance_change(contact, model, inputs);
+    for (int part = 1; part <= n; ++part) {
+      const double done = static_cast<double>(part) / n;  // fraction of the motion
+      const double distance = contact.distance - change.prescribed - (1.0 - done) * change.free;
+      const double normal = contact_force(distance, contact.thickness, stiffness[c]).energy;
+      energies[part - 1] += shares[c] * (normal + done * done * anchor);
+    }
   }
-  return energy;
+  return energies;
 }
 
 }  // namespace loomstone

@@ -68,12 +68,17 @@ class ContactTerms {
 // Inputs of the energy of contacts, with n collision vertices.
 struct ContactEnergyInputs {
   const Points& x;             // (n x 3) [m]
+  const Points& x0;            // (n x 3) positions before a motion to x, or x [m]
   const Vector& inverse_mass;  // as in ContactInputs
   const Points& forces;        // as in ContactInputs
+  int n_parts = 1;             // number of equal parts of this motion
 };
 
-// Returns the energy of the normal forces and of the friction anchors of contacts [J].
-double contact_energy(const CollisionModel& model, const ContactEnergyInputs& inputs,
-                      const std::vector<Contact>& contacts, const ContactState& state);
+// Returns the energy of the normal forces and of the friction anchors of contacts at the end of
+// each part of the motion [J], as if vertices of prescribed motion stayed at x0. It is an estimate
+// for all parts but the last: distances change linearly, and anchors slip from zero.
+std::vector<double> contact_energies(const CollisionModel& model, const ContactEnergyInputs& inputs,
+                                     const std::vector<Contact>& contacts,
+                                     const ContactState& state);
 
 }  // namespace loomstone

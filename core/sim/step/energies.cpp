@@ -68,7 +68,7 @@ void measure_energies(const State& state, double time, const Engines& engines, S
   if (model.cloth.n_vertices == 0) return;
   energy.membrane = engines.elasticity->membrane_energy(engines.team, x);
   energy.bending = engines.elasticity->bending_energy(engines.team, x);
-  energy.contact = contact_energy(state, time, engines);
+  energy.contact = contact_energies(state, time, engines).back();
 }
 
 }  // namespace loomstone

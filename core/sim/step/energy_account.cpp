@@ -12,6 +12,8 @@ namespace {
 // kinetic energy, times the accuracy. Our choice: towels that meet a floor then gain at most 0.04,
 // as much as the shortest parts allow.
 constexpr double gain_tolerance = 0.02;
+// A part that is repeated aims at this fraction of the tolerated energy.
+constexpr double aim = 0.5;
 
 // Energy of everything but contacts. Circuits count with what they have received and lost [J].
 double total_energy(const StepReport& report) {
@@ -94,16 +96,21 @@ void report_account(const State& state, StepReport& report) {
       (gain + report.energy.contact - account.start_of_contacts) / account.largest_kinetic;
 }
 
-bool contacts_gain_energy(const StepContext& part, const NearContacts& near, const Engines& engines,
-                          const State& state) {
-  if (!engines.error || !engines.contacts_in_solve || !part.halvable) return false;
+int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
+                        const Engines& engines, const State& state) {
+  if (!engines.error || !engines.contacts_in_solve || !part.halvable) return part.length;
   const EnergyAccount& account = state.account;
   const double tolerated = gain_tolerance * *engines.accuracy * account.largest_kinetic;
-  const double energy = contact_energy(state, part.t1, engines);
-  if (energy - near.contact_terms.energy() <= tolerated) return false;
+  const std::vector<double> energies =
+      contact_energies(state, part.t1, engines, &loads.x0, part.length);
+  if (energies.back() - near.contact_terms.energy() <= tolerated) return part.length;
   StepReport report;
   measure_energies(state, part.t1, engines, report);
-  return gain_of(account, report) + energy - account.start_of_contacts > tolerated;
+  const double gain = gain_of(account, report) - account.start_of_contacts;
+  if (gain + energies.back() <= tolerated) return part.length;
+  int longest = part.length;
+  while (longest > StepPart::least && gain + energies[longest - 1] > aim * tolerated) --longest;
+  return longest;
 }
 
 }  // namespace loomstone

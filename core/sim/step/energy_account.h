@@ -24,10 +24,12 @@ void add_to_account(const PartWork& work, const Solved& solved, const AfterSolve
 // Sets the account and the balances in a report whose energies are those of `state`.
 void report_account(const State& state, StepReport& report);
 
-// Returns whether contacts have made energy from nothing in the part, by more than a share of the
-// largest kinetic energy so far: surfaces that meet within a part are first felt at its end, where
-// most of their thickness may have passed.
-bool contacts_gain_energy(const StepContext& part, const NearContacts& near, const Engines& engines,
-                          const State& state);
+// Returns the length, in units of StepPart, to which contacts that have made energy from nothing
+// shorten the part; the length of the part if they have not. They make energy if surfaces meet
+// within the part: these are first felt at its end, where most of their thickness may have passed.
+// The energy is tolerated up to a fraction of the largest kinetic energy so far. What scripted
+// surfaces and prescribed vertices press into contacts is not made from nothing.
+int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
+                        const Engines& engines, const State& state);
 
 }  // namespace loomstone

@@ -129,22 +129,25 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
       std::max(report.contacts.near, static_cast<std::int64_t>(near.contacts.size()));
 }
 
-double contact_energy(const State& state, double time, const Engines& engines) {
-  if (!engines.collision || !engines.contacts_in_solve) return 0.0;
+std::vector<double> contact_energies(const State& state, double time, const Engines& engines,
+                                     const Points* x0, int n_parts) {
+  std::vector<double> none(n_parts, 0.0);
+  if (!engines.collision || !engines.contacts_in_solve) return none;
   const Model& model = engines.model;
-  const Rows all{0, model.cloth.n_vertices};
   Points x, forces(0, 3);
   collision_vertices(model, state, x);
   const Tangle tangle = state.tangled ? engines.collision->find_tangle(x) : Tangle();
   const std::vector<Contact> contacts = engines.collision->proximity(engines.team, x, tangle);
-  if (contacts.empty()) return 0.0;
+  if (contacts.empty()) return none;
   if (pressed(contacts)) {
+    const Rows all{0, model.cloth.n_vertices};
     find_cloth_forces(time, state, engines, all, forces);
-    const Points &y = state.cloth.x, none = Points::Zero(y.rows(), 3);
+    const Points &y = state.cloth.x, still = Points::Zero(y.rows(), 3);
     engines.elasticity->add_implicit_forces(engines.team, y, nullptr, 0, all.end, forces);
-    engines.elasticity->add_explicit_bending(engines.team, y, none, 0, all.end, forces);
+    engines.elasticity->add_explicit_bending(engines.team, y, still, 0, all.end, forces);
   }
-  return engines.collision->energy({x, model.inverse_mass, forces}, contacts, state.contacts);
+  const ContactEnergyInputs inputs{x, x0 ? *x0 : x, model.inverse_mass, forces, n_parts};
+  return engines.collision->energies(inputs, contacts, state.contacts);
 }
 
 double terms_at(NearContacts& near, const Engines& engines, const Points& displacement, double time,

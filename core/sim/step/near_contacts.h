@@ -28,9 +28,12 @@ struct NearContacts {
 void find_near_contacts(const StepContext& part, const Loads& loads, const State& state,
                         Engines& engines, NearContacts& near, StepReport& report);
 
-// Returns the energy of the contacts of a state at `time` [s], as the next part begins with it [J];
-// 0 if contacts are not in the solve. Every rank computes it by itself.
-double contact_energy(const State& state, double time, const Engines& engines);
+// Returns the energy of the contacts of a state at `time` [s], as the next part begins with it [J].
+// With x0, the energy is that without the motion of prescribed vertices from x0, and estimates at
+// the ends of equal parts of the motion precede it. All are 0 if contacts are not in the solve.
+// Every rank computes them by itself.
+std::vector<double> contact_energies(const State& state, double time, const Engines& engines,
+                                     const Points* x0 = nullptr, int n_parts = 1);
 
 // Evaluates the terms for an iterate of Newton's method, after cloth and bodies have moved by
 // `displacement` (rows x 3) [m] in `time` [s]. On entry, `terms` are those of the start. Returns

@@ -23,8 +23,8 @@ constexpr double safety = 0.8;
 // Automatic steps become longer by at most this factor at a time. Our choice: with 1.5 while
 // surfaces touch, a towel that meets a floor at 8 m/s stretches by 35 % where steps of 0.25 ms give
 // 15 %. Steps that became shorter because contacts gained energy regain their length, or that which
-// their error allows, by the larger factor.
-constexpr double growth = 1.5, growth_in_contact = 1.25;
+// their error allows, by the largest factor.
+constexpr double growth = 1.5, growth_in_contact = 1.25, growth_to_settled = 2.0;
 // Energy that implicit Euler may take from free motion in automatic steps, per second, as a
 // fraction of the energy scale of DisplacementError::dissipation(). Our choice: a sheet that swings
 // takes steps of about 5 ms. Steps are not shortened below three tenths of the largest for this,
@@ -62,9 +62,9 @@ PartResult shorter(const StepContext& part, const StepError& error, const Engine
   return result;
 }
 
-PartResult halved(const StepContext& part) {
+PartResult shortened_for_contacts(int longest) {
   PartResult result;
-  result.longest = std::max(part.length / 2, int{StepPart::least});
+  result.longest = longest;
   result.contacts_gain = true;
   return result;
 }
@@ -106,9 +106,11 @@ void expect_step(double largest, const State& start, double h, Engines& engines,
     next = std::min(next, std::max(0.3 * largest, h * tolerated / std::max(rate, 1e-300)));
   }
   double& settled = state.cloth.settled_step;
-  if (h >= settled || next <= growth * h) settled = 0.0;
-  const bool quickly = state.contacts.anchors.empty() || settled > 0.0;
-  next = std::min(next, (quickly ? growth : growth_in_contact) * h);
+  if (h >= settled || next <= growth_to_settled * h) settled = 0.0;
+  const double factor = settled > 0.0                    ? growth_to_settled
+                        : state.contacts.anchors.empty() ? growth
+                                                         : growth_in_contact;
+  next = std::min(next, factor * h);
 }
 
 void note_error(const StepContext& part, const StepError& error, const Engines& engines,

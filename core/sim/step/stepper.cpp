@@ -25,9 +25,6 @@ StepSpan span_of(double t0, double h) { return {t0, h, t0 + h}; }
 // choice: at 4 m/s, a towel of 3,000 triangles passes its thickness in 1/64 of 10 ms.
 constexpr double shortest_for_contacts = 256.0;
 
-// Length of a step of length h that is shortened to `longest` of its units [s].
-double shortened(double h, int longest) { return h * longest / StepPart::whole; }
-
 }  // namespace
 
 Stepper::Stepper(const Model& model, const IntegratorOptions& options, StepChoice steps,
@@ -79,8 +76,12 @@ StepSpan Stepper::take_parts(State& state, StepOutcome& outcome) {
       return_to(start, outcome);
       if (steps_.automatic && part.length() == StepPart::whole && result.solved &&
           result.longest < part.length()) {
-        if (result.contacts_gain) settled = std::max(settled, span.h);
-        span = span_of(state.time, shortened(span.h, result.longest));
+        double h = span.h * result.longest / StepPart::whole;
+        if (result.contacts_gain) {
+          settled = std::max(settled, span.h);
+          h = std::max(h, steps_.largest / shortest_for_contacts);
+        }
+        span = span_of(state.time, h);
         bisection = Bisection(engines_.limits_in_solve);
       }
       continue;
@@ -117,7 +118,7 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
   Certified certified;
   StepError error;
   AfterSolve after;
-  bool gains = false;
+  int longest = part.length;
   timed(seconds.loads, [&] { find_loads(part, state, engines_, loads_); });
   timed(seconds.proximity,
         [&] { find_near_contacts(part, loads_, state, engines_, near_, report); });
@@ -145,10 +146,10 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
     after.untangles = !near_.tangle.empty(), after.surfaces_move = surfaces_move(loads_);
     add_to_account(work_of_part(part, loads_, near_, solved_, state, engines_), solved_, after,
                    engines_, state);
-    gains = contacts_gain_energy(part, near_, engines_, state);
+    longest = length_without_gain(part, loads_, near_, engines_, state);
   });
   if (too_large(part, error, engines_)) return shorter(part, error, engines_);
-  if (gains) return halved(part);
+  if (longest < part.length) return shortened_for_contacts(longest);
   state.cloth.previous_step = part.h;
   expect_part(part, error, engines_, state.cloth);
   return certified.result;
