@@ -30,7 +30,7 @@ struct Reach {
   float of(int k) const { return k < n_axis_slabs ? axis : diagonal; }
 };
 
-// Widens packed boxes: low bounds grow downwards, and negated high bounds change their sign.
+// Widens a packed box by a reach and restores the sign of its negated upper bounds.
 struct Widening {
   PackedSlabs sign = {}, change = {};
 

@@ -16,12 +16,13 @@ struct ContactLaw {
   Vec3 normal;
   double distance, thickness;  // at the start [m]
   double share, friction;      // [1]
-  Vec3 slip;                   // slip of the anchor at the start [m]
+  Vec3 slip;                   // anchor slip at the start [m]
   double limit;                // largest friction force, mu N [N]
-  double normal_stiffness;     // in the normal direction, times the share [N/m]
+  double normal_stiffness;     // stiffness in the normal direction times the share [N/m]
 };
 
-// Contact terms of one step, in the order of the contacts. They must be the first terms of a solve.
+// Contact terms of one step, in the order of the contacts. They must be the first terms in the
+// solve.
 class ContactTerms {
  public:
   ContactTerms() = default;
@@ -40,7 +41,7 @@ class ContactTerms {
   double at(const Team& team, const Points& displacement, double time, TermRequest request,
             ExtraTerms& terms);
 
-  // Linearises the terms about the start of the step again, with friction for the given
+  // Linearises the terms again about the start of the step, with friction for the given
   // displacement. The friction limit follows from the predicted normal force, and the secant
   // stiffness from the slip. Contacts that would close get the secant stiffness of their normal
   // force. Returns the sum of the errors that the friction in `terms` had on entry, relative to the
@@ -59,7 +60,7 @@ class ContactTerms {
   std::vector<ContactLaw> laws_;   // one for each term
   std::vector<double> shares_;     // share of each contact [1]
   std::vector<Vec3> slips_;        // anchor slip of each contact at the start [m]
-  std::vector<double> stiffness_;  // in the normal direction, of each contact [N/m]
+  std::vector<double> stiffness_;  // stiffness of each contact in the normal direction [N/m]
   double tangential_ = 0.0;        // stiffness of the anchor of a contact with share 1 [N/m]
   Index n_cloth_ = 0;
   double energy_ = 0.0;
