@@ -13,7 +13,7 @@ namespace loomstone {
 // The wrench on each carrier about its centre [N, N m], or the same per ampere [N/A, N m/A].
 using CarrierWrenches = std::vector<Wrench>;
 
-// Adds factor * what to `to`, carrier by carrier.
+// Adds `factor` times each wrench of `what` to the wrench of the same carrier in `to`.
 void add_times(CarrierWrenches& to, double factor, const CarrierWrenches& what);
 
 // Non-owning view of the poses of all carriers.
@@ -21,8 +21,8 @@ struct CarrierPlaces {
   const RigidState& bodies;
   const std::vector<RigidPose>& obstacles;
 
-  // World pose of an object that is mounted on a carrier at the pose `local`, which is relative to
-  // a body's centre of mass or an obstacle's origin.
+  // Returns the world pose of an object that is mounted on a carrier at the pose `local`, which is
+  // relative to a body's centre of mass or an obstacle's origin.
   RigidPose pose(Index carrier, const RigidPose& local) const;
   // Reference points of the wrenches on the carriers (carriers x 3) [m].
   Points centres() const;

@@ -16,7 +16,7 @@ struct CircuitState {
 
 struct MagneticState {
   CircuitState circuits;
-  Points moments;  // (k x 3) induced dipole moments, initial guess of the next solve [A m^2]
+  Points moments;  // (k x 3) induced dipole moments; initial guess in the next step [A m^2]
 };
 
 }  // namespace loomstone

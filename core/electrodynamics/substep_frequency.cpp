@@ -19,8 +19,8 @@ constexpr double touching_share = 1.0 / 16.0;
 // force proportional to r^-7 is 7/4 of that of a force proportional to r^-4.
 constexpr double induced_growth = 1.75;
 
-// Sum of |charge| times distance from the origin over the surface [A m^2]. Unlike the moment, it
-// does not become small when charges cancel.
+// Returns the sum of |charge| times distance from the origin over the surface [A m^2]. Unlike the
+// moment, it does not become small when charges cancel.
 double spread_moment(const SourcePtr& source) {
   double sum = 0.0;
   for (const PanelSample& sample : source->charges())
@@ -28,8 +28,8 @@ double spread_moment(const SourcePtr& source) {
   return sum;
 }
 
-// Moment of an induced magnet. If a version of the source with mean charge on each panel exists,
-// the smaller of the two moments is used.
+// Returns the moment of an induced magnet. If a version of the source with the mean charge on each
+// panel exists, the smaller of the two moments is used.
 double induced_moment(const MagneticBody& magnet) {
   const SourcePtr &source = magnet.source, panel_means = source->panel_means();
   const double moment = source->induced() ? spread_moment(source) : magnet.moment().norm();
@@ -61,8 +61,8 @@ std::vector<Carrier> SubstepFrequency::carriers(const CarrierPlaces& places) con
   return carriers;
 }
 
-// Induced spheres. The list is empty unless all induced bodies are spheres that magnetise along the
-// field.
+// Returns the induced spheres, or an empty list unless all induced bodies are spheres that
+// magnetise along the field.
 std::vector<SoftSphere> SubstepFrequency::spheres(const std::vector<MagneticBody>& magnets) const {
   const std::vector<Index>& induced = magnets_.induced();
   std::vector<SoftSphere> spheres;

@@ -37,12 +37,12 @@ class Simulation {
   int threads() const;
   const Communicator& communicator() const;
   const StepReport& report() const;  // of the last step
-  // True if there are no bodies, or if the last step rebuilt the rigid-body world.
+  // Returns whether there are no bodies or the last step rebuilt the rigid-body world.
   bool may_checkpoint() const;
 
   const FrameTopology& topology() const;
   Frame frame() const;  // of the current state
-  // Frame at a time within the last step [s]. Positions are interpolated.
+  // Returns the frame at a time within the last step [s]. Positions are interpolated.
   Frame frame_at(double time) const;
 
   const std::vector<Index>& vertex_order() const;  // internal row of each user vertex
@@ -74,7 +74,7 @@ class Simulation {
   const CircuitState& circuits() const;
   Vector currents() const;
   double current() const;  // current of the first circuit [A]
-  // All magnets at their poses in a frame of this scene.
+  // Returns all magnets at their poses in a frame of this scene.
   std::vector<MagneticBody> magnets(const Frame& frame) const;
 
   Checkpoint checkpoint() const;
@@ -84,17 +84,17 @@ class Simulation {
   // identical.
   void rebuild_stages();
 
-  // Pairs of triangles (user numbering, all surfaces concatenated) that intersect after a step has
-  // left impacts, for example because scripted motion leaves the cloth no room. The list stays
-  // current until the cloth is free of intersections.
+  // Returns the pairs of triangles (user numbering, all surfaces concatenated) that intersect after
+  // a step has left unresolved impacts, for example because scripted motion leaves the cloth no
+  // room. The list stays current until the cloth is free of intersections.
   std::vector<std::array<Index, 2>> forced_pairs() const;
 
-  // Triangles (user numbering, all cloths concatenated) that exceed a strain limit by more than
-  // limit_margin() after the last step, in descending order of excess.
+  // Returns the triangles (user numbering, all cloths concatenated) that exceed a strain limit by
+  // more than limit_margin() after the last step, in descending order of excess.
   std::vector<BrokenLimit> broken_limits() const;
 
-  // Pairs of triangles (user numbering, all surfaces concatenated) that intersect in the current
-  // state.
+  // Returns the pairs of triangles (user numbering, all surfaces concatenated) that intersect in
+  // the current state.
   std::vector<std::array<Index, 2>> intersecting_pairs() const;
 
  private:

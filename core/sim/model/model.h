@@ -53,7 +53,7 @@ struct Model {
   double cloth_size = 0.0;  // diagonal of the bounding box of all cloths at the start [m]
   MagneticModel magnetics;  // carriers are bodies, then obstacles
 
-  // User's vertex number of a cloth row.
+  // Returns the user's vertex index of a cloth row.
   Index vertex_of_row(Index row) const {
     const auto found = std::find(row_of_vertex.begin(), row_of_vertex.end(), row);
     return static_cast<Index>(found - row_of_vertex.begin());

@@ -13,11 +13,11 @@
 
 namespace loomstone {
 
-// Energy since the account began [J]: at the start of the simulation, or after the user wrote
+// Energy balance [J]. It begins at the start of the simulation, and again when the user writes
 // positions or velocities.
 struct EnergyAccount {
   bool begun = false;
-  double start = 0.0;     // energy at the beginning
+  double start = 0.0;     // energy when the balance began
   double scripts = 0.0;   // work done by scripts
   double loads = 0.0;     // work done by air, the user's forces and untangling
   double friction = 0.0;  // work done against friction of contacts in the solve
@@ -25,7 +25,8 @@ struct EnergyAccount {
   double largest_kinetic = 0.0;
 };
 
-// The tables are copied into, never moved into, because numpy views share their memory.
+// A State is assigned by copying into its arrays, never by moving, because numpy views share their
+// memory.
 struct State {
   std::int64_t step = 0;   // completed steps; written by the stepper
   double time = 0.0;       // [s]; written by the stepper
@@ -39,8 +40,9 @@ struct State {
   std::uint8_t tangled = 0;
   Points obstacle_vertices;  // (k x 3) vertices of all obstacles at the current time [m]
   Points external_force;     // (n x 3) [N], set by the user
-  // [s] Time at which the motion to targets and poses set by the user is complete. Until then, it
-  // is in proportion to time. With given steps, it is complete at the end of the next one.
+  // Time at which the motion to targets and poses set by the user is complete [s]. Until then, the
+  // motion is linear in time. With steps of given length, it is complete at the end of the next
+  // step.
   double target_time = 0.0;
   // (n) 1: the user has set a target, which replaces the script
   std::vector<std::uint8_t> pin_override;

@@ -41,7 +41,7 @@ struct Cloth {
   RestLengths rest = RestLengths::Uv;
   RestAngles rest_angles = RestAngles::Flat;
   BendingElement bending = BendingElement::MidEdge;
-  std::vector<Index> pins;           // prescribed vertices: fixed in place, or moved by a script
+  std::vector<Index> pins;           // prescribed vertices: pinned in place, or moved by a script
   std::vector<double> script_times;  // ascending [s]; empty: pins do not move
   // (times * pins x 3) positions of the pins, interpolated linearly [m]
   Points script_positions;
