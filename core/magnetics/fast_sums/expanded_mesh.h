@@ -35,7 +35,7 @@ class ExpandedMesh final : public Source {
 
   std::shared_ptr<const Polyhedron> mesh_;
   ExpandedField field_;
-  std::vector<Place> places_;  // of each cube of the octree
+  std::vector<Place> places_;  // place of each cube of the octree
 };
 
 }  // namespace loomstone

@@ -26,7 +26,7 @@ struct PointTree {
 };
 
 // Builds the tree of n > 0 points. Leaves contain at most `leaf_size` points. All leaves except the
-// last contain a multiple of eight.
+// last contain a multiple of eight points.
 PointTree make_point_tree(const ConstPointsRef& points, Index leaf_size);
 
 }  // namespace loomstone

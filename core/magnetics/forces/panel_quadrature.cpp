@@ -49,7 +49,7 @@ struct Integrand : PanelTask {
   }
 };
 
-// Part of a panel with its integral and the error from each direction.
+// Part of a panel, with its integral and the error of the rule in each direction.
 struct Leaf {
   Index panel;
   double from[2], size[2];

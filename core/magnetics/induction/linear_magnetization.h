@@ -25,7 +25,7 @@ Induction induce(const Team& team, const std::vector<SoftBody>& soft,
                  const std::vector<MagneticBody>& hard, const Vec3& field, double tolerance);
 
 // Throws InvalidInput if a soft body overlaps another one or a magnet. The message names the first
-// such body. names are those of the soft bodies, followed by those of the hard ones.
+// such body. `names` contains the names of the soft bodies, followed by those of the hard ones.
 void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                  const std::vector<std::string>& names);
 

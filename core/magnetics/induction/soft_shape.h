@@ -31,11 +31,12 @@ class SoftShape {
   virtual Vec3 mean_field(const Vector& received) const = 0;
   virtual double volume() const = 0;  // [m^3]
   virtual double radius() const = 0;  // of the bounding sphere about the origin [m]
-  // The body as a hard magnet of 1 T along z, which provides its geometry.
+  // Returns the body as a hard magnet of 1 T along z, which provides its geometry.
   virtual SourcePtr solid() const = 0;
-  // Panels that carry the charge, or null for spheres.
+  // Returns the panels that carry the charge, or null for spheres.
   virtual std::shared_ptr<const PanelSet> panels() const { return nullptr; }
-  // Degree of a sphere's solid harmonics, or 0 if it is chosen automatically; -1 for other shapes.
+  // Returns the degree of a sphere's solid harmonics, 0 if it is chosen automatically, or -1 for
+  // other shapes.
   virtual int sphere_degree() const { return -1; }
   virtual double susceptibility() const = 0;
   virtual SourceRecipe recipe() const = 0;
@@ -58,8 +59,8 @@ void check_cells(int cells, const std::string& shape, const std::string& name = 
 // Throws InvalidInput unless chi >= -1 [1] and chi != 0. An infinite chi stands for ideal iron.
 void check_susceptibility(double susceptibility);
 
-// degree is that of the solid harmonics. If it is 0, induce() chooses it from the distance of other
-// bodies.
+// `degree` is the degree of the solid harmonics. If it is 0, induce() chooses it from the distances
+// to other bodies.
 SoftShapePtr soft_sphere(double radius, double susceptibility, int degree);
 // Returns the degree at which the relative error of the force on a sphere is `tolerance` if the
 // nearest source is at `distance` from its centre.
