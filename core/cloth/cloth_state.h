@@ -18,6 +18,9 @@ struct ClothState {
   // [s] Length of the next step that the error of the last one allows; 0: unknown. The stepper
   // writes it.
   double expected_step = 0.0;
+  // [s] Length of automatic steps at which contacts last gained energy from nothing, until steps
+  // are as long again or their error bounds them; 0: none. The stepper writes it.
+  double settled_step = 0.0;
   // (m) Longest step that each triangle may take [s]; empty if there are none. It never grows. The
   // asynchronous integrator writes it.
   Vector element_steps;
@@ -51,7 +54,7 @@ struct ClothState {
   // Discards all of the past, as where the user has set positions or velocities.
   void forget_all() {
     forget_last_step();
-    previous_step = expected_step = 0.0;
+    previous_step = expected_step = settled_step = 0.0;
     element_steps.resize(0);
     element_clocks.resize(0, 2);
   }
