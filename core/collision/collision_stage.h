@@ -46,7 +46,7 @@ class CollisionStage {
   ContactTerms terms(const ContactInputs& inputs, const std::vector<Contact>& contacts,
                      const ContactState& state, ExtraTerms& terms) const;
 
-  // Returns the energy of contacts [J]. `contacts` must be those of proximity() at inputs.x.
+  // Returns the energy of contacts [J]. `contacts` must be the result of proximity() at inputs.x.
   double energy(const ContactEnergyInputs& inputs, const std::vector<Contact>& contacts,
                 const ContactState& state) const;
 

@@ -24,7 +24,7 @@ struct CarrierPlaces {
   // Returns the world pose of an object that is mounted on a carrier at the pose `local`, which is
   // relative to a body's centre of mass or an obstacle's origin.
   RigidPose pose(Index carrier, const RigidPose& local) const;
-  // Reference points of the wrenches on the carriers (carriers x 3) [m].
+  // Returns the reference points of the wrenches on the carriers (carriers x 3) [m].
   Points centres() const;
 };
 
@@ -34,7 +34,7 @@ struct Twist {
   bool rests() const { return velocity.isZero(0.0) && spin.isZero(0.0); }
 };
 
-// Twists of obstacles that move from the poses `from` to the poses `to` in `step` [s].
+// Returns the twists of obstacles that move from the poses `from` to the poses `to` in `step` [s].
 std::vector<Twist> obstacle_twists(const std::vector<RigidPose>& from,
                                    const std::vector<RigidPose>& to, double step);
 

@@ -13,9 +13,9 @@
 namespace loomstone {
 
 struct CoilForces {
-  std::vector<CarrierWrenches> per_ampere;   // wrenches of each coil [N/A, N m/A]
-  std::vector<CircuitResponse::Pair> pairs;  // interactions of circuits on different carriers, and
-                                             // of circuits through magnetised bodies
+  std::vector<CarrierWrenches> per_ampere;  // wrenches of each coil [N/A, N m/A]
+  // Interactions of circuits on different carriers, and of circuits through magnetised bodies.
+  std::vector<CircuitResponse::Pair> pairs;
   std::vector<double> sense;  // polarity of each voltage source, -1 if reversed by a commutator
 };
 

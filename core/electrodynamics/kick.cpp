@@ -7,7 +7,7 @@ namespace loomstone {
 namespace {
 
 // Number of fixed-point iterations in a kick. The iteration is needed because the wrenches between
-// moving circuits depend on their currents. It reduces the error each time by a factor equal to the
+// moving circuits depend on their currents. Each iteration multiplies the error by about the
 // relative change of a current in the kick.
 constexpr int rounds = 4;
 

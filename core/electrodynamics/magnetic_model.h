@@ -86,7 +86,7 @@ struct MagneticModel {
   Index group(Index carrier) const { return std::min(carrier, n_bodies()); }
 };
 
-// Validates the scene and builds its model. Throws InvalidInput and Unsupported.
+// Validates the scene and builds its model. Throws InvalidInput or Unsupported.
 MagneticModel build_magnetic_model(const MagneticScene& scene);
 
 // Throws InvalidInput if magnetisable bodies overlap with magnets or windings at the start, or if

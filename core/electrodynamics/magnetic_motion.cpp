@@ -11,7 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// Work in `duration` [s] that moves obstacles against the forces of other magnets on theirs [J].
+// Returns the work [J] that scripted obstacles do in `duration` [s] against the forces of other
+// magnets on their magnets. Forces due to magnetisation by given currents are excluded.
 double work_of_obstacles(double duration, const std::vector<Twist>& twists,
                          const Actions& actions) {
   const std::size_t n_bodies = actions.magnets.size() - twists.size();

@@ -25,8 +25,8 @@ struct MagneticStep {
 struct MagneticEffort {
   int substeps = 0;
   double error = 0.0;  // estimate of the largest force error at the end [N]
-  // Work of scripted obstacles on bodies, by contacts and through their magnets [J]. Work through
-  // coils counts as supply of their circuits.
+  // Work that scripted obstacles do on bodies through contacts and magnets [J]. Work through coils
+  // counts as supply of their circuits.
   double obstacle_work = 0.0;
 };
 

@@ -54,7 +54,7 @@ Points Magnets::applied_field(const Team& team, const std::vector<MagneticBody>&
   return field;
 }
 
-// Magnetises the bodies. Those with explicit response do not contribute to the magnetisation of
+// Magnetises the bodies. Bodies with explicit response do not contribute to the magnetisation of
 // others.
 void Magnets::magnetise_bodies(const Team& team, const std::vector<MagneticBody>& coils,
                                Magnetised& magnetised) const {

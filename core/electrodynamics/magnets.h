@@ -9,7 +9,7 @@ namespace loomstone {
 
 // Magnets at one instant.
 struct Magnetised {
-  // Same order as in the model. Induced dipoles are expressed in world axes.
+  // Magnets in the order of the model. Induced dipoles are expressed in world axes.
   std::vector<MagneticBody> magnets;
   std::vector<KnownField> known;  // fields of hard magnets at induced dipoles, reused for forces
   Points moments;  // (k x 3) induced dipole moments, or the guess if there are none [A m^2]

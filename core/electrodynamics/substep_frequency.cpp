@@ -52,7 +52,7 @@ SubstepFrequency::SubstepFrequency(const MagneticModel& model, const Magnets& ma
 }
 
 std::vector<Carrier> SubstepFrequency::carriers(const CarrierPlaces& places) const {
-  std::vector<Carrier> carriers(model_.n_bodies() + 1);  // the last entry: all obstacles
+  std::vector<Carrier> carriers(model_.n_bodies() + 1);  // last entry: all obstacles
   for (Index b = 0; b < model_.n_bodies(); ++b) {
     const MagneticRotor& body = model_.bodies[b];
     carriers[b] = {body.bearing ? 0.0 : 1.0 / body.mass.mass, 1.0 / body.rotor.moments.minCoeff(),

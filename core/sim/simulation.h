@@ -47,10 +47,10 @@ class Simulation {
 
   const std::vector<Index>& vertex_order() const;  // internal row of each user vertex
 
-  // Internal tables in the internal order, to read and write between steps. Writing positions or
-  // velocities restarts multistep schemes. Every step first checks that all values are finite.
-  // Every rank has all rows, which are current after every step. A rank should write only the rows
-  // that it owns. Overrides and poses of obstacles are taken from rank 0.
+  // Returns the internal tables, in the internal order, to read and write between steps. Writing
+  // positions or velocities restarts multistep schemes. Every step first checks that all values are
+  // finite. Every rank has all rows, which are current after every step. A rank should write only
+  // the rows that it owns. Overrides and poses of obstacles are taken from rank 0.
   State& state();
   std::array<Index, 2> owned_rows() const;  // cloth rows of this rank, [first, end)
   void gather();  // Collective. Sends the rows that each rank wrote to all ranks.
@@ -68,9 +68,11 @@ class Simulation {
   // Sets the pose of an obstacle from the end of the next step on, in place of its keyframes.
   void set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation);
   Points body_centres() const;  // (b x 3) centres of mass [m]
-  // Current magnetic forces [N] and torques about the centres of mass [N m] on the bodies (b x 3).
+  // Returns the current magnetic forces [N] and torques about the centres of mass [N m] on the
+  // bodies (b x 3).
   std::array<Points, 2> magnetic_forces() const;
-  // Currents and energies of the circuits, and the current in each coil [A].
+  // circuits() returns the currents and energies of the circuits. currents() returns the current in
+  // each coil [A].
   const CircuitState& circuits() const;
   Vector currents() const;
   double current() const;  // current of the first circuit [A]

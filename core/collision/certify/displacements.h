@@ -59,8 +59,8 @@ class Displacements {
   Points& x1_;
   const Vector& inverse_mass_;
   FreeBodies& bodies_;
-  // (n x 3) Requested displacement of each vertex, and carry of each unit. The carry of a body is
-  // the carry of its centre.
+  // (n x 3) Requested displacement of each vertex, and displacement of each unit with its carrier
+  // (carry). The carry of a body is that of its centre.
   Points wanted_, carry_;
   std::vector<double> share_;   // (n) share that each unit keeps of its relative motion
   std::vector<Index> carrier_;  // (n) carrier of each unit: a surface, none or local

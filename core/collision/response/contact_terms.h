@@ -11,11 +11,11 @@
 namespace loomstone {
 
 // Data of one contact that its ExtraTerm does not contain. Pairs, weights, normals and anchors are
-// constant during a step. The gap is measured along this constant normal.
+// constant during a step. The gap is measured along the constant normal.
 struct ContactLaw {
   Vec3 normal;
-  double distance, thickness;  // at the start [m]
-  double share, friction;      // [1]
+  double distance, thickness;  // distance at the start, thickness [m]
+  double share, friction;      // share and friction coefficient [1]
   Vec3 slip;                   // anchor slip at the start [m]
   double limit;                // largest friction force, mu N [N]
   double normal_stiffness;     // stiffness in the normal direction times the share [N/m]
@@ -34,9 +34,9 @@ class ContactTerms {
   Vec3 normal(std::size_t term) const { return laws_[term].normal; }
   double energy() const { return energy_; }  // energy of normal forces and anchors at the start [J]
 
-  // Updates the first size() of `terms` to the normal and friction forces after the rows have moved
-  // by `displacement` (rows x 3) [m] in `time` [s]. Returns the energy of these forces [J]. For
-  // constant friction limits, the forces are the gradient of this energy. TermRequest::NewLimits
+  // Updates the first size() entries of `terms` to the normal and friction forces after the rows
+  // have moved by `displacement` (rows x 3) [m] in `time` [s]. Returns the energy of these forces
+  // [J]. For constant friction limits, the forces derive from this energy. TermRequest::NewLimits
   // recomputes the limits.
   double at(const Team& team, const Points& displacement, double time, TermRequest request,
             ExtraTerms& terms);
@@ -66,7 +66,7 @@ class ContactTerms {
   double energy_ = 0.0;
 };
 
-// Inputs of the energy of contacts, with n collision vertices.
+// Inputs of contact_energy(), for n collision vertices.
 struct ContactEnergyInputs {
   const Points& x;             // (n x 3) [m]
   const Vector& inverse_mass;  // as in ContactInputs

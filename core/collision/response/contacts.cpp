@@ -108,7 +108,7 @@ void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& c
     if (i == kept.size()) {
       kept.push_back(contact);
     } else if (contact.distance < kept[i].distance) {
-      // The new contact sorts after all others, so it is appended.
+      // In sorted order, the new contact comes after all others, so it is appended.
       kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(i));
       kept.push_back(contact);
     }

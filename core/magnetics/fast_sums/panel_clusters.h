@@ -27,13 +27,13 @@ struct PanelCluster {
 
 class PanelClusters {
  public:
-  // Divides the panels [grid.begin, grid.end) of a set.
+  // Divides the panels [grid.begin, grid.end) of a set into clusters.
   PanelClusters(const PanelSet& set, const PanelGrid& grid);
 
   // Returns the panels in the order of the clusters.
   const PanelSet& panels() const { return panels_; }
   const std::vector<PanelCluster>& clusters() const { return clusters_; }  // parents first
-  // Clusters without parents, one for each side of the body on which there are panels.
+  // Returns the clusters without parents, one for each side of the body that has panels.
   const std::vector<Index>& roots() const { return roots_; }
 
   // gathered() selects the values of these panels from those of the whole set. scatter() adds
@@ -61,8 +61,8 @@ struct GridPair {
   double share = 1.0;
 };
 // Returns the pairs of grids through which two bodies interact. If their grids have equal shares in
-// Richardson extrapolation, equal grids interact, and the extrapolation applies to the coupled
-// bodies. Otherwise, all grids interact as one, and each grid receives the field of the
+// Richardson extrapolation, corresponding grids interact, and the extrapolation applies to the
+// coupled bodies. Otherwise, all grids interact as one, and each grid receives the field of the
 // extrapolated charge. GMRES then needs more iterations, because charge that only some grids
 // resolve is multiplied by shares of up to 3.6.
 std::vector<GridPair> interacting_grids(const PanelSet& one, const PanelSet& other);

@@ -19,8 +19,8 @@ struct PlacedCharges {
 };
 
 // Returns the mean charges of the panels of an induced body, for forces between induced bodies. The
-// part that varies within panels responds only to magnets, and its field is expensive. Null for
-// sources without panels.
+// part that varies within panels responds only to magnets, and its field is expensive. There is no
+// value for sources without panels.
 std::optional<PlacedCharges> mean_charges(const MagneticBody& body);
 
 // panel_wrench() returns the wrench on `on`. panel_wrenches() returns one wrench for each set of

@@ -39,8 +39,9 @@ double rule_error(const Vec3* sums) {
   return largest > 0.0 ? last * last * last / (largest * largest) : 0.0;
 }
 
-// Estimates the error on a panel with the unit normal `direction`. areas are those of its points
-// [m^2]. field is B at the points, row by row, in the axes of the body [T]. `normal` receives B.n.
+// Estimates the error on a panel with the unit normal `direction`. `areas` are the areas of its
+// points [m^2]. `field` is B at the points, row by row, in the axes of the body [T]. `normal`
+// receives B.n.
 Judged judge(const Vec3& direction, const double* areas, const double* field, double* normal) {
   Vec3 along_u[order], along_v[order];
   for (int i = 0; i < order; ++i) along_u[i] = along_v[i] = Vec3::Zero();

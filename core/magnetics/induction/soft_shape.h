@@ -16,7 +16,7 @@ struct PanelSet;
 class SoftShape {
  public:
   virtual ~SoftShape() = default;
-  // Points at which the applied field is needed (n x 3) [m].
+  // Returns the points at which the applied field is needed (n x 3) [m].
   virtual const Points& samples() const = 0;
   // Reduces the applied mu0 H at the samples (n x 3) [T] to the vector to which the body responds.
   // The map is linear.
@@ -52,8 +52,8 @@ struct SoftBody {
 };
 
 // Checks the number of cells of the finest grid on a shape, "cuboid" or "cylinder". Throws
-// InvalidInput unless it is a multiple of 4, at least 8, and at most what the shape allows. name is
-// the name of the option.
+// InvalidInput unless it is a multiple of 4, at least 8, and at most what the shape allows. `name`
+// is the name of the option.
 void check_cells(int cells, const std::string& shape, const std::string& name = "cells");
 
 // Throws InvalidInput unless chi >= -1 [1] and chi != 0. An infinite chi stands for ideal iron.
@@ -68,7 +68,7 @@ int sphere_degree(double radius, double distance, double tolerance);
 // Returns the degree for the force between two soft spheres whose centres are `distance` apart.
 int sphere_degree(double radius, double other_radius, double distance, double tolerance);
 
-// Returns a cuboid. cells is the number of panels along the shortest edge of the finest of three
+// Returns a cuboid. `cells` is the number of panels along the shortest edge of the finest of three
 // grids; see check_cells(). Longer edges have more panels; see cuboid_panels(). Richardson
 // extrapolation combines the responses of the grids. If focus > 0 [m], all edges have `cells`
 // panels on two grids, refined near the middle of the wide faces, for a magnet of half width
@@ -76,7 +76,7 @@ int sphere_degree(double radius, double other_radius, double distance, double to
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,
                          double focus = 0.0);
 
-// Returns a cylinder |z| <= height / 2, or a ring if inner_radius > 0. cells is the number of
+// Returns a cylinder |z| <= height / 2, or a ring if inner_radius > 0. `cells` is the number of
 // panels along its side in the finest of three grids, as for cuboids. Throws Unsupported if the
 // height or the wall is less than a fiftieth of the radius.
 SoftShapePtr soft_cylinder(const Team& team, double radius, double height, double inner_radius,

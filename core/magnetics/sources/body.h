@@ -19,7 +19,7 @@ struct MagneticBody {
   Vec3 moment() const { return rotation_matrix(pose.orientation) * source->moment(); }
 };
 
-// Returns the total field of all bodies at (n x 3) points [m], in world axes (n x 3). quantity is
+// Returns the total field of all bodies at (n x 3) points [m], in world axes (n x 3). `quantity` is
 // "B" [T] or "H" [A/m].
 Points magnetic_field(const Team& team, const std::vector<MagneticBody>& bodies,
                       const ConstPointsRef& points, const std::string& quantity);

@@ -53,9 +53,9 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order) {
   return points;
 }
 
-// Grading of half an edge. Returns the position s between the middle (0) and the end (1) below
-// which a fraction t of the cells lies. The number of cells below s is proportional to 1 - sqrt(1 -
-// s), which refines the end. With a focus of `width` half edges, asinh(s / width) is added to this
+// Grades half an edge. Returns the position s between the middle (0) and the end (1) below which a
+// fraction t of the cells lies. The number of cells below s is proportional to 1 - sqrt(1 - s),
+// which refines the end. With a focus of `width` half edges, asinh(s / width) is added to this
 // number, which refines the middle.
 static double graded(double t, double width) {
   const double rest = 1.0 - t;

@@ -67,8 +67,8 @@ class Source {
   virtual double radius() const = 0;
   // Returns the dipole moment [A m^2].
   virtual Vec3 moment() const = 0;
-  // Solid bodies only. box() is the bounding box [m]. depth() is the depth of a point below the
-  // surface, negative outside [m].
+  // For solid bodies, box() returns the bounding box [m], and depth() returns the depth of a point
+  // below the surface [m], which is negative outside.
   virtual std::optional<std::pair<Vec3, Vec3>> box() const { return std::nullopt; }
   virtual double depth(const Vec3&) const { return 0.0; }
   virtual bool spherical() const { return false; }

@@ -23,7 +23,7 @@ struct Model {
   // starts with the cloth rows, followed by the bodies and then the obstacles.
   struct Surface {
     Index first = 0;  // index of its first collision vertex
-    // (k x 3) relative to the centre of mass (body) or the mesh's origin (obstacle) [m]
+    // (k x 3) Vertices relative to the body's centre of mass or the obstacle's origin [m].
     Points local;
   };
   struct Attached {

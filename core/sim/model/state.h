@@ -13,18 +13,18 @@
 
 namespace loomstone {
 
-// Energy balance [J]. It begins at the start of the simulation, and again when the user writes
+// Account of energy [J]. It begins at the start of the simulation, and again when the user writes
 // positions or velocities.
 struct EnergyAccount {
   bool begun = false;
-  double start = 0.0;              // energy when the balance began, without contacts
-  double start_of_contacts = 0.0;  // energy of contacts when the balance began
+  double start = 0.0;              // energy when the account began, without that of contacts
+  double start_of_contacts = 0.0;  // energy of contacts when the account began
   double scripts = 0.0;            // work done by scripted motion
   double loads = 0.0;              // work done by air, the user's forces and untangling
   double friction = 0.0;           // work done against friction of contacts in the solve
   double damping = 0.0;            // work done against viscosity and damping of bending
   double limits = 0.0;             // energy lost to strain limits after the solve
-  double withheld = 0.0;           // energy lost to certification
+  double withheld = 0.0;           // energy lost to motion that certification withheld
   double largest_kinetic = 0.0;
 };
 
