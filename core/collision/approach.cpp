@@ -10,7 +10,7 @@ namespace loomstone {
 
 namespace {
 
-using Six = std::array<Vec3, 6>;  // three vectors at the start, then at the end
+using Six = std::array<Vec3, 6>;  // three vectors at the start, then the same vectors at the end
 
 // Returns whether the volume spanned by three vectors that change linearly keeps its sign, and its
 // magnitude always exceeds `margin` times an upper bound of the area that the last two vectors
@@ -31,8 +31,7 @@ struct PairTest {
   const ExpectedMotion& motion;
   const Tangle& tangle;
 
-  // Returns a bound on the relative displacement between a point of one side and a point of the
-  // other [m].
+  // Returns a bound on the relative displacement of two points, one of each feature [m].
   double travel(ContactKind kind, const std::array<Index, 4>& v) const {
     const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
     double largest = 0.0;

@@ -23,7 +23,7 @@ struct MagneticCarrier {
   std::string name;
   std::shared_ptr<const TriangleMesh> mesh;
   MassProperties mass;                  // bodies only
-  Vec4 orientation = Vec4(1, 0, 0, 0);  // at the start, bodies only
+  Vec4 orientation = Vec4(1, 0, 0, 0);  // orientation at the start, bodies only
   bool deforms = false;                 // true: an obstacle that deforms
 };
 

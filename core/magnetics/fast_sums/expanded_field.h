@@ -34,7 +34,7 @@ class ExpandedField {
  private:
   struct Cluster {  // node of a binary tree of the parts
     Vec3 centre;
-    double radius;  // of the bounding sphere about the centre [m]
+    double radius;  // radius of the bounding sphere about the centre [m]
     Index children[2] = {-1, -1};
     Index group = -1;  // index of a leaf's group
   };

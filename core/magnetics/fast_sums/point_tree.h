@@ -11,7 +11,7 @@ namespace loomstone {
 
 struct PointCell {
   Vec3 centre;                   // centre of the points' bounding box [m]
-  double radius;                 // of the bounding sphere about the centre [m]
+  double radius;                 // radius of the bounding sphere about the centre [m]
   Index begin, end;              // range of its points in the order of the tree
   Index children[2] = {-1, -1};  // -1 for a leaf
   int level = 0;

@@ -30,7 +30,7 @@ class SourceGroups {
  public:
   virtual ~SourceGroups() = default;
   virtual Index n_parts() const = 0;
-  virtual double radius() const = 0;          // of the bounding sphere about the origin [m]
+  virtual double radius() const = 0;          // radius of the bounding sphere about the origin [m]
   virtual Vec3 middle(Index part) const = 0;  // centre of a part [m]
   // Returns the distance from `from` to the farthest point of a part [m].
   virtual double reach(Index part, const Vec3& from) const = 0;

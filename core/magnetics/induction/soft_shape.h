@@ -30,7 +30,7 @@ class SoftShape {
   // Returns the volume mean of the applied field [T].
   virtual Vec3 mean_field(const Vector& received) const = 0;
   virtual double volume() const = 0;  // [m^3]
-  virtual double radius() const = 0;  // of the bounding sphere about the origin [m]
+  virtual double radius() const = 0;  // radius of the bounding sphere about the origin [m]
   // Returns the body as a hard magnet of 1 T along z, which provides its geometry.
   virtual SourcePtr solid() const = 0;
   // Returns the panels that carry the charge, or null for spheres.

@@ -36,7 +36,7 @@ struct PanelSet {
   Points samples;  // sample points (k x 3), ordered by panel [m]
   Vector shares;   // fraction of the panel's area that a sample represents (k)
   int per_panel = 0;
-  double radius = 0.0;         // of the bounding sphere about the origin [m]
+  double radius = 0.0;         // radius of the bounding sphere about the origin [m]
   std::vector<double> tables;  // kernel data (panel_kernels.h)
 };
 

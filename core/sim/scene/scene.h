@@ -45,7 +45,7 @@ struct Cloth {
   std::vector<double> script_times;  // ascending [s]; empty: pins do not move
   // (times * pins x 3) positions of the pins, interpolated linearly [m]
   Points script_positions;
-  Points velocities;  // (n x 3) at the start [m/s]; empty: at rest
+  Points velocities;  // (n x 3) velocities at the start [m/s]; empty: at rest
   double thickness = 0.0;
   double friction = 0.3;
   bool self_collision = true;
