@@ -10,11 +10,11 @@ namespace loomstone {
 
 namespace {
 
-using Six = std::array<Vec3, 6>;  // three vectors at the start, then at the end
+using Six = std::array<Vec3, 6>;  // three vectors at the start, then the same vectors at the end
 
-// Returns whether the volume spanned by three vectors that change linearly keeps its sign, and is
-// always larger than `margin` times the product that spans the base. The Bernstein coefficients of
-// a polynomial bound its values.
+// Returns whether the volume spanned by three vectors that change linearly keeps its sign, and its
+// magnitude always exceeds `margin` times an upper bound of the area that the last two vectors
+// span. The volume is bounded by its Bernstein coefficients.
 bool off_plane(const Six& q, double margin) {
   const auto volume = [&](int i, int k, int l) { return q[i].dot(q[1 + k].cross(q[2 + l])); };
   const double b[4] = {volume(0, 0, 0), (volume(3, 0, 0) + volume(0, 3, 0) + volume(0, 0, 3)) / 3.0,
@@ -31,7 +31,7 @@ struct PairTest {
   const ExpectedMotion& motion;
   const Tangle& tangle;
 
-  // Bound of the displacement of a point of one side relative to one of the other [m].
+  // Returns a bound on the relative displacement of two points, one of each feature [m].
   double travel(ContactKind kind, const std::array<Index, 4>& v) const {
     const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
     double largest = 0.0;
@@ -62,7 +62,8 @@ struct PairTest {
   }
 };
 
-// Counts a pair, and adds it if it may come close and is not culled.
+// Counts the pair as a candidate, and adds it if it may come close and is not culled. Skips pairs
+// with a rigid body.
 void add(const PairTest& test, const ApproachingPair& pair, double thickness, Approach& found) {
   const std::array<Index, 4> v = pair_vertices(test.model, pair.kind, pair.key);
   if (has_body(test.model, v)) return;

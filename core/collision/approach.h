@@ -1,5 +1,6 @@
-// Pairs of features that may touch within a step whose end is not known, for collisions at events
-// within the step. They are those of the first stage of [Thomaszewski2010], 4.3.
+// Finds the pairs of features that may touch during an asynchronous step, before the motion of the
+// step is known. Contacts at events within the step are then evaluated for these pairs only. This
+// is the first stage of [Thomaszewski2010], 4.3.
 #pragma once
 
 #include <vector>
@@ -17,10 +18,9 @@ struct ApproachingPair {
 
 struct Approach {
   std::vector<ApproachingPair> pairs;  // sorted by (kind, a, b)
-  std::int64_t candidates = 0;         // pairs of the broad phase, those culled included
+  std::int64_t candidates = 0;         // number of pairs tested, including culled ones
 };
 
-// Where pairs come from.
 struct PairSource {
   const CollisionModel& model;
   const std::vector<SurfacePair>& pairs;
@@ -28,12 +28,12 @@ struct PairSource {
   NeighbourLists& lists;
 };
 
-// Allowance for velocities that change within a step. Our choice: features may approach at 1.5
-// times their relative velocity and 0.3 m/s in addition. Few pairs come close sooner; they are left
-// to certification.
+// Allowance for velocities that change within a step. Our choice: features are assumed to approach
+// at no more than 1.5 times their relative velocity plus 0.3 m/s. The few pairs that approach
+// faster are left to certification.
 inline constexpr double faster_approach = 1.5, added_approach = 0.3;
 
-// Features that move at constant velocity.
+// Expected motion of all vertices in a step, at constant velocity.
 struct ExpectedMotion {
   const Points& x0;  // (n x 3) [m]
   const Points& v0;  // (n x 3) [m/s]

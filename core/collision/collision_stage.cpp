@@ -30,8 +30,8 @@ struct CollisionStage::Data {
   NeighbourLists lists;
   TangleFinder tangles;
   ImpactSearch search;
-  // Positions of the last call of proximity() and its contacts, before a tangle removes any. A part
-  // of a step begins where the last one ended.
+  // Positions in the last call of proximity(), and all contacts there, including those that a
+  // tangle ignores. They are reused because a part of a step begins where the last one ended.
   Points known_x;
   std::vector<Contact> known;
 };

@@ -36,7 +36,8 @@ class CollisionStage {
   // vertices of all surfaces.
   std::vector<Contact> proximity(const Team& team, const Points& x0, const Tangle& tangle);
 
-  // Pairs that may touch within a step of `motion`, for collisions at events.
+  // Finds the pairs that may touch within a step of `motion`. Asynchronous steps evaluate contacts
+  // at events for these pairs.
   Approach approach(const Team& team, const ExpectedMotion& motion, const Tangle& tangle);
   const std::vector<SurfacePair>& pairs() const;
 
@@ -45,7 +46,7 @@ class CollisionStage {
   ContactTerms terms(const ContactInputs& inputs, const std::vector<Contact>& contacts,
                      const ContactState& state, ExtraTerms& terms) const;
 
-  // Returns contact_energies() [J]. `contacts` must be those of proximity() at inputs.x.
+  // Returns contact_energies() [J]. `contacts` must be the result of proximity() at inputs.x.
   std::vector<double> energies(const ContactEnergyInputs& inputs,
                                const std::vector<Contact>& contacts,
                                const ContactState& state) const;

@@ -10,10 +10,12 @@ namespace loomstone {
 
 namespace {
 
-// Fraction of the missing distance that a pair regains in a step [Bridson2002].
+// Fraction of the missing distance (thickness minus distance) that a pair regains in a step
+// [Bridson2002].
 constexpr double restored = 0.1;
 
-// Sign of the volume of the four points: the side of the plane of the face, or of the edges.
+// Returns the sign of the volume that the four points span. It tells on which side of the face the
+// vertex lies, or on which side of the second edge the first edge lies.
 std::int8_t side_of(bool vertex_face, const FourPoints& p) {
   const double volume = vertex_face ? (p[0] - p[1]).dot((p[2] - p[1]).cross(p[3] - p[1]))
                                     : (p[2] - p[0]).dot((p[1] - p[0]).cross(p[3] - p[2]));
@@ -69,7 +71,7 @@ EventContacts::Event EventContacts::evaluate(Index pair, double time, const Even
   event.distance = closest.distance;
   event.normal = vertex_face ? contact_normal_vertex_face(points, closest, Vec3::Zero())
                              : contact_normal_edge_edge(points, closest, Vec3::Zero());
-  // A pair that has crossed is pushed back to the side on which it was.
+  // If the features have passed through each other, they are pushed back to their previous side.
   const std::int8_t side = closest.interior ? side_of(vertex_face, points) : std::int8_t{0};
   if (side_[pair] != 0 && side == -side_[pair])
     event.normal = -event.normal, event.distance = -event.distance;
@@ -81,7 +83,8 @@ EventContacts::Event EventContacts::evaluate(Index pair, double time, const Even
   return event;
 }
 
-// Changes the velocities such that the pair does not approach. Returns false if it does not.
+// Changes the velocities so that the pair stops approaching and regains its thickness. Returns
+// false if this needs no impulse.
 bool EventContacts::push(const Event& event, Index pair, const EventMotion& cloth) const {
   const SurfacePair& surfaces = surface_pairs_[pairs_[pair].pair];
   const double missing = surfaces.thickness - event.distance;
@@ -91,7 +94,6 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& clot
   const double lack = restored * missing / motion_->step - along;
   if (lack <= 0.0) return false;
   Vec3 change = lack * event.normal;
-  // Coulomb friction.
   const Vec3 sliding = velocity - along * event.normal;
   const double speed = sliding.norm(), limit = surfaces.friction * lack;
   if (speed > 0.0) change -= std::min(1.0, limit / speed) * sliding;

@@ -1,8 +1,8 @@
 // Contacts at events within a step, between vertices that move at constant velocity from one of
-// their own events to the next. In an event, a pair that is closer than its thickness stops
-// approaching by an impulse with Coulomb friction (2.58, 2.59), and regains its thickness slowly. A
-// pair is evaluated again at the earliest time at which it can be that close. Implements the second
-// stage of [Thomaszewski2010], 4.3.
+// their own events to the next. An impulse with Coulomb friction (2.58, 2.59) stops the approach of
+// a pair that is closer than its thickness, and the pair then regains its thickness slowly. A pair
+// that is farther apart is evaluated again at the earliest time at which it can be that close.
+// Implements the second stage of [Thomaszewski2010], 4.3.
 #pragma once
 
 #include <optional>
@@ -14,11 +14,11 @@
 
 namespace loomstone {
 
-// Cloth in the middle of a step.
+// Cloth at an event within a step.
 struct EventMotion {
-  Points &x, &v;                           // (n x 3) x is the position at the vertex's next event
+  Points &x, &v;  // (n x 3) [m], [m/s]; x is the position at the vertex's next event
   const std::vector<std::uint8_t>& level;  // (n) level of each vertex
-  const std::vector<double>& step;         // (levels) time between the events of a vertex [s]
+  const std::vector<double>& step;         // (levels) time between two events of a vertex [s]
   const std::vector<double>& ahead;        // (levels) time from now to the next event [s]
 };
 
@@ -27,15 +27,17 @@ class EventContacts {
   EventContacts(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                 const Vector& inverse_mass);
 
-  // Sets the pairs of a step. Vertices of obstacles move as in `motion`, whose tables
+  // Sets the pairs to evaluate in a step. Vertices of obstacles move as in `motion`, whose arrays
   // must outlive the step.
   void set_pairs(const ExpectedMotion& motion, std::vector<ApproachingPair> pairs);
-  // Begins the step, which has n_ticks ticks, or begins it again.
+  // Begins or repeats the step, which is divided into n_ticks equal ticks.
   void begin(Index n_ticks);
-  // Handles the pairs that are due at a tick. Every vertex has its events at ticks.
+  // Evaluates the pairs that are due at a tick and applies their impulses. All events of vertices
+  // lie at ticks.
   void act(const Team& team, Index tick, const EventMotion& cloth);
 
-  std::int64_t n_evaluated() const { return n_evaluated_; }  // pairs at ticks, since set_pairs()
+  // Number of pair evaluations since set_pairs().
+  std::int64_t n_evaluated() const { return n_evaluated_; }
   std::int64_t n_impulses() const { return n_impulses_; }
 
  private:
@@ -56,10 +58,10 @@ class EventContacts {
   const Vector& inverse_mass_;
   std::optional<ExpectedMotion> motion_;
   std::vector<ApproachingPair> pairs_;
-  // Side of the base on which the first point of a pair is: 1, -1, or 0 if unknown.
+  // (pairs) Last known result of side_of(): 1 or -1, or 0 if unknown.
   std::vector<std::int8_t> side_;
   Index n_ticks_ = 1;
-  std::vector<std::vector<Index>> due_;  // (ticks + 1) pairs
+  std::vector<std::vector<Index>> due_;  // (n_ticks + 1) pairs due at each tick
   std::vector<Event> events_;
   std::int64_t n_evaluated_ = 0, n_impulses_ = 0;
 };

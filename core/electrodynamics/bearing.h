@@ -1,4 +1,4 @@
-// Description of a bearing.
+// Description of a bearing in a scene.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Steps of build_magnetic_model() and check_magnetic_start(), in the order of execution.
+// Functions that build_magnetic_model() and check_magnetic_start() call, in order.
 #pragma once
 
 #include "core/electrodynamics/magnetic_model.h"

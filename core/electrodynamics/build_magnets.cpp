@@ -71,9 +71,9 @@ void check_response(const Magnet& magnet, const std::string& where) {
 }
 
 // Replaces the exact fields of meshes and cells by expansions if many spheres are in these fields.
-// At the bound most_exact, building the expansion of a mesh takes as long as about twenty
-// evaluations of all its faces. Building that of cells for 100 spheres takes as long as about 1,400
-// evaluations of all cells, for any number of cells.
+// An expansion pays off only over many evaluations. At the bound `most_exact`, building that of a
+// mesh takes as long as about twenty evaluations of all its faces. For 100 spheres, building that
+// of cells takes as long as about 1,400 evaluations of all cells, for any number of cells.
 void expand_fields(MagneticModel& model) {
   constexpr std::size_t most_exact = 20000, few_spheres = 100;
   constexpr Index few_cells = 1000;
@@ -132,8 +132,8 @@ void add_magnets(const MagneticScene& scene, MagneticModel& model) {
 }
 
 double pole_at(const MagneticModel& model, Index carrier, const Vec3& point) {
-  double nearest = 1.3,
-         pole = 0.0;  // up to 1.3 magnet radii count as near, to include enclosing bodies
+  // Distance up to which a magnet counts as near, in its radii. It includes enclosing bodies.
+  double nearest = 1.3, pole = 0.0;
   for (const CarriedMagnet& magnet : model.magnets) {
     if (magnet.carrier != carrier || !magnet.source || magnet.source->moment().isZero(0.0))
       continue;

@@ -13,7 +13,7 @@ namespace loomstone {
 // The wrench on each carrier about its centre [N, N m], or the same per ampere [N/A, N m/A].
 using CarrierWrenches = std::vector<Wrench>;
 
-// Adds factor * what to `to`, carrier by carrier.
+// Adds `factor` times each wrench of `what` to the wrench of the same carrier in `to`.
 void add_times(CarrierWrenches& to, double factor, const CarrierWrenches& what);
 
 // Non-owning view of the poses of all carriers.
@@ -21,10 +21,10 @@ struct CarrierPlaces {
   const RigidState& bodies;
   const std::vector<RigidPose>& obstacles;
 
-  // World pose of an object that is mounted on a carrier at the pose `local`, which is relative to
-  // a body's centre of mass or an obstacle's origin.
+  // Returns the world pose of an object that is mounted on a carrier at the pose `local`, which is
+  // relative to a body's centre of mass or an obstacle's origin.
   RigidPose pose(Index carrier, const RigidPose& local) const;
-  // Reference points of the wrenches on the carriers (carriers x 3) [m].
+  // Returns the reference points of the wrenches on the carriers (carriers x 3) [m].
   Points centres() const;
 };
 
@@ -34,7 +34,7 @@ struct Twist {
   bool rests() const { return velocity.isZero(0.0) && spin.isZero(0.0); }
 };
 
-// Twists of obstacles that move from the poses `from` to the poses `to` in `step` [s].
+// Returns the twists of obstacles that move from the poses `from` to the poses `to` in `step` [s].
 std::vector<Twist> obstacle_twists(const std::vector<RigidPose>& from,
                                    const std::vector<RigidPose>& to, double step);
 

@@ -4,7 +4,7 @@ namespace loomstone {
 
 namespace {
 
-// Weighted sum of wrenches.
+// Returns the weighted sum of the wrenches on each carrier.
 CarrierWrenches combined(const std::vector<std::pair<double, const CarrierWrenches*>>& parts) {
   CarrierWrenches sum(parts.front().second->size());
   for (const auto& [factor, wrenches] : parts) add_times(sum, factor, *wrenches);

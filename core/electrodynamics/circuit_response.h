@@ -31,10 +31,10 @@ struct CircuitTrial {
   Vector flux;  // (coils) flux of magnetised bodies through each coil that needs it [Wb]
 };
 
-// Determines the response. circuits: indices of the circuits among the coils. amperes: (circuits)
-// probe currents [A], large enough to have an effect comparable to `idle`, the wrenches without
-// circuit currents. The mutual inductances M_jk and M_kj of two circuits are replaced by their
-// mean.
+// Determines the response. `circuits` contains the coil indices of the circuits. `amperes`
+// (circuits) [A] are probe currents, large enough to have an effect comparable to `idle`, the
+// wrenches without circuit currents. The mutual inductances M_jk and M_kj of two circuits are
+// replaced by their mean.
 CircuitResponse circuit_response(const std::vector<std::size_t>& circuits, const Vector& amperes,
                                  const CarrierWrenches& idle,
                                  const std::function<CircuitTrial(const Vector&)>& trial);

@@ -1,4 +1,4 @@
-// Description of a coil on a body or obstacle.
+// Description of a coil in a scene, on a body or obstacle.
 #pragma once
 
 #include <optional>

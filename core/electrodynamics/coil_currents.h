@@ -8,16 +8,19 @@
 
 namespace loomstone {
 
-// Given current of a coil without circuit [A], and source voltage of a circuit [V], at `time` [s].
+// Return the given current of a coil without a circuit [A], and the source voltage of a circuit
+// [V], at `time` [s].
 double given_current(const Coil& coil, double time);
 double source_voltage(const Coil& coil, double time);
 
-// Currents of all coils (coils) at `time` [s]: given currents and, in circuit order, the currents
-// `circuits` [A]. If `circuits` is empty, all circuit currents are zero.
+// Returns the currents of all coils (coils) [A] at `time` [s]. Currents of circuits are those in
+// `circuits`, in the order of the circuits; the others are given. If `circuits` is empty, all
+// circuit currents are zero.
 Vector currents_at(const MagneticModel& model, double time, const Vector& circuits = {});
-// Currents of all coils (coils) at `time` [s], with the circuit currents of a state [A].
+// Returns the currents of all coils (coils) [A] at `time` [s], with the circuit currents of a
+// state.
 Vector coil_currents(const MagneticModel& model, const CircuitState& circuits, double time);
-// Current of the first circuit [A], or 0 if there is no circuit.
+// Returns the current of the first circuit [A], or 0 if there is no circuit.
 double first_circuit_current(const MagneticModel& model, const CircuitState& circuits);
 
 // placed_coils() returns all coils, each with one ampere. carrying_coils() returns the coils whose

@@ -13,28 +13,29 @@
 namespace loomstone {
 
 struct CoilForces {
-  std::vector<CarrierWrenches> per_ampere;   // wrenches of each coil [N/A, N m/A]
-  std::vector<CircuitResponse::Pair> pairs;  // interactions of circuits on different carriers, and
-                                             // of circuits through magnetised bodies
-  std::vector<double> sense;  // polarity of each voltage source: -1 if a commutator reverses it
+  std::vector<CarrierWrenches> per_ampere;  // wrenches of each coil [N/A, N m/A]
+  // Interactions of circuits on different carriers, and of circuits through magnetised bodies.
+  std::vector<CircuitResponse::Pair> pairs;
+  std::vector<double> sense;  // polarity of each voltage source, -1 if reversed by a commutator
 };
 
 // Coils at their current poses, and the forces on them.
 class PlacedCoils {
  public:
-  // twists: motion of the obstacles. Forces between two obstacles at rest are not computed. `model`
-  // must outlive this.
+  // `twists` is the motion of the obstacles. Forces between two obstacles at rest are not computed.
+  // `model` must outlive the object.
   PlacedCoils(const MagneticModel& model, const CarrierPlaces& places, std::vector<Twist> twists);
 
   const std::vector<MagneticBody>& with_one_ampere() const { return coils_; }
 
-  // Wrenches between magnets and coils that carry `currents` (coils) [A].
+  // Returns the wrenches between magnets and coils that carry `currents` (coils) [A].
   CarrierWrenches with_magnets(const std::vector<MagneticBody>& magnets,
                                const Vector& currents) const;
-  // Wrenches among coils that carry `currents` (coils) [A], and of the uniform field on them.
+  // Returns the wrenches among coils that carry `currents` (coils) [A], and those of the uniform
+  // field on the coils.
   CarrierWrenches among_coils(const Vector& currents) const;
-  // Forces per ampere at `time` [s]. `response` is the response of magnetised bodies to the
-  // circuits. If it is empty, circuits magnetise nothing and act on the given magnets only.
+  // Returns the forces per ampere at `time` [s]. `response` is the response of magnetised bodies to
+  // the circuits. If it is empty, circuits magnetise nothing and act on the given magnets only.
   CoilForces per_ampere(const std::vector<MagneticBody>& magnets, double time,
                         const CircuitResponse& response) const;
 
@@ -47,7 +48,7 @@ class PlacedCoils {
   Part magnet(const std::vector<MagneticBody>& magnets, std::size_t k) const {
     return {magnets[k], model_.magnets[k].carrier};
   }
-  // True if the two carriers do not move relative to each other in the step.
+  // Returns whether the two carriers do not move relative to each other in the step.
   bool joined(Index a, Index b) const;
   void meet(const Part& coil, const Part& other, double factor, CarrierWrenches& result) const;
 

@@ -21,9 +21,9 @@ class MutualInductances {
  public:
   explicit MutualInductances(const MagneticModel& model) : model_(model) {}
 
-  // coils: all coils at their poses, each with one ampere. response: response of the bodies that
-  // the coils magnetise, empty if there are none. Throws InvalidInput if diamagnetic bodies leave a
-  // circuit without positive self-inductance.
+  // `coils` contains all coils at their poses, each with one ampere. `response` is the response of
+  // the bodies that the coils magnetise, or empty if there are none. Throws InvalidInput if
+  // diamagnetic bodies leave a circuit without positive self-inductance.
   Inductances at(const std::vector<MagneticBody>& coils, const CircuitResponse& response);
 
  private:

@@ -7,7 +7,7 @@ namespace loomstone {
 namespace {
 
 // Number of fixed-point iterations in a kick. The iteration is needed because the wrenches between
-// moving circuits depend on their currents. It reduces the error each time by a factor equal to the
+// moving circuits depend on their currents. Each iteration multiplies the error by about the
 // relative change of a current in the kick.
 constexpr int rounds = 4;
 
@@ -19,8 +19,10 @@ struct Couplings {
 
 // Circuits at the start of a kick, and their linear system without back-EMF.
 struct CircuitSystem {
-  Eigen::MatrixXd matrix;                   // 2 L / tau + R [ohm]
-  Vector before, voltages, induced, right;  // [A], [V], flux change by given currents [V s], [V]
+  Eigen::MatrixXd matrix;  // 2 L / tau + R [ohm]
+  // Currents at the start [A], source voltages [V], flux change due to given currents [V s],
+  // right-hand side [V].
+  Vector before, voltages, induced, right;
 };
 
 class Kick {
@@ -29,10 +31,10 @@ class Kick {
 
   // Advances the circuits and adds their wrenches to `wrenches`.
   void advance_circuits(CarrierWrenches& wrenches, CircuitState& circuits) const;
-  // Power of the wrenches `felt` on bodies, at the midpoint velocities of a kick by `wrenches` [W].
-  // The power is per ampere [W/A] if `felt` is.
+  // Returns the power of the wrenches `felt` on bodies, at the midpoint velocities of a kick by
+  // `wrenches` [W]. The power is per ampere [W/A] if `felt` is.
   double power(const CarrierWrenches& felt, const CarrierWrenches& wrenches) const;
-  // Linear and angular velocity of a body at the midpoint of a kick by `wrench`.
+  // Returns the linear and angular velocity of a body at the midpoint of a kick by `wrench`.
   Twist middle(Index body, const Wrench& wrench) const;
 
  private:
@@ -73,7 +75,7 @@ double Kick::power(const CarrierWrenches& felt, const CarrierWrenches& wrenches)
   return sum;
 }
 
-// Power of the wrenches on scripted obstacles.
+// Returns the power per ampere of the wrenches on scripted obstacles [W/A].
 double Kick::scripted_power(const CarrierWrenches& per_ampere) const {
   double sum = 0.0;
   for (std::size_t i = 0; i < start_.twists.size(); ++i) {
@@ -177,7 +179,7 @@ CarrierWrenches kick_wrenches(const MagneticModel& model, const KickStart& start
   for (const std::size_t j : model.given)
     add_times(wrenches, current(j), actions.coils.per_ampere[j]);
   if (!model.circuits.empty()) kick.advance_circuits(wrenches, circuits);
-  for (const std::size_t j : model.given)  // sources of given currents do the work
+  for (const std::size_t j : model.given)  // the sources of given currents do this work
     circuits.supply +=
         start.duration * current(j) * kick.power(actions.coils.per_ampere[j], wrenches);
   if (!actions.magnetised.empty())

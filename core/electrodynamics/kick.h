@@ -7,7 +7,7 @@
 // constant. With new values (prime) and midpoint values (subscript m),
 //   L (i' - i) = tau (V - R i_m - G v_m),   m (v' - v) = tau (F + G i_m).
 // With several circuits, L is the matrix of self and mutual inductances, and the EMF M di/dt of the
-// given currents is added. G of each circuit then contains the currents of the other circuits. The
+// given currents is added. The G of each circuit then depends on the currents of the others. The
 // interaction of circuits in a kick is evaluated at i_m, by iteration. Half of its energy is stored
 // in L as the bodies move. The same applies to the action of a circuit on itself through bodies
 // that it magnetises (circuit_response.h). Their flux adds to L. The velocities of scripted
@@ -25,9 +25,10 @@ namespace loomstone {
 
 // All actions on the carriers at one instant.
 struct Actions {
-  CarrierWrenches magnets;     // wrenches among magnets, without circuit currents
-  CarrierWrenches magnetised;  // part of `magnets` that is due to magnetisation by given currents,
-                               // or empty; the sources of these currents do its work
+  CarrierWrenches magnets;  // wrenches among magnets, without circuit currents
+  // Part of `magnets` that is due to magnetisation by given currents, or empty. Its work is done by
+  // the sources of these currents.
+  CarrierWrenches magnetised;
   CoilForces coils;
   Inductances inductances;
 };

@@ -16,15 +16,15 @@
 
 namespace loomstone {
 
-// Bodies during a step. The linear velocities of `state` are up to date, but its angular velocities
-// are not.
+// Bodies during a step. The linear velocities in `state` are up to date, but the angular velocities
+// are not: they follow from `momenta`.
 struct MovingBodies {
   RigidState& state;
   Points momenta;  // angular momenta, world axes [kg m^2/s]
 };
 
-// Applies impulses [N s] and angular impulses [N m s] (b x 3). Bodies in bearings keep only their
-// rotation about the axis.
+// Begins the motion of a step by applying impulses [N s] and angular impulses [N m s] (b x 3).
+// Bodies in bearings keep only their rotation about the axis.
 MovingBodies begin_motion(const MagneticModel& model, const Points& impulses,
                           const Points& angular_impulses, RigidState& state);
 
@@ -33,8 +33,8 @@ struct ContactAnswer {
   RigidState state;
   std::vector<std::uint8_t> touched;  // (b) 1: did not move freely
 };
-// Resolves the contacts of a full kick by `wrenches`. end: positions of the obstacles at the end of
-// the sub-step.
+// Resolves the contacts of a sub-step with a full kick by `wrenches`. `end` contains the positions
+// of the obstacles at the end of the sub-step.
 ContactAnswer answer_contacts(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
                               const ObstaclePlaces& end, const MovingBodies& bodies,
                               RigidWorld& world);
@@ -53,7 +53,7 @@ void end_motion(const MagneticModel& model, MovingBodies& bodies);
 // Divides a step into sub-steps that are short compared with the fastest oscillation.
 class Substeps {
  public:
-  // most: upper bound of sub-step length times angular frequency (dimensionless).
+  // `most` is the upper bound of sub-step length times angular frequency [1].
   Substeps(double step, double most) : step_(step), most_(most), limit_(most) {}
   bool left() const { return place_ < parts_; }
   double elapsed() const { return step_ * place_ / parts_; }             // [s]

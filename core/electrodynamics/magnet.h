@@ -1,4 +1,4 @@
-// Description of a magnet on a body or obstacle.
+// Description of a magnet in a scene, on a body or obstacle.
 #pragma once
 
 #include <string>

@@ -23,7 +23,7 @@ struct MagneticCarrier {
   std::string name;
   std::shared_ptr<const TriangleMesh> mesh;
   MassProperties mass;                  // bodies only
-  Vec4 orientation = Vec4(1, 0, 0, 0);  // at the start, bodies only
+  Vec4 orientation = Vec4(1, 0, 0, 0);  // orientation at the start, bodies only
   bool deforms = false;                 // true: an obstacle that deforms
 };
 
@@ -44,11 +44,11 @@ struct MagneticScene {
 struct CarriedMagnet {
   SourcePtr source;                           // null: induced magnet
   double radius = 0.0, polarizability = 0.0;  // induced sphere only [m], [A m^2/T]
-  SoftShapePtr soft;  // of induced bodies; null if all of them are spheres treated as point dipoles
+  SoftShapePtr soft;        // shape of an induced body; null for a sphere treated as a point dipole
   double saturation = 0.0;  // saturation polarization of `soft` [T]
   Points cells;             // positions of the cells of an explicit response [m]
-  RigidPose local;          // in mesh axes, from the body's centre of mass or obstacle's origin
-  Index carrier = 0;        // body index, or number of bodies plus obstacle index
+  RigidPose local;  // relative to the body's centre of mass or the obstacle's origin, in mesh axes
+  Index carrier = 0;  // body index, or number of bodies plus obstacle index
 };
 
 // A coil on its carrier.
@@ -59,7 +59,7 @@ struct CarriedCoil {
   Index carrier = 0;
 
   bool circuit() const { return coil.resistance > 0.0; }  // false: given current
-  // True if the flux of magnetised bodies through the coil has an effect.
+  // Returns whether the flux of magnetised bodies through the coil has an effect.
   bool wants_flux() const { return circuit() || !coil.times.empty(); }
 };
 
@@ -80,13 +80,13 @@ struct MagneticModel {
   Index n_obstacles = 0;
 
   Index n_bodies() const { return static_cast<Index>(bodies.size()); }
-  bool acts() const;  // true if the scene has magnets, coils or bearings
-  // Carrier index, with one common index for all obstacles. Forces do not move obstacles relative
-  // to each other.
+  bool acts() const;  // whether the scene has magnets, coils or bearings
+  // Returns the carrier index, with one common index for all obstacles, because forces do not move
+  // obstacles relative to each other.
   Index group(Index carrier) const { return std::min(carrier, n_bodies()); }
 };
 
-// Validates the scene and builds its model. Throws InvalidInput and Unsupported.
+// Validates the scene and builds its model. Throws InvalidInput or Unsupported.
 MagneticModel build_magnetic_model(const MagneticScene& scene);
 
 // Throws InvalidInput if magnetisable bodies overlap with magnets or windings at the start, or if

@@ -11,7 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// Work in `duration` [s] that moves obstacles against the forces of other magnets on theirs [J].
+// Returns the work [J] that scripted obstacles do in `duration` [s] against the forces of other
+// magnets on their magnets. Forces due to magnetisation by given currents are excluded.
 double work_of_obstacles(double duration, const std::vector<Twist>& twists,
                          const Actions& actions) {
   const std::size_t n_bodies = actions.magnets.size() - twists.size();
@@ -113,8 +114,8 @@ CircuitResponse MagneticMotion::response(const Team& team, const Moment& moment,
   return circuit_response(model_.circuits, probe_currents(idle.magnetised.magnets), without, trial);
 }
 
-// Probe currents (circuits) whose dipole moments equal that of the strongest magnet, so that their
-// effect is comparable to that of the magnets [A].
+// Returns probe currents (circuits) [A] that give each circuit the dipole moment of the strongest
+// magnet, so that their effect is comparable to that of the magnets.
 Vector MagneticMotion::probe_currents(const std::vector<MagneticBody>& magnets) const {
   double moment = 0.0;
   for (const MagneticBody& magnet : magnets)
@@ -131,7 +132,7 @@ double MagneticMotion::frequency(const Team& team, const CarrierPlaces& places,
                                  const RigidWorld& world) const {
   const std::vector<MagneticBody>* magnets = &now.magnetised.magnets;
   Magnetised by_circuits;
-  if (!magnets_.induced().empty() && !model_.circuits.empty()) {  // circuits also magnetise
+  if (!magnets_.induced().empty() && !model_.circuits.empty()) {  // circuits also magnetise bodies
     by_circuits = magnets_.at(team, places, carrying_coils(model_, places, currents));
     magnets = &by_circuits.magnets;
   }

@@ -14,7 +14,7 @@
 
 namespace loomstone {
 
-// A step with its external impulses and obstacle motion.
+// Input of a step: its times, external impulses and obstacle motion.
 struct MagneticStep {
   double start = 0.0, length = 0.0;           // [s]
   const Points &impulses, &angular_impulses;  // (b x 3), applied at the start [N s], [N m s]
@@ -25,8 +25,8 @@ struct MagneticStep {
 struct MagneticEffort {
   int substeps = 0;
   double error = 0.0;  // estimate of the largest force error at the end [N]
-  // Work of scripted obstacles on bodies, by contacts and through their magnets [J]. Work through
-  // coils counts as supply of their circuits.
+  // Work that scripted obstacles do on bodies through contacts and magnets [J]. Work through coils
+  // counts as supply of their circuits.
   double obstacle_work = 0.0;
 };
 
@@ -38,12 +38,12 @@ class MagneticMotion {
   MagneticMotion(const MagneticMotion&) = delete;
   MagneticMotion& operator=(const MagneticMotion&) = delete;
 
-  // Force [N] and torque about the centre [N m] on each body, exerted by magnets and by coils that
-  // carry `currents` (coils) [A].
+  // Returns the force [N] and the torque about the centre [N m] that magnets, and coils that carry
+  // `currents` (coils) [A], exert on each body.
   CarrierWrenches wrenches(const Team& team, const CarrierPlaces& places,
                            const Vector& currents) const;
-  // Energy of all magnets in each other's fields and in the uniform field [J]. It excludes
-  // magnetisation by coils. moments: initial guess of the induced dipole moments.
+  // Returns the energy of all magnets in each other's fields and in the uniform field [J]. It
+  // excludes magnetisation by coils. `moments` is an initial guess of the induced dipole moments.
   double energy(const Team& team, const CarrierPlaces& places, const Points& moments) const;
 
   // Advances bodies, circuits and the moments of induced dipoles. `world` must have been built
@@ -75,7 +75,8 @@ class MagneticMotion {
 
   Cause cause_of(const Moment& moment) const;
   // Computes forces and inductances at an instant, or returns last_ if its cause is the same.
-  // moments: initial guess of the induced dipole moments on entry, the moments found on return.
+  // `moments` contains an initial guess of the induced dipole moments on entry, and the computed
+  // moments on return.
   const Instant& arrive(const Team& team, const Moment& moment, Points& moments);
   CircuitResponse response(const Team& team, const Moment& moment, const PlacedCoils& coils,
                            const Instant& idle) const;

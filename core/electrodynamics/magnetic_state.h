@@ -8,15 +8,15 @@ namespace loomstone {
 // Currents of the circuits, and their energy balance since the start.
 struct CircuitState {
   Vector currents;        // (coils) currents of circuits, 0 for other coils [A]
-  double energy = 0.0;    // stored in self and mutual inductances [J]
-  double heat = 0.0;      // dissipated in resistances [J]
-  double supply = 0.0;    // delivered by sources, including those of given currents [J]
-  double bearings = 0.0;  // removed by friction and torque of bearings [J]
+  double energy = 0.0;    // energy stored in self and mutual inductances [J]
+  double heat = 0.0;      // energy dissipated in resistances [J]
+  double supply = 0.0;    // energy delivered by sources, including those of given currents [J]
+  double bearings = 0.0;  // energy removed by friction and torque of bearings [J]
 };
 
 struct MagneticState {
   CircuitState circuits;
-  Points moments;  // (k x 3) induced dipole moments, initial guess of the next solve [A m^2]
+  Points moments;  // (k x 3) induced dipole moments; initial guess in the next step [A m^2]
 };
 
 }  // namespace loomstone

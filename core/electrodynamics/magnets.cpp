@@ -40,7 +40,7 @@ Points Magnets::dipole_positions(const std::vector<MagneticBody>& magnets) const
   return x;
 }
 
-// Flux density at the induced spheres, without the fields of these spheres [T].
+// Returns the flux density at the induced spheres, without the fields of these spheres [T].
 Points Magnets::applied_field(const Team& team, const std::vector<MagneticBody>& coils,
                               Magnetised& magnetised) const {
   const Points x = dipole_positions(magnetised.magnets);
@@ -54,7 +54,7 @@ Points Magnets::applied_field(const Team& team, const std::vector<MagneticBody>&
   return field;
 }
 
-// Magnetises the bodies. Those with explicit response do not contribute to the magnetisation of
+// Magnetises the bodies. Bodies with explicit response do not contribute to the magnetisation of
 // others.
 void Magnets::magnetise_bodies(const Team& team, const std::vector<MagneticBody>& coils,
                                Magnetised& magnetised) const {

@@ -9,10 +9,10 @@ namespace loomstone {
 
 // Magnets at one instant.
 struct Magnetised {
-  // Same order as in the model. Induced dipoles are expressed in world axes.
+  // Magnets in the order of the model. Induced dipoles are expressed in world axes.
   std::vector<MagneticBody> magnets;
   std::vector<KnownField> known;  // fields of hard magnets at induced dipoles, reused for forces
-  Points moments;  // (k x 3) of induced dipoles, or the initial guess if there are none [A m^2]
+  Points moments;  // (k x 3) induced dipole moments, or the guess if there are none [A m^2]
 };
 
 // Computes magnetisation, wrenches and energy. Contains only constant tables of the model.
@@ -20,20 +20,23 @@ class Magnets {
  public:
   explicit Magnets(const MagneticModel& model);
 
-  // Magnetises the bodies at the given poses. `coils` are additional field sources. moments:
+  // Magnetises the bodies at the given poses. `coils` are additional field sources. `moments` is an
   // initial guess of the induced dipole moments.
   Magnetised at(const Team& team, const CarrierPlaces& places,
                 const std::vector<MagneticBody>& coils, const Points& moments = Points()) const;
-  // Wrenches on each carrier, from magnets in each other's fields and in the uniform field.
+  // Returns the wrench on each carrier due to the magnets in each other's fields and in the uniform
+  // field.
   CarrierWrenches wrenches(const Team& team, const CarrierPlaces& places,
                            const Magnetised& magnetised) const;
-  // Energy of all magnets in each other's fields and in the uniform field, without coils [J].
+  // Returns the energy of all magnets in each other's fields and in the uniform field, without
+  // coils [J].
   double energy(const Team& team, const Magnetised& magnetised) const;
 
   const std::vector<Index>& hard() const { return hard_; }        // indices of hard magnets
   const std::vector<Index>& induced() const { return induced_; }  // indices of the other magnets
-  const std::vector<Index>& groups() const { return groups_; }    // MagneticModel::group() of each
-  bool dipoles_only() const { return !soft_; }                    // true if all induced magnets are
+  // Returns MagneticModel::group() of each magnet.
+  const std::vector<Index>& groups() const { return groups_; }
+  bool dipoles_only() const { return !soft_; }  // whether all induced magnets are dipoles
   const Vector& polarizabilities() const { return polarizabilities_; }  // of induced dipoles
 
  private:

@@ -13,7 +13,7 @@ namespace loomstone {
 
 namespace {
 
-// Access to the values of a recipe by name and type.
+// Gives access to the values of a recipe by name and type.
 class Values {
  public:
   explicit Values(const SourceRecipe& recipe) : recipe_(recipe) {}

@@ -1,5 +1,5 @@
-// Compares recipes, and recreates sources and magnetisable bodies from them. These are bitwise
-// identical to the originals.
+// Compares recipes, and recreates sources and magnetisable bodies from them. The recreated objects
+// are bitwise identical to the originals.
 #pragma once
 
 #include "core/magnetics/induction/soft_shape.h"
@@ -8,7 +8,7 @@ namespace loomstone {
 
 bool operator==(const SourceRecipe& a, const SourceRecipe& b);
 
-// Throw InvalidInput for unknown or incomplete recipes.
+// Both functions throw InvalidInput if the recipe is unknown or incomplete.
 SourcePtr make_source(const SourceRecipe& recipe);
 SoftShapePtr make_soft_shape(const Team& team, const SourceRecipe& recipe);
 

@@ -10,17 +10,17 @@ namespace loomstone {
 namespace {
 
 // Factor on the squared frequencies of bodies in contact, which allows sub-steps four times as
-// long. Contacts are resolved only to first order in the sub-step, and friction damps oscillations
-// in contact. For 250 iron balls of 10 mm that stick together, the largest overlap is 0.08 mm,
-// compared with 0.06 mm for sub-steps half as long.
+// long. These suffice, because contacts are resolved only to first order in the sub-step, and
+// friction damps oscillations in contact. For 250 iron balls of 10 mm that stick together, the
+// largest overlap is 0.08 mm, compared with 0.06 mm for sub-steps half as long.
 constexpr double touching_share = 1.0 / 16.0;
 
 // Factor for induced magnets, whose moments change along the path. The relative derivative of a
 // force proportional to r^-7 is 7/4 of that of a force proportional to r^-4.
 constexpr double induced_growth = 1.75;
 
-// Sum of |charge| times distance from the origin over the surface [A m^2]. Unlike the moment, it
-// does not become small when charges cancel.
+// Returns the sum of |charge| times distance from the origin over the surface [A m^2]. Unlike the
+// moment, it does not become small when charges cancel.
 double spread_moment(const SourcePtr& source) {
   double sum = 0.0;
   for (const PanelSample& sample : source->charges())
@@ -28,8 +28,8 @@ double spread_moment(const SourcePtr& source) {
   return sum;
 }
 
-// Moment of an induced magnet. If a version of the source with mean charge on each panel exists,
-// the smaller of the two moments is used.
+// Returns the moment of an induced magnet. If a version of the source with the mean charge on each
+// panel exists, the smaller of the two moments is used.
 double induced_moment(const MagneticBody& magnet) {
   const SourcePtr &source = magnet.source, panel_means = source->panel_means();
   const double moment = source->induced() ? spread_moment(source) : magnet.moment().norm();
@@ -52,7 +52,7 @@ SubstepFrequency::SubstepFrequency(const MagneticModel& model, const Magnets& ma
 }
 
 std::vector<Carrier> SubstepFrequency::carriers(const CarrierPlaces& places) const {
-  std::vector<Carrier> carriers(model_.n_bodies() + 1);  // the last entry: all obstacles
+  std::vector<Carrier> carriers(model_.n_bodies() + 1);  // last entry: all obstacles
   for (Index b = 0; b < model_.n_bodies(); ++b) {
     const MagneticRotor& body = model_.bodies[b];
     carriers[b] = {body.bearing ? 0.0 : 1.0 / body.mass.mass, 1.0 / body.rotor.moments.minCoeff(),
@@ -61,8 +61,8 @@ std::vector<Carrier> SubstepFrequency::carriers(const CarrierPlaces& places) con
   return carriers;
 }
 
-// Induced spheres. The list is empty unless all induced bodies are spheres that magnetise along the
-// field.
+// Returns the induced spheres, or an empty list unless all induced bodies are spheres that
+// magnetise along the field.
 std::vector<SoftSphere> SubstepFrequency::spheres(const std::vector<MagneticBody>& magnets) const {
   const std::vector<Index>& induced = magnets_.induced();
   std::vector<SoftSphere> spheres;

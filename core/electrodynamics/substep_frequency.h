@@ -13,7 +13,7 @@ namespace loomstone {
 // Input of the bound at one instant.
 struct Oscillators {
   const CarrierPlaces& places;
-  const std::vector<MagneticBody>& magnets;  // magnetised by `currents` as well
+  const std::vector<MagneticBody>& magnets;  // including their magnetisation by `currents`
   const std::vector<KnownField>& known;      // fields of hard magnets at induced dipoles
   const Vector& currents;                    // (coils) [A]
   std::vector<std::uint8_t> touching;        // (b) bodies in contact
@@ -23,7 +23,7 @@ struct Oscillators {
 class SubstepFrequency {
  public:
   SubstepFrequency(const MagneticModel& model, const Magnets& magnets);
-  // Bound of the angular frequency of the stiffest body [rad/s].
+  // Returns an upper bound of the angular frequency of the stiffest body [rad/s].
   double at(const Team& team, const Oscillators& now) const;
 
  private:

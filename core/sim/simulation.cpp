@@ -158,7 +158,7 @@ Frame Simulation::frame() const { return frame_at(time()); }
 
 Frame Simulation::frame_at(double at) const {
   const double start = data_->outcome.start.time, length = time() - start;
-  // Rounding of times that users compute.
+  // Allows for rounding errors in times that users compute.
   const double slack = 1e-9 * data_->steps.largest;
   if (!std::isfinite(at) || at > time() + slack || at < start - slack)
     fail<InvalidInput>("a frame must lie within the last step ({} to {} s), got {} s", start,

@@ -37,20 +37,20 @@ class Simulation {
   int threads() const;
   const Communicator& communicator() const;
   const StepReport& report() const;  // of the last step
-  // True if there are no bodies, or if the last step rebuilt the rigid-body world.
+  // Returns whether there are no bodies or the last step rebuilt the rigid-body world.
   bool may_checkpoint() const;
 
   const FrameTopology& topology() const;
   Frame frame() const;  // of the current state
-  // Frame at a time within the last step [s]. Positions are interpolated.
+  // Returns the frame at a time within the last step [s]. Positions are interpolated.
   Frame frame_at(double time) const;
 
   const std::vector<Index>& vertex_order() const;  // internal row of each user vertex
 
-  // Internal tables in the internal order, to read and write between steps. Writing positions or
-  // velocities restarts multistep schemes. Every step first checks that all values are finite.
-  // Every rank has all rows, which are current after every step. A rank should write only the rows
-  // that it owns. Overrides and poses of obstacles are taken from rank 0.
+  // Returns the internal tables, in the internal order, to read and write between steps. Writing
+  // positions or velocities restarts multistep schemes. Every step first checks that all values are
+  // finite. Every rank has all rows, which are current after every step. A rank should write only
+  // the rows that it owns. Overrides and poses of obstacles are taken from rank 0.
   State& state();
   std::array<Index, 2> owned_rows() const;  // cloth rows of this rank, [first, end)
   void gather();  // Collective. Sends the rows that each rank wrote to all ranks.
@@ -68,13 +68,15 @@ class Simulation {
   // Sets the pose of an obstacle from the end of the next step on, in place of its keyframes.
   void set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation);
   Points body_centres() const;  // (b x 3) centres of mass [m]
-  // Current magnetic forces [N] and torques about the centres of mass [N m] on the bodies (b x 3).
+  // Returns the current magnetic forces [N] and torques about the centres of mass [N m] on the
+  // bodies (b x 3).
   std::array<Points, 2> magnetic_forces() const;
-  // Currents and energies of the circuits, and the current in each coil [A].
+  // circuits() returns the currents and energies of the circuits. currents() returns the current in
+  // each coil [A].
   const CircuitState& circuits() const;
   Vector currents() const;
   double current() const;  // current of the first circuit [A]
-  // All magnets at their poses in a frame of this scene.
+  // Returns all magnets at their poses in a frame of this scene.
   std::vector<MagneticBody> magnets(const Frame& frame) const;
 
   Checkpoint checkpoint() const;
@@ -84,17 +86,17 @@ class Simulation {
   // identical.
   void rebuild_stages();
 
-  // Pairs of triangles (user numbering, all surfaces concatenated) that intersect after a step has
-  // left impacts, for example because scripted motion leaves the cloth no room. The list stays
-  // current until the cloth is free of intersections.
+  // Returns the pairs of triangles (user numbering, all surfaces concatenated) that intersect after
+  // a step has left unresolved impacts, for example because scripted motion leaves the cloth no
+  // room. The list stays current until the cloth is free of intersections.
   std::vector<std::array<Index, 2>> forced_pairs() const;
 
-  // Triangles (user numbering, all cloths concatenated) that exceed a strain limit by more than
-  // limit_margin() after the last step, in descending order of excess.
+  // Returns the triangles (user numbering, all cloths concatenated) that exceed a strain limit by
+  // more than limit_margin() after the last step, in descending order of excess.
   std::vector<BrokenLimit> broken_limits() const;
 
-  // Pairs of triangles (user numbering, all surfaces concatenated) that intersect in the current
-  // state.
+  // Returns the pairs of triangles (user numbering, all surfaces concatenated) that intersect in
+  // the current state.
   std::vector<std::array<Index, 2>> intersecting_pairs() const;
 
  private:

@@ -197,7 +197,7 @@ void BroadPhase::forget_trees() {
 
 void BroadPhase::near_pairs(const Team& team, const Points& x, const std::vector<Index>& which,
                             const std::vector<double>& reach, std::vector<FeaturePairs>& found) {
-  // Inflates the boxes of each surface by half the largest reach of its pairs.
+  // Inflates the boxes of each surface by half the largest reach of its surface pairs.
   std::vector<double> inflation(trees_.size(), -1.0);
   for (const Index pair : which)
     for (const Index s : {pairs_[pair].a, pairs_[pair].b})

@@ -46,8 +46,8 @@ class BroadPhase {
   // the whole step and are inflated by `sweep.inflation`.
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    PairSink& sink);
-  // As swept_pairs() with a sink, but stores in `found` the pairs that `keep` does not erase from
-  // its argument. Threads call `keep` concurrently.
+  // Like the other swept_pairs(), but stores in `found` the pairs that `keep` leaves in its
+  // argument. Threads call `keep` concurrently.
   using Keep = std::function<void(ContactKind, std::vector<PairKey>&)>;
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    const Keep& keep, std::vector<FeaturePairs>& found);
@@ -57,7 +57,7 @@ class BroadPhase {
   bool cluster_pairs(const Team& team, Index surface_pair, std::size_t most,
                      std::vector<PairKey>& found) const;
   ClusterTree& tree(Index surface) { return trees_[surface]; }
-  // Returns whether an attachment ties a vertex of one side to the surface of the other.
+  // Returns whether an attachment ties a vertex of one feature to the surface of the other feature.
   bool attached(ContactKind kind, PairKey key) const;
 
   void forget_trees();  // the next search rebuilds them

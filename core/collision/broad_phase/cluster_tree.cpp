@@ -9,7 +9,7 @@ namespace loomstone {
 
 namespace {
 
-// Growth factor of the total box area at which new clusters are formed; affects speed only.
+// New clusters are formed when the total box area has grown by this factor. Affects speed only.
 constexpr double decay_limit = 1.5;
 
 // Transposes an 8 x 8 block in place.
@@ -116,8 +116,8 @@ double area(const PackedSlabs& s, double inflation) {
   return side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
 }
 
-// Orders items so that each node is compact. Bisects recursively along the longest axis, at a
-// multiple of the node size.
+// Orders items so that each node is compact. Bisects recursively along the longest axis. The first
+// half always fills whole nodes.
 void order_by_halves(const Points& centres, Index* items, Index n) {
   if (n <= slab_lanes) return;
   Eigen::RowVector3d low = centres.row(items[0]), high = low;

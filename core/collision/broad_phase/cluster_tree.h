@@ -80,7 +80,7 @@ class ClusterTree {
   Edges edges_;
   std::vector<Index> edge_ids_;
   Index n_clusters_ = 0;
-  double built_area_ = -1.0;  // total box area of newly formed clusters [m^2]; -1: not formed
+  double built_area_ = -1.0;  // total box area when clusters were formed [m^2]; -1: no clusters
   Features faces_, edge_features_, vertices_;
   std::vector<std::vector<SlabGroup>> levels_;  // node boxes by level
   SlabGroup root_;                              // box of the root in lane 0

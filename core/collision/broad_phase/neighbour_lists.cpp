@@ -12,14 +12,14 @@ namespace loomstone {
 namespace {
 
 // Parameters tuned on a draped sheet; they affect speed only. The slack of a list covers
-// `steps_to_last` steps of the current motion, but at least `least_slack` and at most the larger
-// maximum. In the search for cluster pairs, vertex boxes cover `steps_ahead` steps plus `margin`.
+// `steps_to_last` steps of the current motion, within the bounds below. In the search for cluster
+// pairs, vertex boxes cover `steps_ahead` steps plus `margin`.
 constexpr double steps_to_last = 12.0;
 constexpr double least_slack = 0.2, most_slack = 2.5;  // as fractions of the thickness
 constexpr double most_slack_of_edge = 0.6;             // as a fraction of the mean edge length
 constexpr double steps_ahead = 3.0;
 constexpr double margin = 1.0;  // as a fraction of half the thickness
-// Allowance for the rounding errors of bounds, which are summed over steps [m].
+// Allowance for rounding errors, which accumulate as bounds are summed over steps [m].
 constexpr double rounding = 1e-12;
 
 // Returns a lower bound of the distance between two boxes [m].

@@ -30,7 +30,7 @@ struct Reach {
   float of(int k) const { return k < n_axis_slabs ? axis : diagonal; }
 };
 
-// Widens packed boxes: low bounds grow downwards, and negated high bounds change their sign.
+// Widens a packed box by a reach and restores the sign of its negated upper bounds.
 struct Widening {
   PackedSlabs sign = {}, change = {};
 
@@ -68,7 +68,7 @@ LOOMSTONE_INLINE void widen(const SlabGroup& group, const Reach& reach, SlabGrou
   }
 }
 
-// Compares the boxes of a group with one box along slab k.
+// Returns a mask of the boxes of a group that overlap one box along slab k.
 template <class Floats, class AnyBox>
 LOOMSTONE_INLINE MaskOf<Floats> meeting_slab(const SlabGroup& group, const AnyBox& box, int k) {
   return (lanes_load<Floats>(group.low[k]) <= box.high(k)) &
@@ -142,7 +142,7 @@ struct MaskedGroups {
   unsigned mask[most];
 };
 
-// Compares the ends of eight edges with those of one edge.
+// Returns a mask of those of eight edges that have no end in common with one edge.
 template <class Floats>
 LOOMSTONE_INLINE MaskOf<Floats> different(const Index* corners, const std::array<Index, 2>& ends) {
   const auto first = lanes_load<MaskOf<Floats>>(corners),

@@ -22,7 +22,7 @@ class PairSearch {
   // Pairs of a vertex id and a face slot, or of two edge slots.
   using SlotPairs = std::vector<std::pair<Index, Index>>;
   struct Slots {
-    // Vertices of a with faces of b, vertices of b with faces of a, edges of a with edges of b.
+    // Pairs of vertices of a and faces of b, of vertices of b and faces of a, and of edges of both.
     SlotPairs vertex_face, face_vertex, edge_edge;
 
     void clear() {

@@ -42,7 +42,7 @@ inline bool overlapping(const Slabs& a, const Slabs& b) {
 // Returns the slabs of a point that moves from x0 to x1. They are inflated so that the slabs of two
 // points overlap whenever the points come within 2 * inflation [m] of each other.
 inline Slabs slabs_of(const double* x0, const double* x1, double inflation) {
-  // Relative and absolute margin, larger than the rounding error of a float.
+  // Relative and absolute margins, larger than the rounding error of a float.
   constexpr float outwards = 2.4e-7f, tiny = 1e-37f;
   const double across = inflation * 1.4142135623730952;
   Slabs slabs;

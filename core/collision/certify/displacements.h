@@ -38,16 +38,17 @@ class Displacements {
   // Withholds all motion of a unit, including the motion of its carrier.
   void withhold_all(Index unit);
 
-  // Returns one flag per vertex (n) and resets the flags. 1: x1 has changed since the last call.
+  // Returns (n) flags and resets them. 1: x1 of the vertex has changed since the last call.
   std::vector<std::uint8_t> take_changed();
 
-  // Adds the correction of each body's end pose to `moved` and `turned`.
+  // Adds the correction of each body's end pose to FreeBody::moved and FreeBody::turned.
   void finish();
   // Returns the withheld part of the requested displacements, sorted by vertex.
   std::vector<WithheldMotion> withheld() const;
 
  private:
-  // Special values of a carrier: no carrier, and a displacement that belongs to one unit alone.
+  // Special values of carrier_. none: the unit has no carrier. local: the unit is carried by the
+  // mean motion of the immovable vertices of an impact instead of by a rigidly moving surface.
   static constexpr Index none = -1, local = -2;
 
   void set_carrier(Index v, Index carrier, const Vec3& motion);
@@ -58,8 +59,8 @@ class Displacements {
   Points& x1_;
   const Vector& inverse_mass_;
   FreeBodies& bodies_;
-  // (n x 3) Requested displacement of each vertex, and carry of each unit. The carry of a body is
-  // the carry of its centre.
+  // (n x 3) Requested displacement of each vertex, and displacement of each unit with its carrier
+  // (carry). The carry of a body is that of its centre.
   Points wanted_, carry_;
   std::vector<double> share_;   // (n) share that each unit keeps of its relative motion
   std::vector<Index> carrier_;  // (n) carrier of each unit: a surface, none or local

@@ -18,7 +18,7 @@ struct CollisionSurface {
   Index first_vertex = 0, n_vertices = 0;
   Index first_triangle = 0, n_triangles = 0;
   double thickness = 1e-3;     // contact distance to itself [m]; pairs of surfaces use the mean
-  double friction = 0.3;       // coefficient [1]; pairs of surfaces use the geometric mean
+  double friction = 0.3;       // friction coefficient [1]; pairs of surfaces use the geometric mean
   bool self_collision = true;  // cloth only
   int body = -1;               // index of the rigid body (Kind::Body)
   // If true, contact normals are interpolated from vertex normals, and edges exert no contact

@@ -31,13 +31,14 @@ struct Impact {
 Impact continuous_vertex_face(const MovingPoints& points, double floor = 0.0);
 Impact continuous_edge_edge(const MovingPoints& points, double floor = 0.0);
 
-// The same tests with gap_floor() as the floor, which prevents gaps from collapsing step by step.
+// Like continuous_vertex_face() and continuous_edge_edge(), but with gap_floor() as the floor. This
+// keeps gaps from shrinking to nothing over many steps.
 Impact continuous_vertex_face_above_gap(const MovingPoints& points, double largest_gap_floor);
 Impact continuous_edge_edge_above_gap(const MovingPoints& points, double largest_gap_floor);
 
-// Returns the gap floor [m]: `largest` if the start distance exceeds twice as much, half the start
-// distance if that exceeds a hundredth of `largest`, and 0.9 of the start distance otherwise. With
-// a factor of 0.1 instead of 0.9, gaps shrank from 7e-10 m to 1e-17 m in 13 steps.
+// Returns the gap floor [m]: `largest` if the start distance exceeds twice `largest`, half the
+// start distance if that exceeds a hundredth of `largest`, and 0.9 of the start distance otherwise.
+// With a factor of 0.1 instead of 0.9, gaps shrank from 7e-10 m to 1e-17 m in 13 steps.
 double gap_floor(double start_distance, double largest);
 
 }  // namespace loomstone

@@ -7,8 +7,8 @@ namespace loomstone {
 
 namespace {
 
-// Returns the parameter in [0, 1] of the point on segment b, b + d that is closest to p. Returns 0
-// for a segment of zero length.
+// Returns the parameter in [0, 1] of the point closest to p on the segment from b to b + d. Returns
+// 0 for a segment of zero length.
 double parameter_on_segment(const Vec3& p, const Vec3& b, const Vec3& d) {
   const double length2 = d.squaredNorm();
   if (!(length2 > 0.0)) return 0.0;

@@ -59,9 +59,9 @@ std::array<Curve, 4> integer_points(const MovingPoints& q) {
 // Tests whether the set of differences contains the origin at a time when the origin lies in the
 // plane of the set.
 struct Inside {
-  // One vector per side, perpendicular to the plane. The origin is inside if coordinate k of all
-  // vectors has the same sign (0 agrees with both) and is not 0 for all of them. The origin is
-  // outside if the signs disagree.
+  // One vector per side, perpendicular to the plane. If the signs of any coordinate disagree among
+  // the vectors (0 agrees with both), the origin is outside. If they agree and are not all 0, it is
+  // inside.
   std::vector<Curve> sides;
   // If all `sides` vanish, the corners lie on one line through the origin. The origin is then
   // inside unless some coordinate has the same strict sign for all corners.

@@ -22,8 +22,8 @@ struct Polygon {
   double start[n_sides][3], end[n_sides][3];  // corners; each coordinate is rounded once
 };
 
-// Registers of four doubles also for AVX-512: a query is too short for wider ones, which take 1.6
-// times as long.
+// Uses registers of four doubles even with AVX-512. A query is too short for wider registers, which
+// take 1.6 times as long.
 template <class Lanes>
 using Registers = std::conditional_t<std::is_same_v<Lanes, Lanes512>, Lanes256, Lanes>;
 
@@ -65,7 +65,8 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves<Lanes>& curves) {
     for (int i = 0; i < 3; ++i) curves.side[i][pack] = lanes_load<Lanes>(side[i] + n_lanes * pack);
     curves.side_error[pack] = lanes_load<Lanes>(error + n_lanes * pack);
   }
-  // The volume is c_2 . (c_0 x c_1). For edges, the corners 0, 1, 2 span the parallelogram.
+  // The volume is c_2 . (c_0 x c_1), where c_k are the corners. For edges, corners 0, 1 and 2 span
+  // the parallelogram.
   double s[3][2];  // coefficients of c_0 x c_1, times the start and the end of c_2
   for (int i = 0; i < 3; ++i) {
     s[i][0] = side[i][0] * p.start[2][0] + side[i][4] * p.start[2][1] + side[i][8] * p.start[2][2];
@@ -125,8 +126,9 @@ LOOMSTONE_INLINE Sides sides_over(const Curves<Lanes>& curves, double low, doubl
 
 template <class Lanes, int n_corners>
 LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
-  // Pieces are multiples of the shortest piece, 2^-40 of the interval. An undecided shortest piece
-  // stays open. Cases that need shorter pieces are mostly degenerate, and bisection would not end.
+  // Pieces are multiples of the shortest piece, 2^-40 of the interval. If a shortest piece is
+  // undecided, it stays open: cases that need shorter pieces are mostly degenerate, and their
+  // bisection would not end.
   constexpr std::uint64_t step = std::uint64_t{1} << 40;
   constexpr int most_pieces = 160;
   Curves<Lanes> curves;

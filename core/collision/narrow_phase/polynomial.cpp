@@ -65,7 +65,7 @@ Coefficients stripped(Coefficients c) {
 
 // Divides a by b up to a constant factor. Returns the quotient; a becomes the remainder.
 Coefficients divide(Coefficients& a, const Coefficients& b) {
-  Coefficients quotient;  // from the highest degree down, with a common factor
+  Coefficients quotient;  // from the highest degree down, up to a common factor
   while (a.size() >= b.size()) {
     const Integer lead = a.back();
     for (Integer& x : quotient) x = x * b.back();

@@ -11,8 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// A contact closes if its predicted gap is less than this fraction of its gap at the start. Our
-// choice: gentle motion never closes a contact.
+// A contact counts as closing if its predicted gap is less than this fraction of its gap at the
+// start. Our choice: gentle motion never closes a contact.
 constexpr double closing = 0.25;
 
 Mat3 tangent_projector(const Vec3& normal) {
@@ -43,7 +43,8 @@ ContactForce force_at_gap(const ContactLaw& law, double gap, double stiffness) {
 // Returns the secant stiffness of the force law between the start and the gap at which the law
 // reaches the predicted force. With the tangent stiffness, the contact would close.
 double secant_stiffness(const ContactLaw& law, const ContactForce& start, double along) {
-  // Where the law begins, its tangent says nothing about its force deep inside.
+  // Near the onset of the law, its tangent is almost zero and underestimates the force at smaller
+  // gaps. The prediction therefore uses at least `normal_stiffness`.
   const double predicted = start.force - std::max(start.stiffness, law.normal_stiffness) * along;
   const double half = 0.5 * law.thickness, offset = 0.25 * law.normal_stiffness * half;
   const auto gap = [&](double force) {
@@ -145,7 +146,8 @@ double ContactTerms::friction_at(const Team& team, const Points& displacement, d
         const Vec3 &n = law.normal, moved = term.relative_displacement(displacement, time);
         const double along = n.dot(moved), k = law.share * tangential_;
         ContactForce normal = contact_force(law.distance, law.thickness, law.normal_stiffness);
-        // Contacts at the onset of the law are too soft to stop a gentle motion within the step.
+        // A contact near the onset of the law is too soft to stop even a gentle motion within the
+        // step, and therefore does not count as closing.
         const bool resists =
             law.normal_stiffness > tangential_ || normal.stiffness >= law.normal_stiffness;
         const bool closes = resists && law.distance + along < closing * law.distance;
@@ -194,7 +196,7 @@ std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& mo
     const Vec3 moved = weighted(contact, x1) - weighted(contact, x0);
     const Vec3 actual = moved - contact.normal * contact.normal.dot(moved);
     Vec3 slip = slip_after(slips_[c], actual, tangential_, contact.friction * force);
-    // The slip rotates with a rigidly moving surface.
+    // If one side is a rigidly moving surface, the slip rotates with it.
     for (const int corner : {0, 3}) {
       const Index s = model.surface_of_vertex[contact.vertices[corner]];
       if (model.surfaces[s].kind == CollisionSurface::Kind::Cloth) continue;

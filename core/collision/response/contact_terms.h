@@ -11,17 +11,18 @@
 namespace loomstone {
 
 // Data of one contact that its ExtraTerm does not contain. Pairs, weights, normals and anchors are
-// constant during a step. The gap is measured along this constant normal.
+// constant during a step. The gap is measured along the constant normal.
 struct ContactLaw {
   Vec3 normal;
-  double distance, thickness;  // at the start [m]
-  double share, friction;      // [1]
-  Vec3 slip;                   // slip of the anchor at the start [m]
+  double distance, thickness;  // distance at the start, thickness [m]
+  double share, friction;      // share and friction coefficient [1]
+  Vec3 slip;                   // anchor slip at the start [m]
   double limit;                // largest friction force, mu N [N]
-  double normal_stiffness;     // in the normal direction, times the share [N/m]
+  double normal_stiffness;     // stiffness in the normal direction times the share [N/m]
 };
 
-// Contact terms of one step, in the order of the contacts. They must be the first terms of a solve.
+// Contact terms of one step, in the order of the contacts. They must be the first terms in the
+// solve.
 class ContactTerms {
  public:
   ContactTerms() = default;
@@ -33,14 +34,14 @@ class ContactTerms {
   Vec3 normal(std::size_t term) const { return laws_[term].normal; }
   double energy() const { return energy_; }  // energy of normal forces and anchors at the start [J]
 
-  // Updates the first size() of `terms` to the normal and friction forces after the rows have moved
-  // by `displacement` (rows x 3) [m] in `time` [s]. Returns the energy of these forces [J]. For
-  // constant friction limits, the forces are the gradient of this energy. TermRequest::NewLimits
+  // Updates the first size() entries of `terms` to the normal and friction forces after the rows
+  // have moved by `displacement` (rows x 3) [m] in `time` [s]. Returns the energy of these forces
+  // [J]. For constant friction limits, the forces derive from this energy. TermRequest::NewLimits
   // recomputes the limits.
   double at(const Team& team, const Points& displacement, double time, TermRequest request,
             ExtraTerms& terms);
 
-  // Linearises the terms about the start of the step again, with friction for the given
+  // Linearises the terms again about the start of the step, with friction for the given
   // displacement. The friction limit follows from the predicted normal force, and the secant
   // stiffness from the slip. Contacts that would close get the secant stiffness of their normal
   // force. Returns the sum of the errors that the friction in `terms` had on entry, relative to the
@@ -59,13 +60,13 @@ class ContactTerms {
   std::vector<ContactLaw> laws_;   // one for each term
   std::vector<double> shares_;     // share of each contact [1]
   std::vector<Vec3> slips_;        // anchor slip of each contact at the start [m]
-  std::vector<double> stiffness_;  // in the normal direction, of each contact [N/m]
+  std::vector<double> stiffness_;  // stiffness of each contact in the normal direction [N/m]
   double tangential_ = 0.0;        // stiffness of the anchor of a contact with share 1 [N/m]
   Index n_cloth_ = 0;
   double energy_ = 0.0;
 };
 
-// Inputs of the energy of contacts, with n collision vertices.
+// Inputs of contact_energy(), for n collision vertices.
 struct ContactEnergyInputs {
   const Points& x;             // (n x 3) [m]
   const Points& x0;            // (n x 3) positions before a motion to x, or x [m]

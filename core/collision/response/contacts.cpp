@@ -18,8 +18,8 @@ constexpr double least_distance = 1e-6;
 // the ends than the fraction `end_fade` of the edge, and the squared sine of the angle between the
 // edges exceeds `parallel_fade`.
 constexpr double end_fade = 0.1, parallel_fade = 0.04;
-// Largest stiffness of a contact, in units of the model's stiffness. The sums of the solver in
-// single precision remain positive definite with it.
+// Largest stiffness of a contact, in units of the model's stiffness. With stiffer contacts,
+// matrices that the solver sums in single precision could become indefinite.
 constexpr double stiffest = 1e4;
 
 double smooth_step(double x) {
@@ -108,7 +108,7 @@ void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& c
     if (i == kept.size()) {
       kept.push_back(contact);
     } else if (contact.distance < kept[i].distance) {
-      // The new contact sorts after all others, so it is appended.
+      // In sorted order, the new contact comes after all others, so it is appended.
       kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(i));
       kept.push_back(contact);
     }
@@ -254,7 +254,7 @@ std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
   if (forces.rows() == 0) return stiffness;
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
-    double pressing = 0.0;  // larger force of both sides along the normal [N]
+    double pressing = 0.0;  // larger of the forces on the two sides, along the normal [N]
     for (const int side : {0, 1}) {
       double force = 0.0;
       bool free = true;

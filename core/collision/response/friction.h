@@ -9,10 +9,10 @@
 namespace loomstone {
 
 // Linearised friction of a tangential spring: gradient [N] and positive semidefinite Hessian [N/m].
-// In the functions below, the spring has the stiffness k [N/m] and slips at `limit` = mu N [N].
-// `slip` is the tangential displacement s of side a relative to b at the start of the step [m].
-// `predicted` is the predicted tangential displacement u = h v_t in the step [m]. `tangent` is the
-// projector T onto the tangent plane.
+// In the functions below, the spring has the stiffness k [N/m] and slips when its force reaches
+// `limit` = mu N [N]. `slip` is the tangential displacement s of side a relative to b at the start
+// of the step [m]. `predicted` is the predicted tangential displacement u = h v_t in the step [m].
+// `tangent` is the projector T onto the tangent plane.
 struct FrictionResponse {
   Vec3 gradient;
   Mat3 hessian;

@@ -2,7 +2,8 @@
 // act between cloth vertices and free bodies; prescribed vertices and obstacles have infinite mass.
 // Impulses on the two sides are equal and opposite and act at one point in space, so they conserve
 // the linear and angular momentum of free cloth and bodies. They correct positions at the end of
-// the step. A displacement d is a velocity change d / h.
+// the step. A correction d of a position corresponds to a velocity change d / h, where h is the
+// step.
 #pragma once
 
 #include <algorithm>
@@ -60,12 +61,12 @@ class Impulses {
         hold_supported_(hold_supported) {}
 
   // Sets the members of `contact` that depend on the configuration. `share` is the time of contact
-  // as a fraction of the step. Returns false if nothing can move.
+  // as a fraction of the step. Returns false if neither side can move.
   bool prepare(ImpulseContact& contact, const Points& x0, const Points& x1, double share) const;
 
   // Corrects the end positions of cloth and bodies in x1, and updates `end`, `moved` and `turned`
-  // of bodies. Stops when no impulse changes its gap by more than `tolerance` times its scale, or
-  // after `most_sweeps` sweeps.
+  // of bodies. Stops when no impulse changes its gap by more than `tolerance` times the contact's
+  // `scale`, or after `most_sweeps` sweeps.
   void solve(std::vector<ImpulseContact>& contacts, const Points& x0, Points& x1, int most_sweeps,
              double tolerance);
 

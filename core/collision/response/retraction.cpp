@@ -7,9 +7,9 @@ namespace loomstone {
 
 namespace {
 
-// The part that has passed through moves at the speed from which this deceleration stops it within
-// its depth, and reaches this speed with at most the largest acceleration [m/s^2]. Our choice: the
-// half of a sheet of 0.2 m is back after 0.3 s.
+// The part that has passed through moves back at the speed from which `deceleration` would stop it
+// within its depth. It reaches this speed with at most `largest_acceleration`. Both are in m/s^2.
+// Our choice: if half of a sheet of 0.2 m has passed through, it is back after 0.3 s.
 constexpr double deceleration = 4.0, largest_acceleration = 15.0;
 
 // Motion of a surface as if it were rigid.
@@ -19,7 +19,8 @@ struct RigidSurface {
   Vec3 centre = Vec3::Zero(), velocity = Vec3::Zero(), spin = Vec3::Zero();
 
   Vec3 velocity_at(const Vec3& point) const { return velocity + spin.cross(point - centre); }
-  // Acceleration at `point` by a unit force along `direction` at `at`.
+  // Returns the acceleration at `point` that a unit force along `direction`, applied at `at`,
+  // causes.
   Vec3 response(const Vec3& point, const Vec3& at, const Vec3& direction) const {
     const Vec3 turn = inverse_inertia * (at - centre).cross(direction);
     return inverse_mass * direction + turn.cross(point - centre);

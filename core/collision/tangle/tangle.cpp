@@ -12,7 +12,8 @@ namespace loomstone {
 
 namespace {
 
-// Lower bound for the sine of the angle between an edge and the plane of a triangle.
+// Lower bound for the sine of the angle between an edge and the plane of a triangle. Smaller sines
+// are replaced by it.
 constexpr double least_sine = 0.2;
 // Smallest length of the sum of the two unit contour directions at a piercing. Below it, the
 // contour is almost straight and has no direction in which it becomes shorter.
@@ -215,7 +216,7 @@ bool Tangle::ignores(const CollisionModel& model, ContactKind kind, PairKey key,
       if (contour < 0 || contour != contour_of_vertex[b] || part[a] == part[b] ||
           !(came_through[a] || came_through[b]))
         continue;
-      // Pairs of cloth with cloth are ignored only if the contour lies between cloth and cloth.
+      // A pair of two cloth features is ignored only if both surfaces of the contour are cloth.
       const Piercing& any = piercings[contour];
       return !is_cloth(model, a) || !is_cloth(model, b) ||
              (is_cloth(model, any.vertices[0]) && is_cloth(model, any.vertices[2]));

@@ -1,7 +1,7 @@
-// Intersections of surfaces and directions that resolve them. Edges that pierce triangles are
-// joined to intersection contours. Contours are found from positions alone, without history. If a
-// contour separates a part of a surface, this part moves back through the other surface
-// [Baraff2003]. Otherwise the contour is shortened [Volino2006].
+// Intersections of surfaces and directions that resolve them. The points at which edges pierce
+// triangles are joined to form intersection contours. Contours are found from positions alone,
+// without history. If a contour separates a part of a surface, this part moves back through the
+// other surface [Baraff2003]. Otherwise the contour is shortened [Volino2006].
 #pragma once
 
 #include <array>
@@ -22,18 +22,20 @@ struct Piercing {
   // their magnitudes sum to 1.
   std::array<double, 5> weights;
   int contour = -1;  // index of the first piercing of its contour
-  // Unit direction in which the edge moves relative to the triangle. Zero: no direction is known.
+  // Unit direction in which the edge must move relative to the triangle, or zero if it is not
+  // known.
   Vec3 way_out = Vec3::Zero();
   double thickness = 0.0;  // mean thickness of both surfaces [m]
-  double segment = 0.0;    // half of the length of the contour's segments at this point [m]
+  double segment = 0.0;    // half the length of the contour segments that meet here [m]
 };
 
-// A large part of a surface that has passed through another surface.
+// Retraction of a surface of which a large part has passed through another surface.
 struct Retraction {
-  std::vector<Index> inner;   // all vertices of the connected surface with this part
-  std::vector<Index> outer;   // all vertices of the connected surface that it has passed through
-  int contour = -1;           // index of the first piercing of the contour
-  Vec3 point = Vec3::Zero();  // mean of the contour [m]
+  std::vector<Index> inner;  // all vertices of the connected surface that contains this part
+  // All vertices of the connected surface that the part has passed through.
+  std::vector<Index> outer;
+  int contour = -1;               // index of the first piercing of the contour
+  Vec3 point = Vec3::Zero();      // mean position of the contour [m]
   Vec3 direction = Vec3::Zero();  // unit direction in which `inner` moves relative to `outer`
   double depth = 0.0;  // mean width of the part: its area over the length of the contour [m]
 };
@@ -69,9 +71,10 @@ class TangleFinder {
   void join_contours(const Points& x, Tangle& tangle) const;
   // Surfaces cut along a contour.
   struct Cut {
-    std::vector<std::uint8_t> through;  // (edges) 1: cut an odd number of times
-    std::vector<int> part;              // (n) part of each vertex, -1: not reached
-    std::vector<double> size;           // area of each part [m^2]
+    // (edges) 1: the contour crosses the edge an odd number of times.
+    std::vector<std::uint8_t> through;
+    std::vector<int> part;     // (n) part that contains each vertex, -1: not searched
+    std::vector<double> size;  // area of each part [m^2]
   };
   void cut_off(const Points& x, Tangle& tangle) const;
   void cut_along(const Points& x, std::span<Piercing* const> contour,

@@ -9,12 +9,13 @@ namespace loomstone {
 
 namespace {
 
-// Width of the contour zone in which pairs with the part that passed through are ignored [edges].
+// Width of the zone around a contour, as a number of edges. In it, pairs with the part that has
+// passed through are ignored.
 constexpr int rounds_around = 2;
-// A part is retracted together with its surface if the contour is at least this long, in parts of
-// the square root of the surface's area, if the part is at least this fraction of the surface, and
-// if its directions out add up to at least this fraction of their sum of lengths. Other parts move
-// back alone.
+// A part is retracted together with its surface under three conditions. The contour is at least
+// `least_length` times as long as the square root of the surface's area. The part has at least the
+// fraction `least_share` of this area. The length of the vector sum of its ways out is more than
+// `least_agreement` times the sum of their lengths. Other parts move back alone.
 constexpr double least_length = 0.5, least_share = 0.02, least_agreement = 0.5;
 
 Vec3 point(const Points& x, Index vertex) { return x.row(vertex).transpose(); }
@@ -37,7 +38,7 @@ bool separates_nothing(std::span<Piercing* const> contour, const std::vector<int
   });
 }
 
-// Returns whether no edge and the triangle that it pierces have the same label.
+// Returns whether each edge of the contour has a different label from the triangle that it pierces.
 bool are_disjoint(std::span<Piercing* const> contour, const std::vector<int>& label) {
   return std::none_of(contour.begin(), contour.end(), [&](const Piercing* p) {
     return label[p->vertices[0]] == label[p->vertices[2]];
@@ -46,7 +47,8 @@ bool are_disjoint(std::span<Piercing* const> contour, const std::vector<int>& la
 
 }  // namespace
 
-// Finds the parts of surfaces that contours separate. The smaller of two parts has passed through.
+// Finds the parts into which contours separate surfaces. Of two parts, the smaller is taken to have
+// passed through.
 void TangleFinder::cut_off(const Points& x, Tangle& tangle) const {
   tangle.contour_of_vertex.assign(model_.n_vertices, -1);
   tangle.part.assign(model_.n_vertices, -1);
@@ -71,8 +73,9 @@ void TangleFinder::cut_off(const Points& x, Tangle& tangle) const {
   drop_opposed(tangle);
 }
 
-// Surfaces that would retract in opposite directions do not move apart, for example a cloth with a
-// board through its middle. Their contours have no way out.
+// Removes retractions of the same two surfaces in opposite directions, because they would not move
+// the surfaces apart. An example is a cloth with a board through its middle. The piercings of these
+// contours then have no way out.
 void TangleFinder::drop_opposed(Tangle& tangle) {
   const auto opposed = [](const Retraction& a, const Retraction& b) {
     const double along = a.direction.dot(b.direction);
@@ -163,11 +166,12 @@ void TangleFinder::retract(const Points& x, std::span<Piercing* const> contour,
   tangle.retractions.push_back(std::move(retraction));
 }
 
-// The areas of vertices assume that the contour halves each edge. Adds the strips between the
-// middles of the edges and the contour, so that sizes change smoothly as the contour moves.
+// Vertex areas assume that the contour halves each edge. Corrects the sizes of parts by the strips
+// between the midpoints of the edges and the contour, so that sizes change smoothly as the contour
+// moves.
 void TangleFinder::refine_sizes(const Points& x, std::span<Piercing* const> contour, Cut& cut) {
   double length = 0.0;
-  std::map<int, int> n_edges;  // of each part
+  std::map<int, int> n_edges;  // number of edges of each part
   for (const Piercing* const p : contour) {
     length += p->segment;
     for (int k = 0; k < 2; ++k) ++n_edges[cut.part[p->vertices[k]]];
@@ -181,7 +185,7 @@ void TangleFinder::refine_sizes(const Points& x, std::span<Piercing* const> cont
   }
 }
 
-// Returns the smaller of the two parts that the edge joins, -1 if it lies in one part.
+// Returns the smaller of the two parts that the edge connects, or -1 if it lies in one part.
 int TangleFinder::smaller_part(const Piercing& p, const Cut& cut) {
   const int first = cut.part[p.vertices[0]], second = cut.part[p.vertices[1]];
   if (first == second) return -1;

@@ -58,8 +58,8 @@ void DipoleGroups::add(const Index* parts, Index n, const TaylorExpansion& expan
 }
 
 // The errors in the settings are 1.5 times those measured a few millimetres from the surface of a
-// ring of 2,900 cells. They are ten times the errors of faces, because the fields of neighbours in
-// a lattice cancel.
+// ring of 2,900 cells. For the same setting, they are about ten times as large as for FaceGroups,
+// because the fields of neighbouring cells in the lattice partly cancel.
 std::vector<ExpansionSetting> DipoleGroups::settings() const {
   return {{7, 0.4, 6e-3}, {11, 0.4, 2e-4}, {12, 0.35, 2e-5}, {14, 0.28, 3e-7}};
 }

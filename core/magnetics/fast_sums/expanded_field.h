@@ -11,11 +11,11 @@ namespace loomstone {
 
 class ExpandedField {
  public:
-  // tolerance is the error of field and gradient at a point, relative to their largest values at
+  // `tolerance` is the error of field and gradient at a point, relative to their largest values at
   // the same distance from the source [1]. It must be in [3e-7, 0.1].
   ExpandedField(std::unique_ptr<SourceGroups> source, double tolerance);
-  // Compute mu0 H [T] and its gradient [T/m] in the block layout of Source. The value at a point
-  // does not depend on the other points.
+  // These functions compute mu0 H [T] and its gradient [T/m] in the block layout of Source. The
+  // value at a point does not depend on the other points.
   void field_and_gradient_block(const double* points, Index n, double* field,
                                 double* gradient) const;
   void field_block(const double* points, Index n, double* field) const;
@@ -34,7 +34,7 @@ class ExpandedField {
  private:
   struct Cluster {  // node of a binary tree of the parts
     Vec3 centre;
-    double radius;  // of the bounding sphere about the centre [m]
+    double radius;  // radius of the bounding sphere about the centre [m]
     Index children[2] = {-1, -1};
     Index group = -1;  // index of a leaf's group
   };

@@ -11,11 +11,11 @@ namespace loomstone {
 namespace {
 
 // Number of nodes in each direction, and the largest sum of radii of far clusters in units of the
-// distance between their centres. The error of forces and fluxes is about 1e-6
+// distance between their centres. With these values, the error of forces and fluxes is about 1e-6
 // (docs/experiments/magnetics.md).
 constexpr int n_nodes = 6;
 constexpr double opening = 0.5;
-constexpr int points_a_direction = 3;  // samples of a panel
+constexpr int points_a_direction = 3;  // sample points in each direction of a panel
 constexpr Index leaf_panels = 32;
 // Clusters interact by nodes if there are at most this many pairs of nodes per pair of panels. A
 // pair of nodes is evaluated in every iteration, and a pair of panels only once.
@@ -114,7 +114,7 @@ PanelClusters::PanelClusters(const PanelSet& set, const PanelGrid& grid) : panel
     add_nodes(*cluster);
 }
 
-// Children have their nodes before their parents.
+// Requires that the children of the cluster already have nodes.
 void PanelClusters::add_nodes(PanelCluster& cluster) const {
   Vec3 low = panels_.panels[cluster.begin].centre, high = low;
   for (Index i = cluster.begin; i < cluster.end; ++i) {
@@ -220,7 +220,8 @@ ClusterPairs::ClusterPairs(const PanelClusters& on, const RigidPose& pose, const
     const double distance = (pose.position + rotation * to.centre - from.centre).norm();
     const double panels = static_cast<double>(to.end - to.begin) * (from.end - from.begin);
     const double nodes = static_cast<double>(to.nodes.rows() * from.nodes.rows());
-    // The field of each panel is then also the far one, see PanelSet::near.
+    // If the clusters are apart, the point-charge field of each panel is also valid; see
+    // PanelSet::near.
     const bool apart = to.radius + from.radius <= opening * distance &&
                        PanelSet::near * from.reach <= distance - to.radius - from.radius;
     if (apart && nodes <= most_node_pairs * panels) {
@@ -240,7 +241,7 @@ std::vector<Points> far_fields(const Team& team, const ClusterPairs& pairs, cons
                                const std::vector<Vector>& charges) {
   using panel_kernels::add_smoothed_field;
   const Mat3 rotation = rotation_matrix(pose.orientation);
-  // Position, charge / 4 pi and squared smoothing length, which is 0.
+  // Columns: position (3), charge / 4 pi, and squared smoothing length, which is 0.
   using Table = Eigen::Matrix<double, Eigen::Dynamic, 5, Eigen::RowMajor>;
   std::vector<Table> tables(by.clusters().size());
   for (std::size_t c = 0; c < tables.size(); ++c) {

@@ -27,20 +27,21 @@ struct PanelCluster {
 
 class PanelClusters {
  public:
-  // Divides the panels [grid.begin, grid.end) of a set.
+  // Divides the panels [grid.begin, grid.end) of a set into clusters.
   PanelClusters(const PanelSet& set, const PanelGrid& grid);
 
   // Returns the panels in the order of the clusters.
   const PanelSet& panels() const { return panels_; }
   const std::vector<PanelCluster>& clusters() const { return clusters_; }  // parents first
-  // Clusters without parents, one for each side of the body on which there are panels.
+  // Returns the clusters without parents, one for each side of the body that has panels.
   const std::vector<Index>& roots() const { return roots_; }
 
-  // Reads the values of the panels from those of the whole set, or adds them there.
+  // gathered() selects the values of these panels from those of the whole set. scatter() adds
+  // `factor` times the values of these panels to those of the whole set.
   Vector gathered(const Vector& all) const;
   void scatter(const Vector& own, double factor, Vector& all) const;
 
-  // Returns the charge at the nodes of each cluster that replaces the given charge densities.
+  // Returns for each cluster the charges at its nodes that represent the given charge densities.
   std::vector<Vector> node_charges(const Vector& densities) const;
   // Returns the flux through each panel of the field at the nodes of each cluster (nodes x 3).
   Vector fluxes(std::vector<Points> fields) const;
@@ -59,15 +60,16 @@ struct GridPair {
   PanelGrid one, other;
   double share = 1.0;
 };
-// Bodies whose grids have equal shares in Richardson extrapolation interact grid by grid. The
-// extrapolation then applies to the coupled bodies. All grids of other bodies interact as one. Each
-// grid then receives the field of the extrapolated charge. Charge that only some grids resolve is
-// multiplied by shares of up to 3.6 there, so GMRES needs more iterations.
+// Returns the pairs of grids through which two bodies interact. If their grids have equal shares in
+// Richardson extrapolation, corresponding grids interact, and the extrapolation applies to the
+// coupled bodies. Otherwise, all grids interact as one, and each grid receives the field of the
+// extrapolated charge. GMRES then needs more iterations, because charge that only some grids
+// resolve is multiplied by shares of up to 3.6.
 std::vector<GridPair> interacting_grids(const PanelSet& one, const PanelSet& other);
 
-// The clusters of `by` with which each cluster of `on` interacts by nodes (far), and the leaves
-// with which each leaf of `on` interacts panel by panel (near). pose is the pose of `on` in the
-// axes of `by`.
+// For each cluster of `on`, `far` lists the clusters of `by` with which it interacts by nodes. For
+// each leaf of `on`, `near` lists the leaves of `by` with which it interacts panel by panel. `pose`
+// is the pose of `on` in the axes of `by`.
 struct ClusterPairs {
   std::vector<std::vector<Index>> far, near;
   ClusterPairs(const PanelClusters& on, const RigidPose& pose, const PanelClusters& by);

@@ -11,7 +11,7 @@ namespace loomstone {
 
 struct PointCell {
   Vec3 centre;                   // centre of the points' bounding box [m]
-  double radius;                 // of the bounding sphere about the centre [m]
+  double radius;                 // radius of the bounding sphere about the centre [m]
   Index begin, end;              // range of its points in the order of the tree
   Index children[2] = {-1, -1};  // -1 for a leaf
   int level = 0;
@@ -26,7 +26,7 @@ struct PointTree {
 };
 
 // Builds the tree of n > 0 points. Leaves contain at most `leaf_size` points. All leaves except the
-// last contain a multiple of eight.
+// last contain a multiple of eight points.
 PointTree make_point_tree(const ConstPointsRef& points, Index leaf_size);
 
 }  // namespace loomstone

@@ -13,8 +13,8 @@
 namespace loomstone {
 
 // Order of expansions and opening criterion. Two cells are far apart if the sum of their radii is
-// less than `opening` times the distance between their centres. error is that of the gradient,
-// relative to its largest value at the same distance from the source [1].
+// less than `opening` times the distance between their centres. `error` is the error of the
+// gradient, relative to its largest value at the same distance from the source [1].
 struct ExpansionSetting {
   int order;
   double opening, error;
@@ -30,9 +30,9 @@ class SourceGroups {
  public:
   virtual ~SourceGroups() = default;
   virtual Index n_parts() const = 0;
-  virtual double radius() const = 0;          // of the bounding sphere about the origin [m]
+  virtual double radius() const = 0;          // radius of the bounding sphere about the origin [m]
   virtual Vec3 middle(Index part) const = 0;  // centre of a part [m]
-  // Distance from `from` to the farthest point of a part [m].
+  // Returns the distance from `from` to the farthest point of a part [m].
   virtual double reach(Index part, const Vec3& from) const = 0;
   // Adds a group of up to eight parts, and adds its multipole moments about `centre` to `moments`.
   virtual void add(const Index* parts, Index n, const TaylorExpansion& expansion,
@@ -41,11 +41,11 @@ class SourceGroups {
   // point.
   virtual void sum(GroupList groups, const double* point, double* field,
                    double* gradient) const = 0;
-  // Multipole expansion of all parts, for points beyond 2 radii.
+  // Returns the multipole expansion of all parts, for points beyond 2 radii.
   virtual const MultipoleExpansion& multipoles() const = 0;
-  // Number of groups whose exact sum costs about as much as evaluating an expansion.
+  // Returns the number of groups whose exact sum costs about as much as evaluating an expansion.
   virtual Index few() const = 0;
-  // Available settings, fastest first. The last has the smallest error, 3e-7.
+  // Returns the available settings, fastest first. The last one has the smallest error, 3e-7.
   virtual std::vector<ExpansionSetting> settings() const = 0;
 };
 

@@ -119,8 +119,8 @@ LOOMSTONE_INLINE void lane_derivatives(FarTables t, const Lanes* r, Lanes* d) {
     d[t.traces[i].target] = -d[t.traces[i].first] - d[t.traces[i].second];
 }
 
-// Returns the sum over k = 1 ... last - 1 of m[k] times the derivative at its place. Four partial
-// sums are accumulated.
+// Returns the sum of moments m[k] times derivatives d[place] over k = 1 ... last - 1, accumulated
+// in four partial sums.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes lane_products(const Lanes* m, int last, const Lanes* d,
                                      const std::uint16_t* place) {

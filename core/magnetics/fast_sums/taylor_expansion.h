@@ -6,8 +6,8 @@
 // The sums are truncated at |n| + |m| <= order. This truncation is symmetric in the two cells, so
 // the forces between them are equal and opposite at any order [Dehnen2002]. Because 1/r is
 // harmonic, M_{..z+2} can be folded into -M_{x+2..} and -M_{y+2..}, and all of L follows from its
-// components with a z exponent of at most 1, written z <= 1 below. This leaves (order + 1)^2
-// numbers, as many as in a spherical-harmonic expansion.
+// components with a z exponent of at most 1. This leaves (order + 1)^2 numbers, as many as in a
+// spherical-harmonic expansion.
 #pragma once
 
 #include "core/magnetics/fast_sums/taylor_tables.h"
@@ -21,19 +21,19 @@ class TaylorExpansion {
   explicit TaylorExpansion(int order) : tables_(order) {}  // order: 3 ... highest_order
 
   int order() const { return tables_.order; }
-  // Numbers of components, sorted by degree. Moments have z exponents of at most 1, local
-  // coefficients have any z exponent.
+  // Return the numbers of components, which are sorted by degree. Moments have z exponents of at
+  // most 1. Local coefficients have any z exponent.
   int moments_size() const { return static_cast<int>(tables_.slim.size()); }
   int local_size() const { return static_cast<int>(tables_.powers.size()); }
 
-  // Adds the moments of n dipoles about `centre`. positions and dipoles are (n x 3).
+  // Adds the moments of n dipoles about `centre`. `positions` and `dipoles` are (n x 3).
   void add_dipoles(const double* positions, const double* dipoles, Index n, const Vec3& centre,
                    double* moments) const;
-  // Adds the moments of n charges about `centre`. positions are (n x 3).
+  // Adds the moments of n charges about `centre`. `positions` is (n x 3).
   void add_charges(const double* positions, const double* charges, Index n, const Vec3& centre,
                    double* moments) const;
-  // Adds the moments of a child cell (multipole-to-multipole). shift points from the child's centre
-  // to the new centre.
+  // Adds the moments of a child cell (multipole-to-multipole). The vector `shift` leads from the
+  // child's centre to the new centre.
   void add_moments(const double* child, const Vec3& shift, double* moments) const;
 
   struct Far {
@@ -44,8 +44,8 @@ class TaylorExpansion {
   // of at most 1 (multipole-to-local). complete() computes the other components.
   void add_far(const Far* far, Index n, double* local) const;
   void complete(double* local) const;
-  // Adds a complete expansion to the same components of another one (local-to-local). shift points
-  // from the parent's centre to the new centre.
+  // Adds a complete expansion to those components of another one that have a z exponent of at most
+  // 1 (local-to-local). The vector `shift` leads from the parent's centre to the new centre.
   void add_local(const double* parent, const Vec3& shift, double* local) const;
 
   // Computes -grad phi and its gradient (xx, xy, xz, yy, yz, zz) at n points, stored as coordinate
@@ -53,8 +53,8 @@ class TaylorExpansion {
   void evaluate(const double* local, const Vec3& centre, const double* points, Index n,
                 double* field, double* gradient) const;
 
-  // Computes the same as evaluate() at one point, in a fifth of the time of a block of eight. rows
-  // are the coefficients from pack(), followed by at least `beyond` readable doubles.
+  // Computes the same as evaluate() at one point, in a fifth of the time of a block of eight.
+  // `rows` contains the coefficients from pack(), followed by at least `beyond` readable doubles.
   static constexpr int beyond = 7;
   void pack(const double* local, double* rows) const;
   void evaluate_at(const double* rows, const Vec3& centre, const double* point, double* field,

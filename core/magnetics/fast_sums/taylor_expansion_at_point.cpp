@@ -34,7 +34,7 @@ LOOMSTONE_INLINE Lanes first_of(const double* values, int n) {
                               lanes_bits(lanes_load<Lanes>(kept)));
 }
 
-// Evaluates the expansion at one point. rows contains the coefficients, ordered by powers of x
+// Evaluates the expansion at one point. `rows` contains the coefficients, ordered by powers of x
 // (fastest), z and y (slowest).
 template <class Lanes>
 LOOMSTONE_INLINE void point_kernel(const double* rows, int order, const double* at, double* field,

@@ -31,7 +31,7 @@ constexpr Setting settings[] = {{3, 0.7, 2e-2},  {4, 0.65, 7e-3},   {5, 0.6, 2.5
                                 {9, 0.52, 6e-5}, {9, 0.5, 4e-5},    {10, 0.45, 8e-6},
                                 {11, 0.4, 1e-6}, {13, 0.4, 1e-7},   {14, 0.35, 7e-9}};
 constexpr int n_settings = 12;
-constexpr double spare = 0.75;  // safety factor, because other sets have slightly larger errors
+constexpr double spare = 0.75;  // safety factor for sets with slightly larger errors
 // Minimum number of observers for which a setting is first tested on the leaves that contain
 // samples. The test saves a whole pass if the setting is not accurate enough, which happens in a
 // tenth of the cases. It takes a tenth of a pass at 100,000 observers and less with more.

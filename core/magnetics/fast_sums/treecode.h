@@ -28,7 +28,7 @@ struct TreecodeField {
 };
 
 // Returns the field of the dipoles of `by` at points (n x 3). A dipole at the position of a point
-// contributes nothing there. tolerance must be in [1e-10, 0.1].
+// contributes nothing there. `tolerance` must be in [1e-10, 0.1].
 TreecodeField treecode_field(const Team& team, const DipoleSet& by, const ConstPointsRef& points,
                              bool gradient, double tolerance);
 

@@ -114,7 +114,7 @@ class LineTracing {
     return nullptr;
   }
 
-  // Evaluates one stage of all lines, which is the unit vector along or against the field at
+  // Evaluates one stage of all lines: the unit vector along or against the field at the position
   // at(line). Ends lines at points where the field vanishes.
   template <class At>
   void directions(const std::vector<Tracer*>& lines, int stage, At&& at) {

@@ -10,8 +10,8 @@
 
 namespace loomstone {
 
-// Reason why a line ends. A line that is traced only along the field begins with `seed`. A line
-// that is traced only against it ends with `seed`.
+// Reason why a line begins or ends at a point. A line that is traced only along the field begins at
+// its `seed`, and a line that is traced only against the field ends there.
 enum class LineEnd : std::uint8_t { seed, body, left, closed, length, no_field };
 
 // Options of trace_field_lines().

@@ -26,9 +26,9 @@ struct Cell {
 
 class CellMagnet final : public Source {
  public:
-  // magnet must be hard and solid. density is the number of leaves per volume [1/m^3]. A cell with
-  // longest edge e is used at distances of at least separation * e. separation [1] equals r_0
-  // rho_0^(1/3) in (6.19).
+  // `magnet` must be hard and solid. `density` is the number of leaves per volume [1/m^3]. A cell
+  // with longest edge e is used at distances of at least `separation` times e. `separation` [1]
+  // equals r_0 rho_0^(1/3) in (6.19).
   CellMagnet(const Source& magnet, double density, double separation);
   // Returns a copy whose field and gradient come from local expansions (expanded_field.h, with its
   // tolerance) instead of sums over all leaves. Fronts and forces between cells are the same.
@@ -49,8 +49,8 @@ class CellMagnet final : public Source {
 
   const std::vector<Cell>& cells() const { return cells_; }  // the first one is the root
   double leaf_diameter() const { return diameter_; }         // v^(1/3) [m]
-  // Returns the front towards a box at a pose in this body's axes. It consists of the coarsest
-  // cells that are far enough from the box for their size.
+  // Returns the front towards a box whose pose is given in this body's axes. It consists of the
+  // coarsest cells that are far enough from the box for their size.
   std::vector<Index> front(const Vec3& low, const Vec3& high, const RigidPose& pose) const;
 
  private:
@@ -80,8 +80,8 @@ CellTable cell_front(const MagneticBody& body, const MagneticBody& other);
 // must have cells.
 Wrench cell_wrench(const MagneticBody& on, const MagneticBody& by);
 
-// Returns the distance between two boxes [m], or 0 if they overlap. pose is the pose of the second
-// in the axes of the first.
+// Returns the distance between two boxes [m], or 0 if they overlap. `pose` is the pose of the
+// second box in the axes of the first.
 double box_distance(const Vec3& low, const Vec3& high, const Vec3& other_low,
                     const Vec3& other_high, const RigidPose& pose);
 

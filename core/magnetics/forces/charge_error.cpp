@@ -13,8 +13,8 @@ namespace loomstone {
 
 namespace {
 
-// Returns the distance between two bodies over the shortest edge of the induced one, within the
-// range of the measurements below. It is 1 for currents and dipoles.
+// Returns the distance between two bodies divided by the shortest edge of the induced body, clamped
+// to the range in which calibrated() was fitted. Returns 1 for currents and dipoles.
 double relative_gap(const MagneticBody& induced, const MagneticBody& by) {
   const auto box = induced.source->box(), other = by.source->box();
   if (!box || !other) return 1.0;
@@ -23,10 +23,11 @@ double relative_gap(const MagneticBody& induced, const MagneticBody& by) {
   return std::clamp(gap / (box->second - box->first).minCoeff(), 0.1, 2.0);
 }
 
-// Turns the force on the errors of the charge into an error of the force. For bodies with panels,
-// the former is the difference of two extrapolations. It exaggerates large errors and misses part
-// of those beside a near magnet. The formula is a fit to true errors, which it meets within a
-// factor of 2 below and 10 above in nine of ten cases (docs/experiments/magnetics.md).
+// Converts `difference`, the force on the estimated errors of the charge, into an estimated error
+// of `force`. For bodies with panels, the difference of two extrapolations is used. It exaggerates
+// large errors and misses part of the error near a magnet. The formula was fitted to true errors.
+// In nine of ten cases, the estimate is between half and ten times the true error
+// (docs/experiments/magnetics.md).
 double calibrated(double difference, double force, double gap) {
   if (!(force > 0.0)) return difference;
   return 0.044 * force * std::pow(difference / force, 0.8) * std::pow(gap, -0.6);
@@ -50,7 +51,7 @@ std::vector<Wrench> wrenches(const MagneticBody& induced, const MagneticBody& by
   Points local(charges.size(), 3), x(charges.size(), 3);
   for (std::size_t i = 0; i < charges.size(); ++i) local.row(i) = charges[i].position.transpose();
   place_points(induced.pose, local, x);
-  const SourcePtr means = by.source->panel_means();  // its field is cheaper
+  const SourcePtr means = by.source->panel_means();  // its field is cheaper to evaluate
   const Points field = magnetic_field(Team{}, {{means ? means : by.source, by.pose}}, x, "B");
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
     const double charge[2] = {charges[static_cast<std::size_t>(i)].charge,

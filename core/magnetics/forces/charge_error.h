@@ -1,5 +1,5 @@
-// Estimated errors of forces that are due to the approximate surface charge of induced bodies. They
-// follow from the forces on the estimated errors of the charge.
+// Estimates the errors that the approximate surface charge of induced bodies causes in forces, from
+// the forces on the estimated errors of the charge.
 #pragma once
 
 #include <vector>

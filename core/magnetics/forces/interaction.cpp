@@ -54,7 +54,7 @@ Wrench on_charges(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
-// Returns a body with the mean charge on each panel, whose field is cheaper.
+// Returns a body with the mean charge on each panel, whose field is cheaper to evaluate.
 MagneticBody with_panel_means(const MagneticBody& body) {
   const SourcePtr means = body.source->panel_means();
   return {means ? means : body.source, body.pose};
@@ -92,7 +92,7 @@ int dimensions(const Source& source) {
 }
 
 // Returns whether to integrate over `a`. The integral is over the simpler body, or over the smaller
-// one if both are alike. The choice does not depend on the order of the two.
+// one if both are equally simple. The choice does not depend on the order of the bodies.
 bool integrate_over_first(const MagneticBody& a, const MagneticBody& b) {
   const int da = dimensions(*a.source), db = dimensions(*b.source);
   if (da != db) return da < db;

@@ -24,8 +24,8 @@ OrientedBox box_of(const MagneticBody& body) {
 }
 
 // Returns the largest gap between the projections of two boxes onto an axis [m]. It is negative if
-// the boxes overlap. The axes of the separating-axis test are the normals of faces and the products
-// of edges.
+// the boxes overlap. The axes of the separating-axis test are the face normals and the cross
+// products of edges.
 double separation(const OrientedBox& a, const OrientedBox& b) {
   constexpr double parallel = 1e-6;  // sine of the angle below which edges count as parallel
   const Vec3 away = b.centre - a.centre;

@@ -9,13 +9,14 @@
 
 namespace loomstone {
 
-// Returns whether two bodies fill a common space that is deeper than rounding, 1e-6 of their sizes.
-// Bodies may touch. Dipoles, currents and cells fill no space. The test is exact for pairs of
-// cuboids and for spheres. For other pairs, about 300 points on the surface of each are tested.
+// Returns whether two bodies share a region deeper than 1e-6 of their sizes, an allowance for
+// rounding. Bodies may touch. Dipoles, currents and cells fill no space. The test is exact for
+// pairs of cuboids and for spheres. For other pairs, about 300 points on the surface of each are
+// tested.
 bool overlap(const MagneticBody& a, const MagneticBody& b);
 
-// Throws InvalidInput if two bodies overlap. The message names the first such pair. names are those
-// of the bodies.
+// Throws InvalidInput if two bodies overlap. The message names the first such pair. `names`
+// contains the names of the bodies.
 void check_no_overlap(const std::vector<MagneticBody>& bodies,
                       const std::vector<std::string>& names);
 

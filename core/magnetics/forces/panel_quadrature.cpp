@@ -49,7 +49,7 @@ struct Integrand : PanelTask {
   }
 };
 
-// Part of a panel with its integral and the error from each direction.
+// Part of a panel, with its integral and the error of the rule in each direction.
 struct Leaf {
   Index panel;
   double from[2], size[2];
@@ -110,7 +110,7 @@ Total total_of(const std::vector<Leaf>& leaves) {
 
 // Bisects leaves with more than their share of the error until the total meets the tolerance.
 Total adapt(const Integrand& integrand, double tolerance, double least) {
-  // n is the number of points in each direction. Higher orders pay off at small tolerances.
+  // `n` is the number of points in each direction. Higher orders pay off at small tolerances.
   const int n = tolerance >= 1e-3 ? 5 : tolerance >= 1e-6 ? 7 : 10;
   std::vector<Leaf> leaves(integrand.panels.size());
   Index evaluations = 0;
@@ -122,7 +122,7 @@ Total adapt(const Integrand& integrand, double tolerance, double least) {
   for (;;) {
     const Total total = total_of(leaves);
     const double size = std::max(total.value.head<3>().norm(), total.value.tail<3>().norm());
-    // If the parts cancel, 1e-6 of the sum of their norms counts as zero.
+    // If the leaves nearly cancel, the tolerance is relative to 1e-6 of the sum of their norms.
     const double goal = tolerance * std::max({size, least, 1e-6 * total.absolute});
     if (total.error <= goal || evaluations > most_evaluations) return total;
     const double share = 0.5 * goal / static_cast<double>(leaves.size());

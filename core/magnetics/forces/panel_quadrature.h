@@ -1,7 +1,8 @@
 // Adaptive quadrature of one source's field over the panels of another. Panels with tensor-product
 // Gauss rules are bisected, in the direction with the larger error, until the estimated error is
-// below the tolerance. The error of an n-point rule is a Legendre coefficient of degree 2 n. Its
-// estimate is the square of the rule's last coefficients, divided by the largest one.
+// below the tolerance. The error of an n-point rule is a Legendre coefficient of degree 2 n. It is
+// estimated as the square of the last coefficients that the rule resolves, divided by the largest
+// one.
 #pragma once
 
 #include <vector>
@@ -13,10 +14,10 @@ namespace loomstone {
 
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 
-// wrench is the force [N], followed by the torque about the centre of the panels' body divided by
-// its radius [N], both in the axes of `by`. energy is minus the integral of M.mu0 H over the volume
-// inside the panels [J], as the first of six components. Because div H = 0 outside the source, it
-// equals the integral of -(M.x) mu0 H.n over the closed surface.
+// `wrench` is the force [N], followed by the torque about the centre of the panels' body divided by
+// its radius [N], both in the axes of `by`. `energy` is minus the integral of M.mu0 H over the
+// volume inside the panels [J], as the first of six components. Because div H = 0 outside the
+// source, it equals the integral of -(M.x) mu0 H.n over the closed surface.
 enum class PanelQuantity { wrench, energy };
 
 struct PanelIntegral {

@@ -39,7 +39,7 @@ struct GridWrenches {
     }
   }
 
-  // Adds the forces on the panels of a leaf of `on` by near leaves of `by`.
+  // Adds the forces that near leaves of `by` exert on the panels of a leaf of `on`.
   void add_near(const PanelCluster& to, const std::vector<Index>& near) {
     const PanelSet& set = on.panels();
     const Mat3 rotation = rotation_matrix(pose.orientation);

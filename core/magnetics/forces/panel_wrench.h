@@ -19,12 +19,12 @@ struct PlacedCharges {
 };
 
 // Returns the mean charges of the panels of an induced body, for forces between induced bodies. The
-// part that varies within panels responds only to magnets, and its field is expensive. Null for
-// sources without panels.
+// part that varies within panels responds only to magnets, and its field is expensive. There is no
+// value for sources without panels.
 std::optional<PlacedCharges> mean_charges(const MagneticBody& body);
 
-// Return the wrench on `on`, and those on several sets of charges on its panels. Wrench::error is
-// not estimated (0).
+// panel_wrench() returns the wrench on `on`. panel_wrenches() returns one wrench for each set of
+// charges on the panels `on`. Neither estimates Wrench::error, which is 0.
 Wrench panel_wrench(const PlacedCharges& on, const PlacedCharges& by);
 std::vector<Wrench> panel_wrenches(const PanelSet& on, const RigidPose& pose,
                                    const std::vector<Vector>& charges, const PlacedCharges& by);

@@ -28,10 +28,10 @@ struct Carrier {
   Vec3 centre = Vec3::Zero();    // [m]
 };
 
-// Returns bounds of the squared angular frequency of every carrier [1/s^2]. carrier is the index of
-// each magnet's carrier, field the norm of the uniform field [T]. Magnets on one carrier do not
-// interact. add_sphere_frequencies2() adds the forces between soft spheres and those of fixed
-// magnets on them.
+// Returns bounds of the squared angular frequency of every carrier [1/s^2]. `carrier` contains the
+// index of each magnet's carrier, and `field` is the norm of the uniform field [T]. Magnets on one
+// carrier do not interact. add_sphere_frequencies2() adds the forces between soft spheres and those
+// of fixed magnets on them.
 std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets,
                                  const std::vector<RigidPose>& poses,
                                  const std::vector<Index>& carrier,

@@ -12,13 +12,14 @@ namespace {
 
 constexpr int order = 3, per_leaf = AppliedField::points;
 static_assert(order * order == per_leaf);
-constexpr std::size_t most_leaves = 4000;  // for a force error of 1e-3 in contact at any angle
+// Largest number of leaves. It suffices for a force error of 1e-3 in contact at any angle.
+constexpr std::size_t most_leaves = 4000;
 constexpr double worst = 0.1;  // parts above this fraction of the largest error are bisected
 
 using Leaf = AppliedField::Leaf;
 
 struct Judged {
-  double error[2] = {0.0, 0.0};  // error of the integral of (B.n) B by direction [T^2 m^2]
+  double error[2] = {0.0, 0.0};  // error of the integral of (B.n) B in each direction [T^2 m^2]
   double size = 0.0;             // integral of (B.n)^2 [T^2 m^2]
   double whole() const { return error[0] + error[1]; }
 };
@@ -38,8 +39,9 @@ double rule_error(const Vec3* sums) {
   return largest > 0.0 ? last * last * last / (largest * largest) : 0.0;
 }
 
-// Estimates the error on a panel with the unit normal `direction`. areas are those of its points
-// [m^2]. field is B at the points, row by row, in the axes of the body [T]. `normal` receives B.n.
+// Estimates the error on a panel with the unit normal `direction`. `areas` are the areas of its
+// points [m^2]. `field` is B at the points, row by row, in the axes of the body [T]. `normal`
+// receives B.n.
 Judged judge(const Vec3& direction, const double* areas, const double* field, double* normal) {
   Vec3 along_u[order], along_v[order];
   for (int i = 0; i < order; ++i) along_u[i] = along_v[i] = Vec3::Zero();

@@ -14,7 +14,7 @@ namespace loomstone {
 struct BesideWinding {
   bool in_bore = false, outside = false;
 };
-// body must be solid. Its surface is tested if it consists of polygons. Otherwise, its bounding
+// `body` must be solid. Its surface is tested if it consists of polygons. Otherwise, its bounding
 // sphere is tested.
 BesideWinding beside_winding(const MagneticBody& coil, const MagneticBody& body);
 

@@ -80,7 +80,8 @@ void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody
     turned[pair.i] = turned[pair.k] = true;
     const Vec3 axis = (soft[pair.k].pose.position - soft[pair.i].pose.position).normalized();
     const Vec3 half = axis.z() >= 0.0 ? Vec3(axis + Vec3::UnitZ()) : Vec3(Vec3::UnitZ() - axis);
-    // A half turn about the bisector of z and the axis (or its opposite) maps one to the other.
+    // A half turn about the bisector of z and the line of centres, or its opposite, maps one onto
+    // the other.
     const Vec3 about = half.normalized();
     result[pair.i].pose.orientation = result[pair.k].pose.orientation =
         Vec4(0.0, about.x(), about.y(), about.z());

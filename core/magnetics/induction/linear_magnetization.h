@@ -24,8 +24,9 @@ struct Induction {
 Induction induce(const Team& team, const std::vector<SoftBody>& soft,
                  const std::vector<MagneticBody>& hard, const Vec3& field, double tolerance);
 
-// Throws InvalidInput if a soft body overlaps another one or a magnet. The message names the first
-// such body. names are those of the soft bodies, followed by those of the hard ones.
+// Throws InvalidInput if a soft body overlaps another soft body or a magnet. The message names the
+// first such body. `names` contains the names of the soft bodies, followed by those of the hard
+// ones.
 void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                  const std::vector<std::string>& names);
 

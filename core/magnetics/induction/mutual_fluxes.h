@@ -11,7 +11,7 @@ namespace loomstone {
 
 class MutualFluxes {
  public:
-  // pose is the pose of `on` in the axes of `by`.
+  // `pose` is the pose of `on` in the axes of `by`.
   MutualFluxes(const Team& team, const PanelSet& on, const RigidPose& pose, const PanelSet& by);
   // Adds the fluxes [T m^2] of charges mu0 sigma [T], which include the shares of their grids.
   void add(const Team& team, const Vector& charges, Vector& fluxes) const;

@@ -34,7 +34,7 @@ struct Linkage {
   double flux = 0.0, size = 0.0;
 };
 
-// Winding along which the potential is integrated, and its pose in the axes of the other one.
+// Winding along which the potential is integrated, and its pose in the axes of the other winding.
 struct Path {
   const Winding& winding;
   RigidPose pose;

@@ -1,6 +1,6 @@
-// Mutual inductance of coils: the flux of one coil through the other, computed as the integral of
-// the vector potential along the other's winding. The integral is finite even if coils overlap or
-// touch, except for two loops that coincide.
+// Mutual inductance of two coils: the flux of one coil through the other, computed as the integral
+// of the vector potential of the one along the winding of the other. The integral is finite even if
+// the coils overlap or touch, except for two loops that coincide.
 #pragma once
 
 #include "core/magnetics/sources/body.h"

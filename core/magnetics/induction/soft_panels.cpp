@@ -139,7 +139,7 @@ class SoftPanels final : public SoftShape {
   }
 
  private:
-  // Returns the estimated errors of the extrapolated charges. Empty for a single grid.
+  // Returns the estimated errors of the extrapolated charges, or an empty vector for a single grid.
   Vector errors_of(const Vector& charges) const {
     if (form_->grids.size() == 1) return {};
     Vector errors = charges;
@@ -171,8 +171,8 @@ SoftShapePtr panels_of(PanelForm form, double susceptibility) {
                                       susceptibility);
 }
 
-// Returns the cells of the three grids for extrapolation: half of `cells`, about 0.7 of `cells`,
-// and `cells`. The errors are of second and third order in 1 / cells.
+// Returns the numbers of cells of the three grids for extrapolation: half of `cells`, about 0.7 of
+// `cells`, and `cells`. The errors are of second and third order in 1 / cells.
 std::vector<int> three_grids(int cells) {
   return {cells / 2, 2 * static_cast<int>(std::lround(0.35 * cells)), cells};
 }
@@ -187,9 +187,9 @@ Vector extrapolation(const std::vector<int>& counts, const std::vector<int>& ord
   return powers.inverse() * Vector::Unit(n, 0);
 }
 
-// Grids of a body, coarsest first. Three grids cancel errors of second and third order, two grids
-// only those of second order. The difference from an extrapolation in which the last order is one
-// higher indicates the error.
+// grids_of() returns the grids of a body, coarsest first. Extrapolation from three grids cancels
+// errors of second and third order, from two grids only those of second order. The error is
+// estimated as the difference from an extrapolation that assumes the last order to be one higher.
 using MakePanels = std::function<std::vector<FlatPanel>(int cells)>;
 using MakeElements = std::unique_ptr<BoundaryElements> (*)(const Team&,
                                                            const std::vector<FlatPanel>&);

@@ -110,7 +110,8 @@ int sphere_degree(double radius, double distance, double tolerance) {
 }
 
 int sphere_degree(double radius, double other, double distance, double tolerance) {
-  // Repeated images converge at a rate given by the bispherical coordinate of the surface.
+  // The series of repeated images converges at a rate given by the bispherical coordinate of the
+  // surface.
   const double cosine =
       (distance * distance + radius * radius - other * other) / (2.0 * radius * distance);
   return degree_of(std::max(2.0 * std::acosh(std::max(cosine, 1.0)), 1e-3), tolerance);

@@ -16,7 +16,7 @@ struct PanelSet;
 class SoftShape {
  public:
   virtual ~SoftShape() = default;
-  // Points at which the applied field is needed (n x 3) [m].
+  // Returns the points at which the applied field is needed (n x 3) [m].
   virtual const Points& samples() const = 0;
   // Reduces the applied mu0 H at the samples (n x 3) [T] to the vector to which the body responds.
   // The map is linear.
@@ -30,12 +30,13 @@ class SoftShape {
   // Returns the volume mean of the applied field [T].
   virtual Vec3 mean_field(const Vector& received) const = 0;
   virtual double volume() const = 0;  // [m^3]
-  virtual double radius() const = 0;  // of the bounding sphere about the origin [m]
-  // The body as a hard magnet of 1 T along z, which provides its geometry.
+  virtual double radius() const = 0;  // radius of the bounding sphere about the origin [m]
+  // Returns the body as a hard magnet of 1 T along z, which provides its geometry.
   virtual SourcePtr solid() const = 0;
-  // Panels that carry the charge, or null for spheres.
+  // Returns the panels that carry the charge, or null for spheres.
   virtual std::shared_ptr<const PanelSet> panels() const { return nullptr; }
-  // Degree of a sphere's solid harmonics, or 0 if it is chosen automatically; -1 for other shapes.
+  // Returns the degree of a sphere's solid harmonics, 0 if it is chosen automatically, or -1 for
+  // other shapes.
   virtual int sphere_degree() const { return -1; }
   virtual double susceptibility() const = 0;
   virtual SourceRecipe recipe() const = 0;
@@ -51,15 +52,15 @@ struct SoftBody {
 };
 
 // Checks the number of cells of the finest grid on a shape, "cuboid" or "cylinder". Throws
-// InvalidInput unless it is a multiple of 4, at least 8, and at most what the shape allows. name is
-// the name of the option.
+// InvalidInput unless it is a multiple of 4, at least 8, and at most what the shape allows. `name`
+// is the name of the option.
 void check_cells(int cells, const std::string& shape, const std::string& name = "cells");
 
 // Throws InvalidInput unless chi >= -1 [1] and chi != 0. An infinite chi stands for ideal iron.
 void check_susceptibility(double susceptibility);
 
-// degree is that of the solid harmonics. If it is 0, induce() chooses it from the distance of other
-// bodies.
+// `degree` is the degree of the solid harmonics. If it is 0, induce() chooses it from the distances
+// to other bodies.
 SoftShapePtr soft_sphere(double radius, double susceptibility, int degree);
 // Returns the degree at which the relative error of the force on a sphere is `tolerance` if the
 // nearest source is at `distance` from its centre.
@@ -67,7 +68,7 @@ int sphere_degree(double radius, double distance, double tolerance);
 // Returns the degree for the force between two soft spheres whose centres are `distance` apart.
 int sphere_degree(double radius, double other_radius, double distance, double tolerance);
 
-// Returns a cuboid. cells is the number of panels along the shortest edge of the finest of three
+// Returns a cuboid. `cells` is the number of panels along the shortest edge of the finest of three
 // grids; see check_cells(). Longer edges have more panels; see cuboid_panels(). Richardson
 // extrapolation combines the responses of the grids. If focus > 0 [m], all edges have `cells`
 // panels on two grids, refined near the middle of the wide faces, for a magnet of half width
@@ -75,7 +76,7 @@ int sphere_degree(double radius, double other_radius, double distance, double to
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,
                          double focus = 0.0);
 
-// Returns a cylinder |z| <= height / 2, or a ring if inner_radius > 0. cells is the number of
+// Returns a cylinder |z| <= height / 2, or a ring if inner_radius > 0. `cells` is the number of
 // panels along its side in the finest of three grids, as for cuboids. Throws Unsupported if the
 // height or the wall is less than a fiftieth of the radius.
 SoftShapePtr soft_cylinder(const Team& team, double radius, double height, double inner_radius,

@@ -105,8 +105,8 @@ LOOMSTONE_INLINE LoopTerms<Lanes> loop_terms(const Lanes& rho, const Lanes& beyo
   return out;
 }
 
-// Contribution of one end of a sheet to bz, br and t, for points near that end. Derivatives along z
-// are loop fields.
+// Contribution of one end of a sheet to bz, br and t, for points near that end. Their derivatives
+// along z are fields of loops.
 template <class Lanes>
 struct SheetEnd {
   Lanes bz, br, t;

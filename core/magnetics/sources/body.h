@@ -15,11 +15,11 @@ struct MagneticBody {
   SourcePtr source;
   RigidPose pose;  // pose of the source's axes; their origin is the centre of the body
 
-  // Dipole moment in world axes [A m^2].
+  // Returns the dipole moment in world axes [A m^2].
   Vec3 moment() const { return rotation_matrix(pose.orientation) * source->moment(); }
 };
 
-// Returns the total field of all bodies at (n x 3) points [m], in world axes (n x 3). quantity is
+// Returns the total field of all bodies at (n x 3) points [m], in world axes (n x 3). `quantity` is
 // "B" [T] or "H" [A/m].
 Points magnetic_field(const Team& team, const std::vector<MagneticBody>& bodies,
                       const ConstPointsRef& points, const std::string& quantity);
@@ -57,8 +57,8 @@ Vector magnetic_potential(const Team& team, const std::vector<MagneticBody>& bod
 // length > 0 and is normalised. Throws InvalidInput if a value is invalid.
 RigidPose checked_pose(const Vec3& position, const Vec4& orientation);
 
-// The body's origin is the centre of volume of a mesh magnet and the mean of the vertices of a
-// polyline.
+// Both functions return a body with its pose. The origin of a mesh magnet is its centre of volume;
+// that of a polyline is the mean of its vertices.
 MagneticBody make_mesh_magnet(const TriangleMesh& mesh, const Vec3& polarization);
 MagneticBody make_polyline(Points vertices, double current);
 

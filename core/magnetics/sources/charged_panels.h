@@ -28,7 +28,7 @@ struct PanelSet {
   // closed form. Their relative error there is 2e-4.
   static constexpr double near = 5.0;
 
-  // order is the number of sample points in each direction of a panel.
+  // `order` is the number of sample points in each direction of a panel.
   PanelSet(std::vector<FlatPanel> panels, int order, std::vector<PanelGrid> grids = {});
 
   std::vector<FlatPanel> panels;
@@ -36,7 +36,7 @@ struct PanelSet {
   Points samples;  // sample points (k x 3), ordered by panel [m]
   Vector shares;   // fraction of the panel's area that a sample represents (k)
   int per_panel = 0;
-  double radius = 0.0;         // of the bounding sphere about the origin [m]
+  double radius = 0.0;         // radius of the bounding sphere about the origin [m]
   std::vector<double> tables;  // kernel data (panel_kernels.h)
 };
 
@@ -49,7 +49,7 @@ struct PanelRange {
 
 using FluxMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 // Computes the flux [m^2] of a unit charge density on each panel of `by` (columns) through each
-// panel of `on` (rows). pose is the pose of `on` in the axes of `by`.
+// panel of `on` (rows). `pose` is the pose of `on` in the axes of `by`.
 FluxMatrix panel_fluxes(const PanelRange& on, const RigidPose& pose, const PanelRange& by);
 
 // Computes mu0 H [T] of panels with charges mu0 sigma [T] at n points, in the block layout of
@@ -59,7 +59,8 @@ void panel_field(const PanelRange& by, const double* charges, const double* poin
 
 class ChargedPanels final : public Source {
  public:
-  // charges is mu0 sigma on each panel [T]. solid is the body that the panels enclose, or null.
+  // `charges` contains mu0 sigma on each panel [T]. `solid` is the body that the panels enclose, or
+  // null.
   ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid = nullptr);
   // Additional charge that varies within panels. It is given at the samples of the set and on parts
   // of panels that have their own samples.
@@ -91,7 +92,8 @@ class ChargedPanels final : public Source {
   SourcePtr panel_means() const override { return fine_.panel_means; }
   const PanelSet& set() const { return *set_; }
   const Vector& uniform_charges() const { return charges_; }  // of panels, mu0 sigma [T]
-  // Estimated errors of mu0 sigma on each panel [T]; empty if unknown.
+  // Returns the estimated errors of mu0 sigma on each panel [T], or an empty vector if they are
+  // unknown.
   const Vector& panel_errors() const { return fine_.errors; }
 
  private:

@@ -29,7 +29,7 @@ LOOMSTONE_INLINE DipoleArm<Lanes> dipole_arm(const Lanes3<Lanes>& p, const T* po
   return a;
 }
 
-// Adds the field of a dipole m, divided by mu0 / 4 pi. mr is the dot product m.r.
+// Adds the field of a dipole m, divided by mu0 / 4 pi. `mr` is the dot product m.r.
 template <class Lanes, class T>
 LOOMSTONE_INLINE void add_dipole_field(const T* m, const DipoleArm<Lanes>& a, const Lanes& mr,
                                        Lanes3<Lanes>& b) {

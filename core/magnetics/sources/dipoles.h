@@ -20,7 +20,7 @@ struct DipoleTable {
 
 class DipoleSet final : public Source {
  public:
-  // positions (n x 3) [m] and moments (n x 3) [A m^2] in the axes of the set.
+  // Takes positions (n x 3) [m] and moments (n x 3) [A m^2] in the axes of the set.
   DipoleSet(Points positions, Points moments);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
@@ -62,7 +62,7 @@ struct DipoleColumns {
   const double *points, *moments;  // [m], [A m^2]
   Index n;
 };
-// nearest2 [m^2] is the square of `nearest` in dipole_forces().
+// `nearest2` [m^2] is the square of `nearest` in dipole_forces().
 void dipole_force_block(const DipoleTable& by, const DipoleColumns& on, double nearest2,
                         double* field, double* force);
 

@@ -53,9 +53,9 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order) {
   return points;
 }
 
-// Grading of half an edge. Returns the position s between the middle (0) and the end (1) below
-// which a fraction t of the cells lies. The number of cells below s is proportional to 1 - sqrt(1 -
-// s), which refines the end. With a focus of `width` half edges, asinh(s / width) is added to this
+// Grades half an edge. Returns the position s between the middle (0) and the end (1) below which a
+// fraction t of the cells lies. The number of cells below s is proportional to 1 - sqrt(1 - s),
+// which refines the end. With a focus of `width` half edges, asinh(s / width) is added to this
 // number, which refines the middle.
 static double graded(double t, double width) {
   const double rest = 1.0 - t;
@@ -71,15 +71,16 @@ static double graded(double t, double width) {
 
 namespace {
 
-// Number of panels between the end of an edge and a distance d from it, in units of those on half
-// of the shortest edge. d is in units of half of the shortest edge. Up to d = 1, panels are refined
-// towards the end. Beyond, they have equal widths, or grow in proportion to 1 + growth (d - 1).
+// Returns the number of panels between the end of an edge and the distance d from it. d is in units
+// of half the shortest edge, and the number in units of the panels on that half. Up to d = 1,
+// panels are refined towards the end. Beyond, they have equal widths, or grow in proportion to 1 +
+// growth (d - 1).
 double panels_from_end(double d, double growth) {
   if (d <= 1.0) return std::sqrt(d);
   return 1.0 + (growth > 0.0 ? 0.5 * std::log1p(growth * (d - 1.0)) / growth : 0.5 * (d - 1.0));
 }
 
-double distance_from_end(double panels, double growth) {  // the inverse
+double distance_from_end(double panels, double growth) {  // inverse of panels_from_end()
   if (panels <= 1.0) return panels * panels;
   const double more = 2.0 * (panels - 1.0);
   return 1.0 + (growth > 0.0 ? std::expm1(growth * more) / growth : more);
@@ -89,7 +90,7 @@ double distance_from_end(double panels, double growth) {  // the inverse
 struct HalfEdge {
   double length = 1.0;  // in units of half of the shortest edge
   int multiple = 1;     // number of panels in units of those on half of the shortest edge
-  double growth = 0.0;  // of the panels towards the middle
+  double growth = 0.0;  // growth of the panel widths towards the middle; see panels_from_end()
 
   // Returns the position between the middle (0) and the end (1) below which a fraction t of the
   // panels lies.
@@ -103,10 +104,11 @@ struct HalfEdge {
 // Chooses the multiples of the edges. They are integers, so that the numbers of panels on grids for
 // extrapolation have the same ratio along all edges.
 std::array<HalfEdge, 3> half_edges(const Vec3& size) {
-  // Width of panels far from the ends over that in the middle of the shortest edge. With 1.9, the
-  // largest error beside magnets is four times as large.
+  // Largest width of panels far from the ends, relative to the width in the middle of the shortest
+  // edge. With 1.9 instead, the largest error beside magnets is four times as large.
   constexpr double widest = 1.38;
-  constexpr int most_panels = 19;  // in an octant, over those on one face of a cube there
+  // Largest number of panels in an octant, in units of those on one face of a cube's octant.
+  constexpr int most_panels = 19;
   std::array<HalfEdge, 3> edges;
   for (int axis = 0; axis < 3; ++axis) {
     HalfEdge& edge = edges[axis];
@@ -178,8 +180,8 @@ std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus) 
 
 using ProfilePoint = std::array<double, 2>;
 
-// Meridian of the surface as points (radius, height) [m], counter-clockwise and refined towards its
-// corners.
+// Returns the meridian of the surface as points (radius, height) [m], counter-clockwise and refined
+// towards its corners.
 static std::vector<ProfilePoint> cylinder_profile(double radius, double inner_radius, double height,
                                                   int cells) {
   // The number of rows grows as the square root of the slenderness, so that long and short

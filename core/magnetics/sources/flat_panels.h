@@ -16,7 +16,8 @@ struct FlatPanel {
   Vec3 normal, centre;
   double area = 0.0, reach = 0.0;  // area [m^2], largest distance of a corner from the centre [m]
 
-  // Point at (u, v) in the unit square. On a triangle, the side u = 0 collapses to corner 0.
+  // Returns the point at (u, v) in the unit square. On a triangle, the side u = 0 collapses to
+  // corner 0.
   Vec3 at(double u, double v) const;
 };
 
@@ -26,28 +27,30 @@ struct PanelPoint {
   Vec3 position;
   double share = 0.0;  // fraction of the panel's area that the point represents
 };
-// Tensor-product Gauss rule with `order` points in each direction. On a triangle, one side of the
-// unit square collapses to corner 0.
+// Returns the points of the tensor-product Gauss rule with `order` points in each direction. On a
+// triangle, one side of the unit square collapses to corner 0.
 std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order);
 
-// Panels of a cuboid centred at the origin, with `cells` (even) along its shortest edges. They are
-// refined quadratically towards edges and corners, where the charge is singular. Longer edges have
-// a multiple of `cells`, such that panels far from the ends are as wide as those in the middle of
-// the shortest edge. The charge near the edges of a magnet beside a thin body varies at the scale
-// of the body's thickness. Very wide bodies have fewer panels, whose size grows towards the middle.
+// Returns the panels of a cuboid centred at the origin, with `cells` (even) panels along its
+// shortest edges. They are refined quadratically towards edges and corners, where the charge is
+// singular. Longer edges have a multiple of `cells`, such that panels far from the ends are as wide
+// as those in the middle of the shortest edge. This resolves the charge opposite the edges of a
+// magnet, which varies at the scale of a thin body's thickness. Very wide bodies have fewer panels,
+// whose size grows towards the middle.
 //
 // If focus > 0 [m], all edges have `cells` panels, which are also refined in the middle of wide
-// faces, for magnets nearby. Within that distance of the middle, panels are nearly equal in size.
+// faces, for magnets nearby. Closer to the middle than `focus`, panels are nearly equal in size.
 // Farther out, their size grows in proportion to the distance.
 //
 // The first n/8 of the n panels lie in the octant x, y, z > 0. Panel s n/8 + i is the mirror image
 // of panel i along the axes whose bits are set in s.
 std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus);
 
-// Triangles of a cylinder |z| <= height / 2 about the origin, or of a ring if inner_radius > 0. The
-// surface is a prism with 2 `cells` sides and the cross-sectional area of the cylinder. It has
-// `cells` (even) rows along its side (more if it is slender) and cells / 2 along a radius or across
-// the wall. Rows are refined towards the rims, where the charge is singular.
+// Returns the triangles of a cylinder |z| <= height / 2 about the origin, or of a ring if
+// inner_radius > 0. The surface is a prism with 2 `cells` sides and the cross-sectional area of the
+// cylinder. It has `cells` (even) rows along its side, or more if it is slender, and cells / 2 rows
+// along a radius or across the wall. Rows are refined towards the rims, where the charge is
+// singular.
 std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, double height,
                                        int cells);
 

@@ -218,9 +218,10 @@ Vec3 HarmonicSphere::moment() const {
               coefficients_[SphericalHarmonics::slot(1, 0)]);
 }
 
-// The norms of the coefficients decay geometrically, and so do the forces on them, with the square
-// of the same ratio. The error is the term of the last degree times the sum of the terms that
-// follow it, times the degree, a measured factor. Without a previous degree, it is the last term.
+// The norms of the terms of successive degrees decay geometrically, and the forces on the terms
+// decay by the ratio r, the square of the ratio of the norms. The error is the term of the last
+// degree times r / (1 - r), the sum of the terms that would follow, and times the degree, a factor
+// found by measurement. If there is no previous degree, the error is the last term itself.
 Vector HarmonicSphere::charge_errors() const {
   const int last = series_->degree();
   const auto at = [](int l) { return SphericalHarmonics::slot(l, 0); };
@@ -230,7 +231,7 @@ Vector HarmonicSphere::charge_errors() const {
   if (last > 1) {
     const double before = coefficients_.segment(at(last - 1), 2 * last).squaredNorm();
     const double after = coefficients_.segment(at(last), 2 * (last + 1)).squaredNorm();
-    constexpr double most = 0.99;  // ratio of the forces, for series that converge slowly
+    constexpr double most = 0.99;  // bound of the ratio, for series that converge slowly
     const double ratio = before > 0.0 ? std::min(after / before, most) : most;
     density *= last * ratio / (1.0 - ratio);
   }

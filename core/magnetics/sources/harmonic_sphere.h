@@ -26,7 +26,8 @@ class HarmonicSphere final : public Source {
   bool spherical() const override { return true; }
   bool induced() const override { return true; }
   std::vector<PanelSample> charges() const override;
-  // The terms beyond the degree of the series, which continue those of the last two degrees.
+  // Estimates the terms beyond the degree of the series by continuing those of the last two
+  // degrees.
   Vector charge_errors() const override;
 
  private:

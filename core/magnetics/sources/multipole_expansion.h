@@ -20,11 +20,11 @@ class MultipoleExpansion {
   static constexpr double near = 4.0;
   static constexpr int degree = 24;  // truncation error at `near` radii: 4^-25 = 1e-15
 
-  // charges are mu0 times magnetic charges [T m^2] at positions (n x 3) [m]. All positions lie
+  // `charges` are mu0 times magnetic charges [T m^2] at positions (n x 3) [m]. All positions lie
   // inside the sphere of `radius` [m] about the origin.
   MultipoleExpansion(const Points& positions, const Vector& charges, double radius);
 
-  // Returns the expansion of dipoles. moments (n x 3) are mu0 times dipole moments [T m^3].
+  // Returns the expansion of dipoles. `moments` (n x 3) are mu0 times dipole moments [T m^3].
   static MultipoleExpansion of_dipoles(const Points& positions, const Points& moments,
                                        double radius);
 

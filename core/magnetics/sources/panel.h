@@ -26,7 +26,9 @@ struct Panel {
   double height0 = 0.0, height1 = 0.0;  // range along z [m]
   Vec3 magnetization = Vec3::Zero();    // [A/m]; its normal component is the charge density
   double sign = 1.0;                    // sign of the outward normal: -1 on bores and lower faces
-  double current = 0.0;  // of a line [A], of a side [A/m]; positive along increasing azimuth
+  // Current of a line [A], or current per height of a side [A/m]. On circles and sides, it is
+  // positive towards larger azimuth.
+  double current = 0.0;
 
   bool line() const { return shape == Shape::segment || shape == Shape::circle; }
   // Returns the sample at (u, v) in the unit square; lines ignore v. Area, charge and current are

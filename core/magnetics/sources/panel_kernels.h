@@ -49,7 +49,7 @@ inline void add_panel_table(const FlatPanel& p, std::vector<double>& tables) {
   }
 }
 
-// Adds the field q r / square^(3/2) of a point charge. square is r^2, plus the squared smoothing
+// Adds the field q r / square^(3/2) of a point charge. `square` is r^2, plus the squared smoothing
 // length if the charge is smoothed.
 template <class Lanes>
 LOOMSTONE_INLINE void add_charge_field(const Lanes3<Lanes>& r, const Lanes& square, double charge,
@@ -132,8 +132,8 @@ LOOMSTONE_INLINE void field_kernel(PanelTables by, const double* charges, const 
   }
 }
 
-// Points on a surface as coordinate arrays: positions and normals times areas. row_of is the row of
-// each point's panel in the flux matrix.
+// Points on a surface as coordinate arrays: positions and normals times areas. `row_of` contains
+// the row of each point's panel in the flux matrix.
 struct FluxPoints {
   const double *points, *normals;
   const Index* row_of;

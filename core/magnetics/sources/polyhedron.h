@@ -36,12 +36,13 @@ class Polyhedron : public Source {
   std::optional<std::pair<Vec3, Vec3>> box() const override;
   double depth(const Vec3& point) const override;
 
-  // Surface with faces counter-clockwise seen from outside, its polarization and its volume.
+  // These functions return the surface, with faces counter-clockwise seen from outside, its
+  // polarization and its volume.
   const Points& vertices() const { return vertices_; }        // (n x 3) [m]
   const Triangles& triangles() const { return triangles_; }   // (m x 3)
   const Vec3& polarization() const { return polarization_; }  // J [T]
   double volume() const { return volume_; }                   // [m^3]
-  // Multipole expansion of the surface charge, built on first use.
+  // Returns the multipole expansion of the surface charge, which is built on first use.
   const MultipoleExpansion& multipoles() const;
 
  protected:
@@ -54,11 +55,12 @@ class Polyhedron : public Source {
   Triangles triangles_;
   Vec3 polarization_;
   double radius_ = 0.0, volume_ = 0.0;
-  // Data for the kernels:
-  std::vector<double> faces_;  // (m x 16) three corners, unit normal, twice the area, charge / 4
-                               // pi, 2 unused [m, m^2, T]
-  std::vector<double> edges_;  // (k x 14) two ends, length, sum of charge/4pi times m, sum of
-                               // charge/4pi times n signed by the edge's direction, 1 unused
+  // (m x 16) Kernel data of each face: three corners, unit normal, twice the area, charge / 4 pi
+  // [m, m^2, T]. The last two columns are unused.
+  std::vector<double> faces_;
+  // (k x 14) Kernel data of each edge: two ends, length, sum of charge/4pi times m, and sum of
+  // charge/4pi times n signed by the edge's direction. The last column is unused.
+  std::vector<double> edges_;
   mutable std::once_flag once_;
   mutable std::optional<MultipoleExpansion> far_;
   mutable std::once_flag query_once_;
@@ -67,8 +69,8 @@ class Polyhedron : public Source {
 
 class MeshMagnet final : public Polyhedron {
  public:
-  // polarization J [T] is in the axes of the mesh. Throws InvalidInput if the mesh is open or
-  // encloses no volume.
+  // The polarization J [T] is given in the axes of the mesh. Throws InvalidInput if the mesh is
+  // open or encloses no volume.
   MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization);
   SourceRecipe recipe() const override {
     return {"mesh",

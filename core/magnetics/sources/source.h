@@ -63,41 +63,41 @@ class Source {
   // Computes the vector potential [T m] at one block of points. Throws Unsupported unless winding()
   // has a value.
   virtual void vector_potential_block(const double* points, Index n, double* potential) const;
-  // Radius of the bounding sphere about the origin [m].
+  // Returns the radius of the bounding sphere about the origin [m].
   virtual double radius() const = 0;
-  // Dipole moment [A m^2].
+  // Returns the dipole moment [A m^2].
   virtual Vec3 moment() const = 0;
-  // Solid bodies only. box() is the bounding box [m]. depth() is the depth of a point below the
-  // surface, negative outside [m].
+  // For solid bodies, box() returns the bounding box [m], and depth() returns the depth of a point
+  // below the surface [m], which is negative outside.
   virtual std::optional<std::pair<Vec3, Vec3>> box() const { return std::nullopt; }
   virtual double depth(const Vec3&) const { return 0.0; }
   virtual bool spherical() const { return false; }
-  // False for an open current path.
+  // Returns false for an open current path.
   virtual bool steady() const { return true; }
-  // Panels that carry magnetic charge or current. Dipoles and induced bodies have none; see
-  // dipoles() and charges().
+  // Returns the panels that carry magnetic charge or current. Dipoles and induced bodies have none;
+  // see dipoles() and charges().
   virtual std::vector<Panel> panels() const { return {}; }
-  // The whole surface of a solid body, including panels without charge.
+  // Returns the whole surface of a solid body, including panels without charge.
   virtual std::vector<Panel> surface() const { return {}; }
-  // True for a body that an applied field magnetises. charges() then samples its surface charge
-  // densely enough for integration; for other sources it is empty.
+  // Returns true for a body that an applied field magnetises. charges() then samples its surface
+  // charge densely enough for integration; for other sources it is empty.
   virtual bool induced() const { return false; }
   virtual std::vector<PanelSample> charges() const { return {}; }
-  // Estimated errors of the first of these charges [A m]. The others have no error. Empty if there
-  // is no estimate.
+  // Returns the estimated errors of the first charges() [A m]; the remaining charges have no error.
+  // The vector is empty if there is no estimate.
   virtual Vector charge_errors() const { return {}; }
-  // The same induced body with the charge on each panel replaced by its mean. Null for other
-  // sources and if the charge is already uniform on each panel.
+  // Returns the same induced body with the charge on each panel replaced by its mean, or null for
+  // other sources and if the charge is already uniform on each panel.
   virtual SourcePtr panel_means() const { return nullptr; }
-  // Dipoles that produce the same field everywhere outside the source (one for a sphere). Null if
-  // there are none.
+  // Returns dipoles that produce the same field everywhere outside the source (one for a sphere),
+  // or null if there are none.
   virtual const DipoleSet* dipoles() const { return nullptr; }
-  // These have a value for shapes with closed-form forces or inductances.
+  // winding() and uniform_cuboid() have a value for shapes with closed-form forces or inductances.
   virtual std::optional<CircularWinding> winding() const { return std::nullopt; }
   virtual std::optional<UniformCuboid> uniform_cuboid() const { return std::nullopt; }
-  // The same winding with another current in each turn [A]. Null for all other sources.
+  // Returns the same winding with another current in each turn [A], or null for all other sources.
   virtual SourcePtr with_current(double) const { return nullptr; }
-  // Recipe of the source. Its kind is empty for induced bodies.
+  // Returns the recipe of the source. Its kind is empty for induced bodies.
   virtual SourceRecipe recipe() const { return {}; }
 };
 

@@ -19,8 +19,8 @@ class SphericalHarmonics {
 
   explicit SphericalHarmonics(int degree);
   int degree() const { return degree_; }
-  // Number of coefficients: the real and imaginary part of each (l, m), l = 1 ... degree, m = 0 ...
-  // l. slot() is the index of the real part.
+  // size() is the number of coefficients: the real and the imaginary part of each (l, m) with l = 1
+  // ... degree and m = 0 ... l. slot() is the index of a real part.
   Index size() const { return degree_ * (degree_ + 3); }
   static Index slot(int l, int m) { return (l - 1) * (l + 2) + 2 * m; }
 
@@ -43,7 +43,7 @@ class SphericalHarmonics {
   Vector shares_;
 };
 
-// Index of (l, m) in a triangular array with l = 0, 1, ... and m = 0 ... l.
+// Returns the index of (l, m) in a triangular array with l = 0, 1, ... and m = 0 ... l.
 inline std::size_t triangle_place(int l, int m) {
   return static_cast<std::size_t>(l) * (l + 1) / 2 + m;
 }
@@ -60,7 +60,7 @@ const HarmonicRecurrence& harmonic_recurrence();
 // of their frames.
 class CoaxialTranslation {
  public:
-  // height is z of the source's centre minus z of the target's centre [m]. Radii are in m.
+  // `height` is z of the source's centre minus z of the target's centre [m]. Radii are in m.
   CoaxialTranslation(double height, int source_degree, double source_radius, int target_degree,
                      double target_radius);
   void add(const Vector& source, Vector& target) const;

@@ -82,8 +82,8 @@ double own_thickness(const Cloth& cloth, const std::string& name) {
              : std::min(0.1 * edges / (3.0 * static_cast<double>(t.rows())), 0.4 * smallest);
 }
 
-// True for a closed surface with many faces and no creases. Contacts then use interpolated normals
-// instead of facet normals.
+// Returns whether a surface is closed and has many faces and no creases. Its contacts then use
+// interpolated normals instead of facet normals.
 bool is_smooth(const TriangleMesh& mesh) {
   constexpr Index many_faces = 1000;
   const double crease = std::cos(30.0 * EIGEN_PI / 180.0);

@@ -23,7 +23,7 @@ struct Model {
   // starts with the cloth rows, followed by the bodies and then the obstacles.
   struct Surface {
     Index first = 0;  // index of its first collision vertex
-    // (k x 3) relative to the centre of mass (body) or the mesh's origin (obstacle) [m]
+    // (k x 3) Vertices relative to the body's centre of mass or the obstacle's origin [m].
     Points local;
   };
   struct Attached {
@@ -53,7 +53,7 @@ struct Model {
   double cloth_size = 0.0;  // diagonal of the bounding box of all cloths at the start [m]
   MagneticModel magnetics;  // carriers are bodies, then obstacles
 
-  // User's vertex number of a cloth row.
+  // Returns the user's vertex index of a cloth row.
   Index vertex_of_row(Index row) const {
     const auto found = std::find(row_of_vertex.begin(), row_of_vertex.end(), row);
     return static_cast<Index>(found - row_of_vertex.begin());

@@ -15,12 +15,12 @@ Vec3 between_rows(const Points& p, std::size_t first, std::size_t second, double
   return fraction == 0.0 ? a : Vec3(a + fraction * (b - a));
 }
 
-// Index of an obstacle's first vertex among the vertices of all obstacles.
+// Returns the index of an obstacle's first vertex among the vertices of all obstacles.
 Index first_row(const Model& model, int obstacle) {
   return model.obstacles[obstacle].first - model.obstacles.front().first;
 }
 
-// Current pose of an obstacle's mesh, or nullopt if the mesh is deformed.
+// Returns the current pose of an obstacle's mesh, or nullopt if the mesh is deformed.
 std::optional<RigidPose> present_pose(const Model& model, const State& state, int obstacle) {
   const Points& local = model.obstacles[obstacle].local;
   const RigidMotion motion = rigid_motion(

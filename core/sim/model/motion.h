@@ -14,23 +14,24 @@ namespace loomstone {
 // user. All other rows are the current positions.
 void pin_targets(const Model& model, const State& state, double time, double share, Points& target);
 
-// Pose of an obstacle's mesh at `time`, from its keyframes or from the user.
+// Returns the pose of an obstacle's mesh at `time`, from its keyframes or from the user.
 RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, double time,
                         double share);
 
-// World positions of all obstacle vertices at `time`, concatenated.
+// Computes the world positions of all obstacle vertices at `time`, concatenated.
 void obstacle_vertices(const Model& model, const State& state, double time, double share,
                        Points& vertices);
 
-// Obstacles for the rigid-body world. `state` is the state at `time`.
+// Both functions return the obstacles for the rigid-body world. In rigid_obstacles(), `state` is
+// the state at `time`.
 std::vector<RigidObstacle> rigid_obstacles(const Model& model, const State& state, double time);
 ObstaclePlaces obstacle_places(const Model& model, const State& state, double time, double share);
 
-// World positions of the surface vertices of a body.
+// Computes the world positions of the surface vertices of a body.
 void body_vertices(const Model& model, const RigidState& rigid, int body,
                    Eigen::Ref<Points> vertices);
 
-// World positions of all collision vertices of a state (cloth rows, bodies, obstacles).
+// Computes the world positions of all collision vertices of a state: cloth rows, bodies, obstacles.
 void collision_vertices(const Model& model, const State& state, Points& vertices);
 
 }  // namespace loomstone

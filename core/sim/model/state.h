@@ -13,22 +13,23 @@
 
 namespace loomstone {
 
-// Energy since the account began [J]: at the start of the simulation, or after the user wrote
+// Account of energy [J]. It begins at the start of the simulation, and again when the user writes
 // positions or velocities.
 struct EnergyAccount {
   bool begun = false;
-  double start = 0.0;              // energy at the beginning, without that of contacts
-  double start_of_contacts = 0.0;  // energy of contacts at the beginning
-  double scripts = 0.0;            // work done by scripts
+  double start = 0.0;              // energy when the account began, without that of contacts
+  double start_of_contacts = 0.0;  // energy of contacts when the account began
+  double scripts = 0.0;            // work done by scripted motion
   double loads = 0.0;              // work done by air, the user's forces and untangling
   double friction = 0.0;           // work done against friction of contacts in the solve
   double damping = 0.0;            // work done against viscosity and damping of bending
   double limits = 0.0;             // energy lost to strain limits after the solve
-  double withheld = 0.0;           // energy lost to certification
+  double withheld = 0.0;           // energy lost to motion that certification withheld
   double largest_kinetic = 0.0;
 };
 
-// The tables are copied into, never moved into, because numpy views share their memory.
+// A State is assigned by copying into its arrays, never by moving, because numpy views share their
+// memory.
 struct State {
   std::int64_t step = 0;   // completed steps; written by the stepper
   double time = 0.0;       // [s]; written by the stepper
@@ -42,8 +43,9 @@ struct State {
   std::uint8_t tangled = 0;
   Points obstacle_vertices;  // (k x 3) vertices of all obstacles at the current time [m]
   Points external_force;     // (n x 3) [N], set by the user
-  // [s] Time at which the motion to targets and poses set by the user is complete. Until then, it
-  // is in proportion to time. With given steps, it is complete at the end of the next one.
+  // Time at which the motion to targets and poses set by the user is complete [s]. Until then, the
+  // motion is linear in time. With steps of given length, it is complete at the end of the next
+  // step.
   double target_time = 0.0;
   // (n) 1: the user has set a target, which replaces the script
   std::vector<std::uint8_t> pin_override;

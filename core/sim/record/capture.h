@@ -14,15 +14,15 @@ struct FrameTime {
   double time = 0.0;   // [s]
   double share = 1.0;  // fraction of the step that has passed at this time [1]
 };
-// Captures a frame at a time within the last step. Positions are interpolated linearly over
-// the part of the step, and strains follow from them. Velocities and contacts are those at the end
-// of the step.
+// Captures a frame at a time within the last step. Positions are interpolated linearly within the
+// part of the step that contains this time, and strains follow from these positions. Velocities and
+// contacts are those at the end of the step.
 Frame capture(const State& state, const StepOutcome& outcome, const Engines& engines, FrameTime at);
 
 // Sets the energies, strains and circuit values of a report for `state` at `time` [s].
 void measure(const State& state, double time, const Engines& engines, StepReport& report);
 
-// Magnetic force and torque on each body at `time` [s]; zero without magnets.
+// Returns the magnetic force and torque on each body at `time` [s]. They are zero without magnets.
 std::vector<Wrench> magnetic_forces(const State& state, double time, const Engines& engines);
 
 Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutcome& outcome);

@@ -9,7 +9,7 @@ namespace loomstone {
 
 namespace {
 
-// Least-squares fit of the pose that maps `local` to `world`.
+// Returns the least-squares fit of the pose that maps `local` to `world`.
 RigidPose fitted_pose(const Points& local, const Points& world) {
   const Eigen::Matrix4d fit = Eigen::umeyama(Eigen::Matrix3Xd(local.transpose()),
                                              Eigen::Matrix3Xd(world.transpose()), false);

@@ -41,11 +41,11 @@ struct Cloth {
   RestLengths rest = RestLengths::Uv;
   RestAngles rest_angles = RestAngles::Flat;
   BendingElement bending = BendingElement::MidEdge;
-  std::vector<Index> pins;           // prescribed vertices: fixed in place, or moved by a script
+  std::vector<Index> pins;           // prescribed vertices: pinned in place, or moved by a script
   std::vector<double> script_times;  // ascending [s]; empty: pins do not move
   // (times * pins x 3) positions of the pins, interpolated linearly [m]
   Points script_positions;
-  Points velocities;  // (n x 3) at the start [m/s]; empty: at rest
+  Points velocities;  // (n x 3) velocities at the start [m/s]; empty: at rest
   double thickness = 0.0;
   double friction = 0.3;
   bool self_collision = true;
@@ -80,7 +80,7 @@ struct Obstacle {
   std::shared_ptr<const TriangleMesh> mesh;
   double friction = 0.3;
   double thickness = 0.0;
-  std::vector<double> times;  // of keyframes, ascending [s]
+  std::vector<double> times;  // times of keyframes, ascending [s]
   Points positions;           // (times x 3) positions of the mesh's origin [m]
   Points axis_angles;         // (times x 3) rotation vectors [rad]; empty: no rotation
   Points vertex_positions;    // (times * n x 3) vertex sequence in place of keyframes [m]
