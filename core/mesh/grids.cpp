@@ -1,5 +1,5 @@
-// Flat meshes: grids, strips and discs. Their uv are their x and y coordinates, so weft and warp
-// rotate with the cloth.
+// Flat meshes: grids, strips and discs. Their uv are their initial x and y coordinates, so weft and
+// warp rotate with the cloth.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -78,8 +78,8 @@ TriangleMesh grid(double width, double height, Index triangles, const std::strin
   if (triangles < 2) {
     fail<InvalidInput>("triangles must be >= 2, got {}; ask for more", triangles);
   }
-  // Square cells with this side give the requested number of triangles. The loops try the adjacent
-  // integer numbers of cells.
+  // Square cells with this side give the requested number of triangles. The loops try the integers
+  // just below and just above as numbers of cells.
   const double side = std::sqrt(2.0 * width * height / triangles);
   Index best_nx = 1, best_ny = 1;
   double best = std::numeric_limits<double>::infinity();
@@ -118,7 +118,8 @@ TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, doub
   }
   Points vertices = grid_vertices(width, height, nx, ny);
   std::mt19937_64 random(seed);
-  // std::uniform_real_distribution is not used, because its numbers differ between libraries.
+  // std::uniform_real_distribution is not used, because its results differ between standard
+  // libraries.
   const auto draw = [&] { return 2.0 * (static_cast<double>(random() >> 11) * 0x1p-53) - 1.0; };
   for (Index j = 1; j < ny; ++j) {
     for (Index i = 1; i < nx; ++i) {
