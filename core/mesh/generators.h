@@ -36,8 +36,8 @@ TriangleMesh box(double x, double y, double z, Index cells_per_side = 1);
 TriangleMesh capsule(double radius, double length, Index segments = 32);
 // Cylinder along z, approximated by a prism whose vertices lie on the cylinder.
 TriangleMesh cylinder(double radius, double length, Index segments = 32);
-// Funnel about the z axis with walls of thickness `wall`. A cone leads from `top_radius` at z =
-// height to `bottom_radius` at z = 0. A tube of length `tube_length` continues below it.
+// Funnel about the z axis with walls of thickness `wall`. A cone leads from `top_radius` at
+// z = height to `bottom_radius` at z = 0. A tube of length `tube_length` continues below it.
 TriangleMesh funnel(double top_radius, double bottom_radius, double height, double tube_length,
                     double wall, Index segments = 64);
 // Wavy bar along y: a tube of radius `radius` whose centre line is a sinusoid in the y-z plane.
