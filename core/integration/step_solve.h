@@ -24,7 +24,7 @@ class StepSolve {
  public:
   explicit StepSolve(const LinearOptions& options) : solver_(make_linear_solver(options)) {}
 
-  // Rows of other ranks that this rank's rows of `matrix` are coupled to.
+  // Rows of other ranks to which this rank's rows of `matrix` are coupled.
   const Halo& halo(const BlockMatrix& matrix, const RowLayout& layout) {
     if (halo_blocks_ != matrix.n_blocks()) {  // the pattern depends only on the mesh
       halo_ = matrix_halo(matrix, layout);
