@@ -28,8 +28,8 @@ class LimitPhase {
 
  private:
   Membrane& membrane_;
-  // (rows x 12 x 8) lower and upper strains at which the second phase begins, then those of the
-  // third
+  // (rows x 12 x 8) Lower and upper strains at which the second phase begins, then those at which
+  // the third phase begins.
   AlignedDoubles bounds_;
   std::vector<Index> bounds_of_;  // (batches) row of bounds_
   AlignedDoubles table_;
