@@ -1,4 +1,4 @@
-// Lookup of descriptions by name. Descriptions refer to each other by name.
+// Finds descriptions by the names with which other descriptions refer to them.
 #pragma once
 
 #include <string>

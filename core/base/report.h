@@ -44,7 +44,7 @@ struct ThreadReport {
   }
 };
 
-// Work of the integrator in a step: iterations, residual of the last linear solve, and events.
+// Iterations and events of the integrator in a step, and the residual of the last linear solve.
 struct SolverReport {
   int newton_iterations = 0, linear_iterations = 0;
   double residual = 0.0;
@@ -136,7 +136,7 @@ struct WithheldReport {
   }
 };
 
-// Work of strain limiting in a step, and the excess that remains.
+// Sweeps and fallbacks of strain limiting in a step, and the excess that remains.
 struct StrainLimitReport {
   int sweeps = 0, rate_sweeps = 0, rounds = 0, fallbacks = 0;
   std::int64_t evaluations = 0;

@@ -19,7 +19,7 @@ typedef double QuarterLanes __attribute__((vector_size(2 * n_lanes)));
 using Lanes256 = Halves<HalfLanes>;
 using Lanes128 = Halves<Halves<QuarterLanes>>;
 
-// Vector of eight floats, for a kernel whose doubles are vectors of type Lanes. With AVX2 it fits
+// Vector of eight floats, for kernels that use the type Lanes for eight doubles. With AVX2 it fits
 // into one register.
 typedef float Floats256 __attribute__((vector_size(4 * n_lanes)));
 typedef float HalfFloats __attribute__((vector_size(2 * n_lanes)));

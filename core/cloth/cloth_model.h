@@ -22,8 +22,7 @@ struct ClothModel {
   };
 
   Index n_vertices = 0;
-  // (cloths + 1) first vertex and first triangle of each cloth; the ranges of different cloths do
-  // not overlap.
+  // (cloths + 1) First vertex and first triangle of each cloth.
   std::vector<Index> first_vertex, first_triangle;
   Triangles triangles;                       // (m x 3)
   std::vector<Corners2> corners;             // (m) rest coordinates [m]

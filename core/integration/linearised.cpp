@@ -46,7 +46,8 @@ class LinearisedIntegrator final : public Integrator {
 
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points& body_velocity) override {
-    // Ratio of this step to the last one. BDF-2 is unstable if it exceeds 1 + sqrt(2) = 2.41.
+    // Ratio of the length of this step to that of the last one. BDF-2 is unstable if it exceeds
+    // 1 + sqrt(2) = 2.41.
     const double ratio = state.change_scale(inputs.step);
     const bool has_history = state.previous_x.rows() == model_.n_vertices && ratio < 2.4;
     const Scheme scheme = scheme_ == Scheme::Bdf2 && !has_history ? Scheme::Midpoint : scheme_;

@@ -95,7 +95,7 @@ class NewtonIntegrator final : public Integrator {
   }
 
   // Starts from constant velocity or from zero displacement, whichever has the smaller residual.
-  // With contacts or taut cloth, constant velocity can give an arbitrarily large residual. Returns
+  // Contacts and taut cloth can make the residual of constant velocity arbitrarily large. Returns
   // the norm of the chosen residual.
   double first_guess(const Step& step) {
     now_.velocity = start_velocity_;
@@ -200,8 +200,7 @@ class NewtonIntegrator final : public Integrator {
         worst);
   }
 
-  // Returns the norm of r in the metric M^-1 over free rows. The result is bitwise identical on any
-  // number of ranks.
+  // Norm of r in the metric M^-1 over free rows, bitwise identical on any number of ranks.
   double norm(const Step& step, const Points& r, Index n_rows) {
     const RowLayout& layout = step.layout;
     std::vector<double> sums((layout.n_rows() + rows_per_block - 1) / rows_per_block, 0.0);

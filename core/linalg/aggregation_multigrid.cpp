@@ -18,9 +18,8 @@ constexpr Index chunks_a_task = 8;  // minimum work of a task: 1,024 nodes, abou
 constexpr Index chunks_of_product_a_task =
     2;  // minimum work of a product task: 256 nodes, about 5 us
 // Damping of the Jacobi sweeps. The sweeps converge if each element or term couples at most four
-// nodes, because all eigenvalues of D^-1 A are then below four. Elements that couple more nodes
-// have not needed stronger damping. If a V-cycle turns out to be indefinite, its correction is
-// dropped.
+// nodes, because the eigenvalues of D^-1 A are then below four. Elements that couple more nodes
+// have not needed stronger damping. If a V-cycle is indefinite, its correction is dropped.
 constexpr double damping = 0.5;
 
 // Damped Jacobi sweep: z = B r with the blocks B, or z += B (r - t) if t is not null.
@@ -141,8 +140,7 @@ void AggregationMultigrid::prepare(const Team& team, const LinearSystem& system)
     add_block(plain_.block(k), levels_[0].matrix.block(place_[k]));
   add_terms(system);
   for (std::size_t l = 1; l < levels_.size(); ++l) sum_level(levels_[l - 1], levels_[l]);
-  // The diagonal is inverted last, because the inversion sets identity blocks, which must not enter
-  // the sums of coarser levels.
+  // The inversion comes last: the identity blocks that it sets must not enter coarser sums.
   usable_ = std::all_of(levels_.begin(), levels_.end(),
                         [&](Level& level) { return invert_diagonal(level); });
   if (!usable_) return;
@@ -219,10 +217,10 @@ AggregationMultigrid::TermNodes AggregationMultigrid::nodes_of(const ExtraTerm& 
   return nodes;
 }
 
-// Adds the couplings between aggregates that are coupled only by terms, for example where layers
-// are in contact. Couplings whose terms no longer exist are kept until they are the majority,
-// because separated layers often touch again. Their blocks are zero and do not change results.
-// Every rank knows all terms.
+// Adds the couplings between aggregates that only terms couple, for example where layers touch.
+// Couplings whose terms no longer exist are kept until they are the majority, because separated
+// layers often touch again. Their blocks are zero and change no results. Every rank knows all
+// terms.
 void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   if (!system.terms) return;
   Couplings wanted;

@@ -1,4 +1,4 @@
-// Data that a solve by conjugate gradients leaves for the next solve; the contents of SolveMemory.
+// The contents of SolveMemory: data that a solve by conjugate gradients leaves for the next solve.
 #pragma once
 
 #include <algorithm>

@@ -42,7 +42,7 @@ Triangles grid_triangles(Index nx, Index ny, bool checkerboard) {
   for (Index j = 0; j < ny; ++j) {
     for (Index i = 0; i < nx; ++i) {
       const Index a = j * (nx + 1) + i, b = a + 1, c = b + nx + 1,
-                  d = a + nx + 1;  // counter-clockwise
+                  d = a + nx + 1;  // corners in counter-clockwise order
       const Index t = 2 * (j * nx + i);
       if (checkerboard && (i + j) % 2 == 1) {
         triangles.row(t) << a, b, d;
@@ -78,8 +78,8 @@ TriangleMesh grid(double width, double height, Index triangles, const std::strin
   if (triangles < 2) {
     fail<InvalidInput>("triangles must be >= 2, got {}; ask for more", triangles);
   }
-  // Square cells with this side give the requested number of triangles. The loops try the integers
-  // just below and just above as numbers of cells.
+  // Square cells with this side give the requested number of triangles. In both directions, the
+  // loops try the numbers of cells just below and just above.
   const double side = std::sqrt(2.0 * width * height / triangles);
   Index best_nx = 1, best_ny = 1;
   double best = std::numeric_limits<double>::infinity();

@@ -13,8 +13,8 @@
 
 namespace loomstone::midedge {
 
-// Element of one triangle. Its curvature in weft/warp axes is kappa = sum_s
-// curvature[s] (theta - rest)[hinge[s]].
+// Element of one triangle. Its curvature in weft/warp axes is the sum over s of
+// curvature[s] * (theta - rest)[hinge[s]].
 struct Element {
   int n_hinges = 0;
   std::array<Index, 9> hinge{};

@@ -15,9 +15,9 @@
 //
 // A held corner has infinite mass. It becomes the centre, and w conserves angular momentum about
 // it. This solves the four remaining equations exactly. With two held corners, two unknowns remain,
-// and the strain tensor is matched in the least-squares sense. The displacement is again (E + w J)
-// X, where X is the height vector over the held edge. This departs from (3.15), whose result
-// depends on the unit of mass. With three held corners nothing moves.
+// and the strain tensor is matched in the least-squares sense. The displacement is again
+// (E + w J) X, where X is the height vector over the held edge. This departs from (3.15), whose
+// result depends on the unit of mass. With three held corners nothing moves.
 //
 // For a triangle in space, F has no sign. U is therefore never indefinite, and an inverted triangle
 // counts as a rotated one. If F has rank one (d = 0), the plane of the triangle is unknown, and an
