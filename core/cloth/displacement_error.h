@@ -31,7 +31,7 @@ class DisplacementError {
   // Returns the error of the displacement end - start (n x 3 each) [m] in the time h [s].
   // Collective.
   StepError over(const Team& team, const Points& start, const Points& end, double h);
-  // As over(), for a displacement h v with velocities v (n x 3) [m/s].
+  // Like over(), for the displacement h v with velocities v (n x 3) [m/s].
   StepError at(const Team& team, const Points& v, double h);
   // Returns the rate at which implicit Euler takes energy from free motion, relative to the energy
   // of the cloth, for the cloth with the largest rate [1/s]. The energy taken in the time h [s] is

@@ -218,9 +218,8 @@ AggregationMultigrid::TermNodes AggregationMultigrid::nodes_of(const ExtraTerm& 
 }
 
 // Adds the couplings between aggregates that only terms couple, for example where layers touch.
-// Couplings whose terms no longer exist are kept until they are the majority, because separated
-// layers often touch again. Their blocks are zero and change no results. Every rank knows all
-// terms.
+// Couplings whose terms have vanished are kept until they are the majority, because separated
+// layers often touch again. Their blocks are zero. Every rank knows all terms.
 void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   if (!system.terms) return;
   Couplings wanted;

@@ -247,8 +247,7 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
 
 // A triangle's axis of least overlap may be inadmissible, because other triangles reach farther
 // along it. If the overlap with all triangles along it is no larger than along the best admissible
-// axis, it is a candidate for a single contact. Otherwise the contacts lie along the best
-// admissible axis.
+// axis, it is a candidate for a single contact. Otherwise contacts lie along the admissible axis.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

@@ -18,10 +18,10 @@ struct HullContact {
 
 // Finds the contacts of a hull with triangles by the separating-axis test [Gottschalk1996] and face
 // clipping. The triangles are given in the axes of the hull. A triangle faces the side on which it
-// touched the hull in the last step, or else the side of the hull's centre. An edge or corner of a
-// triangle has contacts only in directions in which no triangle that shares it reaches farther.
-// Shared corners have bitwise equal coordinates. Internal edges of a flat surface therefore do not
-// block a hull that slides over it.
+// touched the hull in the last step or, if it did not touch the hull, the side of the hull's
+// centre. An edge or corner of a triangle has contacts only in directions in which no triangle that
+// shares it reaches farther. Shared corners have bitwise equal coordinates. Internal edges of a
+// flat surface therefore do not block a hull that slides over it.
 class HullOnTriangles {
  public:
   using Corners = std::array<Vec3, 3>;

@@ -21,8 +21,8 @@ struct Tables {
 };
 inline constexpr std::uint8_t two_held = 8;
 
-// What the kernels limit. If v is null, it is the strain at positions x. Otherwise it is the strain
-// rate of velocities v at positions x.
+// The quantity that the kernels limit: the strain at positions x if v is null, and otherwise the
+// strain rate of velocities v at positions x.
 struct Motion {
   double* x;
   double* v;

@@ -70,9 +70,9 @@ class Membrane {
   void set_jacobian(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end,
                     BlockMatrix& matrix);
 
-  // These functions do the work of set_jacobian() in chunks of rows_per_block rows, for callers
-  // that continue to work on a chunk while it is in the cache. Call locate_rows() first, then
-  // set_chunk() for every chunk. Each thread needs its own scratch memory.
+  // Together, these functions do the same as set_jacobian(), in chunks of rows_per_block rows, for
+  // callers that continue to work on a chunk while it is in the cache. Call locate_rows() first,
+  // then set_chunk() for every chunk. Each thread needs its own scratch memory.
   void locate_rows(const BlockMatrix& matrix, Index begin, Index end);
   void set_chunk(Index chunk, const Points& x, JacobianTerms terms, AlignedDoubles& scratch,
                  BlockMatrix& matrix) const;

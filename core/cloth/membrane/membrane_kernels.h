@@ -56,10 +56,11 @@ struct BatchRange {
   Index first, n;
 };
 // Computes what a linear model of the strain neglects over a displacement u = end - start (n x 3
-// each; start may be null). If dF is the gradient of u, then E(x + u) =
-// E(x) + sym(F^T dF) + 1/2 dF^T dF exactly. The output for each triangle is the largest eigenvalue
-// of 1/2 dF^T dF, the membrane energy of that strain, and the membrane energy at the positions
-// `end`. Batch i of the range is at entry i of the output.
+// each; start may be null). If dF is the gradient of u,
+//   E(x + u) = E(x) + sym(F^T dF) + 1/2 dF^T dF
+// holds exactly. The output for each triangle is the largest eigenvalue of 1/2 dF^T dF, the
+// membrane energy of that strain, and the membrane energy at the positions `end`. Batch i of the
+// range is at entry i of the output.
 void neglected_strains(const Tables& tables, BatchRange batches, const double* start,
                        const double* end, double* out);
 
