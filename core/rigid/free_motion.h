@@ -12,8 +12,8 @@ struct Rotor {
   Vec3 moments = Vec3::Ones();   // moments of inertia about these axes [kg m^2]
 };
 
-// Computes principal axes and moments. The inertia is about the centre of mass, in body axes [kg
-// m^2].
+// Computes principal axes and moments. The inertia is about the centre of mass, in body axes
+// [kg m^2].
 Rotor make_rotor(const Mat3& inertia);
 
 // Converts angular velocity [rad/s] to angular momentum L [kg m^2/s] and back, in world axes.

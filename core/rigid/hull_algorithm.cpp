@@ -149,9 +149,9 @@ class HullAlgorithm : public btCollisionAlgorithm {
                   planes_.end());
   }
 
-  // Returns the index of the unused manifold whose plane is closest. If that plane is rotated too
-  // far, returns the index of an empty manifold or, if there is none, clears the closest manifold
-  // and returns its index.
+  // Returns the index of the unused manifold whose plane has the closest orientation. If that plane
+  // is rotated too far, returns the index of an empty manifold or, if there is none, clears the
+  // closest manifold and returns its index.
   std::size_t manifold_for(const btVector3& normal_on_second) const {
     std::size_t chosen = manifolds_.size();
     btScalar most = -2.0;

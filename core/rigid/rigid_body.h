@@ -147,7 +147,6 @@ class RigidWorld {
              const Vec3& gravity, bool gyroscopic = true, int iterations = default_iterations);
   ~RigidWorld();
 
-  // Returns the initial state of the bodies.
   RigidState initial_state() const;
   // Mass properties of the bodies. The inertia is about the centre of mass, in mesh axes.
   const std::vector<MassProperties>& mass_properties() const;

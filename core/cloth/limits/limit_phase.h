@@ -15,7 +15,7 @@ namespace loomstone {
 
 class LimitPhase {
  public:
-  // limit_of (m): index into limits; -1: unlimited.
+  // `limit_of` (m) contains indices into `limits`, or -1 for triangles without limits.
   LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limits,
              const std::vector<Index>& limit_of);
 
