@@ -199,8 +199,7 @@ struct EnergyReport {
         field("membrane", &R::membrane, "J", unlimited(), "membrane energy of cloth"),
         field("bending", &R::bending, "J", unlimited(), "bending energy of cloth"),
         field("gravity", &R::gravity, "J", unlimited(), "gravitational energy of cloth"),
-        field("contact", &R::contact, "J", unlimited(),
-              "energy of contacts in the solve, at the start of the step"),
+        field("contact", &R::contact, "J", unlimited(), "energy of contacts in the solve"),
         field("body_kinetic", &R::body_kinetic, "J", unlimited(),
               "kinetic energy of rigid bodies, translation and rotation"),
         field("body_gravity", &R::body_gravity, "J", unlimited(),
@@ -213,24 +212,34 @@ struct EnergyReport {
 // Work done and energy lost since the start of the run, or since the user last set positions or
 // velocities.
 struct AccountReport {
-  double scripts = 0.0, loads = 0.0, friction = 0.0, withheld = 0.0, lost = 0.0, balance = 0.0;
+  double scripts = 0.0, loads = 0.0, friction = 0.0, damping = 0.0, limits = 0.0, withheld = 0.0;
+  double lost = 0.0, balance = 0.0, contact_balance = 0.0, largest_kinetic = 0.0;
 
   static auto fields() {
     using R = AccountReport;
     return std::make_tuple(
         field("scripts", &R::scripts, "J", unlimited(),
-              "work of scripted pins and obstacles on cloth"),
+              "work of scripted pins and obstacles on cloth and bodies"),
         field("loads", &R::loads, "J", unlimited(),
               "work of air, external forces and forces that untangle on cloth"),
         field("friction", &R::friction, "J", unlimited(),
               "work against the friction of contacts in the solve"),
+        field("damping", &R::damping, "J", unlimited(),
+              "work against viscosity and damping of bending"),
+        field("limits", &R::limits, "J", unlimited(),
+              "energy of cloth lost to sweeps of strain limiting and of strain-rate limiting"),
         field("withheld", &R::withheld, "J", unlimited(),
-              "kinetic energy of cloth lost to strain limits and certification"),
+              "energy of cloth and bodies lost to certification"),
         field("lost", &R::lost, "J", unlimited(),
-              "remaining loss: by viscosity, contacts, limit impulses and the integrator"),
+              "remaining loss: by contacts, contacts between bodies, limit impulses and the "
+              "integrator"),
         field("balance", &R::balance, "1", unlimited(),
               "energy without that of contacts, less work, less its value at the start; in parts "
-              "of the largest kinetic energy so far"));
+              "of the largest kinetic energy so far"),
+        field("contact_balance", &R::contact_balance, "1", unlimited(),
+              "the balance with the energy of contacts, less that at the start"),
+        field("largest_kinetic", &R::largest_kinetic, "J", unlimited(),
+              "largest kinetic energy of cloth and bodies so far"));
   }
 };
 

@@ -19,6 +19,9 @@ struct ClothState {
   // Length of the next step that the error of the last step allows [s]; 0: unknown. The stepper
   // writes it.
   double expected_step = 0.0;
+  // Length of the automatic step in which contacts last gained energy from nothing [s]. It is reset
+  // when steps are as long again or when their error bounds them; 0: none. The stepper writes it.
+  double settled_step = 0.0;
   // (m) Longest step that each triangle may take [s]; empty if none has been computed. Entries
   // never grow. The asynchronous integrator writes them.
   Vector element_steps;
@@ -53,7 +56,7 @@ struct ClothState {
   // velocities.
   void forget_all() {
     forget_last_step();
-    previous_step = expected_step = 0.0;
+    previous_step = expected_step = settled_step = 0.0;
     element_steps.resize(0);
     element_clocks.resize(0, 2);
   }

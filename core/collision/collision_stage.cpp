@@ -30,6 +30,10 @@ struct CollisionStage::Data {
   NeighbourLists lists;
   TangleFinder tangles;
   ImpactSearch search;
+  // Positions of the last call of proximity() and its contacts, before a tangle removes any. A part
+  // of a step begins where the last one ended.
+  Points known_x;
+  std::vector<Contact> known;
 };
 
 CollisionStage::CollisionStage(const CollisionModel& model)
@@ -40,11 +44,16 @@ Tangle CollisionStage::find_tangle(const Points& x0) { return data_->tangles.fin
 
 std::vector<Contact> CollisionStage::proximity(const Team& team, const Points& x0,
                                                const Tangle& tangle) {
-  data_->lists.update(team, x0);
-  std::vector<Contact> contacts = find_contacts(team, data_->model, data_->pairs, x0, data_->lists);
+  Data& d = *data_;
+  if (d.known_x.rows() != x0.rows() || d.known_x != x0) {
+    d.lists.update(team, x0);
+    d.known = find_contacts(team, d.model, d.pairs, x0, d.lists);
+    d.known_x = x0;
+  }
+  std::vector<Contact> contacts = d.known;
   if (!tangle.empty())
     std::erase_if(contacts, [&](const Contact& contact) {
-      return tangle.ignores(data_->model, contact.kind, pair_key(contact.a, contact.b),
+      return tangle.ignores(d.model, contact.kind, pair_key(contact.a, contact.b),
                             contact.vertices);
     });
   return contacts;
@@ -62,6 +71,12 @@ ContactTerms CollisionStage::terms(const ContactInputs& inputs,
                                    const std::vector<Contact>& contacts, const ContactState& state,
                                    ExtraTerms& terms) const {
   return ContactTerms(data_->model, inputs, contacts, state, terms);
+}
+
+double CollisionStage::energy(const ContactEnergyInputs& inputs,
+                              const std::vector<Contact>& contacts,
+                              const ContactState& state) const {
+  return contact_energy(data_->model, inputs, contacts, state);
 }
 
 void CollisionStage::untangle(const ContactInputs& inputs, const Tangle& tangle,

@@ -45,6 +45,10 @@ class CollisionStage {
   ContactTerms terms(const ContactInputs& inputs, const std::vector<Contact>& contacts,
                      const ContactState& state, ExtraTerms& terms) const;
 
+  // Returns the energy of contacts [J]. `contacts` must be those of proximity() at inputs.x.
+  double energy(const ContactEnergyInputs& inputs, const std::vector<Contact>& contacts,
+                const ContactState& state) const;
+
   // Appends terms that push intersecting features apart.
   void untangle(const ContactInputs& inputs, const Tangle& tangle, ExtraTerms& terms) const;
 

@@ -9,6 +9,26 @@
 
 namespace loomstone {
 
+namespace {
+
+// Work in `duration` [s] that moves obstacles against the forces of other magnets on theirs [J].
+double work_of_obstacles(double duration, const std::vector<Twist>& twists,
+                         const Actions& actions) {
+  const std::size_t n_bodies = actions.magnets.size() - twists.size();
+  double work = 0.0;
+  for (std::size_t o = 0; o < twists.size(); ++o) {
+    Wrench wrench = actions.magnets[n_bodies + o];
+    if (!actions.magnetised.empty()) {
+      wrench.force -= actions.magnetised[n_bodies + o].force;
+      wrench.torque -= actions.magnetised[n_bodies + o].torque;
+    }
+    work -= duration * (wrench.force.dot(twists[o].velocity) + wrench.torque.dot(twists[o].spin));
+  }
+  return work;
+}
+
+}  // namespace
+
 MagneticMotion::MagneticMotion(const MagneticModel& model)
     : model_(model), magnets_(model), frequency_(model, magnets_), inductances_(model) {}
 
@@ -149,7 +169,10 @@ MagneticEffort MagneticMotion::advance(const Team& team, const MagneticStep& ste
     const ContactAnswer answer = answer_contacts(model_, h, wrenches, there, bodies, world);
     half_kick(model_, h, wrenches, bodies);
     drift(model_, h, wrenches, answer, bodies);
+    effort.obstacle_work +=
+        world.obstacle_work() + work_of_obstacles(0.5 * h, twists, now->actions);
     now = &arrive_at(there, start + h);
+    effort.obstacle_work += work_of_obstacles(0.5 * h, twists, now->actions);
     wrenches = kick(start + 0.75 * h, 0.5 * h, *now);
     half_kick(model_, h, wrenches, bodies);
   }

@@ -25,6 +25,9 @@ struct MagneticStep {
 struct MagneticEffort {
   int substeps = 0;
   double error = 0.0;  // estimate of the largest force error at the end [N]
+  // Work of scripted obstacles on bodies, by contacts and through their magnets [J]. Work through
+  // coils counts as supply of their circuits.
+  double obstacle_work = 0.0;
 };
 
 // The motion of bodies under magnetic forces. The actions at the end of a step are cached, because

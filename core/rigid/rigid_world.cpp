@@ -34,7 +34,8 @@ struct RigidWorld::Data {
   std::vector<Facet> facets;                                   // of deforming obstacles
   ObstaclePlaces start_places, places;  // initial and current positions of obstacles
   std::unique_ptr<BulletEngine> engine;
-  RigidState known;  // state of the engine without manifolds
+  RigidState known;            // state of the engine without manifolds
+  double obstacle_work = 0.0;  // in the last step [J]
 
   void add_body(const RigidBody& body, const std::string& where);
   void add_obstacle(const RigidObstacle& obstacle, const std::string& where);
@@ -45,6 +46,7 @@ struct RigidWorld::Data {
     known = {state.positions, state.orientations, state.velocities, state.angular_velocities, {}};
   }
   void read(RigidState& state) const;
+  double work_of_obstacles() const;
   std::vector<unsigned char> manifold_bytes() const;
   const btPersistentManifold& manifold(int m) const {
     return *engine->dispatcher.btCollisionDispatcher::getManifoldByIndexInternal(m);
@@ -125,6 +127,34 @@ void RigidWorld::Data::read(RigidState& state) const {
     state.velocities.row(i) = from_bullet(body.getLinearVelocity()).transpose();
     state.angular_velocities.row(i) = from_bullet(body.getAngularVelocity()).transpose();
   }
+}
+
+// Sums impulse times velocity over the contact points of bodies with moving obstacles. Obstacles
+// are still at the poses of the start of the step, and have the velocities that lead to its end.
+double RigidWorld::Data::work_of_obstacles() const {
+  double work = 0.0;
+  for (int m = 0; m < engine->dispatcher.getNumManifolds(); ++m) {
+    const btPersistentManifold& contact = manifold(m);
+    const auto is_obstacle = [&](const btCollisionObject* object) {
+      return object->getUserIndex() >= static_cast<int>(bodies.size());
+    };
+    const bool first = is_obstacle(contact.getBody0());
+    if (first == is_obstacle(contact.getBody1())) continue;
+    const auto& obstacle =
+        static_cast<const btRigidBody&>(*(first ? contact.getBody0() : contact.getBody1()));
+    for (int k = 0; k < contact.getNumContacts(); ++k) {
+      const btManifoldPoint& point = contact.getContactPoint(k);
+      const btVector3 impulse = point.m_appliedImpulse * point.m_normalWorldOnB +
+                                point.m_appliedImpulseLateral1 * point.m_lateralFrictionDir1 +
+                                point.m_appliedImpulseLateral2 * point.m_lateralFrictionDir2;
+      const btVector3 place = first ? point.m_positionWorldOnA : point.m_positionWorldOnB;
+      const btVector3 velocity =
+          obstacle.getVelocityInLocalPoint(place - obstacle.getCenterOfMassPosition());
+      // `impulse` acts on the first body, and its opposite on the second.
+      work += (first ? -1.0 : 1.0) * impulse.dot(velocity);
+    }
+  }
+  return work;
 }
 
 std::vector<unsigned char> RigidWorld::Data::manifold_bytes() const {
@@ -235,12 +265,15 @@ void RigidWorld::advance(double step, const Points& impulses, const Points& angu
                        body.getAngularVelocity() != free[i][1] ||
                        body.getWorldTransform().getOrigin() != free[i][2]);
   }
+  data.obstacle_work = data.work_of_obstacles();
   data.places = obstacles;
   data.put_obstacles();
   data.read(state);
   check_motion(state, step);
   data.know(state);
 }
+
+double RigidWorld::obstacle_work() const { return data_->obstacle_work; }
 
 std::vector<std::uint8_t> RigidWorld::touching() const {
   std::vector<std::uint8_t> result(data_->bodies.size(), 0);

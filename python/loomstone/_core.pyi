@@ -402,9 +402,29 @@ class AccountReport:
         energy without that of contacts, less work, less its value at the start; in parts of the largest kinetic energy so far [1]
         """
     @property
+    def contact_balance(self) -> float:
+        """
+        the balance with the energy of contacts, less that at the start [1]
+        """
+    @property
+    def damping(self) -> float:
+        """
+        work against viscosity and damping of bending [J]
+        """
+    @property
     def friction(self) -> float:
         """
         work against the friction of contacts in the solve [J]
+        """
+    @property
+    def largest_kinetic(self) -> float:
+        """
+        largest kinetic energy of cloth and bodies so far [J]
+        """
+    @property
+    def limits(self) -> float:
+        """
+        energy of cloth lost to sweeps of strain limiting and of strain-rate limiting [J]
         """
     @property
     def loads(self) -> float:
@@ -414,17 +434,17 @@ class AccountReport:
     @property
     def lost(self) -> float:
         """
-        remaining loss: by viscosity, contacts, limit impulses and the integrator [J]
+        remaining loss: by contacts, contacts between bodies, limit impulses and the integrator [J]
         """
     @property
     def scripts(self) -> float:
         """
-        work of scripted pins and obstacles on cloth [J]
+        work of scripted pins and obstacles on cloth and bodies [J]
         """
     @property
     def withheld(self) -> float:
         """
-        kinetic energy of cloth lost to strain limits and certification [J]
+        energy of cloth and bodies lost to certification [J]
         """
 
 class StrainLimitReport:
@@ -557,7 +577,7 @@ class EnergyReport:
     @property
     def contact(self) -> float:
         """
-        energy of contacts in the solve, at the start of the step [J]
+        energy of contacts in the solve [J]
         """
     @property
     def gravity(self) -> float:

@@ -37,12 +37,13 @@ TEST_CASE("a scene has no length of its own: scaled by powers of two it gives th
   // Powers of four scale lengths, times and velocities by powers of two, so rounding is the same.
   const auto end_of = [](double scale) {
     Simulation sim(drape(scale), step_of(4e-3 * std::sqrt(scale)), 1);
-    std::int64_t impacts = 0;
+    std::int64_t impacts = 0, contacts = 0;
     for (int i = 0; i < 50; ++i) {
       sim.step();
       impacts += sim.report().contacts.impacts;
+      contacts = std::max(contacts, sim.report().contacts.near);
     }
-    CHECK(sim.report().contacts.near > 20);
+    CHECK(contacts > 20);
     CHECK(impacts > 0);
     return sim.positions();
   };

@@ -191,4 +191,20 @@ std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& mo
   return anchors;
 }
 
+double contact_energy(const CollisionModel& model, const ContactEnergyInputs& inputs,
+                      const std::vector<Contact>& contacts, const ContactState& state) {
+  const std::vector<double> shares = contact_shares(contacts, model, inputs.x);
+  const std::vector<double> stiffness =
+      contact_stiffness(contacts, model, inputs.inverse_mass, inputs.forces);
+  const std::vector<Vec3> slips = anchored_slips(contacts, model, state);
+  double energy = 0.0;
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const Contact& contact = contacts[c];
+    const double normal = contact_force(contact.distance, contact.thickness, stiffness[c]).energy;
+    const double anchor = 0.5 * model.contact_stiffness * slips[c].squaredNorm();
+    energy += shares[c] * (normal + anchor);
+  }
+  return energy;
+}
+
 }  // namespace loomstone

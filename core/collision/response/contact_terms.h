@@ -65,4 +65,15 @@ class ContactTerms {
   double energy_ = 0.0;
 };
 
+// Inputs of the energy of contacts, with n collision vertices.
+struct ContactEnergyInputs {
+  const Points& x;             // (n x 3) [m]
+  const Vector& inverse_mass;  // as in ContactInputs
+  const Points& forces;        // as in ContactInputs
+};
+
+// Returns the energy of the normal forces and of the friction anchors of contacts [J].
+double contact_energy(const CollisionModel& model, const ContactEnergyInputs& inputs,
+                      const std::vector<Contact>& contacts, const ContactState& state);
+
 }  // namespace loomstone

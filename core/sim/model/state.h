@@ -17,11 +17,14 @@ namespace loomstone {
 // positions or velocities.
 struct EnergyAccount {
   bool begun = false;
-  double start = 0.0;     // energy at the beginning
-  double scripts = 0.0;   // work done by scripts
-  double loads = 0.0;     // work done by air, the user's forces and untangling
-  double friction = 0.0;  // work done against friction of contacts in the solve
-  double withheld = 0.0;  // kinetic energy lost to limits and certification
+  double start = 0.0;              // energy at the beginning, without that of contacts
+  double start_of_contacts = 0.0;  // energy of contacts at the beginning
+  double scripts = 0.0;            // work done by scripts
+  double loads = 0.0;              // work done by air, the user's forces and untangling
+  double friction = 0.0;           // work done against friction of contacts in the solve
+  double damping = 0.0;            // work done against viscosity and damping of bending
+  double limits = 0.0;             // energy lost to strain limits after the solve
+  double withheld = 0.0;           // energy lost to certification
   double largest_kinetic = 0.0;
 };
 

@@ -56,8 +56,8 @@ Vector vector_of(std::initializer_list<double> values) {
 
 void get_account(const Checkpoint& c, EnergyAccount& account) {
   Vector a;
-  get(c, "account", a, Vector(Vector::Zero(7)));
-  account = {a[0] != 0.0, a[1], a[2], a[3], a[4], a[5], a[6]};
+  get(c, "account", a, Vector(Vector::Zero(10)));
+  account = {a[0] != 0.0, a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8], a[9]};
 }
 
 // On entry, `cloth` has positions and velocities of the size that the checkpoint must have.
@@ -85,12 +85,13 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
                           model.collision.n_vertices};
   c.integers["step"] = {state.step};
   put(c, "times",
-      Vec4(state.time, state.cloth.previous_step, state.cloth.expected_step, state.target_time));
+      vector_of({state.time, state.cloth.previous_step, state.cloth.expected_step,
+                 state.cloth.settled_step, state.target_time}));
   c.integers["tangled"] = {state.tangled};
   const EnergyAccount& a = state.account;
   put(c, "account",
-      vector_of({a.begun ? 1.0 : 0.0, a.start, a.scripts, a.loads, a.friction, a.withheld,
-                 a.largest_kinetic}));
+      vector_of({a.begun ? 1.0 : 0.0, a.start, a.start_of_contacts, a.scripts, a.loads, a.friction,
+                 a.damping, a.limits, a.withheld, a.largest_kinetic}));
   put(c, "cloth.x", state.cloth.x);
   put(c, "cloth.v", state.cloth.v);
   put(c, "cloth.last_change", state.cloth.last_change);
@@ -143,10 +144,10 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
         "resume with the scene and parameters of the run");
   State s = state;
   s.step = integers(c, "step").at(0);
-  Vec4 times;
-  get(c, "times", times, Vec4(Vec4::Zero()));
+  Vector times;
+  get(c, "times", times, Vector(Vector::Zero(5)));
   s.time = times[0], s.cloth.previous_step = times[1], s.cloth.expected_step = times[2];
-  s.target_time = times[3];
+  s.cloth.settled_step = times[3], s.target_time = times[4];
   s.tangled = static_cast<std::uint8_t>(integers(c, "tangled").at(0));
   get_account(c, s.account);
   get_cloth(c, s.cloth);

@@ -103,6 +103,7 @@ class Constraining {
       done.excess = left.excess, done.beyond = left.beyond, done.worst = left.worst,
       done.broken = left.broken;
     }
+    if (x1_ != wanted) report_.limited += in_.energy(wanted) - in_.energy(x1_);
     const int sweeps = report_.limits.sweeps + done.sweeps;
     const std::int64_t evaluations = report_.limits.evaluations + done.evaluations;
     report_.limits = done;

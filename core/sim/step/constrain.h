@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "core/base/types.h"
@@ -31,6 +32,8 @@ struct ConstrainInputs {
   double h = 0.0;              // length of the step [s]
   const Points* x0 = nullptr;  // (all vertices x 3) positions at the start of the step [m]
   const Vector* inverse_mass = nullptr;  // (all vertices) 0: prescribed motion [1/kg]
+  // Energy of cloth that ends at x1, without that of contacts [J]; required with `limiter`.
+  std::function<double(const Points& x1)> energy;
 };
 
 struct ConstrainReport {
@@ -43,6 +46,7 @@ struct ConstrainReport {
   bool stopped_for_limits = false;  // fallbacks withheld more than 1 % of the motion
   double requested = 0.0;  // sum of displacement lengths of free cloth before certification [m]
   double withheld_for_limits = 0.0;  // sum of the lengths that fallbacks withhold [m]
+  double limited = 0.0;              // energy that sweeps took from cloth [J]
   double limit_seconds = 0.0;
   std::vector<Index> touched;  // cloth vertices that certification moved
 };

@@ -2,6 +2,7 @@
 
 #include "core/electrodynamics/coil_currents.h"
 #include "core/sim/model/motion.h"
+#include "core/sim/step/near_contacts.h"
 
 namespace loomstone {
 
@@ -12,6 +13,13 @@ double magnetic_energy(const State& state, double time, const Engines& engines) 
   return engines.magnetics->energy(
       engines.team, {state.rigid, obstacle_places(engines.model, state, time, 0.0).poses},
       state.magnetic.moments);
+}
+
+double gravitational_energy(const Engines& engines, const Points& x) {
+  const Model& model = engines.model;
+  return -parallel_sum(engines.team, model.cloth.n_vertices, [&](Index i) {
+    return model.cloth.mass[i] * x.row(i).dot(model.scene.gravity.transpose());
+  });
 }
 
 void measure_circuits(const Model& model, const CircuitState& circuits, CircuitReport& report) {
@@ -36,24 +44,31 @@ void measure_bodies(const Model& model, const RigidState& rigid, EnergyReport& e
   }
 }
 
+double kinetic_energy(const Engines& engines, const Points& v) {
+  const Vector& mass = engines.model.cloth.mass;
+  return parallel_sum(engines.team, engines.model.cloth.n_vertices,
+                      [&](Index i) { return 0.5 * mass[i] * v.row(i).squaredNorm(); });
+}
+
+double potential_energy(const Engines& engines, const Points& x) {
+  if (engines.model.cloth.n_vertices == 0) return 0.0;
+  return gravitational_energy(engines, x) + engines.elasticity->membrane_energy(engines.team, x) +
+         engines.elasticity->bending_energy(engines.team, x);
+}
+
 void measure_energies(const State& state, double time, const Engines& engines, StepReport& report) {
   const Model& model = engines.model;
-  const Index n = model.cloth.n_vertices;
-  const Points &x = state.cloth.x, &v = state.cloth.v;
-  const Vector& mass = model.cloth.mass;
-  const auto kinetic = [&](Index i) { return 0.5 * mass[i] * v.row(i).squaredNorm(); };
-  const auto moment = [&](Index i) {
-    return mass[i] * x.row(i).dot(model.scene.gravity.transpose());
-  };
+  const Points& x = state.cloth.x;
   EnergyReport& energy = report.energy;
-  energy.kinetic = parallel_sum(engines.team, n, kinetic);
-  energy.gravity = -parallel_sum(engines.team, n, moment);
+  energy.kinetic = kinetic_energy(engines, state.cloth.v);
+  energy.gravity = gravitational_energy(engines, x);
   measure_bodies(model, state.rigid, energy);
   measure_circuits(model, state.magnetic.circuits, report.circuits);
   energy.magnetic = magnetic_energy(state, time, engines);
-  if (n == 0) return;
+  if (model.cloth.n_vertices == 0) return;
   energy.membrane = engines.elasticity->membrane_energy(engines.team, x);
   energy.bending = engines.elasticity->bending_energy(engines.team, x);
+  energy.contact = contact_energy(state, time, engines);
 }
 
 }  // namespace loomstone

@@ -7,9 +7,12 @@
 
 namespace loomstone {
 
-// Sets the energies and circuit values of a report for `state` at `time` [s], except the energy of
-// contacts.
+// Sets the energies and circuit values of a report for `state` at `time` [s].
 void measure_energies(const State& state, double time, const Engines& engines, StepReport& report);
+
+// Kinetic energy of cloth with the velocities v, and its elastic and gravitational energy at x [J].
+double kinetic_energy(const Engines& engines, const Points& v);
+double potential_energy(const Engines& engines, const Points& x);
 
 // Sets the energies of rigid bodies.
 void measure_bodies(const Model& model, const RigidState& rigid, EnergyReport& energy);

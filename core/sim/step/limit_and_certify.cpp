@@ -4,6 +4,7 @@
 
 #include "core/sim/model/motion.h"
 #include "core/sim/step/constrain.h"
+#include "core/sim/step/energies.h"
 
 namespace loomstone {
 
@@ -134,8 +135,14 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, const N
   inputs.h = part.h;
   inputs.x0 = &loads.x0;
   inputs.inverse_mass = &model.inverse_mass;
+  const ClothState& solved = state.cloth;
+  inputs.energy = [&](const Points& at) {
+    const Points x = at.topRows(n), v = solved.v + (x - solved.x) / part.h;
+    return kinetic_energy(engines, v) + potential_energy(engines, x);
+  };
   const ConstrainReport done = constrain(inputs, x1, bodies);
   Certified certified;
+  certified.limited = done.limited;
   certified.moved = move_cloth(part, x1, state.cloth);
   move_bodies_with(part, bodies, state.rigid);
   for (const Index i : done.touched) outcome.contact[i] = 1;

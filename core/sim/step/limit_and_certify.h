@@ -14,6 +14,7 @@ namespace loomstone {
 struct Certified {
   PartResult result;
   bool moved = false;                 // limiting or certification moved cloth
+  double limited = 0.0;               // energy that limiting took from cloth [J]
   std::optional<LimitReport> limits;  // report after limiting; empty if vertices have moved since
 };
 

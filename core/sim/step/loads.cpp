@@ -10,20 +10,6 @@ namespace loomstone {
 
 namespace {
 
-void find_cloth_forces(const StepContext& part, const State& state, const Engines& engines,
-                       Points& force) {
-  const Model& model = engines.model;
-  const Index n = model.cloth.n_vertices;
-  const Index begin = std::min(engines.layout.begin(), n), end = std::min(engines.layout.end(), n);
-  force = state.external_force;
-  parallel_for(engines.team, end - begin, [&](Index i) {
-    force.row(begin + i) += model.cloth.mass[begin + i] * model.scene.gravity.transpose();
-  });
-  const DraggedSurface surface{part.t0, model.cloth.triangles, model.cloth.triangles_of_vertex,
-                               state.cloth.x, state.cloth.v};
-  add_drag(engines.team, model.scene.air, surface, begin, end, force);
-}
-
 // Predicts body velocities under gravity and magnetic forces, so that the solve adds only the
 // action of the cloth.
 void predict_bodies(const StepContext& part, const State& state, const Engines& engines,
@@ -55,13 +41,28 @@ void predict_bodies(const StepContext& part, const State& state, const Engines& 
 
 }  // namespace
 
+void find_cloth_forces(double time, const State& state, const Engines& engines, Rows rows,
+                       Points& force) {
+  const Model& model = engines.model;
+  force = state.external_force;
+  parallel_for(engines.team, rows.end - rows.begin, [&](Index i) {
+    const Index row = rows.begin + i;
+    force.row(row) += model.cloth.mass[row] * model.scene.gravity.transpose();
+  });
+  const DraggedSurface surface{time, model.cloth.triangles, model.cloth.triangles_of_vertex,
+                               state.cloth.x, state.cloth.v};
+  add_drag(engines.team, model.scene.air, surface, rows.begin, rows.end, force);
+}
+
 void find_loads(const StepContext& part, const State& state, const Engines& engines, Loads& loads) {
   const Model& model = engines.model;
   if (model.cloth.n_vertices > 0) collision_vertices(model, state, loads.x0);
   loads.v0 = state.cloth.v;
   pin_targets(model, state, part.t1, part.share, loads.target);
   obstacle_vertices(model, state, part.t1, part.share, loads.next_obstacles);
-  find_cloth_forces(part, state, engines, loads.force);
+  const Index n = model.cloth.n_vertices;
+  const Rows own{std::min(engines.layout.begin(), n), std::min(engines.layout.end(), n)};
+  find_cloth_forces(part.t0, state, engines, own, loads.force);
   predict_bodies(part, state, engines, loads);
 }
 

@@ -23,6 +23,15 @@ struct Loads {
   Points body_velocity;
 };
 
+struct Rows {
+  Index begin, end;  // [begin, end)
+};
+
+// Sets the gravity, drag and user forces at `time` [s] on these cloth rows [N]. Other rows have the
+// user forces alone.
+void find_cloth_forces(double time, const State& state, const Engines& engines, Rows rows,
+                       Points& force);
+
 void find_loads(const StepContext& part, const State& state, const Engines& engines, Loads& loads);
 
 }  // namespace loomstone

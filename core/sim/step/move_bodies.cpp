@@ -4,9 +4,9 @@
 
 namespace loomstone {
 
-void move_bodies(const StepContext& part, const Loads& loads, const Points& body_velocity,
-                 State& state, Engines& engines, StepReport& report) {
-  if (!engines.world) return;
+double move_bodies(const StepContext& part, const Loads& loads, const Points& body_velocity,
+                   State& state, Engines& engines, StepReport& report) {
+  if (!engines.world) return 0.0;
   const Model& model = engines.model;
   Points impulses = Points::Zero(model.n_bodies(), 3), angular = impulses;
   if (model.cloth.n_vertices > 0)
@@ -21,7 +21,7 @@ void move_bodies(const StepContext& part, const Loads& loads, const Points& body
   const ObstaclePlaces places = obstacle_places(model, state, part.t1, part.share);
   if (!engines.magnetics) {
     engines.world->advance(part.h, impulses, angular, places, state.rigid);
-    return;
+    return engines.world->obstacle_work();
   }
   const ObstaclePlaces start = obstacle_places(model, state, part.t0, 0.0);
   const MagneticEffort effort =
@@ -29,6 +29,7 @@ void move_bodies(const StepContext& part, const Loads& loads, const Points& body
                                  *engines.world, state.rigid, state.magnetic);
   report.magnets.substeps += effort.substeps;
   report.magnets.force_error = effort.error;
+  return effort.obstacle_work;
 }
 
 }  // namespace loomstone

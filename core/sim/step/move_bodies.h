@@ -7,8 +7,9 @@
 namespace loomstone {
 
 // body_velocity (2 b x 3): velocities after the solve. The difference from the prediction in
-// `loads` gives the impulses of the cloth.
-void move_bodies(const StepContext& part, const Loads& loads, const Points& body_velocity,
-                 State& state, Engines& engines, StepReport& report);
+// `loads` gives the impulses of the cloth. Returns the work of scripted obstacles on bodies, by
+// contacts and by magnets [J].
+double move_bodies(const StepContext& part, const Loads& loads, const Points& body_velocity,
+                   State& state, Engines& engines, StepReport& report);
 
 }  // namespace loomstone

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/sim/model/motion.h"
+
 namespace loomstone {
 
 namespace {
@@ -51,12 +53,16 @@ void add_attachments(const Model& model, const State& state, ExtraTerms& terms) 
   }
 }
 
-// Elastic and external forces on cloth at the start, if any contact has less than half of its
-// thickness left, where they may determine its stiffness.
+// True if any contact has less than half of its thickness left, where the forces on cloth may
+// determine its stiffness.
+bool pressed(const std::vector<Contact>& contacts) {
+  return std::any_of(contacts.begin(), contacts.end(),
+                     [](const Contact& c) { return c.distance < 0.5 * c.thickness; });
+}
+
+// Elastic and external forces on cloth at the start; no rows if no contact is pressed.
 Points pressing_forces(const Loads& loads, const std::vector<Contact>& contacts, Engines& engines) {
-  if (std::none_of(contacts.begin(), contacts.end(),
-                   [](const Contact& c) { return c.distance < 0.5 * c.thickness; }))
-    return Points(0, 3);
+  if (!pressed(contacts)) return Points(0, 3);
   const Index n = engines.model.cloth.n_vertices;
   const Index begin = std::min(engines.layout.begin(), n), end = std::min(engines.layout.end(), n);
   const Points x = loads.x0.topRows(n), none = Points::Zero(n, 3);
@@ -103,7 +109,6 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
   const ContactInputs inputs{loads.x0, near.v0, near.last_change,           state.rigid.positions,
                              part.h,   n,       engines.model.inverse_mass, forces};
   near.contact_terms = collision.terms(inputs, near.contacts, state.contacts, near.terms);
-  report.energy.contact = near.contact_terms.energy();
   collision.untangle(inputs, near.tangle, near.terms);
 }
 
@@ -116,13 +121,30 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
   near.terms.clear();
   near.contact_terms = {};
   near.tangle = {};
-  report.energy.contact = 0.0;
   if (engines.collision) find_contacts(part, loads, state, engines, near, report);
   const std::size_t n_contact_terms = near.terms.size();
   if (engines.integrator->implicit()) add_attachments(engines.model, state, near.terms);
   near.n_attachments = near.terms.size() - n_contact_terms;
   report.contacts.near =
       std::max(report.contacts.near, static_cast<std::int64_t>(near.contacts.size()));
+}
+
+double contact_energy(const State& state, double time, const Engines& engines) {
+  if (!engines.collision || !engines.contacts_in_solve) return 0.0;
+  const Model& model = engines.model;
+  const Rows all{0, model.cloth.n_vertices};
+  Points x, forces(0, 3);
+  collision_vertices(model, state, x);
+  const Tangle tangle = state.tangled ? engines.collision->find_tangle(x) : Tangle();
+  const std::vector<Contact> contacts = engines.collision->proximity(engines.team, x, tangle);
+  if (contacts.empty()) return 0.0;
+  if (pressed(contacts)) {
+    find_cloth_forces(time, state, engines, all, forces);
+    const Points &y = state.cloth.x, none = Points::Zero(y.rows(), 3);
+    engines.elasticity->add_implicit_forces(engines.team, y, nullptr, 0, all.end, forces);
+    engines.elasticity->add_explicit_bending(engines.team, y, none, 0, all.end, forces);
+  }
+  return engines.collision->energy({x, model.inverse_mass, forces}, contacts, state.contacts);
 }
 
 double terms_at(NearContacts& near, const Engines& engines, const Points& displacement, double time,

@@ -28,6 +28,10 @@ struct NearContacts {
 void find_near_contacts(const StepContext& part, const Loads& loads, const State& state,
                         Engines& engines, NearContacts& near, StepReport& report);
 
+// Returns the energy of the contacts of a state at `time` [s], as the next part begins with it [J];
+// 0 if contacts are not in the solve. Every rank computes it by itself.
+double contact_energy(const State& state, double time, const Engines& engines);
+
 // Evaluates the terms for an iterate of Newton's method, after cloth and bodies have moved by
 // `displacement` (rows x 3) [m] in `time` [s]. On entry, `terms` are those of the start. Returns
 // their energy [J].

@@ -20,6 +20,7 @@ struct StepContext {
   int length = 0;          // in units of StepPart
   bool automatic = false;  // of an automatic step
   bool divisible = true;   // an attempt with too large an error can be repeated in shorter parts
+  bool halvable = true;    // an attempt in which contacts gain energy can be repeated in halves
   std::uint64_t seed = 0;  // seed of random orders; differs between parts and steps
 };
 

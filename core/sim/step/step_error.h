@@ -21,6 +21,9 @@ bool too_large(const StepContext& part, const StepError& error, const Engines& e
 // Result of an attempt at a part with too large an error: the length that the error allows.
 PartResult shorter(const StepContext& part, const StepError& error, const Engines& engines);
 
+// Result of an attempt at a part in which contacts have made energy from nothing: half its length.
+PartResult halved(const StepContext& part);
+
 // Length expected of the next part of a given step, in units of `part`. It is the length that the
 // error of the last part allows. If there is none, it is that of a motion with unchanged
 // velocities.

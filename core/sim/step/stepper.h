@@ -40,7 +40,7 @@ class Stepper {
   // Scratch data that one stage writes and later stages read.
   Loads loads_;
   NearContacts near_;
-  SolvedVelocities solved_;
+  Solved solved_;
 };
 
 }  // namespace loomstone

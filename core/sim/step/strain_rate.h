@@ -5,8 +5,9 @@
 
 namespace loomstone {
 
-// Limits the strain rate and reports the excess over strain limits at the end of the part.
-void limit_strain_rate(const StepContext& part, const Certified& certified, State& state,
-                       Engines& engines, StepOutcome& outcome);
+// Limits the strain rate and reports the excess over strain limits at the end of the part. Returns
+// the energy that it takes from cloth [J].
+double limit_strain_rate(const StepContext& part, const Certified& certified, State& state,
+                         Engines& engines, StepOutcome& outcome);
 
 }  // namespace loomstone

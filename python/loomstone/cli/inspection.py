@@ -79,7 +79,8 @@ def _describe_run(run: Run) -> None:
             f" largest stretch {run[-1].stretch.max():.4f}"
         )
     if (run.directory / "steps.csv").exists():
-        print("\n".join(contact_lines(summary_of_steps(run.directory / "steps.csv"))))
+        summary = summary_of_steps(run.directory / "steps.csv")
+        print("\n".join(contact_lines(summary) + energy_lines(summary)))
 
 
 def check_run(run: Run) -> bool:
@@ -177,6 +178,43 @@ def contact_lines(summary: dict[str, Any]) -> list[str]:
     return lines
 
 
+def energy_lines(summary: dict[str, Any]) -> list[str]:
+    """Returns lines of text about the energies of a run, from the summary of its steps."""
+    if not summary.get("largest_kinetic_energy"):
+        return []
+
+    def listed(values: dict[str, float]) -> str:
+        return ", ".join(f"{name} {value:.3g} J" for name, value in values.items() if value)
+
+    account = dict(summary["account_at_end"])
+    work = {name: account.pop(name) for name in ("scripts", "loads")}
+    lines = [f"energy at the end: {listed(summary['energy_at_end']) or '0 J'}"]
+    if any(work.values()):
+        lines.append(f"work: {listed(work)}")
+    lines.append(f"losses: {listed(account) or '0 J'}")
+    lines.append(
+        f"energy less work, over its start: at most {summary['largest_energy_balance']:.2%}"
+        f" ({summary['largest_contact_balance']:.2%} with contacts),"
+        f" {summary['energy_balance_at_end']:.2%} at the end, in parts of the largest kinetic"
+        f" energy, {summary['largest_kinetic_energy']:.3g} J"
+    )
+    return lines
+
+
+def _gain_lines(report: dict[str, Any]) -> list[str]:
+    lines = []
+    for name, tolerated, which in (
+        ("largest_energy_balance", 0.02, ""),
+        ("largest_contact_balance", 0.05, ", with that of contacts,"),
+    ):
+        if report.get(name, 0.0) > tolerated:
+            lines.append(
+                f"energy{which} less work rose above its start by {100 * report[name]:.3g} % of the"
+                " largest kinetic energy"
+            )
+    return lines
+
+
 def report_text(report: dict[str, Any]) -> str:
     """Returns the report of a run as readable text."""
     wall, frames = report["wall_seconds"], max(report["frames"], 1)
@@ -228,10 +266,6 @@ def report_text(report: dict[str, Any]) -> str:
             f"the error of {report['steps_beyond_accuracy']} steps is larger than"
             " integrator.accuracy allows, even in the shortest parts; shorten integrator.step"
         )
-    if report.get("largest_energy_balance", 0.0) > 0.02:
-        lines.append(
-            "energy less work rose above its start by"
-            f" {100 * report['largest_energy_balance']:.3g} % of the largest kinetic energy"
-        )
+    lines.extend(_gain_lines(report))
     lines.append(f"state {report['digest'][:16]}")
     return "\n".join(lines)

@@ -56,9 +56,6 @@ def _energy(axes: Any, steps: Steps) -> None:
         for name, values in steps.items()
         if name.startswith("energy.")
     }
-    # The table contains the contact energy at the start of each step, and the other energies at its
-    # end.
-    energies["contact"] = np.append(energies["contact"][1:], np.nan)
     for name, values in energies.items():
         axes.plot(steps["time"], values, label=name)
     axes.plot(steps["time"], sum(energies.values()), "k", label="sum")
@@ -66,9 +63,18 @@ def _energy(axes: Any, steps: Steps) -> None:
     if work.any():
         axes.plot(steps["time"], work, "k:", label="work of scripts, air and external forces")
         axes.plot(steps["time"], sum(energies.values()) - work, "k--", label="sum less work")
-    for name in ("friction", "withheld", "lost"):
+    for name in ("friction", "damping", "limits", "withheld", "lost"):
         if steps[f"account.{name}"].any():
             axes.plot(steps["time"], steps[f"account.{name}"], linestyle=":", label=f"loss: {name}")
+    kinetic = steps["account.largest_kinetic"]
+    if kinetic.any():
+        gain = steps["account.balance"] * kinetic / kinetic.max()
+        with_contacts = steps["account.contact_balance"] * kinetic / kinetic.max()
+        axes.set_title(
+            f"energy less work, over its start: at most {gain.max():.1%} ({with_contacts.max():.1%}"
+            f" with contacts), {gain[-1]:.1%} at the end,\nin parts of the largest kinetic energy",
+            fontsize="small",
+        )
     axes.set_ylabel("energy [J]")
 
 

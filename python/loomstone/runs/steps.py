@@ -75,7 +75,7 @@ def summary_of_steps(path: Path) -> dict[str, Any]:
         "mean_part": float(rows[-1]["time"]) / sum(max(1, int(r["parts"])) for r in rows),
         "least_part": min(float(r["error.least_part"]) for r in rows),
         "steps_beyond_accuracy": sum(int(r["error.beyond"]) > 0 for r in rows),
-        "largest_energy_balance": max(float(r["account.balance"]) for r in rows),
+        **_balances(rows),
         "largest_neglected_strain": max(float(r["error.strain"]) for r in rows),
         "unresolved_steps": sum(int(r["contacts.unresolved"]) > 0 for r in rows),
         "most_intersections": max(int(r["contacts.intersections"]) for r in rows),
@@ -99,6 +99,28 @@ def summary_of_steps(path: Path) -> dict[str, Any]:
             for name in rows[0]
             if name.startswith("energy.")
         },
+        "account_at_end": {
+            name: float(rows[-1][f"account.{name}"])
+            for name in ("scripts", "loads", "friction", "damping", "limits", "withheld", "lost")
+        },
+    }
+
+
+def _balances(rows: list[dict[str, str]]) -> dict[str, float]:
+    """Returns balances of energy, in parts of the largest kinetic energy of the whole run."""
+    kinetic = [float(r["account.largest_kinetic"]) for r in rows]
+    largest = max(kinetic)
+
+    def balances(name: str) -> list[float]:
+        gains = (float(r[f"account.{name}"]) * k for r, k in zip(rows, kinetic, strict=True))
+        return [gain / largest if largest > 0.0 else 0.0 for gain in gains]
+
+    without = balances("balance")
+    return {
+        "largest_kinetic_energy": largest,
+        "largest_energy_balance": max(without),
+        "largest_contact_balance": max(balances("contact_balance")),
+        "energy_balance_at_end": without[-1],
     }
 
 

@@ -85,3 +85,33 @@ def test_requested_motion_and_acceleration_are_those_of_the_vertices():
     change = np.linalg.norm(sim.velocities - was, axis=1)[touching] / 1e-3
     assert 0 < touching.sum() <= 25 and not touching[:25].any()
     assert sim.report.contacts.acceleration == pytest.approx(np.sqrt((change**2).mean()), rel=1e-12)
+
+
+def test_a_run_describes_its_account_of_energy(falling, euler, tmp_path, capsys):
+    report = ls.Simulation(falling, integrator=euler, threads=1).run(
+        out=tmp_path / "r", duration=0.2
+    )
+    steps = read_steps(tmp_path / "r")
+    kinetic = steps["account.largest_kinetic"]
+    assert report["largest_kinetic_energy"] == kinetic.max() >= steps["energy.kinetic"].max()
+    for name, column in (
+        ("largest_energy_balance", "account.balance"),
+        ("largest_contact_balance", "account.contact_balance"),
+    ):
+        assert report[name] == pytest.approx((steps[column] * kinetic).max() / kinetic.max())
+    # Energy at the end less that at the start is work less losses.
+    account = report["account_at_end"]
+    work = account["scripts"] + account["loads"]
+    losses = sum(account[name] for name in ("friction", "damping", "limits", "withheld", "lost"))
+    assert report["energy_balance_at_end"] * kinetic.max() == pytest.approx(-losses)
+    start = ls.Simulation(falling, integrator=euler, threads=1).report.energy
+    first = start.kinetic + start.membrane + start.bending + start.gravity
+    last = sum(v for name, v in report["energy_at_end"].items() if name != "contact")
+    assert last - first == pytest.approx(work - losses, abs=1e-9 * abs(first))
+    inspection.describe(tmp_path / "r")
+    text = capsys.readouterr().out
+    assert "energy less work, over its start: at most" in text and "losses: " in text
+    gained = {**report, "largest_contact_balance": 0.06}
+    assert "with that of contacts, less work rose above its start by 6 %" in (
+        inspection.report_text(gained)
+    )

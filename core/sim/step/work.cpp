@@ -1,0 +1,158 @@
+#include "core/sim/step/work.h"
+
+#include <algorithm>
+
+#include "core/sim/step/energies.h"
+
+namespace loomstone {
+
+namespace {
+
+bool pins_move(const Engines& engines, const Loads& loads, const State& state) {
+  const ClothModel& cloth = engines.model.cloth;
+  for (Index i = 0; i < cloth.n_vertices; ++i)
+    if (cloth.prescribed[i] && state.cloth.x.row(i) != loads.x0.row(i)) return true;
+  return false;
+}
+
+bool is_damped(const ClothModel& cloth) {
+  const auto viscous = [](const MembraneConstants& c) {
+    return c.lambda_d != 0.0 || c.mu_d != 0.0;
+  };
+  if (std::any_of(cloth.constants.begin(), cloth.constants.end(), viscous)) return true;
+  return std::any_of(cloth.bending.begin(), cloth.bending.end(), [](const auto& part) {
+    return std::any_of(part.setup.damping.begin(), part.setup.damping.end(),
+                       [](double damping) { return damping > 0.0; });
+  });
+}
+
+// Sums term(row) over all cloth rows. Each rank evaluates the rows that it owns.
+template <class Term>
+double sum_over_rows(const Engines& engines, Term&& term) {
+  const RowLayout& layout = engines.layout;
+  std::vector<double> sums((layout.n_rows() + rows_per_block - 1) / rows_per_block, 0.0);
+  const Index last = std::min(layout.end(), engines.model.cloth.n_vertices);
+  for (Index i = layout.begin(); i < last; ++i) sums[i / rows_per_block] += term(i);
+  return layout.ordered_sum(sums);
+}
+
+// Work of air and of the user's forces.
+double work_of_loads(const Loads& loads, const State& state, const Engines& engines) {
+  const Model& model = engines.model;
+  return sum_over_rows(engines, [&](Index i) {
+    const Vec3 force = loads.force.row(i).transpose() - model.cloth.mass[i] * model.scene.gravity;
+    return force.dot((state.cloth.x.row(i) - loads.x0.row(i)).transpose());
+  });
+}
+
+// Elastic forces at x in owned rows, with viscous forces at the velocities v if given (n x 3) [N].
+Points inner_forces(const Points& x, const Points* v, Engines& engines) {
+  const Index n = engines.model.cloth.n_vertices;
+  const Index begin = std::min(engines.layout.begin(), n), end = std::min(engines.layout.end(), n);
+  Points force = Points::Zero(n, 3);
+  const Points none = v ? Points() : Points::Zero(n, 3);
+  engines.elasticity->add_implicit_forces(engines.team, x, v, begin, end, force);
+  engines.elasticity->add_explicit_bending(engines.team, x, v ? *v : none, begin, end, force);
+  return force;
+}
+
+// Viscous forces in owned rows (n x 3) [N]; no rows if no cloth is damped. In the middle of the
+// motion, the rate of strain is exactly its change over the part.
+Points viscous_forces(const StepContext& part, const Loads& loads, const Solved& solved,
+                      Engines& engines) {
+  if (!is_damped(engines.model.cloth)) return Points(0, 3);
+  const Points start = loads.x0.topRows(engines.model.cloth.n_vertices);
+  const Points middle = 0.5 * (start + solved.x), velocity = (solved.x - start) / part.h;
+  return inner_forces(middle, &velocity, engines) - inner_forces(middle, nullptr, engines);
+}
+
+// Work on prescribed vertices, without that of contacts.
+double work_of_pins(const Loads& loads, const Points& viscous, const State& state,
+                    Engines& engines) {
+  if (!pins_move(engines, loads, state)) return 0.0;
+  const ClothModel& cloth = engines.model.cloth;
+  const Points start = loads.x0.topRows(cloth.n_vertices);
+  Points force = 0.5 * (inner_forces(start, nullptr, engines) +
+                        inner_forces(state.cloth.x, nullptr, engines)) +
+                 loads.force;
+  if (viscous.rows() > 0) force += viscous;
+  return sum_over_rows(engines, [&](Index i) {
+    if (!cloth.prescribed[i]) return 0.0;
+    const double kinetic =
+        0.5 * cloth.mass[i] * (state.cloth.v.row(i).squaredNorm() - loads.v0.row(i).squaredNorm());
+    return kinetic - force.row(i).dot(state.cloth.x.row(i) - start.row(i));
+  });
+}
+
+// Work of scripted surfaces and prescribed vertices through contacts, work against friction, and
+// work of forces that untangle.
+PartWork work_of_contacts(const StepContext& part, const Loads& loads, NearContacts& near,
+                          const Solved& solved, const State& state, const Engines& engines) {
+  PartWork work;
+  const std::size_t n_contacts = near.contact_terms.size();
+  const std::size_t n_terms = near.terms.size() - near.n_attachments;
+  if (n_terms == 0) return work;
+  const Model& model = engines.model;
+  const Index n = model.cloth.n_vertices;
+  Points displacement(model.n_rows(), 3);
+  displacement.topRows(n) = state.cloth.x - loads.x0.topRows(n);
+  displacement.bottomRows(model.n_rows() - n) = part.h * solved.body_velocity;
+  ExtraTerms terms = near.terms;
+  // Forces are those at the time at which the scheme evaluates them.
+  const double time = engines.integrator->time_of_forces();
+  const bool newton = engines.integrator->asks_energy();  // the scheme solves with the exact law
+  if (newton)
+    terms_at(near, engines, time * displacement, time * part.h, TermRequest::Derivative, terms);
+  else
+    near.contact_terms.friction_at(engines.team, time * displacement, time * part.h,
+                                   model.inverse_mass, terms);
+  for (std::size_t t = 0; t < n_terms; ++t) {
+    const ExtraTerm& term = terms[t];
+    const Vec3 d = term.relative_displacement(displacement, part.h);
+    Vec3 force = term.gradient;  // gradient of the energy [N]
+    if (!newton) force += time * term.hessian * d;
+    if (t >= n_contacts) {
+      work.loads -= force.dot(d);
+      continue;
+    }
+    const Vec3 normal = near.contact_terms.normal(t);
+    work.scripts -= part.h * force.dot(term.drift);
+    for (int e = 0; e < term.n_entries; ++e) {
+      const Index row = term.entries[e].row;
+      if (row < n && model.cloth.prescribed[row])
+        work.scripts += force.dot(term.entries[e].apply(displacement.row(row).transpose()));
+    }
+    work.friction += force.dot(d - d.dot(normal) * normal);
+  }
+  return work;
+}
+
+}  // namespace
+
+void note_solved(const Engines& engines, const State& state, Solved& solved) {
+  EnergyReport bodies;
+  measure_bodies(engines.model, state.rigid, bodies);
+  solved.x = state.cloth.x, solved.v = state.cloth.v;
+  solved.body_energy = bodies.body_kinetic + bodies.body_gravity;
+}
+
+bool surfaces_move(const Loads& loads) {
+  if (loads.x0.rows() == 0) return false;  // there is no cloth
+  return loads.x0.bottomRows(loads.next_obstacles.rows()) != loads.next_obstacles;
+}
+
+PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts& near,
+                      const Solved& solved, const State& state, Engines& engines) {
+  if (engines.model.cloth.n_vertices == 0) return {.scripts = solved.obstacle_work};
+  PartWork work = work_of_contacts(part, loads, near, solved, state, engines);
+  work.scripts += solved.obstacle_work;
+  const Points viscous = viscous_forces(part, loads, solved, engines);
+  work.loads += work_of_loads(loads, state, engines);
+  work.scripts += work_of_pins(loads, viscous, state, engines);
+  if (viscous.rows() > 0)
+    work.damping = sum_over_rows(
+        engines, [&](Index i) { return -viscous.row(i).dot(solved.x.row(i) - loads.x0.row(i)); });
+  return work;
+}
+
+}  // namespace loomstone

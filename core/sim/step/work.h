@@ -1,0 +1,37 @@
+// Work in a part of a step: that of scripts and loads, and that against friction and viscosity.
+#pragma once
+
+#include "core/sim/step/near_contacts.h"
+
+namespace loomstone {
+
+// Cloth and bodies after the solve and the bodies' stage, before limits and certification change
+// them.
+struct Solved {
+  Points x, v;                 // (n x 3) of cloth [m], [m/s]
+  Points body_velocity;        // (2 b x 3) from the solve: translations and rotations
+  double body_energy = 0.0;    // kinetic and gravitational energy of the bodies [J]
+  double obstacle_work = 0.0;  // work of scripted obstacles on the bodies [J]
+};
+
+struct PartWork {
+  double scripts = 0.0;   // done by scripts
+  double loads = 0.0;     // done by air, the user's forces and forces that untangle
+  double friction = 0.0;  // done against friction of contacts in the solve
+  double damping = 0.0;   // done against viscosity and damping of bending
+};
+
+// Returns the work of a part [J]. Elastic forces are the mean of the start and the end. Viscous
+// forces are those in the middle of the motion at its mean velocity, and contact forces are those
+// of the solve. The work on a prescribed vertex is the change of its kinetic energy less the work
+// of these forces on it.
+PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts& near,
+                      const Solved& solved, const State& state, Engines& engines);
+
+// Sets the cloth and the energy of the bodies in `solved` to those of `state`.
+void note_solved(const Engines& engines, const State& state, Solved& solved);
+
+// True if some scripted surface moves in the part.
+bool surfaces_move(const Loads& loads);
+
+}  // namespace loomstone
