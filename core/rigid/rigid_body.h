@@ -161,7 +161,7 @@ class RigidWorld {
   void advance(double step, const Points& impulses, const Points& angular_impulses,
                const ObstaclePlaces& obstacles, RigidState& state,
                std::vector<std::uint8_t>* touched = nullptr);
-  // Work that obstacles, by their scripted motion, did on bodies in the last step [J].
+  // Returns the work that obstacles did on bodies by their scripted motion in the last step [J].
   double obstacle_work() const;
   // Returns an array (b) that is 1 for bodies with a contact point closer than Bullet's contact
   // breaking threshold, which is a few hundredths of their size.

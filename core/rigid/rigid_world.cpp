@@ -129,8 +129,8 @@ void RigidWorld::Data::read(RigidState& state) const {
   }
 }
 
-// Sums impulse times velocity over the contact points of bodies with moving obstacles. Obstacles
-// are still at the poses of the start of the step, and have the velocities that lead to its end.
+// Returns the sum of impulse times velocity over the contact points between bodies and obstacles.
+// Obstacles still have the poses of the start of the step and the velocities that lead to its end.
 double RigidWorld::Data::work_of_obstacles() const {
   double work = 0.0;
   for (int m = 0; m < engine->dispatcher.getNumManifolds(); ++m) {
