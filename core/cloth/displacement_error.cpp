@@ -12,7 +12,7 @@ constexpr Index triangles_per_block = 128, least_blocks_a_thread = 8;
 // If the kinetic energy in the moving frame is below this fraction of that in the world frame, it
 // is rounding error [1].
 constexpr double rounding = 1e-14;
-// A step resolves a motion if implicit Euler takes less than this fraction of its kinetic energy
+// A step resolves a motion if implicit Euler removes less than this fraction of its kinetic energy
 // per step [1].
 constexpr double resolved = 0.1;
 

@@ -33,12 +33,12 @@ class DisplacementError {
   StepError over(const Team& team, const Points& start, const Points& end, double h);
   // Like over(), for the displacement h v with velocities v (n x 3) [m/s].
   StepError at(const Team& team, const Points& v, double h);
-  // Returns the rate at which implicit Euler takes energy from free motion, relative to the energy
-  // of the cloth, for the cloth with the largest rate [1/s]. The energy taken in the time h [s] is
-  // 1/2 m (v1 - v0)^2. The energy of the cloth is the sum of its kinetic energy, its membrane
-  // energy and 1/2 m g L, where L is the square root of its area. A cloth does not count if the
-  // step does not resolve its motion, for example that of wrinkles that snap. Positions at the end
-  // and velocities at both ends are (n x 3). Collective.
+  // Returns the rate at which implicit Euler removes energy from free motion, relative to the
+  // energy of the cloth, for the cloth with the largest rate [1/s]. The energy removed in the time
+  // h [s] is 1/2 m (v1 - v0)^2. The energy of the cloth is the sum of its kinetic energy, its
+  // membrane energy and 1/2 m g L, where L is the square root of its area. A cloth does not count
+  // if the step does not resolve its motion, for example that of wrinkles that snap. Positions at
+  // the end and velocities at both ends are (n x 3). Collective.
   double dissipation(const Team& team, const Points& x1, const Points& v0, const Points& v1,
                      double h);
 
@@ -50,9 +50,9 @@ class DisplacementError {
   // Results of a block for a displacement u: neglected strain, its energy, and sums over vertices.
   struct Sums {
     double strain = 0.0, energy = 0.0, elastic = 0.0;
-    double squares = 0.0;            // of m u^2 [kg m^2]
-    Vec3 moment = Vec3::Zero();      // of m u [kg m]
-    Vec3 prescribed = Vec3::Zero();  // of m u of prescribed vertices [kg m]
+    double squares = 0.0;            // sum of m u^2 [kg m^2]
+    Vec3 moment = Vec3::Zero();      // sum of m u [kg m]
+    Vec3 prescribed = Vec3::Zero();  // sum of m u over prescribed vertices [kg m]
   };
   struct Scales {
     double mass = 0.0, mass_of_prescribed = 0.0;  // [kg]

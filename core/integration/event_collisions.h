@@ -1,4 +1,5 @@
-// Interface by which an asynchronous integrator handles collisions at the events within a step.
+// Interface by which an asynchronous integrator handles collisions at events. A step is divided
+// into equal ticks, and events take place at the boundaries of ticks.
 #pragma once
 
 #include <vector>
@@ -20,10 +21,10 @@ struct EventVertices {
 class EventCollisions {
  public:
   virtual ~EventCollisions() = default;
-  // Begins a step of n_ticks ticks, or restarts it.
+  // Begins a step that is divided into n_ticks ticks, or restarts it.
   virtual void begin(Index n_ticks) = 0;
-  // Changes the velocities of vertices at a tick and, accordingly, their positions at their next
-  // events.
+  // Changes the velocities of vertices after `tick` ticks and, accordingly, their positions at
+  // their next events.
   virtual void act(const Team& team, Index tick, const EventVertices& vertices) = 0;
 };
 

@@ -14,7 +14,7 @@ struct SchemeCoefficients {
   double c_k;    // factor of the stiffness K in the matrix [s^2]
   double sigma;  // factor of forces on the right-hand side [s]
   double reach;  // displacement at constant velocity divided by this velocity [s]
-  double time;   // from the start of the step to the evaluation of forces [s]
+  double time;   // time from the start of the step to the evaluation of forces [s]
   // BDF-2: factor of the last displacement and change of velocity; 0 for the other schemes [1].
   double history = 0.0;
 };

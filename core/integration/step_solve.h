@@ -17,7 +17,7 @@ struct StepSystem {
   Elasticity& elasticity;
   double c_k;
   const Points& rhs;
-  double tolerance = 0.0;  // of the iterative solver; 0: the tolerance of its options
+  double tolerance = 0.0;  // tolerance of the iterative solver; 0: that of its options
 };
 
 class StepSolve {

@@ -107,8 +107,8 @@ TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, doub
   require_positive(height, "height");
   require_count(nx, "nx");
   require_count(ny, "ny");
-  // If the corners of a triangle (0,0), (1,0), (1,1) move by up to a in each coordinate, its area
-  // is at least 1/2 (1 - 4 a). If a is a quarter of a cell or more, the triangle may become
+  // If the corners (0,0), (1,0), (1,1) of a triangle move by up to d in each coordinate, its area
+  // is at least 1/2 (1 - 4 d). If d is a quarter of a cell or more, the triangle may become
   // inverted.
   if (!(amount >= 0.0 && amount < 0.25)) {
     fail<InvalidInput>(

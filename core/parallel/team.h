@@ -13,7 +13,8 @@
 
 namespace loomstone {
 
-// Number of rows per block of a sum. The row ranges of ranks start at multiples of this number.
+// Number of rows per block. Sums over rows are computed block by block, and the row ranges of ranks
+// start at multiples of this number.
 inline constexpr Index rows_per_block = 128;
 
 struct Team {

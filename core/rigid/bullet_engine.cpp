@@ -17,7 +17,9 @@ btDefaultCollisionConstructionInfo room_for_algorithms() {
 }  // namespace
 
 void BulletWorld::updateAabbs() {
-  constexpr btScalar room = 4.0;  // [contact distances]; larger boxes overlap more but change less
+  // Enlargement of the boxes in the tree [contact distances]. Larger boxes overlap more often but
+  // are updated less often.
+  constexpr btScalar room = 4.0;
   auto& broadphase = static_cast<btDbvtBroadphase&>(*getBroadphase());
   for (int i = 0; i < m_collisionObjects.size(); ++i) {
     btCollisionObject& object = *m_collisionObjects[i];
