@@ -19,8 +19,9 @@ struct SchemeCoefficients {
   double history = 0.0;
 };
 
-// `ratio` is h divided by the length of the last step, for BDF-2. For y' = f, its formula is
-// y+ = y + b (y - y_) + B h f+ with b = r^2 / (1 + 2 r) and B = (1 + r) / (1 + 2 r).
+// `ratio` (r in the formula, for BDF-2 only) is h divided by the length of the last step. For
+// y' = f, BDF-2 is
+//   y+ = y + b (y - y_) + B h f+ with b = r^2 / (1 + 2 r) and B = (1 + r) / (1 + 2 r).
 inline SchemeCoefficients coefficients(Scheme scheme, double h, double ratio = 1.0) {
   switch (scheme) {
     case Scheme::BackwardEuler:

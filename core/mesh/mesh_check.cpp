@@ -25,7 +25,7 @@ std::string corners(const Triangles& triangles, Index t) {
   return formatted("({}, {}, {})", triangles(t, 0), triangles(t, 1), triangles(t, 2));
 }
 
-// A directed edge of a triangle, with its vertices in ascending order.
+// An edge of a triangle: its vertices in ascending order, and its direction in the triangle.
 struct Side {
   Index low, high;
   Index triangle;
