@@ -1,4 +1,4 @@
-// A number that users give, or leave to the program with the text "auto".
+// A number that users either give or leave to the program by writing "auto".
 #pragma once
 
 #include <optional>

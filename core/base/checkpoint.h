@@ -1,4 +1,5 @@
-// The contents of a checkpoint file: State as named arrays and texts.
+// The contents of a checkpoint file: the state of a simulation as named arrays, integers, bytes and
+// texts.
 #pragma once
 
 #include <cstdint>

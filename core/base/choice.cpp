@@ -9,7 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// Levenshtein distance: the smallest number of letters to insert, delete or replace.
+// Levenshtein distance: the smallest number of single-letter insertions, deletions and replacements
+// that turn `a` into `b`.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -25,9 +26,9 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-// Returns the name closest to `given`, or an empty string if no name is close. A close name differs
-// in one letter or in at most a third of the letters of `given`, or one of the two begins with the
-// other.
+// Returns the name closest to `given`, or an empty string if no name is close. A name is close if
+// its edit distance from `given` is at most one or at most a third of the length of `given`, or if
+// `given` is a prefix of the name or the name a prefix of `given`.
 std::string_view near_miss(const std::vector<std::string_view>& names, std::string_view given) {
   std::string_view best;
   std::size_t least = std::max<std::size_t>(1, given.size() / 3) + 1;

@@ -1,6 +1,6 @@
 // Enums whose values users select by name. Next to each enum, an overload of choices() lists names
-// and meanings for validation, Python's Literal types, help and records. It is found by
-// argument-dependent lookup:
+// and meanings. Input validation, Python's Literal types and help texts use this list. The overload
+// is found by argument-dependent lookup:
 //
 //   enum class RestAngles { Flat, Mesh };
 //   constexpr auto choices(RestAngles) {
@@ -45,7 +45,7 @@ std::vector<std::string_view> choice_names() {
   return names;
 }
 
-// Text such as "uv (meaning) | mesh (meaning)".
+// Returns a text such as "uv (meaning) | mesh (meaning)".
 std::string choices_text(const std::vector<std::string_view>& names,
                          const std::vector<std::string_view>& meanings);
 template <Choice Enum>
@@ -55,12 +55,14 @@ std::string choices_text() {
   return choices_text(choice_names<Enum>(), meanings);
 }
 
-// Throws InvalidInput. The message lists all names and, if one is close to `given`, suggests it.
+// Throws InvalidInput with a message that lists all names and, if one of them is close to `given`,
+// suggests it.
 [[noreturn]] void throw_no_choice(std::string_view where,
                                   const std::vector<std::string_view>& names,
                                   std::string_view given);
 
-// Returns the choice with this name. Throws InvalidInput if there is none. `where` names the field.
+// Returns the choice called `name`. Throws InvalidInput if there is none. `where` names the field
+// in the message.
 template <Choice Enum>
 Enum choice_named(std::string_view name, std::string_view where) {
   for (const auto& each : choices(Enum{}))

@@ -1,5 +1,5 @@
-// The errors that the library throws. A message states what is required, what was given, where, and
-// what to do.
+// The errors that the library throws. Each message states what is required, what was given, where,
+// and what to do.
 #pragma once
 
 #include <stdexcept>
@@ -19,7 +19,8 @@ class InvalidInput : public Error {
   using Error::Error;
 };
 
-// A solve or a step failed. The message gives stage, step and time (RuntimeError in Python).
+// A solve or a step failed. The message names the stage, the step and the time (RuntimeError in
+// Python).
 class SolverFailure : public Error {
  public:
   using Error::Error;

@@ -1,4 +1,4 @@
-// Resolves references between descriptions by name.
+// Finds descriptions by the names with which other descriptions refer to them.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace loomstone {
 
-// Returns the index of the description called `name`. If there is none, throws InvalidInput with
-// the known names.
+// Returns the index of the description called `name`. If there is none, throws InvalidInput with a
+// list of the known names.
 template <class List>
 std::size_t find_by_name(const List& list, const std::string& name, const std::string& where) {
   std::string known;

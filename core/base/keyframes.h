@@ -8,7 +8,7 @@
 namespace loomstone {
 
 // The two keyframes that enclose a time, and the fraction of the interval between them that has
-// passed. Times outside the range give the first or the last keyframe.
+// passed at that time. A time outside the range gives the first or the last keyframe.
 struct Keyframes {
   std::size_t first, second;
   double fraction;

@@ -1,4 +1,4 @@
-// Masks of eight lanes as bits of a number.
+// Converts a mask of eight SIMD lanes to the bits of an integer.
 #pragma once
 
 #include "core/base/simd.h"
@@ -9,9 +9,9 @@
 
 namespace loomstone {
 
-// Returns a number whose bit i is set if lane i of `mask` is true. gcc 12 compiles a loop over
-// lanes into one extraction and shift for each lane; the instructions here convert a whole
-// register.
+// Returns an integer whose bit i is set if lane i of `mask` is true. gcc 12 would compile a loop
+// over lanes to one extraction and one shift per lane. The instructions used here convert a whole
+// register at once.
 template <class Mask>
 LOOMSTONE_INLINE unsigned lanes_bits(const Mask& mask) {
   constexpr bool wide = sizeof(typename VectorTypes<Mask>::Scalar) == 8;

@@ -1,4 +1,4 @@
-// 3-vectors in eight SIMD lanes.
+// 3-vectors in eight SIMD lanes, one vector per lane.
 #pragma once
 
 #include <cstddef>

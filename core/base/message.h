@@ -17,7 +17,7 @@ namespace loomstone {
 
 std::string formatted_text(fmt::string_view text, fmt::format_args values);
 
-// Throws a Failure, one of the error classes of error.h, with the formatted text.
+// Throws an error of type Failure, one of the classes in error.h, with the formatted text.
 template <class Failure>
 [[noreturn]] void fail_formatted(fmt::string_view text, fmt::format_args values);
 
@@ -27,8 +27,8 @@ extern template void fail_formatted<SolverFailure>(fmt::string_view, fmt::format
 extern template void fail_formatted<CacheError>(fmt::string_view, fmt::format_args);
 extern template void fail_formatted<Unsupported>(fmt::string_view, fmt::format_args);
 
-// Throws a Failure with the formatted text. The compiler checks that the format string fits the
-// values.
+// Throws an error of type Failure with the formatted text. The compiler checks that the format
+// string fits the values.
 template <class Failure, class... Values>
 [[noreturn]] void fail(fmt::format_string<Values...> text, Values&&... values) {
   fail_formatted<Failure>(text, fmt::make_format_args(values...));
@@ -40,7 +40,7 @@ void require(bool holds, fmt::format_string<Values...> text, Values&&... values)
   if (!holds) fail_formatted<InvalidInput>(text, fmt::make_format_args(values...));
 }
 
-// Returns the formatted text, for messages that are composed of several parts.
+// Returns the formatted text, for a message that is composed of several parts.
 template <class... Values>
 [[nodiscard]] std::string formatted(fmt::format_string<Values...> text, Values&&... values) {
   return formatted_text(text, fmt::make_format_args(values...));

@@ -44,7 +44,7 @@ struct ThreadReport {
   }
 };
 
-// Newton and linear iterations of the integrator.
+// Iterations and events of the integrator in a step, and the residual of the last linear solve.
 struct SolverReport {
   int newton_iterations = 0, linear_iterations = 0;
   double residual = 0.0;
@@ -63,7 +63,7 @@ struct SolverReport {
   }
 };
 
-// Error of a step, and the parts in which it is taken.
+// Error estimate of a step, and the parts into which the step was divided.
 struct ErrorReport {
   double strain = 0.0, energy = 0.0, least_part = 0.0;
   int beyond = 0;
@@ -82,7 +82,6 @@ struct ErrorReport {
   }
 };
 
-// Contacts and intersections.
 struct ContactReport {
   std::int64_t near = 0, impacts = 0, unresolved = 0, intersections = 0, forced = 0;
   std::int64_t candidates = 0, registered = 0, evaluated = 0, event_impulses = 0;
@@ -118,7 +117,7 @@ struct ContactReport {
   }
 };
 
-// Motion that certification withholds.
+// Motion that certification withheld.
 struct WithheldReport {
   std::int64_t vertices = 0;
   double requested = 0.0, motion = 0.0, share = 0.0, momentum = 0.0;
@@ -137,7 +136,7 @@ struct WithheldReport {
   }
 };
 
-// Enforcement of strain limits.
+// Sweeps and fallbacks of strain limiting in a step, and the excess that remains.
 struct StrainLimitReport {
   int sweeps = 0, rate_sweeps = 0, rounds = 0, fallbacks = 0;
   std::int64_t evaluations = 0;
@@ -174,8 +173,8 @@ struct StrainLimitReport {
   }
 };
 
-// Largest strains U - I and largest principal stretch at the end of the step, over all triangles
-// with or without strain limits.
+// Largest strains U - I and largest principal stretch at the end of the step. U is the right
+// stretch tensor. The maxima are over all triangles, with or without strain limits.
 struct StrainReport {
   double weft = 0.0, warp = 0.0, shear = 0.0, stretch = 1.0;
 
@@ -189,7 +188,6 @@ struct StrainReport {
   }
 };
 
-// Energies at the end of the step.
 struct EnergyReport {
   double kinetic = 0.0, membrane = 0.0, bending = 0.0, gravity = 0.0, contact = 0.0;
   double body_kinetic = 0.0, body_gravity = 0.0, magnetic = 0.0;
@@ -211,7 +209,8 @@ struct EnergyReport {
   }
 };
 
-// Work and losses since the start, or since the user wrote positions or velocities.
+// Work done and energy lost since the start of the run, or since the user last set positions or
+// velocities.
 struct AccountReport {
   double scripts = 0.0, loads = 0.0, friction = 0.0, damping = 0.0, limits = 0.0, withheld = 0.0;
   double lost = 0.0, balance = 0.0, contact_balance = 0.0, largest_kinetic = 0.0;
@@ -258,7 +257,6 @@ struct MagnetReport {
   }
 };
 
-// Electric circuits and bearings.
 struct CircuitReport {
   double current = 0.0, energy = 0.0, heat = 0.0, supply = 0.0, bearing_work = 0.0;
 

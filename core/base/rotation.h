@@ -24,7 +24,8 @@ inline Vec4 nearer_sign(const Vec4& orientation, const Vec4& reference) {
   return orientation.dot(reference) < 0.0 ? Vec4(-orientation) : orientation;
 }
 
-// Returns the rotation by `second` followed by `first`, like the product of their matrices.
+// Returns the rotation by `second` followed by the rotation by `first`, in the order of the matrix
+// product.
 inline Vec4 quaternion_product(const Vec4& first, const Vec4& second) {
   return to_vector(to_quaternion(first) * to_quaternion(second));
 }
@@ -35,7 +36,7 @@ inline Vec4 quaternion_inverse(const Vec4& orientation) {
 
 inline Vec4 quaternion_from_rotation_vector(const Vec3& rotation) {
   const double half = 0.5 * rotation.norm();
-  // The factor is sin(half) / (2 half). Below 1e-4, the truncated series is exact in double
+  // The factor is sin(half) / (2 half). If half < 1e-4, the truncated series is exact in double
   // precision.
   const double factor = half < 1e-4 ? 0.5 * (1.0 - half * half / 6.0) : 0.5 * std::sin(half) / half;
   Vec4 q;
@@ -43,7 +44,7 @@ inline Vec4 quaternion_from_rotation_vector(const Vec3& rotation) {
   return q;
 }
 
-// Returns the rotation vector along the shorter arc. Its length is in [0, pi].
+// Returns the rotation vector of the rotation along the shorter arc. Its length is in [0, pi].
 inline Vec3 rotation_vector(const Vec4& orientation) {
   const Vec4 q = orientation[0] < 0.0 ? Vec4(-orientation) : orientation;
   const double sine = q.tail<3>().norm();

@@ -21,8 +21,8 @@ InstructionSet of_processor() {
   return InstructionSet::baseline;
 }
 
-// Returns the widest instruction set that the environment variable allows, or nullopt if its value
-// is unknown.
+// Returns the widest instruction set that the environment variable LOOMSTONE_INSTRUCTIONS allows,
+// or nullopt if the value of the variable is unknown.
 std::optional<InstructionSet> allowed() {
   const char* text = std::getenv(variable);
   const std::string name = text ? text : "x86-64-v4";

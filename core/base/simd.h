@@ -1,7 +1,8 @@
 // SIMD with eight doubles or floats. A kernel is a function template of the vector type Lanes. It
 // is inlined into three functions, each compiled for one instruction set.
 // LOOMSTONE_WIDEST(kernel)(arguments) calls the function for the widest instruction set of the
-// processor. All variants give the same bits, because they neither contract nor reorder operations.
+// processor. All variants give bitwise identical results, because the compiler neither fuses nor
+// reorders operations.
 #pragma once
 
 #include <type_traits>
@@ -18,7 +19,8 @@ typedef double QuarterLanes __attribute__((vector_size(2 * n_lanes)));
 using Lanes256 = Halves<HalfLanes>;
 using Lanes128 = Halves<Halves<QuarterLanes>>;
 
-// Eight floats for kernels with eight doubles of type Lanes. They fit one register of AVX2.
+// Vector of eight floats, for kernels that use the type Lanes for eight doubles. With AVX2 it fits
+// into one register.
 typedef float Floats256 __attribute__((vector_size(4 * n_lanes)));
 typedef float HalfFloats __attribute__((vector_size(2 * n_lanes)));
 template <class Lanes>
@@ -146,7 +148,8 @@ LOOMSTONE_INLINE auto lanes_shuffle(const Lanes& a, const Lanes& b) {
   }
 }
 
-// Fills eight lanes with entries of a, selected by index.
+// Returns eight lanes with entries of the four-lane vector `a`. `index` selects the entry for each
+// lane.
 template <class Lanes, int... index>
 LOOMSTONE_INLINE Lanes lanes_spread(const HalfLanes& a) {
   if constexpr (in_halves<Lanes>) {
@@ -183,7 +186,7 @@ LOOMSTONE_INLINE bool lanes_any(const Mask& mask) {
   return any != 0;
 }
 
-// Sum of the lanes in a fixed order.
+// Returns the sum of the lanes, added in a fixed order.
 template <class Lanes>
 LOOMSTONE_INLINE double lanes_sum(const Lanes& a) {
   return ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7]));

@@ -95,7 +95,7 @@ class Descriptor {
   int descriptor_;
 };
 
-// Encodes a name as the name of a dataset. HDF5 uses "/" to separate groups and "." for the current
+// Encodes a name as a valid dataset name. In HDF5, "/" separates groups and "." denotes the current
 // group.
 std::string encoded(const std::string& name) {
   if (name.empty()) throw InvalidInput("names in a checkpoint must not be empty.");

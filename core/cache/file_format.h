@@ -1,5 +1,5 @@
-// Version of a file's layout, stored in the file. If this build cannot read a version, the error
-// message states what to do.
+// Version of a file's layout, stored in the file. If this build cannot read the version of a file,
+// the error message tells the user what to do.
 #pragma once
 
 #include <cstdint>

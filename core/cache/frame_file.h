@@ -1,5 +1,5 @@
-// Frames in HDF5 files (VTKHDF temporal PolyData, which ParaView opens). The files are readable and
-// consistent even if the run is killed.
+// Frames in HDF5 files (VTKHDF, temporal PolyData), which ParaView can open. The files remain
+// readable and consistent even if the run is killed.
 #pragma once
 
 #include <memory>
@@ -27,11 +27,11 @@ class FrameWriter {
   // Writes a frame. Throws CacheError, for example if the disk is full. Earlier frames remain
   // readable.
   void write(const Frame& frame);
-  // Records the report of a step. Call it for every step. The report is written with the next
-  // frame or flush().
+  // Records the report of a step, which is written with the next frame or by flush(). Must be
+  // called for every step.
   void record(const StepReport& report);
-  // Writes all recorded reports. Call it before a checkpoint, so that a resumed run has all reports
-  // up to it.
+  // Writes all recorded reports. Must be called before a checkpoint, so that a resumed run has all
+  // reports up to the checkpoint.
   void flush();
   int n_frames() const;
 
@@ -54,7 +54,7 @@ class FrameReader {
   const std::string& metadata() const;
   const std::vector<double>& times() const;
   Frame frame(int index) const;
-  std::vector<StepReport> reports() const;  // of all recorded steps
+  std::vector<StepReport> reports() const;  // of all recorded steps, in order
 
  private:
   struct Data;

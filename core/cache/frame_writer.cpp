@@ -132,9 +132,9 @@ struct FrameWriter::Data {
     run.file().flush();
   }
 
-  // Renames the bodies file first. If the process dies in between, the two files still match:
-  // either the old run file has already been removed or, if a run is continued, it has the same
-  // frames.
+  // Renames the bodies file first. If the process is killed before it renames the run file, the two
+  // files still match: either the old run file has already been removed or, if a run is continued,
+  // both files have the same frames.
   void publish(bool same_run) {
     const std::string run_path = directory + "/" + run_file,
                       bodies_path = directory + "/" + bodies_file;
@@ -183,7 +183,8 @@ struct FrameWriter::Data {
     report_rows.write(n_reports, count, pending.data());
   }
 
-  // Commits the bodies first. They may be one frame ahead of the run, but never behind.
+  // Commits to the bodies file first, so that it may be one frame ahead of the run file but never
+  // behind it.
   void commit(const Frame& frame) {
     if (bodies) {
       bodies->commit(n_frames, frame.time);
@@ -216,7 +217,7 @@ FrameWriter::FrameWriter(const std::string& directory, const FrameTopology& topo
   data_->publish(false);
 }
 
-// Copies the frames instead of appending to the old files, because the free space of a file whose
+// Copies the frames instead of appending to the old files, because the free space in a file whose
 // writer was killed cannot be trusted. The old files remain until the new ones are complete.
 FrameWriter FrameWriter::reopen(const std::string& directory, double after_time) {
   const FrameReader old(directory);

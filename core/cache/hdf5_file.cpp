@@ -60,8 +60,8 @@ Hdf5File::~Hdf5File() {
 }
 
 // Redirects the open file to /dev/null, so that closing it writes nothing. On a full disk, closing
-// would record an end of file beyond the actual end, which makes the file unreadable. Data that was
-// not flushed is lost, as if the process were killed.
+// the file would record an end of file beyond the actual end, and the file would be unreadable.
+// Data that was not flushed is lost, as if the process had been killed.
 void Hdf5File::cut_off() const {
   const Id access(H5Fget_access_plist(file_));
   void* handle = nullptr;
@@ -128,7 +128,7 @@ void Hdf5File::rename_to(const std::string& path) {
   shared_->name = path;
 }
 
-// Extends the file to its full length before flushing. HDF5 may write the end of the file to the
+// Extends the file to its full length before flushing. HDF5 may record the end of the file in the
 // superblock before allocated chunks exist, and a file that is shorter than recorded is unreadable.
 void Hdf5File::flush() {
   const Quiet quiet;

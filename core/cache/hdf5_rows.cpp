@@ -18,8 +18,8 @@ hid_t memory_type(const RowFormat& format) {
   return type;
 }
 
-// Selects `count` rows of a dataset from `first` on. Returns the dataspaces of the file and of
-// memory.
+// Selects `count` rows of a dataset, starting at row `first`. Returns the dataspaces of the file
+// and of memory.
 std::pair<hid_t, hid_t> select_rows(hid_t dataset, int components, std::int64_t first,
                                     std::int64_t count, const std::string& name) {
   const hsize_t start[2] = {static_cast<hsize_t>(first), 0};
@@ -82,8 +82,9 @@ void Hdf5Rows::read(std::int64_t first, std::int64_t count, void* rows) const {
   checked(H5Dread(dataset_, memory_type_, memory, file, H5P_DEFAULT, rows), name(), "read");
 }
 
-// Chunks are allocated when the dataset grows and are never filled, so that writing a row does not
-// change the index of the file. Without a chunk cache, rows are written directly to the file.
+// Chunks are allocated when the dataset grows and are not initialised with a fill value, so writing
+// a row does not change the chunk index of the file. Without a chunk cache, rows are written
+// directly to the file.
 Hdf5Rows Hdf5File::create_rows(const std::string& path, const RowFormat& format,
                                std::int64_t block_rows) {
   const Quiet quiet;

@@ -34,8 +34,8 @@ void Hdf5File::write_attribute(const std::string& object, const std::string& nam
   checked(H5Awrite(attribute, H5T_NATIVE_INT64, values.data()), shared_->name, tried);
 }
 
-// Opens the object and the attribute at each call, because an open handle fails to write after a
-// flush (HDF5 1.10.8).
+// Opens the object and the attribute in each call, because writing through a handle that was open
+// during a flush fails (HDF5 1.10.8).
 void Hdf5File::update_attribute(const std::string& object, const std::string& name,
                                 std::int64_t value) {
   const Quiet quiet;

@@ -1,5 +1,5 @@
-// One temporal PolyData in VTKHDF layout (VTK File Formats, "VTKHDF", version 2.0). Triangles are
-// stored once, points and fields for every frame.
+// One temporal PolyData dataset in VTKHDF layout (VTK File Formats, "VTKHDF", version 2.0).
+// Triangles are stored once; points and fields are stored for every frame.
 #pragma once
 
 #include <cstdint>

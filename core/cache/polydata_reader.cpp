@@ -29,7 +29,8 @@ PolyDataReader::PolyDataReader(const Hdf5File& file) : file_(&file) {
     triangles_.data()[corner] = static_cast<Index>(connectivity[corner]);
   }
 
-  // If a process was killed between writing the count and the times, they differ by one.
+  // If the writer was killed between writing the times and the frame count, there is one more time
+  // than frames.
   const Hdf5Rows times = file.open_rows(root + "/Steps/Values", {Number::Float64, 1});
   const std::int64_t n_frames = std::min(file.attribute(root + "/Steps", "NSteps"), times.size());
   if (n_frames < 0 || n_frames > (std::int64_t{1} << 40)) damaged(file, "NSteps is not a count");

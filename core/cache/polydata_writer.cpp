@@ -1,5 +1,5 @@
-// All items of this layout are required, even if they contain only zeros. If an item is missing,
-// VTK silently shows an empty mesh, or step 0 at every step.
+// The layout requires all of these items, even if they contain only zeros. If one is missing, VTK
+// silently shows an empty mesh, or step 0 at every step.
 #include <algorithm>
 #include <array>
 
@@ -99,7 +99,7 @@ void PolyDataWriter::create_table(const std::string& path, std::int64_t stride, 
       {file_.create_rows(path, {Number::Int64, columns}, table_block), stride, columns});
 }
 
-// Extends all tables by a block of frames. Readers ignore rows after NSteps, so the whole block is
+// Extends all tables by a block of frames. Readers ignore rows beyond NSteps, so the whole block is
 // filled at once. NumberOfParts is 1 in all rows.
 void PolyDataWriter::set_aside_frames() {
   const std::int64_t first = n_set_aside_, count = frames_per_block;
@@ -129,8 +129,9 @@ void PolyDataWriter::stage(std::int64_t frame, const Points& points,
   for (const void* data : cell_values) put(data);
 }
 
-// Steps/Values must have exactly NSteps rows, so it grows in the same phase as the count. A new
-// block is flushed first, because it must exist in the file before the count makes it readable.
+// Steps/Values must have exactly NSteps rows, so it grows together with the frame count. A new
+// block is flushed first, because it must exist in the file before the frame count makes it
+// readable.
 void PolyDataWriter::commit(std::int64_t frame, double time) {
   times_.resize(frame + 1);
   times_.write(frame, 1, &time);

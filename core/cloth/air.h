@@ -29,8 +29,9 @@ struct Air {
   }
 };
 
-// Velocity of the air [m/s] at position `place` [m] and `time` [s]. It is the wind times the factor
-// 1 + gust * (sum of three slow travelling waves). The waves are not taken from the literature.
+// Returns the velocity of the air [m/s] at position `place` [m] and `time` [s]. It is the wind
+// times (1 + gust * s), where s is the sum of three slow travelling waves. The waves are our own
+// choice and not taken from the literature.
 Vec3 wind_at(const Air& air, const Vec3& place, double time);
 
 // The surface on which drag acts, at one instant.
@@ -42,10 +43,11 @@ struct DraggedSurface {
   const Points& v;  // (n x 3) [m/s]
 };
 
-// Adds one third of the drag of each incident triangle to rows [begin, end) of `force` [N]. With A
-// the current area, n the unit normal and u the velocity of the air relative to the triangle's mean
-// velocity,
-//   f = density / 2 * A * (normal_drag |u.n| (u.n) n + tangential_drag |u_t| u_t).
+// Adds one third of the drag of each incident triangle to rows [begin, end) of `force` [N]. The
+// drag of a triangle is
+//   f = density / 2 * A * (normal_drag |u.n| (u.n) n + tangential_drag |u_t| u_t),
+// where A is the current area, n the unit normal, and u the velocity of the air relative to the
+// mean velocity of the triangle.
 void add_drag(const Team& team, const Air& air, const DraggedSurface& surface, Index begin,
               Index end, Points& force);
 

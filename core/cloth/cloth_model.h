@@ -1,5 +1,5 @@
-// Model of all cloths, constant once built. The cloths follow one another in the internal vertex
-// order.
+// Model of all cloths, which is constant once it has been built. The cloths follow one another in
+// the internal vertex order.
 #pragma once
 
 #include <vector>
@@ -14,15 +14,15 @@
 namespace loomstone {
 
 struct ClothModel {
-  // Bending elements of one kind on a subset of the cloths. Vertex indices are global over all
-  // cloths.
+  // Bending elements of one kind on a subset of the cloths. Vertex indices refer to the vertices of
+  // all cloths.
   struct BendingPart {
     BendingElement element = BendingElement::MidEdge;
     BendingSetup setup;
   };
 
   Index n_vertices = 0;
-  // (cloths + 1) each cloth has its own range of vertices and of triangles.
+  // (cloths + 1) First vertex and first triangle of each cloth.
   std::vector<Index> first_vertex, first_triangle;
   Triangles triangles;                       // (m x 3)
   std::vector<Corners2> corners;             // (m) rest coordinates [m]

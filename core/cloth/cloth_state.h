@@ -1,4 +1,5 @@
-// State of all cloths. Together with the model it fully determines the rest of the simulation.
+// State of all cloths. Together with the model it fully determines the further course of the
+// simulation.
 #pragma once
 
 #include "core/base/types.h"
@@ -8,24 +9,24 @@ namespace loomstone {
 struct ClothState {
   Points x;  // (n x 3) [m]; written by the integrator, then by certification
   Points v;  // (n x 3) [m/s]; written by the integrator, then by certification
-  // (rows of the solve x 3) change of velocity in the last implicit step [m/s]; in rows of bodies,
-  // scaled as in BodyRows. The integrator writes it and uses it as the initial guess of the next
-  // solve.
+  // (rows of the solve x 3) Change of velocity in the last implicit step [m/s]. In rows of bodies
+  // it is scaled as in BodyRows. The integrator writes it and uses it as the initial guess of the
+  // next solve.
   Points last_change;
-  // [s] Length of the step that led to x and v; 0 at the start and after the user wrote either. The
-  // stepper writes it.
+  // Length of the step that led to x and v [s]; 0 at the start and after the user has set either.
+  // The stepper writes it.
   double previous_step = 0.0;
-  // [s] Length of the next step that the error of the last one allows; 0: unknown. The stepper
+  // Length of the next step that the error of the last step allows [s]; 0: unknown. The stepper
   // writes it.
   double expected_step = 0.0;
-  // [s] Length of automatic steps at which contacts last gained energy from nothing, until steps
-  // are as long again or their error bounds them; 0: none. The stepper writes it.
+  // Length of the automatic step in which contacts last gained energy from nothing [s]. It is reset
+  // when steps are as long again or when their error bounds them; 0: none. The stepper writes it.
   double settled_step = 0.0;
-  // (m) Longest step that each triangle may take [s]; empty if there are none. It never grows. The
-  // asynchronous integrator writes it.
+  // (m) Longest step that each triangle may take [s]; empty if none has been computed. Entries
+  // never grow. The asynchronous integrator writes them.
   Vector element_steps;
-  // (e x 2) Time since the last event of each element of a queue, and until its next one [s]; empty
-  // if there are none. The asynchronous integrator writes them.
+  // (e x 2) Time since the last event and time until the next event of each element in the queue of
+  // events [s]; empty if there is no queue. The asynchronous integrator writes them.
   Points2 element_clocks;
   // History of multistep schemes (BDF-2, extrapolated bending); empty if there is none. The
   // integrator writes it. It is cleared when certification moves a vertex.
@@ -33,9 +34,9 @@ struct ClothState {
   Points previous_v;        // (n x 3) [m/s]
   Points previous_bending;  // (n x 3) [N]
 
-  // Length of the last step; h if there is none [s].
+  // Length of the last step [s], or h if there is none.
   double last_length(double h) const { return previous_step > 0.0 ? previous_step : h; }
-  // Ratio of the change of velocity in the next step, of length h [s], to the last one, if
+  // Ratio of the change of velocity in the next step, of length h [s], to that in the last step, if
   // accelerations do not change [1].
   double change_scale(double h) const { return h / last_length(h); }
 
@@ -45,13 +46,14 @@ struct ClothState {
     previous_v.resize(0, 3);
     previous_bending.resize(0, 3);
   }
-  // Discards the multistep history and the initial guess of the solve. Both assume that the next
-  // step resembles the last one.
+  // Discards the multistep history and the initial guess of the solve, because both assume that the
+  // next step resembles the last one.
   void forget_last_step() {
     restart_multistep();
     last_change.resize(0, 3);
   }
-  // Discards all of the past, as where the user has set positions or velocities.
+  // Discards everything that depends on past steps, for example after the user has set positions or
+  // velocities.
   void forget_all() {
     forget_last_step();
     previous_step = expected_step = settled_step = 0.0;

@@ -9,10 +9,11 @@ namespace loomstone {
 namespace {
 
 constexpr Index triangles_per_block = 128, least_blocks_a_thread = 8;
-// Kinetic energy below this fraction of the one in the world's frame is rounding of their
-// difference [1].
+// If the kinetic energy in the moving frame is below this fraction of that in the world frame, it
+// is rounding error [1].
 constexpr double rounding = 1e-14;
-// A step resolves a motion of which implicit Euler takes less than this fraction per step [1].
+// A step resolves a motion if implicit Euler removes less than this fraction of its kinetic energy
+// per step [1].
 constexpr double resolved = 0.1;
 
 }  // namespace
@@ -33,7 +34,7 @@ DisplacementError::DisplacementError(const ClothModel& cloth, const Membrane& me
     const std::vector<double>& areas = membrane.rest_area();
     const double area = std::accumulate(areas.begin() + first, areas.begin() + last, 0.0);
     scales_[c].height = 0.5 * scales_[c].mass * gravity * std::sqrt(area);
-    // Vertices are split in proportion to triangles.
+    // The vertices of a cloth are divided among its blocks in proportion to the triangles.
     const auto vertex_at = [&](Index triangle) {
       return first_vertex + static_cast<Index>(static_cast<std::int64_t>(n_vertices) *
                                                (triangle - first) / (last - first));

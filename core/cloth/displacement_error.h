@@ -10,54 +10,56 @@
 namespace loomstone {
 
 struct StepError {
-  // Largest eigenvalue of 1/2 dF^T dF over all triangles, dF the gradient of the displacement [1].
+  // Largest eigenvalue of 1/2 dF^T dF over all triangles, where dF is the gradient of the
+  // displacement [1].
   double strain = 0.0;
   // Membrane energy of these strains as a fraction of the kinetic energy of the cloth; the largest
   // fraction of all cloths [1]. Kinetic energy is measured in a frame that moves with the cloth:
-  // with the mean velocity of its prescribed vertices if there are any, otherwise with the velocity
-  // of its centre of mass.
+  // with the mean velocity of its prescribed vertices if there are any, and otherwise with the
+  // velocity of its centre of mass.
   double energy = 0.0;
 };
 
-// Evaluates the error. Each rank evaluates an equal share of the triangles, and the sums of blocks
-// are added in order. Results are therefore bitwise independent of the number of threads and ranks.
+// Evaluates the error. Each rank evaluates an equal share of the triangles, and block sums are
+// added in order. Results are therefore bitwise independent of the number of threads and ranks.
 class DisplacementError {
  public:
-  // gravity : magnitude [m/s^2]
+  // `gravity` is the magnitude of the acceleration [m/s^2].
   DisplacementError(const ClothModel& cloth, const Membrane& membrane, double gravity,
                     const RowLayout& layout);
 
   // Returns the error of the displacement end - start (n x 3 each) [m] in the time h [s].
   // Collective.
   StepError over(const Team& team, const Points& start, const Points& end, double h);
-  // As over(), for a displacement h v with velocities v (n x 3) [m/s].
+  // Like over(), for the displacement h v with velocities v (n x 3) [m/s].
   StepError at(const Team& team, const Points& v, double h);
-  // Returns the energy that implicit Euler takes from free motion in the time h [s], per second:
-  // 1/2 m (v1 - v0)^2 / h over an energy scale, the largest of all cloths [1/s]. The scale is the
-  // sum of kinetic energy, membrane energy and 1/2 m g L, with L the square root of the area of the
-  // cloth. A cloth whose motion the step does not resolve, such as wrinkles that snap, does not
-  // count. Positions at the end and velocities at both ends are (n x 3). Collective.
+  // Returns the rate at which implicit Euler removes energy from free motion, relative to the
+  // energy of the cloth, for the cloth with the largest rate [1/s]. The energy removed in the time
+  // h [s] is 1/2 m (v1 - v0)^2. The energy of the cloth is the sum of its kinetic energy, its
+  // membrane energy and 1/2 m g L, where L is the square root of its area. A cloth does not count
+  // if the step does not resolve its motion, for example that of wrinkles that snap. Positions at
+  // the end and velocities at both ends are (n x 3). Collective.
   double dissipation(const Team& team, const Points& x1, const Points& v0, const Points& v1,
                      double h);
 
  private:
-  // Triangles and vertices of one cloth.
+  // A block of triangles of one cloth, with a share of its vertices.
   struct Block {
     Index cloth = 0, first_triangle = 0, last_triangle = 0, first_vertex = 0, last_vertex = 0;
   };
-  // Over a displacement u: the strain, the energy of that strain, and sums over vertices.
+  // Results of a block for a displacement u: neglected strain, its energy, and sums over vertices.
   struct Sums {
     double strain = 0.0, energy = 0.0, elastic = 0.0;
-    double squares = 0.0;            // of m u^2 [kg m^2]
-    Vec3 moment = Vec3::Zero();      // of m u [kg m]
-    Vec3 prescribed = Vec3::Zero();  // of m u of prescribed vertices [kg m]
+    double squares = 0.0;            // sum of m u^2 [kg m^2]
+    Vec3 moment = Vec3::Zero();      // sum of m u [kg m]
+    Vec3 prescribed = Vec3::Zero();  // sum of m u over prescribed vertices [kg m]
   };
   struct Scales {
     double mass = 0.0, mass_of_prescribed = 0.0;  // [kg]
     double height = 0.0;                          // 1/2 m g L [J]
   };
 
-  // The displacement is (end - start) * time; start may be null.
+  // The displacement is (end - start) * time, where start may be null.
   StepError evaluate(const Team& team, const Points* start, const Points& end, double time,
                      double h);
   Sums sums_of(const Block& block, const Points* start, const Points& end) const;

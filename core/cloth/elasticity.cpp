@@ -78,7 +78,7 @@ void Elasticity::add_explicit_bending(const Team& team, const Points& x, const P
   for (const auto& element : bending_) element->add_forces(team, x, v, begin, end, force);
 }
 
-// Without implicit bending, each chunk of rows is completed while it is in the cache.
+// If bending is not implicit, each chunk of rows is completed while it is in the cache.
 void Elasticity::assemble(const Team& team, const Points& x, JacobianTerms terms, Index begin,
                           Index end, Product product) {
   if (product.w)

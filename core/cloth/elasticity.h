@@ -1,4 +1,4 @@
-// Elastic forces, stiffness matrix and energy of all cloths, from membrane and bending together.
+// Elastic forces, stiffness matrix and energy of all cloths: the sums of membrane and bending.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@
 
 namespace loomstone {
 
-// How bending enters a step. Explicit: as a force only. Lumped: as a force, and in the matrix as a
+// How bending enters a step. Explicit: only as a force. Lumped: as a force, and in the matrix as a
 // sparse bound of its stiffness that keeps linearly implicit steps stable (see
 // BendingSetup::lumped_stiffness). Full: as a force, and in the matrix with the full Gauss-Newton
 // stiffness.
@@ -30,16 +30,16 @@ class Elasticity {
   bool implicit_bending() const { return treatment_ != BendingTreatment::Explicit; }
   BlockMatrix& matrix() { return matrix_; }
 
-  // Adds the elastic and viscous forces that the matrix covers, those of the membrane and, if it is
-  // implicit, of bending, to rows [begin, end) of `force`. If v is null, viscous forces are
-  // omitted.
+  // Adds the elastic and viscous forces of the membrane and, if bending is implicit, of bending to
+  // rows [begin, end) of `force`. These are the forces that the matrix covers. If v is null,
+  // viscous forces are omitted.
   void add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin,
                            Index end, Points& force);
   // Adds the elastic and damping forces of explicit bending. Adds nothing if bending is implicit.
   void add_explicit_bending(const Team& team, const Points& x, const Points& v, Index begin,
                             Index end, Points& force);
 
-  // A matrix-vector product that assemble() computes while the assembled rows are in the cache. w
+  // A matrix-vector product that assemble() computes while the assembled rows are in the cache. `w`
   // must be up to date in all rows that the matrix couples to [begin, end).
   struct Product {
     const Points* w;  // null: no product
@@ -70,7 +70,8 @@ class Elasticity {
   // Without strain limits the returned guard changes nothing.
   LimitPhaseScope limit_phase(const Team& team, const Points& x, Index begin, Index end);
 
-  // Adds a potential that limits strain to energy and explicit forces (see Membrane::add_limits).
+  // Adds a strain-limiting potential to the energy and to explicit forces (see
+  // Membrane::add_limits).
   void add_limits(const std::vector<LimitModes>& modes) { membrane_.add_limits(modes); }
 
   double membrane_energy(const Team& team, const Points& x) { return membrane_.energy(team, x); }

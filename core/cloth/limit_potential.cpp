@@ -7,14 +7,14 @@ namespace loomstone {
 
 namespace {
 
-// Ratio of the modulus that the second phase adds to the membrane's. Our choice: smaller ratios
-// leave more stretch, larger ones take shorter steps.
+// Modulus that the second phase adds, as a multiple of the membrane's modulus. Our choice: with
+// smaller values more stretch remains, and larger values require shorter steps.
 constexpr double stiffening = 30.0;
 // Strain at which the third phase begins, as a multiple of the limit. Our choice: only triangles at
-// prescribed vertices that carry a whole cloth reach it.
+// prescribed vertices that carry a whole cloth reach this strain.
 constexpr double third_begins = 1.5;
 
-// Green strain of a length whose strain is e >= -1.
+// Green strain of a line element with the engineering strain e >= -1.
 double green(double e) { return e + 0.5 * e * e; }
 
 double bounded(double limit, std::optional<double> bound) {
@@ -40,7 +40,8 @@ LimitModes element_modes(const StrainLimit& limit, const MembraneConstants& m,
   limit_extension(bounded(limit.warp, bound), modes[1]);
   limit_compression(limit.weft_min, modes[0]);
   limit_compression(limit.warp_min, modes[1]);
-  // E12 of a sheared square whose sides keep their length is e12 up to third order.
+  // If a square is sheared at constant side length, its Green strain E12 equals e12 up to third
+  // order.
   modes[2].high = bounded(limit.shear, bound);
   modes[2].low = limit.shear_min.value_or(-modes[2].high);
   modes[2].far_high = third_begins * modes[2].high;

@@ -1,5 +1,6 @@
 // Strain limits as a potential: stiff phases of the membrane beyond each limit. Unlike the phases
-// of implicit steps (limits/limit_phase.h) they are a fixed law, whose energy explicit steps keep.
+// of implicit steps (limits/limit_phase.h), they are a fixed law, so explicit steps conserve their
+// energy.
 #pragma once
 
 #include <optional>
@@ -9,9 +10,9 @@
 
 namespace loomstone {
 
-// Modes of each triangle (m). A limited triangle has the modes weft, warp and shear, or its edges
-// if these are limited. `bound` replaces all limits of extension and shear that are finite. A
-// triangle without limits has modes that add no energy.
+// Returns the modes of each triangle (m). The modes of a limited triangle are weft, warp and shear,
+// or its three edges if these are limited. If `bound` is given, it replaces all finite limits of
+// extension and shear. The modes of a triangle without limits add no energy.
 std::vector<LimitModes> limit_potential(const ClothModel& model, std::optional<double> bound);
 
 }  // namespace loomstone

@@ -1,4 +1,5 @@
-// Collisions at events within an asynchronous step, as the integrator sees them.
+// Interface by which an asynchronous integrator handles collisions at events. A step is divided
+// into equal ticks, and events take place at the boundaries of ticks.
 #pragma once
 
 #include <vector>
@@ -8,21 +9,22 @@
 
 namespace loomstone {
 
-// Vertices in the middle of a step. They move at constant velocity from one of their events to the
-// next.
+// Vertices in the middle of a step. Each vertex moves at constant velocity from one of its events
+// to the next.
 struct EventVertices {
   Points &x, &v;                           // (n x 3) x is the position at the vertex's next event
   const std::vector<std::uint8_t>& level;  // (n) level of each vertex
-  const std::vector<double>& step;         // (levels) time between the events of a vertex [s]
-  const std::vector<double>& ahead;        // (levels) time from now to the next event [s]
+  const std::vector<double>& step;         // (levels) time between events of a vertex [s]
+  const std::vector<double>& ahead;        // (levels) time from now to its next event [s]
 };
 
 class EventCollisions {
  public:
   virtual ~EventCollisions() = default;
-  // Begins the step, which has n_ticks ticks, or begins it again.
+  // Begins a step that is divided into n_ticks ticks, or restarts it.
   virtual void begin(Index n_ticks) = 0;
-  // Changes the velocities of vertices at a tick, and their positions accordingly.
+  // Changes the velocities of vertices after `tick` ticks and, accordingly, their positions at
+  // their next events.
   virtual void act(const Team& team, Index tick, const EventVertices& vertices) = 0;
 };
 

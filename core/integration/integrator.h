@@ -29,7 +29,7 @@ using TermsAt = std::function<double(const Points& displacement, double time, Te
 
 // Sets the friction of `terms` to its value after the rows have moved by `displacement` in `time`
 // [s], and stiffens contacts that would close. The terms are linearised about the start of the
-// step. Returns the relative error of their previous forces [1].
+// step. Returns the relative error of the forces that `terms` had before the call [1].
 using FrictionAt =
     std::function<double(const Points& displacement, double time, ExtraTerms& terms)>;
 
@@ -49,7 +49,7 @@ struct StepInputs {
   const Points* target = nullptr;  // (n x 3) positions of fixed rows at the end [m]
   // Collisions at events; asynchronous schemes with events_collide() only. May be null.
   EventCollisions* collisions = nullptr;
-  // (2 b) for each body, mass times identity [kg], then inertia in world axes [kg m^2]
+  // (2 b) per body: mass times identity [kg], then inertia in world axes [kg m^2]
   const std::vector<Mat3>* body_mass = nullptr;
 };
 
@@ -62,7 +62,7 @@ struct IntegrationReport {
   std::int64_t events = 0;  // of triangles in an asynchronous step
 };
 
-// Thrown if the solver finds no solution. A shorter step may have one.
+// Thrown if the solver finds no solution. With a shorter step, there may be one.
 class StepFailure : public SolverFailure {
  public:
   using SolverFailure::SolverFailure;
@@ -80,8 +80,8 @@ class Integrator {
  public:
   virtual ~Integrator() = default;
   // Advances state.x and state.v by one step, in all rows on all ranks. On entry, body_velocity
-  // (2 b x 3) holds the velocities predicted from the loads on the bodies. On return, it also
-  // includes the action of the cloth. Throws SolverFailure.
+  // (2 b x 3) contains the velocities predicted from the loads on the bodies. On return, they also
+  // include the action of the cloth. Throws SolverFailure.
   virtual IntegrationReport advance(const Team& team, const RowLayout& layout,
                                     const StepInputs& inputs, ClothState& state,
                                     Points& body_velocity) = 0;
@@ -99,9 +99,9 @@ std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options,
                                             const ClothModel& model, Elasticity& elasticity);
 
 // Selects how bending enters the step. BendingInStep::Auto selects implicit bending if
-// h (h + 2 beta) lambda > (0.8 * 2)^2. Here beta [s] is the bending damping and lambda the largest
-// eigenvalue of M^-1 K for bending. Semi-implicit Euler uses a sparse upper bound of the bending
-// stiffness, unless bending is damped or the Jacobian is exact.
+// h (h + 2 beta) lambda > (0.8 * 2)^2, where beta [s] is the bending damping and lambda is the
+// largest eigenvalue of M^-1 K for bending. Semi-implicit Euler uses a sparse upper bound of the
+// bending stiffness, unless bending is damped or the Jacobian is exact.
 BendingTreatment bending_treatment(const IntegratorOptions& options, const ClothModel& model);
 
 }  // namespace loomstone

@@ -22,10 +22,10 @@ namespace {
 // need a second solve when they start to slide and when contacts change, but not in steady sliding
 // or at rest. One second solve is enough for the documented accuracy of friction.
 constexpr double friction_tolerance = 0.1;
-// Tolerance of the first solve, which predicts the motion of contacts. Our choice: friction is
-// allowed an error of a tenth, so a tolerance of a hundredth is accurate enough here. A drape of
-// 14,450 triangles takes 0.62 times as many iterations as with two solves to 1e-4 (0.58 times if
-// this tolerance is a tenth).
+// Tolerance of the first solve, which predicts the motion of contacts. Our choice: friction may
+// have an error of a tenth, so a tolerance of a hundredth is accurate enough. A drape of 14,450
+// triangles takes 0.62 times as many iterations as with two solves to 1e-4 (0.58 times with a
+// tolerance of a tenth).
 constexpr double rough_tolerance = 1e-2;
 
 class LinearisedIntegrator final : public Integrator {
@@ -46,7 +46,8 @@ class LinearisedIntegrator final : public Integrator {
 
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points& body_velocity) override {
-    // Ratio of this step to the last one. BDF-2 is unstable if it exceeds 1 + sqrt(2) = 2.41.
+    // Ratio of the length of this step to that of the last one. BDF-2 is unstable if it exceeds
+    // 1 + sqrt(2) = 2.41.
     const double ratio = state.change_scale(inputs.step);
     const bool has_history = state.previous_x.rows() == model_.n_vertices && ratio < 2.4;
     const Scheme scheme = scheme_ == Scheme::Bdf2 && !has_history ? Scheme::Midpoint : scheme_;
@@ -77,8 +78,8 @@ class LinearisedIntegrator final : public Integrator {
     Index n;  // cloth vertices
 
     bool has_terms() const { return inputs.terms && !inputs.terms->empty(); }
-    // True if a solve must be followed by an update of friction, which depends on slip and normal
-    // force at the end of the step.
+    // True if friction must be updated after a solve, because it depends on slip and normal force
+    // at the end of the step.
     bool asks_friction() const { return inputs.friction_at && has_terms(); }
     Index begin() const { return std::min(layout.begin(), n); }  // owned cloth rows
     Index end() const { return std::min(layout.end(), n); }
@@ -101,7 +102,7 @@ class LinearisedIntegrator final : public Integrator {
       keep_zero_outside(*table, step.n);
   }
 
-  // Sets u0 of a row, that is, its displacement if its velocity stays constant.
+  // Sets u0 of a row, which is its displacement if its velocity stays constant.
   void displace(const Step& step, const ClothState& state, const Points& body_velocity, Index row) {
     const bool cloth = row < step.n;
     const Vec3 velocity(cloth ? state.v.row(row) : body_velocity.row(row - step.n));
@@ -114,7 +115,7 @@ class LinearisedIntegrator final : public Integrator {
   }
 
   // Sets u0, the initial guess of dv, and the loads. In fixed rows, dv is the change of velocity
-  // that takes them to their targets.
+  // that moves them to their targets.
   void set_start(const Step& step, const ClothState& state, const Points& body_velocity) {
     const RowLayout& layout = step.layout;
     // With contacts, the change of velocity in the last step is not used as a warm start, because
@@ -135,8 +136,8 @@ class LinearisedIntegrator final : public Integrator {
     displace_rows_of_others(step, state, body_velocity);
   }
 
-  // Sets u0 in those rows of other ranks that this rank reads: all rows if there are terms, else
-  // the halo of the matrix.
+  // Sets u0 in those rows of other ranks that this rank reads: all rows if there are terms, and
+  // otherwise the halo of the matrix.
   void displace_rows_of_others(const Step& step, const ClothState& state,
                                const Points& body_velocity) {
     const RowLayout& layout = step.layout;
@@ -175,8 +176,8 @@ class LinearisedIntegrator final : public Integrator {
     });
   }
 
-  // Adds explicit bending forces. Second-order schemes extrapolate them to the time at which they
-  // evaluate forces.
+  // Adds explicit bending forces. Second-order schemes extrapolate these forces to the time at
+  // which they evaluate forces.
   void add_explicit_bending(const Step& step, ClothState& state) {
     if (elasticity_.implicit_bending()) return;
     const Index begin = step.begin(), end = step.end();
@@ -267,13 +268,14 @@ class LinearisedIntegrator final : public Integrator {
   const ClothModel& model_;
   Elasticity& elasticity_;
   double tolerance_;
-  // The stress in the geometric term is that of the start without the strain that the last step
-  // neglected. Only with steps whose error is bounded: wrinkles that snap lose damping by it. Not
-  // with BDF-2, which then gains energy: a triangle that swings gains 0.3 of it in steps of 8 ms.
+  // True if the stress in the geometric term of the Jacobian excludes the strain that the last step
+  // neglected. This requires steps with a bounded error; otherwise wrinkles that snap would lose
+  // their damping. It is not used with BDF-2, which would gain energy: a swinging triangle would
+  // gain 30 % of its energy in steps of 8 ms.
   bool corrects_stress_;
   StepSolve solver_;
   SolveMemory memory_;  // reused storage; no results carry over between steps
-  // Scratch data of a step.
+  // Scratch memory of a step.
   std::vector<Mat3> body_mass_;
   ExtraTerms terms_;  // terms with the friction of the second solve
   Points rhs_, rhs_with_terms_, change_, displacement_, cloth_displacement_, force_, drift_,

@@ -95,7 +95,7 @@ class NewtonIntegrator final : public Integrator {
   }
 
   // Starts from constant velocity or from zero displacement, whichever has the smaller residual.
-  // With contacts and taut cloth, constant velocity can give an arbitrarily large residual. Returns
+  // Contacts and taut cloth can make the residual of constant velocity arbitrarily large. Returns
   // the norm of the chosen residual.
   double first_guess(const Step& step) {
     now_.velocity = start_velocity_;
@@ -140,8 +140,8 @@ class NewtonIntegrator final : public Integrator {
     return report;
   }
 
-  // Takes one Newton step. The exact Jacobian gives quadratic convergence, but is indefinite near
-  // buckling. There, the positive semi-definite Jacobian still gives a descent direction.
+  // Takes one Newton step. The exact Jacobian gives quadratic convergence, but it may be indefinite
+  // near buckling. The positive semi-definite Jacobian then still gives a descent direction.
   bool iterate(const Step& step, IntegrationReport& report) {
     const bool try_exact =
         options_.jacobian == JacobianKind::Exact || report.newton_iterations >= 2;
@@ -152,8 +152,8 @@ class NewtonIntegrator final : public Integrator {
   }
 
   // Line search. Accepts a step that gives the smallest residual so far or that lowers the
-  // potential. The second criterion is needed near buckling, where the residual must grow on the
-  // way to the solution. Neither criterion allows cycles. The combination is our choice.
+  // potential. The second criterion is needed near buckling, where the residual must first grow on
+  // the way to the solution. Neither criterion allows cycles. The combination is our choice.
   bool search(const Step& step, double least) {
     for (length_ = 1.0; length_ >= least; length_ /= 2) {
       trial_.velocity = now_.velocity + length_ * correction_;
@@ -167,7 +167,7 @@ class NewtonIntegrator final : public Integrator {
     return false;
   }
 
-  // Doubles the Newton step while the potential decreases. Near a saddle of the potential, the
+  // Doubles the Newton step as long as the potential decreases. Near a saddle of the potential, the
   // positive Jacobian is far too stiff along the unstable mode, so every step would be too short.
   void go_further(const Step& step) {
     if (length_ < 1.0) return;
@@ -200,7 +200,7 @@ class NewtonIntegrator final : public Integrator {
         worst);
   }
 
-  // Norm in the metric M^-1 over free rows. The result is bitwise identical on any number of ranks.
+  // Norm of r in the metric M^-1 over free rows, bitwise identical on any number of ranks.
   double norm(const Step& step, const Points& r, Index n_rows) {
     const RowLayout& layout = step.layout;
     std::vector<double> sums((layout.n_rows() + rows_per_block - 1) / rows_per_block, 0.0);
@@ -340,7 +340,7 @@ class NewtonIntegrator final : public Integrator {
   StepSolve solver_;
   SolveMemory memory_;  // reused storage
 
-  // Scratch data of a step.
+  // Scratch memory of a step.
   std::vector<Mat3> body_mass_;
   Points start_x_, start_velocity_, load_, all_load_, correction_;
   Iterate now_, trial_;

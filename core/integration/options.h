@@ -154,7 +154,7 @@ struct Asynchronous : IntegratorCommon {
   std::optional<double> present;
 
   Asynchronous() { step = default_step; }
-  // Fraction of the limit of stability, or of the time of a wave, that a triangle's step takes.
+  // Length of a triangle's step, as a fraction of the bound that `limit` selects.
   double given_safety() const {
     return safety.given.value_or(limit == StepLimit::Eigenvalue ? 0.4 : 0.6);
   }
@@ -182,7 +182,7 @@ struct Asynchronous : IntegratorCommon {
   }
 };
 
-// Options of any one scheme.
+// The scheme of a simulation together with its options.
 class IntegratorOptions {
  public:
   using Methods = std::variant<SemiImplicitEuler, ExplicitEuler, SymplecticEuler, BackwardEuler,
@@ -211,7 +211,8 @@ class IntegratorOptions {
   void set_step(double step) {
     std::visit([&](auto& method) { method.step = step; }, method_);
   }
-  // Each returns the options of a family of schemes, or null if the scheme does not belong to it.
+  // Each function returns the options of a family of schemes, or null if the scheme does not belong
+  // to that family.
   ImplicitOptions* implicit() { return family<ImplicitOptions>(method_); }
   const ImplicitOptions* implicit() const { return family<const ImplicitOptions>(method_); }
   NewtonOptions* newton() { return family<NewtonOptions>(method_); }

@@ -14,13 +14,14 @@ struct SchemeCoefficients {
   double c_k;    // factor of the stiffness K in the matrix [s^2]
   double sigma;  // factor of forces on the right-hand side [s]
   double reach;  // displacement at constant velocity divided by this velocity [s]
-  double time;   // from the start of the step to the evaluation of forces [s]
+  double time;   // time from the start of the step to the evaluation of forces [s]
   // BDF-2: factor of the last displacement and change of velocity; 0 for the other schemes [1].
   double history = 0.0;
 };
 
-// `ratio` is h divided by the length of the last step, for BDF-2. For y' = f, its formula is
-// y+ = y + b (y - y_) + B h f+ with b = r^2 / (1 + 2 r) and B = (1 + r) / (1 + 2 r).
+// `ratio` (r in the formula, for BDF-2 only) is h divided by the length of the last step. For
+// y' = f, BDF-2 is
+//   y+ = y + b (y - y_) + B h f+ with b = r^2 / (1 + 2 r) and B = (1 + r) / (1 + 2 r).
 inline SchemeCoefficients coefficients(Scheme scheme, double h, double ratio = 1.0) {
   switch (scheme) {
     case Scheme::BackwardEuler:

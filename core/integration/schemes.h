@@ -20,7 +20,8 @@ std::unique_ptr<Integrator> make_newton(Scheme scheme, std::string_view name,
                                         const NewtonOptions& options, const ClothModel& model,
                                         Elasticity& elasticity);
 
-// Refreshes all rows of a table of the cloth vertices from their owners. `wide` is scratch memory.
+// Refreshes all rows of a table of cloth vertices from the ranks that own them. `wide` is scratch
+// memory.
 void gather_cloth_rows(const RowLayout& layout, Points& table, Points& wide);
 // Sets the velocities of fixed rows so that they reach their targets.
 void prescribe_velocities(const StepInputs& inputs, const Points& x, Points& v);
@@ -28,12 +29,12 @@ void prescribe_velocities(const StepInputs& inputs, const Points& x, Points& v);
 void place_fixed(const StepInputs& inputs, Points& x);
 
 // Adds the forces of terms, -sigma J^T (g + H d), to the owned rows of `rhs`. Here
-// d = sum J displacement - time * drift, and sigma and time are those of the scheme.
+// d = sum J displacement - time * drift, where sigma and time are those of the scheme.
 void add_term_forces(const ExtraTerms& terms, const RowLayout& layout, const SchemeCoefficients& c,
                      const Points& displacement, Points& rhs);
 
-// Adds -sigma J^T g to the owned rows of `rhs`, for terms whose g already includes the
-// displacement.
+// Adds -sigma J^T g to the owned rows of `rhs`, for terms whose g already includes the effect of
+// the displacement.
 void add_term_gradients(const ExtraTerms& terms, const RowLayout& layout, double sigma,
                         Points& rhs);
 

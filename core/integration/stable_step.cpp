@@ -9,7 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// The start of the iteration is rough, because the eigenvectors are.
+// Start vector of the power iteration. It varies from vertex to vertex, as do the eigenvectors of
+// the largest eigenvalues.
 Points rough_vector(Index n) {
   Points u(n, 3);
   for (Index i = 0; i < n; ++i)
@@ -20,8 +21,8 @@ Points rough_vector(Index n) {
 // Largest eigenvalue of M^-1 A by power iteration, where apply(u) returns A u.
 template <class Apply>
 double largest_eigenvalue(const ClothModel& model, Apply&& apply) {
-  // Our choice: the eigenvalue is then within a few percent from below, which the margin of the
-  // step allows for.
+  // Our choice: the result is then at most a few percent below the eigenvalue, which the safety
+  // margin of the step allows for.
   constexpr int iterations = 60;
   Points u = rough_vector(model.n_vertices);
   double eigenvalue = 0.0;
@@ -49,7 +50,7 @@ double stable_step(const ClothModel& model, const Points& x) {
     return force;
   };
   const Points still = Points::Zero(n, 3);
-  // Forces are differentiated by central differences over this length of a unit vector.
+  // Forces are differentiated along unit vectors by central differences of this length.
   const double length = 1e-6 * (x.colwise().maxCoeff() - x.colwise().minCoeff()).norm();
   const double k = largest_eigenvalue(model, [&](const Points& u) -> Points {
     return (forces(x - length * u, still) - forces(x + length * u, still)) / (2.0 * length);

@@ -17,14 +17,14 @@ struct StepSystem {
   Elasticity& elasticity;
   double c_k;
   const Points& rhs;
-  double tolerance = 0.0;  // of the iterative solver; 0: the tolerance of its options
+  double tolerance = 0.0;  // tolerance of the iterative solver; 0: that of its options
 };
 
 class StepSolve {
  public:
   explicit StepSolve(const LinearOptions& options) : solver_(make_linear_solver(options)) {}
 
-  // Rows of other ranks that this rank's rows of `matrix` are coupled to.
+  // Rows of other ranks to which this rank's rows of `matrix` are coupled.
   const Halo& halo(const BlockMatrix& matrix, const RowLayout& layout) {
     if (halo_blocks_ != matrix.n_blocks()) {  // the pattern depends only on the mesh
       halo_ = matrix_halo(matrix, layout);

@@ -11,7 +11,7 @@ namespace {
 // nodes as with 12.
 constexpr Index grown_size = 12;
 
-// Grows the aggregates of rows [begin, end).
+// Groups the rows [begin, end) of a block into aggregates.
 class Block {
  public:
   Block(const BlockMatrix& matrix, Index begin, Index end, std::vector<Index>& of_row)
@@ -45,8 +45,8 @@ class Block {
     for_coupled(row, [&](Index other) { ++links_[other - begin_]; });
   }
 
-  // Returns the unassigned row with the most couplings to this aggregate, or -1 if no unassigned
-  // row is coupled to it. Ties go to the lowest index.
+  // Returns the unassigned row with the most couplings to the current aggregate, or -1 if no
+  // unassigned row is coupled to it. In a tie, the lowest index is taken.
   Index most_linked() const {
     Index best = -1, most = 0;
     for (Index row = begin_; row < end_; ++row)
@@ -54,8 +54,8 @@ class Block {
     return best;
   }
 
-  // Returns the aggregate of [first, last) with the most couplings to the current members, or -1 if
-  // none is coupled to them.
+  // Returns the aggregate with an index in [first, last) that has the most couplings to the current
+  // members, or -1 if none is coupled to them.
   Index neighbour(Index first, Index last) const {
     std::vector<Index> count(last - first, 0);
     for (const Index row : members_)

@@ -12,14 +12,14 @@ namespace loomstone {
 
 namespace {
 
-constexpr Index largest_factor = 32;  // largest number of nodes on the coarsest level
+constexpr Index largest_factor = 32;  // upper bound for the number of nodes on the coarsest level
 constexpr Index parents_per_chunk = rows_per_block / 8;
 constexpr Index chunks_a_task = 8;  // minimum work of a task: 1,024 nodes, about 5 us
 constexpr Index chunks_of_product_a_task =
     2;  // minimum work of a product task: 256 nodes, about 5 us
 // Damping of the Jacobi sweeps. The sweeps converge if each element or term couples at most four
 // nodes, because the eigenvalues of D^-1 A are then below four. Elements that couple more nodes
-// have not needed stronger damping. If a cycle is indefinite, the correction is dropped.
+// have not needed stronger damping. If a V-cycle is indefinite, its correction is dropped.
 constexpr double damping = 0.5;
 
 // Damped Jacobi sweep: z = B r with the blocks B, or z += B (r - t) if t is not null.
@@ -140,7 +140,7 @@ void AggregationMultigrid::prepare(const Team& team, const LinearSystem& system)
     add_block(plain_.block(k), levels_[0].matrix.block(place_[k]));
   add_terms(system);
   for (std::size_t l = 1; l < levels_.size(); ++l) sum_level(levels_[l - 1], levels_[l]);
-  // The inversion sets identity blocks, which must not enter the sums of coarser levels.
+  // The inversion comes last, so that the identity blocks it sets do not enter coarser levels.
   usable_ = std::all_of(levels_.begin(), levels_.end(),
                         [&](Level& level) { return invert_diagonal(level); });
   if (!usable_) return;
@@ -197,7 +197,7 @@ void AggregationMultigrid::gather_rows(const RowLayout& layout) {
   layout.communicator().gather_all(plain_.block(0), offsets);
 }
 
-// Aggregates that a term acts on, each with the sum of the term's weights in it.
+// Aggregates on which a term acts, each with the sum of the term's weights in it.
 struct AggregationMultigrid::TermNodes {
   std::array<Index, 8> node;
   std::array<double, 8> weight;
@@ -217,9 +217,9 @@ AggregationMultigrid::TermNodes AggregationMultigrid::nodes_of(const ExtraTerm& 
   return nodes;
 }
 
-// Adds couplings of aggregates that only terms couple, for example of layers in contact. Couplings
-// whose terms are gone are kept until they are the majority, because separated layers often touch
-// again. They contain zeros and do not change results. Every rank knows all terms.
+// Adds the couplings between aggregates that only terms couple, for example where layers touch.
+// Couplings whose terms have vanished are kept until they are the majority, because separated
+// layers often touch again. Their blocks are zero. Every rank knows all terms.
 void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   if (!system.terms) return;
   Couplings wanted;

@@ -3,10 +3,10 @@
 // four blocks on the third, and so on. The coarse correction is added to the correction by inverse
 // diagonal blocks (additive, as in Bramble, Pasciak and Xu, Math. Comp. 55 (1990), with plain
 // aggregation). The coarse levels form a V-cycle with one damped Jacobi sweep before and one after
-// the coarser levels. The coarsest matrix is factorised. Compared with the V-cycle, inverse
-// diagonal blocks of the aggregates made solves take 1.03 times as long at 14,450 triangles and
-// 1.15 times at 57,800. The levels use single precision, which suffices for a preconditioner, but
-// the coarsest matrix is factorised in double precision. Every rank sums the coarse rows of its own
+// the coarser levels. The coarsest matrix is factorised. If the V-cycle is replaced by inverse
+// diagonal blocks of the aggregates, solves take 1.03 times as long at 14,450 triangles and 1.15
+// times at 57,800. The levels use single precision, which suffices for a preconditioner, but the
+// coarsest matrix is factorised in double precision. Every rank computes the coarse rows of its own
 // rows. All ranks then gather all coarse rows and do the same work.
 #pragma once
 
@@ -29,8 +29,8 @@ class AggregationMultigrid {
   // couple. Collective.
   void prepare(const Team& team, const LinearSystem& system);
 
-  // Returns false if a coarse matrix is not positive definite up to rounding. There is then no
-  // correction.
+  // Returns false if a coarse matrix is not positive definite up to rounding. In that case there is
+  // no correction.
   bool usable() const { return usable_; }
 
   // Number of slots of residual and correction. Each aggregate has one slot. Each block has one
@@ -59,7 +59,7 @@ class AggregationMultigrid {
     std::vector<Index> target;  // (blocks) block of the next level that receives each block
     // (nodes x 12) Damped inverse diagonal blocks. Columns are padded to four numbers.
     std::vector<float> inverse;
-    // ((nodes + 1) x 4) The last row serves the empty lanes of the slices.
+    // ((nodes + 1) x 4) The last row belongs to the empty lanes of the slices.
     std::vector<float> residual, solution, product;
   };
   void lay_out();

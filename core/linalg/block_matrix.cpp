@@ -8,7 +8,7 @@
 namespace loomstone {
 
 BlockMatrix::BlockMatrix(Index n_rows, const std::vector<std::pair<Index, Index>>& couplings) {
-  // Lists each coupling in both directions and the diagonal, then sorts each row and removes
+  // List each coupling in both directions and the diagonal, then sort each row and remove
   // duplicates.
   std::vector<Index> start(n_rows + 1, 0);
   for (Index row = 0; row < n_rows; ++row) ++start[row + 1];

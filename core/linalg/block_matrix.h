@@ -42,7 +42,8 @@ class BlockMatrix {
 
  private:
   std::vector<Index> row_start_{0}, columns_, diagonal_;
-  // 9 entries per block. 3 more at the end permit 4-wide loads of the last column.
+  // 9 entries per block. Three additional entries at the end permit 4-wide loads of the last
+  // column.
   std::vector<double> values_;
 };
 

@@ -30,7 +30,8 @@ class DirectSolver final : public LinearSolver {
   DirectSolver() {
     cholmod_start(&common_);
     common_.print = 0;
-    // Computes L L^T even if the factor is simplicial, so that a negative pivot is an error.
+    // Request a factorisation L L^T even if the factor is simplicial, so that a negative pivot is
+    // an error.
     common_.final_ll = 1;
   }
   ~DirectSolver() override {
@@ -108,8 +109,8 @@ class DirectSolver final : public LinearSolver {
     return found;
   }
 
-  // Builds the compressed columns of the lower triangle from scalar entries. Column 3 j + c
-  // contains rows 3 i + d of blocks i >= j.
+  // Builds the compressed-column pattern of the lower triangle, in scalar entries. Column 3 j + c
+  // contains the rows 3 i + d of blocks i >= j.
   void lay_out_columns() {
     column_start_.assign(1, 0);
     row_index_.clear();
@@ -240,7 +241,7 @@ class DirectSolver final : public LinearSolver {
   }
 
   cholmod_common common_;
-  // Reused while the pattern is unchanged. Depends on the pattern alone.
+  // These members depend on the pattern alone and are reused while it is unchanged.
   cholmod_factor* factor_ = nullptr;
   Index n_cloth_ = 0;
   std::vector<Index> matrix_columns_, matrix_start_;
@@ -248,7 +249,7 @@ class DirectSolver final : public LinearSolver {
   BlockMatrix whole_;
   std::vector<Index> place_;  // index in whole_ of each block of the matrix
   std::vector<int> column_start_, row_index_;
-  // Scratch of one solve.
+  // Scratch memory of one solve.
   std::vector<double> entries_;
   Vector right_, padded_, product_;
 };

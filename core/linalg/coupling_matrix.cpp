@@ -24,7 +24,7 @@ LOOMSTONE_INLINE void store_as(Scalar* out, const Lanes& a) {
 }
 
 // Copies n slots of eight blocks each. Adds the blocks of each lane to `sums`, which has one vector
-// for each of the 9 entries. A negative source denotes a missing block.
+// for each of the 9 entries. A negative entry of `sources` denotes a missing block.
 template <class Scalar, class Lanes>
 LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* matrix,
                                  Scalar* values, Lanes sums[9]) {
@@ -41,8 +41,8 @@ LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* ma
   }
 }
 
-// Returns whether each row sum R is a multiple of the identity, up to rounding to Scalar. Masses
-// have this property.
+// Returns true if each row sum R is a multiple of the identity, up to rounding to Scalar. Lumped
+// masses have this property.
 template <class Scalar, class Lanes>
 LOOMSTONE_INLINE bool is_scalar(const Lanes r[9]) {
   const Lanes rounding = 0.5 * std::numeric_limits<Scalar>::epsilon() * lanes_max(r[0], -r[0]);
@@ -54,9 +54,9 @@ LOOMSTONE_INLINE bool is_scalar(const Lanes r[9]) {
   return !lanes_any(~scalar);
 }
 
-// Copies the blocks of a slice to `values`. Adds them to the diagonal blocks in `sums` and writes
-// the row sums R to `out`. Returns true if each R is a multiple of the identity. In this case,
-// `out` contains only the factors.
+// Copies the blocks of a slice to `values`. Computes the row sums R by adding them to the diagonal
+// blocks in `sums`, and writes R to `out`. Returns true if each R is a multiple of the identity. In
+// this case, `out` contains only the factors.
 template <class Lanes, class Scalar>
 LOOMSTONE_INLINE bool copy_slice(Index n, const Index* sources, const double* matrix,
                                  const double* sums, Scalar* values, Scalar* out) {
@@ -89,7 +89,7 @@ struct Arrays {
   const Scalar *values, *sums, *x;
 };
 
-// Returns slice g of A x. `here` contains x in the rows of the slice.
+// Returns slice g of the product A x. `here` contains x in the rows of this slice.
 template <class Vector, class Scalar>
 LOOMSTONE_INLINE Lanes3<Vector> couple(const Pattern& pattern, const Arrays<Scalar>& a,
                                        std::size_t g, const Lanes3<Vector>& here) {

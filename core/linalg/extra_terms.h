@@ -58,13 +58,14 @@ struct ExtraTerm {
   }
 };
 
-// How terms are evaluated after the rows have moved. Derivative: gradient and H are derivatives of
-// the potential. Secant: H is the curvature of a paraboloid that touches the potential from above,
-// so that Newton steps are never too long. NewLimits: as Derivative, but with new friction limits.
-// The limits stay constant until the next NewLimits request, so the terms have a potential.
+// How terms are evaluated after the rows have moved. Derivative: the gradient and H are derivatives
+// of the potential. Secant: H is the curvature of a paraboloid that touches the potential from
+// above, so that Newton steps are never too long. NewLimits: like Derivative, but with new friction
+// limits. These limits stay constant until the next NewLimits request, so that the terms have a
+// potential.
 enum class TermRequest { Derivative, Secant, NewLimits };
 
-// Terms of contacts are sorted by the (kind, a, b) of their contact.
+// Terms of contacts are sorted by the key (kind, a, b) of their contact.
 using ExtraTerms = std::vector<ExtraTerm>;
 
 }  // namespace loomstone

@@ -1,7 +1,6 @@
-// Arithmetic on eight rows at once, in single or double precision. A Lanes3 contains three
+// Arithmetic on eight rows at once, in single or double precision. A Lanes3 contains the three
 // components of eight rows, with one row in each lane. It is converted from and to rows of four
-// numbers, the fourth of which is zero. The vector type of eight lanes is native, or Halves of two
-// rows.
+// numbers, the fourth of which is zero. The type of its components is a native vector or a Halves.
 #pragma once
 
 #include <cstddef>
@@ -12,13 +11,13 @@
 
 namespace loomstone {
 
-// Vectors of eight numbers in kernels with eight doubles of type Lanes.
+// Vector of eight numbers of type Scalar, for kernels that use the type Lanes for eight doubles.
 template <class Lanes, class Scalar>
 using LanesOf =
     std::conditional_t<std::is_same_v<Scalar, float>, FloatLanes<Lanes>,
                        std::conditional_t<std::is_same_v<Lanes, Lanes128>, Lanes256, Lanes>>;
 
-// Load and store three components in the order of eight x, eight y and eight z.
+// Load and store eight rows that are stored as eight x, eight y and eight z components.
 template <class Vector, class Scalar>
 LOOMSTONE_INLINE Lanes3<Vector> load_rows(const Scalar* p) {
   return {lanes_load<Vector>(p), lanes_load<Vector>(p + 8), lanes_load<Vector>(p + 16)};
@@ -28,7 +27,8 @@ LOOMSTONE_INLINE void store_rows(Scalar* p, const Lanes3<Vector>& a) {
   lanes_store(p, a.x), lanes_store(p + 8, a.y), lanes_store(p + 16, a.z);
 }
 
-// Selects lanes in each half of a and b alike. Indices 0 to 3 denote lanes of a, 4 to 7 lanes of b.
+// Selects lanes in each half of a and b, with the same indices in both halves. Indices 0 to 3
+// denote lanes of a, 4 to 7 lanes of b.
 template <int... index, class Vector>
 LOOMSTONE_INLINE Vector shuffle_halves(const Vector& a, const Vector& b) {
   if constexpr (in_halves<Vector>)
@@ -76,7 +76,7 @@ LOOMSTONE_INLINE Lanes3<Vector> gather_rows(const Index* rows, const Scalar* v) 
           shuffle_halves<0, 4, 1, 5>(high02, high13)};
 }
 
-// Calls use(l, row) for the eight rows of a. Rows l and l + 4 follow each other, for l = 0 to 3.
+// Calls use(l, row) for the eight rows of a, in the order 0, 4, 1, 5, 2, 6, 3, 7.
 template <class Vector, class Use>
 LOOMSTONE_INLINE void for_each_row(const Lanes3<Vector>& a, const Use& use) {
   const Vector zero{};
@@ -94,8 +94,8 @@ LOOMSTONE_INLINE void for_each_row(const Lanes3<Vector>& a, const Use& use) {
   }
 }
 
-// Converts to double precision. Halves are converted one by one: with registers of four doubles,
-// gcc 12 would keep a sum of eight doubles in memory.
+// Converts to double precision. Halves are converted one by one, because with registers of four
+// doubles, gcc 12 would keep a sum of eight doubles in memory.
 template <class Wide, class Vector>
 LOOMSTONE_INLINE Wide in_doubles(const Vector& a) {
   if constexpr (in_halves<Wide>)

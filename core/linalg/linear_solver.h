@@ -31,8 +31,8 @@ struct LinearSystem {
 
 struct LinearReport {
   int iterations = 0;
-  // sqrt(r . D^-1 r) relative to its value for x = 0 on free rows, with D the diagonal blocks [1].
-  // The direct solver reports |r| / |b|.
+  // sqrt(r . D^-1 r) relative to its value for x = 0 on free rows, where D consists of the diagonal
+  // blocks [1]. The direct solver reports |r| / |b|.
   double residual = 0.0;
   bool converged = true;
 };
@@ -51,16 +51,15 @@ constexpr auto choices(LinearMethod) {
 
 struct LinearOptions {
   LinearMethod method = LinearMethod::Pcg;
-  double tolerance = 1e-4;  // relative tolerance of the preconditioned norm [1]
+  double tolerance = 1e-4;  // relative tolerance of the residual in the preconditioned norm [1]
   int max_iterations = 2000;
 };
 
 struct PcgMemory;
 
-// Data that one solve leaves for the next. It consists of the preconditioner and, if a loose
-// tolerance ended the solve early, the state of the iteration. The memory belongs to the caller. It
-// is empty at first and after a solve that threw. Its storage is reused, which does not change
-// results.
+// Data that one solve leaves for the next: the preconditioner and, if a loose tolerance ended the
+// solve early, the state of the iteration. The memory belongs to the caller. It is empty at first
+// and after a solve that threw an exception. Its storage is reused, which does not change results.
 class SolveMemory {
  public:
   SolveMemory();
@@ -77,7 +76,7 @@ class SolveMemory {
 // How much of the system is unchanged since the solve that filled the memory. Nothing: everything
 // may have changed. Matrix: only terms, right-hand side and tolerance may have changed. The
 // preconditioner is reused, and so is A x if x is the solution of a solve that ended early. System:
-// only the tolerance may have changed. The iteration continues.
+// only the tolerance may have changed, and the iteration continues.
 enum class Unchanged { Nothing, Matrix, System };
 
 class LinearSolver {

@@ -24,9 +24,9 @@ namespace loomstone {
 
 namespace {
 
-// Factor by which the iterated residual falls in single precision before the true residual is
+// Factor by which the iterated residual must fall in single precision before the true residual is
 // computed. The value is not tuned, because the default tolerance is reached in one round. It
-// affects the number of matrix products, not the accuracy.
+// affects the number of matrix products but not the accuracy.
 constexpr double trusted_fall = 3e-5;
 
 // Sets the terms and the halo, which includes the rows of the terms.
@@ -60,9 +60,9 @@ void set_system(PcgSolve& solve, Preconditioner::Kind kind) {
 }
 
 // Replaces the terms while the matrix is unchanged. Keeps the preconditioner unless it is
-// Gauss-Seidel. Only friction has changed, and a new preconditioner would cost more than the
-// iterations it saves. With the old preconditioner, solves take 0.84 (scene stack) and 0.78 (scene
-// fold) times as long as with a new one, and 1.1 and 0.94 times as many iterations.
+// Gauss-Seidel, because only friction has changed and a new preconditioner would cost more than the
+// iterations that it saves. With the old preconditioner, solves take 0.84 (scene stack) and 0.78
+// (scene fold) times as long as with a new one, with 1.1 and 0.94 times as many iterations.
 void change_terms(PcgSolve& solve) {
   PcgMemory& m = solve.memory;
   set_terms(solve);
@@ -124,9 +124,9 @@ void set_x(PcgSolve& solve, const Points& guess, bool free_rows) {
   });
 }
 
-// Sets x, residual and b_norm. b_norm is the norm of the residual for x = 0 on free rows. Residuals
-// are measured relative to b_norm. The guess is used if the norm of its residual is smaller than
-// b_norm. Returns the norm of the residual.
+// Sets x, residual and b_norm. b_norm is the norm of the residual for x = 0 on free rows, to which
+// residuals are relative. The guess is used if the norm of its residual is smaller than b_norm.
+// Returns the norm of the residual.
 double start(PcgSolve& solve, const Points& b, const Points& x) {
   PcgMemory& m = solve.memory;
   const Guess guess = look_at(solve, x);
@@ -142,7 +142,7 @@ double start(PcgSolve& solve, const Points& b, const Points& x) {
   return true_residual(solve, b, !guess.fixed_values);
 }
 
-// Writes the owned free rows of x, then gathers the rows of all ranks.
+// Writes the free rows of x that this rank owns, then gathers the rows of all ranks.
 void write_solution(const PcgSolve& solve, Points& x) {
   solve.loops.over_blocks([&](Index, Index begin, Index end) {
     for (Index row = begin; row < end; ++row)
@@ -196,7 +196,8 @@ class Pcg final : public LinearSolver {
     bool in_double = false;
     while (norm > goal && report.iterations < options_.max_iterations) {
       const double before = norm;
-      // Slightly below the goal, so that drift does not cost another round.
+      // Stop slightly below the goal, so that drift of the iterated residual does not require
+      // another round.
       const double reach = in_double ? goal : std::max(0.97 * goal, trusted_fall * norm);
       const StoppingRule stop{reach, options_.max_iterations};
       const double iterated = in_double ? iterate(solve, m.wide, how, stop, report.iterations)

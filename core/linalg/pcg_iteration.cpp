@@ -10,7 +10,7 @@ namespace loomstone {
 
 namespace {
 
-// Sets r, z and beta from the residual.
+// Sets r, z and beta from PcgMemory::residual.
 template <class Scalar>
 void begin(PcgSolve& solve, Krylov<Scalar>& k, bool conjugate) {
   PcgMemory& m = solve.memory;
@@ -41,7 +41,7 @@ void update_direction(PcgSolve& solve, Krylov<Scalar>& k, double length) {
   });
 }
 
-// Computes q = A p on rows [begin, end), terms included. Returns p . q.
+// Computes q = A p on rows [begin, end), including terms. Returns p . q.
 template <class Scalar>
 double multiply(const PcgSolve& solve, Index begin, Index end, Krylov<Scalar>& k) {
   const PcgMemory& m = solve.memory;

@@ -6,9 +6,9 @@
 
 namespace loomstone {
 
-// How a run of iterations begins. Restart and Conjugate use the residual in PcgMemory::residual.
-// The first direction of Restart is the preconditioned residual. That of Conjugate is conjugate to
-// the last direction. Resume continues where the last run of the same system ended.
+// How a run of iterations begins. Restart and Conjugate use the residual in PcgMemory::residual:
+// the first direction of Restart is the preconditioned residual, and that of Conjugate is conjugate
+// to the last direction. Resume continues where the last run for the same system ended.
 enum class Start { Restart, Conjugate, Resume };
 
 struct StoppingRule {

@@ -118,8 +118,8 @@ LOOMSTONE_INLINE void moved(Index begin, Index end, double length, const Scalar*
     x[i] += length * static_cast<double>(p[i]);
 }
 
-// Closed form, as in invert_positive_definite(). A block is positive definite if its leading minors
-// are positive.
+// Inverts eight blocks by the same closed form as invert_positive_definite(). Returns a bit mask of
+// the blocks that are not positive definite, which follows from the signs of their leading minors.
 template <class Lanes>
 LOOMSTONE_INLINE unsigned inverted(double* blocks) {
   const Inverse<Lanes> a = load_inverse<Lanes>(blocks);

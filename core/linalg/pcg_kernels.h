@@ -13,8 +13,8 @@ namespace loomstone::pcg {
 // is set if block l is not positive definite.
 unsigned invert(double* blocks);
 
-// Adds the residual of the row at position i to sums[slots[i]]. `slots` has the shape (slices x 8).
-// `sums` has four numbers per slot.
+// Adds the residuals of the rows of slices [first, last) to the sums of their slots. Lane l of
+// slice s has slot slots[8 s + l]. `sums` has four numbers per slot.
 void add_up(Index first, Index last, const Index* slots, const float* r, float* sums);
 void add_up(Index first, Index last, const Index* slots, const double* r, float* sums);
 
@@ -39,13 +39,14 @@ void update_direction(SliceRows on, DirectionFactors<float> factors,
 void update_direction(SliceRows on, DirectionFactors<double> factors,
                       PreconditionedResidual<double> residual, double* p, double* x);
 
-// Computes z = P^-1 r. Returns r . z.
+// Computes z = P^-1 r on slices [first, last). Returns r . z.
 double precondition(Index first, Index last, const float* inverse, const float* r, float* z);
 double precondition(Index first, Index last, const double* inverse, const double* r, double* z);
 // Returns r . P^-1 r.
 double preconditioned_square(Index first, Index last, const float* inverse, const double* r);
 
-// Vectors that take_step() updates. It computes r -= alpha q and z = P^-1 r, and returns r . z.
+// The vectors that take_step() updates. take_step() computes r -= alpha q and z = P^-1 r, and
+// returns r . z.
 template <class Scalar>
 struct Residuals {
   Scalar *r, *z;

@@ -1,5 +1,4 @@
-// Data that a solve by conjugate gradients leaves for the next solve. SolveMemory contains this
-// data.
+// The contents of SolveMemory: data that a solve by conjugate gradients leaves for the next solve.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +17,7 @@ namespace loomstone {
 inline std::size_t row_at(Index row) { return 4 * static_cast<std::size_t>(row); }
 inline std::size_t slice_at(Index slice) { return 24 * static_cast<std::size_t>(slice); }
 
-// Matrix and vectors of the iteration in one precision. r, z and q are stored by slices, and the
+// Matrix and vectors of the iteration in one precision. r, z and q are stored by slices, the
 // direction p by rows. The last row of p belongs to empty lanes and stays zero.
 template <class Scalar>
 struct Krylov {
@@ -50,8 +49,8 @@ struct PcgMemory {
   // empty lanes. residual is stored by slices.
   std::vector<double> x, product, residual;
   double b_norm = 0.0;  // norm of the residual for x = 0 on free rows
-  // True if the last solve stopped at a tolerance looser than the solver's. x, b_norm, terms and
-  // the vectors of `single` then belong to its last iteration.
+  // True if the last solve stopped at a tolerance that is looser than the solver's own. x, b_norm,
+  // terms and the vectors of `single` then belong to its last iteration.
   bool has_iteration = false;
   std::vector<double> matrix_times_x;  // A x by slices, without terms; valid if has_iteration
 };

@@ -9,8 +9,8 @@ namespace loomstone {
 // Sets PcgMemory::residual to b - A x, with zeros on fixed rows. Returns its norm. Collective.
 double true_residual(PcgSolve& solve, const Points& b, bool x_is_zero);
 
-// As true_residual(), but uses PcgMemory::matrix_times_x of the last solve instead of a matrix
-// product. Since then, only b and the extra terms may have changed. The result is accurate to
+// Like true_residual(), but uses PcgMemory::matrix_times_x of the last solve instead of a matrix
+// product. Since that solve, only b and the extra terms may have changed. The result is accurate to
 // single precision, like the iteration of that solve. Collective.
 double known_residual(PcgSolve& solve, const Points& b);
 

@@ -42,8 +42,8 @@ class Preconditioner {
   const float* correction() const { return uses_levels_ ? levels_.correction() : nullptr; }
   const Index* slots() const { return slots_.data(); }  // (slices x 8) slots of the correction
 
-  // Sums r over slices [first, last) into the residual of the multigrid levels. The slices must
-  // form one block of rows.
+  // Sums r over slices [first, last) into the residual of the coarse levels. The slices must form
+  // one block of rows.
   template <class Scalar>
   void restrict_residual(Index first, Index last, const std::vector<Scalar>& r) {
     if (!uses_levels_) return;

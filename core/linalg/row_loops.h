@@ -20,7 +20,7 @@ class RowLoops {
 
   const Team& team() const { return team_; }
   const RowLayout& layout() const { return layout_; }
-  // Number of blocks of all ranks.
+  // Number of blocks of rows on all ranks together.
   Index n_blocks() const { return (layout_.n_rows() + rows_per_block - 1) / rows_per_block; }
 
   // Calls body(block, begin, end) on the owned blocks. Each thread processes a range of blocks.
@@ -44,7 +44,7 @@ class RowLoops {
     return layout_.ordered_sum(sums_);
   }
 
-  // As sum_over_blocks(), but calls body(first, last) with slices.
+  // Like sum_over_blocks(), but calls body(first, last) with a range of slices.
   template <class Body>
   double sum_over_slices(Body&& body) {
     return sum_over_blocks([&](Index begin, Index end) {

@@ -13,7 +13,7 @@ namespace loomstone {
 
 class SlicedEllpack {
  public:
-  // Builds the slices for the rows of the matrix (may be null) and for the rows that follow, up to
+  // Builds the slices for the rows of `matrix` (may be null) and for the rows after them, up to
   // n_rows. Returns false if the layout already has this pattern.
   bool set_pattern(const BlockMatrix* matrix, Index n_rows);
 

@@ -42,8 +42,8 @@ inline Mat2 positive_part(const Mat2& a) {
 }
 
 // The eigenvalue of a symmetric 3x3 matrix that is farthest from the other two, with its
-// eigenvector. The eigenvalue follows Smith, "Eigenvalues of a symmetric 3x3 matrix", Comm. ACM 4
-// (1961). The eigenvector is the longest cross product of two rows of A - lambda I.
+// eigenvector. The eigenvalue is computed as in Smith, "Eigenvalues of a symmetric 3x3 matrix",
+// Comm. ACM 4 (1961). The eigenvector is the longest cross product of two rows of A - lambda I.
 struct EigenPair {
   double value = 0.0;
   Vec3 vector = Vec3::UnitX();
@@ -54,8 +54,8 @@ inline EigenPair separate_eigenpair(const Mat3& a) {
   const double size = std::sqrt(deviator.squaredNorm() / 6.0);
   if (!(size > 0.0)) return {mean, Vec3::UnitX()};
   const double half_determinant = std::clamp(0.5 * (deviator / size).determinant(), -1.0, 1.0);
-  // The angle satisfies cos(3 angle) = |half_determinant|. The separate eigenvalue is the largest
-  // one if half_determinant >= 0, and the smallest one otherwise.
+  // The angle satisfies cos(3 angle) = |half_determinant|. The eigenvalue farthest from the others
+  // is the largest one if half_determinant >= 0, and the smallest one otherwise.
   const double angle = std::acos(std::abs(half_determinant)) / 3.0;
   const double value = mean + std::copysign(2.0 * size * std::cos(angle), half_determinant);
   const Mat3 shifted = a - value * Mat3::Identity();
@@ -68,8 +68,9 @@ inline EigenPair separate_eigenpair(const Mat3& a) {
   return {value, longest / length};
 }
 
-// Returns a symmetric 3x3 matrix with its negative eigenvalues replaced by zero. The separate
-// eigenpair is treated first. The rest is a 2x2 problem in the plane perpendicular to it.
+// Returns a symmetric 3x3 matrix with its negative eigenvalues replaced by zero. Treats the
+// eigenpair of separate_eigenpair() first. What remains is a 2x2 problem in the plane perpendicular
+// to its eigenvector.
 inline Mat3 positive_part(const Mat3& a) {
   const EigenPair apart = separate_eigenpair(a);
   const Vec3 u = apart.vector.unitOrthogonal(), w = apart.vector.cross(u);

@@ -54,7 +54,7 @@ LOOMSTONE_INLINE Row inverse_times(const float* m, const Row& v) {
   return (load_as<Row>(m) * v[0] + load_as<Row>(m + 4) * v[1]) + load_as<Row>(m + 8) * v[2];
 }
 
-// Forward and backward sweep. Returns r . z. Blocks A are stored by cyclic diagonals
+// Forward and backward sweep. Returns r . z. A block A is stored by its cyclic diagonals
 // d = (00 11 22), b = (01 12 20) and c = (02 10 21):
 //   A v = d v + b yzx(v) + c zxy(v),   A^T v = d v + yzx(c v) + zxy(b v).
 template <class, class Scalar>

@@ -1,7 +1,7 @@
 // Symmetric block Gauss-Seidel as a preconditioner: z = (S + L)^-T S (S + L)^-1 r. L contains the
 // strictly lower blocks of the matrix, and S the diagonal blocks including extra terms. Rounding of
-// L affects only the number of iterations, so L is stored in single precision. One copy serves both
-// sweeps. The sweeps are sequential.
+// L affects only the number of iterations, so L is stored in single precision. One copy of L serves
+// the forward and the backward sweep. The sweeps are sequential.
 #pragma once
 
 #include <vector>
@@ -24,15 +24,15 @@ class SymmetricGaussSeidel {
  private:
   void order_rows(const LinearSystem& system, const SlicedEllpack& slices);
 
-  // Row order in which a row seldom depends on the row before it, and the pattern for which this
-  // order was computed.
+  // An order of the rows in which a row seldom depends on the row before it, and the pattern for
+  // which this order was computed.
   std::vector<Index> order_, pattern_start_, pattern_columns_;
   std::vector<Index> offset_;  // (rows) offset of each row in r and z, in the row order
-  // start_ (rows + 1): first block of each row, in the row order. column_ (blocks of L): column of
-  // each block.
+  // start_ (rows + 1) is the first block of each row, and column_ (blocks of L) the column of each
+  // block, both in the row order.
   std::vector<Index> start_, column_;
   std::vector<Index> source_;  // (blocks of L) block of the matrix
-  // Scratch of one solve.
+  // Scratch memory of one solve.
   std::vector<float> lower_;    // (9 x blocks of L + 3) entries 00 11 22 01 12 20 02 10 21
   std::vector<float> inverse_;  // (rows x 12) S^-1 in the row order
   std::vector<float> t_, u_;    // (rows x 4)

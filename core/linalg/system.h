@@ -1,4 +1,5 @@
-// Operations on a LinearSystem that all solvers share: checks, diagonal blocks, product, errors.
+// Operations on a LinearSystem that all solvers share: checks, diagonal blocks, products and
+// errors.
 #pragma once
 
 #include <vector>
@@ -33,7 +34,7 @@ Mat3 diagonal_block(const LinearSystem& system, const TermRows& terms, Index row
 void multiply_system(const LinearSystem& system, const TermRows& terms, Index begin, Index end,
                      const double* x, double* y);
 
-// Throws SolverFailure on all ranks. The message gives the first row of b or x that is not finite,
+// Throws SolverFailure on all ranks. The message names the first row of b or x that is not finite,
 // if there is one. Collective.
 [[noreturn]] void throw_not_finite(const LinearSystem& system, const Points& b, const Points& x);
 

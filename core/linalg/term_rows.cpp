@@ -32,7 +32,7 @@ void TermRows::build(const ExtraTerms* terms, double scale, const RowLayout& lay
       if (layout.owns(parts_[p].row))
         slots_[row_start_[parts_[p].row]++] = {static_cast<Index>(t), parts_[p].arm,
                                                parts_[p].weight};
-  // Filling has moved each start to the start of the next row. This loop moves the starts back.
+  // Filling has moved each start to the start of the next row. This loop restores the starts.
   for (Index row = layout.n_rows(); row > 0; --row) row_start_[row] = row_start_[row - 1];
   row_start_[0] = 0;
   forces_.resize(hessians_.size());

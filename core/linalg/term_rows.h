@@ -35,12 +35,12 @@ class TermRows {
   Mat3 diagonal(Index row) const;
 
  private:
-  // An entry of a term. Most entries have no arm.
+  // An entry of a term. Most entries need no arm.
   struct Part {
     Index row, arm;  // arm: index in arms_, or -1
     double weight;
   };
-  // Entry of a term in a given row. Each row reads its slots in order.
+  // A term's entry in a given row. Each row reads its slots in order.
   struct Slot {
     Index term, arm;
     double weight;

@@ -33,7 +33,7 @@ std::vector<HalfEdge> sorted_half_edges(const Triangles& triangles) {
   return halves;
 }
 
-// Converts counts in start[i + 1] to offsets.
+// Converts counts, where start[i + 1] is the count of item i, to offsets.
 void accumulate(std::vector<Index>& start) {
   for (std::size_t i = 1; i < start.size(); ++i) start[i] += start[i - 1];
 }
@@ -128,7 +128,8 @@ Incidence edges_of_vertices(Index n_vertices, const Edges& edges) {
 Incidence vertex_graph(Index n_vertices, const Triangles& triangles) {
   const Edges edges = edge_table(n_vertices, triangles).edges;
   Incidence lists = edges_of_vertices(n_vertices, edges);
-  // Edges are sorted by (low, high), so lower neighbours come first and each list is ascending.
+  // Edges are sorted by (low, high), so neighbours with lower indices come first and each list is
+  // ascending.
   for (Index vertex = 0; vertex < n_vertices; ++vertex) {
     const auto begin = lists.items.begin() + lists.start[static_cast<std::size_t>(vertex)];
     const auto end = lists.items.begin() + lists.start[static_cast<std::size_t>(vertex) + 1];

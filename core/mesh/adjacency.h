@@ -14,8 +14,8 @@ struct Incidence {
   std::vector<Index> items;
 };
 
-// Unique edges in sorted order, each as its smaller and its larger vertex. The id of an edge is its
-// row.
+// Unique edges in sorted order. Each edge is given by its smaller and its larger vertex index. The
+// id of an edge is its row.
 struct EdgeTable {
   Edges edges;                                    // (k x 2)
   std::vector<std::array<Index, 2>> triangles;    // of each edge, ascending; -1: none (boundary)
@@ -26,11 +26,11 @@ struct EdgeTable {
 // indices out of range.
 EdgeTable edge_table(Index n_vertices, const Triangles& triangles);
 
-// An interior edge with its two triangles, oriented as in [Bridson2003]. The triangles (x1,x3,x4)
-// and (x2,x4,x3), in counter-clockwise order, share the edge x3 -> x4.
+// An interior edge with its two triangles, oriented as in [Bridson2003]. The triangles (x1, x3, x4)
+// and (x2, x4, x3), both in counter-clockwise order, share the edge x3 -> x4.
 struct Hinge {
   std::array<Index, 4> vertices;   // x1, x2, x3, x4
-  std::array<Index, 2> triangles;  // the one with x1, then the one with x2; ascending
+  std::array<Index, 2> triangles;  // ids of (x1, x3, x4) and (x2, x4, x3), in ascending order
   Index edge;                      // id in the edge table
 };
 

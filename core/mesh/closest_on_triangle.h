@@ -5,7 +5,8 @@
 
 namespace loomstone {
 
-// The feature that contains the closest point: interior, edge opposite `corner`, or `corner`.
+// The feature of a triangle on which the closest point lies: the interior, the edge opposite
+// TrianglePoint::corner, or that corner itself.
 enum class TriangleFeature { Face, Edge, Corner };
 
 struct TrianglePoint {

@@ -21,7 +21,8 @@ struct RawMesh {
   std::vector<Index> uv_triangles;  // (m x 3) rows of uv, or empty
 };
 
-// Readers parse the content of a file whose `name` appears in messages; writers return the content.
+// The readers parse the content of a file; `name` is the name of the file in messages. The writers
+// return the content of a file.
 RawMesh parse_obj(std::string_view content, const std::string& name, bool with_uv);
 RawMesh parse_ply(std::string_view content, const std::string& name, bool with_uv);
 std::string obj_text(const TriangleMesh& mesh);
@@ -54,7 +55,7 @@ class LineReader {
   std::int64_t number_ = 0;
 };
 
-// Removes the first word from a line and returns it; at the end of the line, returns an empty word.
+// Removes the first word from `line` and returns it. Returns an empty word at the end of the line.
 inline std::string_view next_word(std::string_view& line) {
   const std::size_t start = line.find_first_not_of(" \t");
   if (start == std::string_view::npos) {
@@ -67,7 +68,7 @@ inline std::string_view next_word(std::string_view& line) {
   return word;
 }
 
-// Parses the whole word as a number, independent of the locale. Returns false if it is not a
+// Parses the whole word as a number, independently of the locale. Returns false if it is not a
 // number.
 template <class Number>
 bool parse_number(std::string_view word, Number& value) {
@@ -77,7 +78,7 @@ bool parse_number(std::string_view word, Number& value) {
   return result.ec == std::errc() && result.ptr == word.data() + word.size();
 }
 
-// Appends the shortest text from which the same number is read back.
+// Appends the shortest decimal text that restores the number exactly.
 template <class Number>
 void append_number(std::string& text, Number value) {
   char buffer[40];

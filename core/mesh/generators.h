@@ -1,6 +1,6 @@
-// Mesh generators. Flat cloth lies in the plane z = 0, centred at the origin, with weft along x and
-// its coordinates as uv. Closed surfaces are oriented outward and, except for the funnel, centred
-// at the origin. All lengths are in [m].
+// Mesh generators. Flat cloth lies in the plane z = 0 and is centred at the origin. Its weft runs
+// along x, and its uv are its x and y coordinates. Closed surfaces are oriented outward and, except
+// for the funnel, centred at the origin. All lengths are in [m].
 #pragma once
 
 #include <cstdint>
@@ -10,20 +10,20 @@
 
 namespace loomstone {
 
-// Rectangle of nx x ny cells with two triangles each. Vertex j (nx + 1) + i is at column i, row j.
-// pattern: "alternating" (diagonals alternate like a checkerboard) or "diagonal" (all at +45
-// degrees).
+// Rectangle of nx x ny cells with two triangles each. Vertex j (nx + 1) + i is in column i and row
+// j. `pattern` is "alternating" (the directions of the diagonals alternate like a checkerboard) or
+// "diagonal" (all diagonals at +45 degrees).
 TriangleMesh grid_cells(double width, double height, Index nx, Index ny,
                         const std::string& pattern = "alternating");
 // Grid with nearly square cells and nearly as many triangles as requested.
 TriangleMesh grid(double width, double height, Index triangles,
                   const std::string& pattern = "alternating");
 // Grid with random (seeded) displacements of interior vertices by up to `amount` of a cell. The
-// Python package makes better unstructured meshes (Delaunay triangulation of relaxed points).
+// Python package makes better unstructured meshes, by Delaunay triangulation of relaxed points.
 TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, double amount,
                            std::uint64_t seed = 1);
 
-// Grid with nearly square cells, `cells_across` of them across its width.
+// Grid with nearly square cells, of which there are `cells_across` across its width.
 TriangleMesh strip(double length, double width, Index cells_across,
                    const std::string& pattern = "alternating");
 // Disc of six sectors and `rings` concentric rings, with 6 rings^2 triangles. Vertex 0 is
@@ -37,10 +37,10 @@ TriangleMesh capsule(double radius, double length, Index segments = 32);
 // Cylinder along z, approximated by a prism whose vertices lie on the cylinder.
 TriangleMesh cylinder(double radius, double length, Index segments = 32);
 // Funnel about the z axis with walls of thickness `wall`. A cone leads from `top_radius` at
-// z = height to `bottom_radius` at z = 0. Below it is a tube of length `tube_length`.
+// z = height to `bottom_radius` at z = 0. A tube of length `tube_length` continues below it.
 TriangleMesh funnel(double top_radius, double bottom_radius, double height, double tube_length,
                     double wall, Index segments = 64);
-// Wave-shaped bar along y: a tube of `radius` with a sinusoidal centre line in z.
+// Wavy bar along y: a tube of radius `radius` whose centre line is a sinusoid in the y-z plane.
 TriangleMesh wave_bar(double length, double radius, double amplitude, double wavelength,
                       Index segments = 24);
 TriangleMesh floor_square(double size, Index cells = 8);  // open square in z = 0, normal +z

@@ -1,5 +1,5 @@
-// Flat meshes: grids, strips and discs. Their uv are their x and y coordinates, so weft and warp
-// rotate with the cloth.
+// Flat meshes: grids, strips and discs. Their uv are their initial x and y coordinates, so weft and
+// warp rotate with the cloth.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -42,7 +42,7 @@ Triangles grid_triangles(Index nx, Index ny, bool checkerboard) {
   for (Index j = 0; j < ny; ++j) {
     for (Index i = 0; i < nx; ++i) {
       const Index a = j * (nx + 1) + i, b = a + 1, c = b + nx + 1,
-                  d = a + nx + 1;  // counter-clockwise
+                  d = a + nx + 1;  // corners in counter-clockwise order
       const Index t = 2 * (j * nx + i);
       if (checkerboard && (i + j) % 2 == 1) {
         triangles.row(t) << a, b, d;
@@ -78,8 +78,8 @@ TriangleMesh grid(double width, double height, Index triangles, const std::strin
   if (triangles < 2) {
     fail<InvalidInput>("triangles must be >= 2, got {}; ask for more", triangles);
   }
-  // Square cells with this side give the requested number of triangles. The loops try the adjacent
-  // integer numbers of cells.
+  // Square cells with this side give the requested number of triangles. In both directions, the
+  // loops try the numbers of cells just below and just above.
   const double side = std::sqrt(2.0 * width * height / triangles);
   Index best_nx = 1, best_ny = 1;
   double best = std::numeric_limits<double>::infinity();
@@ -107,8 +107,8 @@ TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, doub
   require_positive(height, "height");
   require_count(nx, "nx");
   require_count(ny, "ny");
-  // If the corners of a triangle (0,0), (1,0), (1,1) move by up to a in each coordinate, its area
-  // is at least 1/2 (1 - 4 a). If a is a quarter of a cell or more, the triangle may become
+  // If the corners (0,0), (1,0), (1,1) of a triangle move by up to d in each coordinate, its area
+  // is at least 1/2 (1 - 4 d). If d is a quarter of a cell or more, the triangle may become
   // inverted.
   if (!(amount >= 0.0 && amount < 0.25)) {
     fail<InvalidInput>(
@@ -118,7 +118,8 @@ TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, doub
   }
   Points vertices = grid_vertices(width, height, nx, ny);
   std::mt19937_64 random(seed);
-  // std::uniform_real_distribution is not used, because its numbers differ between libraries.
+  // std::uniform_real_distribution is not used, because its results differ between standard
+  // libraries.
   const auto draw = [&] { return 2.0 * (static_cast<double>(random() >> 11) * 0x1p-53) - 1.0; };
   for (Index j = 1; j < ny; ++j) {
     for (Index i = 1; i < nx; ++i) {

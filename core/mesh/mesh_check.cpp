@@ -15,8 +15,9 @@ namespace loomstone {
 namespace {
 
 // A triangle counts as one of zero area if its height is at most the first fraction of its longest
-// edge, or at most the second fraction of the mesh's largest coordinate. Our choice: far below the
-// slivers of mesh generators, and just above the rounding of collinear points.
+// edge, or at most the second fraction of the mesh's largest coordinate. Our choice: both are far
+// below the heights of slivers from mesh generators and just above the rounding of collinear
+// points.
 constexpr double smallest_height_of_edge = 1e-9;
 constexpr double smallest_height_of_coordinate = 16.0 * 2.2e-16;
 
@@ -24,7 +25,7 @@ std::string corners(const Triangles& triangles, Index t) {
   return formatted("({}, {}, {})", triangles(t, 0), triangles(t, 1), triangles(t, 2));
 }
 
-// A directed edge of a triangle, with its vertices in ascending order.
+// An edge of a triangle: its vertices in ascending order, and its direction in the triangle.
 struct Side {
   Index low, high;
   Index triangle;
@@ -118,8 +119,8 @@ void check_manifold(const std::vector<Side>& sides) {
   }
 }
 
-// Reports the triangle with the most conflicts, because a single inverted triangle disagrees with
-// all its neighbours.
+// Reports the triangle with the most conflicts: a single inverted triangle conflicts with all its
+// neighbours.
 void check_winding(const Triangles& triangles, const std::vector<Side>& sides) {
   std::vector<int> conflicts(static_cast<std::size_t>(triangles.rows()), 0);
   std::vector<std::size_t> bad;
@@ -151,7 +152,7 @@ Index root_of(std::vector<Index>& parent, Index i) {
   return i;
 }
 
-// uv of a triangle at one of its vertices.
+// Returns the uv of a triangle at one of its vertices.
 Vec2 uv_at(const Triangles& triangles, const Points2& uv, const Triangles& uv_triangles, Index t,
            Index vertex) {
   int c = 0;
@@ -160,7 +161,7 @@ Vec2 uv_at(const Triangles& triangles, const Points2& uv, const Triangles& uv_tr
 }
 
 // Returns the panel of each triangle, identified by the smallest triangle index in the panel.
-// Compares values of uv instead of indices, because many files repeat values.
+// Compares the values of uv and not their indices, because many files repeat values.
 std::vector<Index> panels(const Triangles& triangles, const Points2& uv,
                           const Triangles& uv_triangles) {
   std::vector<Index> parent(static_cast<std::size_t>(triangles.rows()));

@@ -8,7 +8,7 @@
 namespace loomstone {
 namespace {
 
-// Indices of a corner, counted from 0; -1: not given.
+// Indices of a corner, counted from 0. An index of -1 means that it is not given.
 struct Corner {
   std::int64_t vertex = -1, uv = -1;
 };
@@ -60,7 +60,7 @@ class ObjParser {
     }
   }
 
-  // Positive indices count from 1. Negative indices count back from the last item read so far.
+  // Positive indices count from 1. Negative indices count back from the most recently read item.
   std::int64_t index(std::string_view word, std::string_view part, std::size_t n_so_far) const {
     std::int64_t value = 0;
     if (!parse_number(part, value) || value == 0 || value > std::numeric_limits<Index>::max() ||
@@ -113,7 +113,7 @@ class ObjParser {
     }
   }
 
-  // Faces may precede the vertices they use, so ranges are checked at the end.
+  // Faces may precede the vertices that they use, so index ranges are checked at the end.
   void finish() {
     check_range(raw_.triangles, raw_.vertices.size() / 3, "v");
     check_range(raw_.uv_triangles, raw_.uv.size() / 2, "vt");

@@ -14,7 +14,7 @@ enum class Encoding { Text, Little, Big };
 
 enum class Type { Int8, UInt8, Int16, UInt16, Int32, UInt32, Float32, Float64 };
 
-// Meaning of a property for a mesh.
+// The role of a property in a mesh.
 enum class Use { None, X, Y, Z, U, V, Corners, CornerUv };
 
 struct Property {

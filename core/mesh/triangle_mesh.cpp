@@ -19,8 +19,8 @@ struct Plane {
 };
 
 // Plane through vertex 0, the vertex farthest from it, and the vertex farthest from the line
-// through both. For flat meshes it is exact up to rounding, whereas an eigenvalue fit has only half
-// the digits.
+// through these two. For flat meshes it is exact up to rounding, whereas an eigenvalue fit has only
+// half as many digits.
 Plane widest_plane(const Points& vertices) {
   const Vec3 origin = vertices.row(0).transpose();
   Vec3 along = Vec3::Zero(), across = Vec3::Zero();
@@ -59,8 +59,8 @@ Vec3 unit_normal(const TriangleMesh& mesh, Index t) {
       .normalized();
 }
 
-// Corners in the axes `weft` and warp. Warp is weft rotated by 90 degrees about the triangle's
-// normal, so that the area is positive.
+// Coordinates of the corners along the axes `weft` and warp. Warp is weft rotated by 90 degrees
+// about the triangle's normal, so that the area is positive.
 Corners2 flattened(const TriangleMesh& mesh, Index t, const Vec3& weft, const Vec3& origin) {
   const Vec3 warp = unit_normal(mesh, t).cross(weft);
   Corners2 result;
@@ -71,7 +71,8 @@ Corners2 flattened(const TriangleMesh& mesh, Index t, const Vec3& weft, const Ve
   return result;
 }
 
-// uv of the corners. In a mirrored triangle u changes sign, so that the area is positive.
+// Returns the uv of the corners. In a mirrored triangle u changes sign, so that the area is
+// positive.
 Corners2 corners_of_uv(const TriangleMesh& mesh, Index t) {
   Corners2 result;
   for (int c = 0; c < 3; ++c) result.row(c) = mesh.uv().row(mesh.uv_triangles()(t, c));
@@ -86,7 +87,7 @@ Vec3 weft_direction(const TriangleMesh& mesh, Index t, const Corners2& rest) {
   const Vec2 a = rest.row(1) - rest.row(0), b = rest.row(2) - rest.row(0);
   const Vec3 x1 = corner(mesh, t, 1) - corner(mesh, t, 0),
              x2 = corner(mesh, t, 2) - corner(mesh, t, 0);
-  // dx/du times the determinant of (a, b), which is positive.
+  // This is dx/du times the determinant of (a, b), which is positive.
   return (x1 * b.y() - x2 * a.y()).normalized();
 }
 

@@ -1,6 +1,6 @@
 // Surfaces built from rings of vertices: capsule, cylinder, wave bar and funnel. Adjacent rings are
 // joined along the shorter diagonals. They are rotated by half a segment relative to each other, so
-// that triangles are nearly equilateral. In the cylinder, which is a prism, they are not rotated.
+// that triangles are nearly equilateral, except in the cylinder, which is a prism.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -30,7 +30,8 @@ Index add_ring(MeshBuilder& builder, const Ring& ring, bool turned) {
   return first;
 }
 
-// Joins a ring of n_a vertices to the next ring of n_b vertices, always along the shorter diagonal.
+// Joins a ring of n_a vertices to the next ring of n_b vertices. Each new edge is the shorter of
+// the two possible diagonals.
 void join_rings(MeshBuilder& builder, Index a, Index n_a, Index b, Index n_b) {
   const auto distance = [&](Index i, Index j) {
     return (builder.vertices[static_cast<std::size_t>(a + i % n_a)] -
@@ -49,7 +50,7 @@ void join_rings(MeshBuilder& builder, Index a, Index n_a, Index b, Index n_b) {
   }
 }
 
-// Height of an equilateral triangle whose side is a segment of a circle.
+// Height of an equilateral triangle whose side is as long as a segment of the circle.
 double row_height(double radius, Index segments) {
   return std::sqrt(0.75) * 2.0 * M_PI * radius / segments;
 }
@@ -145,7 +146,7 @@ TriangleMesh cylinder(double radius, double length, Index segments) {
   const double side = 2.0 * M_PI * radius / segments;
   const int n_rows = std::max(1, static_cast<int>(std::round(length / side))),
             n_cap = std::max(1, static_cast<int>(std::round(radius / side)));
-  const auto ring = [&](double z, int row) {  // rows count from the centre of the cap
+  const auto ring = [&](double z, int row) {  // rows are counted from the centre of the cap
     const double share = static_cast<double>(row) / n_cap;
     return Ring{Vec3(0.0, 0.0, z), Vec3::UnitX(), Vec3::UnitY(), share * radius,
                 std::max<Index>(3, static_cast<Index>(std::round(share * segments)))};

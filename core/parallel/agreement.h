@@ -7,8 +7,8 @@
 
 namespace loomstone {
 
-// Collective. If any rank has a failure, throws the error of the lowest such rank on all ranks,
-// with the same type and text. Exceptions that are not a loomstone::Error become Error. Returns if
+// Collective. If any rank has a failure, all ranks throw the error of the lowest such rank, with
+// the same type and text. Exceptions that are not a loomstone::Error become Error. Returns if
 // `failure` is null on every rank.
 void agree_on(const Communicator& communicator, std::exception_ptr failure);
 

@@ -22,8 +22,8 @@ class Communicator {
   virtual std::int64_t maximum(std::int64_t value) const = 0;
   // Copies the data of rank `root` to all ranks.
   virtual void broadcast(void* data, std::size_t bytes, int root) const = 0;
-  // Every rank contributes bytes [byte_offsets[rank], byte_offsets[rank + 1]) of `data` and
-  // receives the other bytes.
+  // Every rank contributes the bytes [byte_offsets[rank], byte_offsets[rank + 1]) of `data` and
+  // receives all other bytes.
   virtual void gather_all(void* data, const std::vector<std::size_t>& byte_offsets) const = 0;
   // A buffer that is sent to or received from a rank.
   struct Message {
@@ -34,16 +34,16 @@ class Communicator {
   // Sends the buffers in `to` and receives data into the buffers in `from`. The caller sets the
   // sizes of both.
   virtual void exchange(const std::vector<Message>& to, const std::vector<Message>& from) const = 0;
-  // Agrees on a failure. This uses a separate channel, because other ranks may be waiting in
-  // another call. All ranks receive the kind (0: no failure) and text of the lowest rank that
-  // failed. A failed rank aborts all ranks if the others do not call agree() within ten seconds. A
-  // single rank leaves both arguments unchanged.
+  // Lets all ranks agree on a failure. The agreement uses a separate channel, because other ranks
+  // may be waiting in another call. All ranks receive the kind (0: no failure) and text of the
+  // lowest rank that failed. If the others do not call agree() within ten seconds, a failed rank
+  // aborts all ranks. On a single rank, both arguments are left unchanged.
   virtual void agree(int& kind, std::string& text) const {
     static_cast<void>(kind), static_cast<void>(text);
   }
   // Text of the last failure that the ranks agreed on; empty on a single rank.
   virtual std::string agreed() const { return {}; }
-  // Ends all ranks at once after an error on only one of them. The others would otherwise wait
+  // Ends all ranks at once after an error on only one of them. Otherwise the other ranks would wait
   // forever.
   [[noreturn]] virtual void abort(int code) const = 0;
 };

@@ -20,7 +20,8 @@ constexpr std::chrono::seconds grace{10};  // time that a failed rank waits for 
 constexpr std::size_t largest_message = std::size_t{1} << 30;
 
 // Polling strategy of a rank that waits for others. It polls without pause at first, then yields,
-// then sleeps for increasing times. Waits inside a linear solve end before the first sleep.
+// then sleeps for increasing times. Waits within a linear solve are so short that they end before
+// the first sleep.
 class Patience {
  public:
   void wait() {

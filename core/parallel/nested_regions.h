@@ -1,4 +1,4 @@
-// Disables OpenMP parallel regions, for example in other libraries, during its lifetime.
+// Disables OpenMP parallel regions, for example those of other libraries, during its lifetime.
 #pragma once
 
 namespace loomstone {

@@ -35,7 +35,7 @@ class Bisection {
     const Index n = end - begin, n_blocks = (n + rows_per_block - 1) / rows_per_block;
     if (n_blocks <= 1) return breadth_first(begin, end);
     extract(begin, end);
-    // The first part consists of whole blocks, so that boundaries between blocks are close to the
+    // The first part consists of whole blocks of rows, so that block boundaries are close to the
     // cuts of the bisection.
     const Index target = n_blocks / 2 * rows_per_block;
     const Index middle = begin + bisect(begin, n, target);
@@ -69,7 +69,7 @@ class Bisection {
     METIS_SetDefaultOptions(options.data());
     options[METIS_OPTION_SEED] = 1;
     part_.assign(n, 0);
-    // METIS draws from the random numbers of the C library, which all threads share.
+    // METIS uses the random number generator of the C library, which all threads share.
     static std::mutex one_at_a_time;
     const std::lock_guard<std::mutex> lock(one_at_a_time);
     METIS_PartGraphRecursive(&n_vertices, &n_constraints, sub_start_.data(), sub_adjacent_.data(),

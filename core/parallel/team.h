@@ -13,7 +13,8 @@
 
 namespace loomstone {
 
-// Number of rows per block of a sum. The row ranges of ranks start at multiples of this number.
+// Number of rows per block. Sums over rows are computed block by block, and the row ranges of ranks
+// start at multiples of this number.
 inline constexpr Index rows_per_block = 128;
 
 struct Team {
@@ -26,8 +27,8 @@ struct Team {
 // process.
 int default_thread_count();
 
-// Throws Unsupported in a process that was forked after a parallel loop had run, because libgomp
-// would hang there.
+// Throws Unsupported in a process that was forked after a parallel loop had run: in such a process,
+// libgomp would hang.
 void check_not_forked();
 
 // Timer that adds its lifetime to the busy time of the calling thread.

@@ -7,11 +7,13 @@ namespace loomstone {
 
 namespace {
 
-// Our choice: on idle processors, the calling thread runs for more than 0.95 of the time.
+// Limits of the share of time during which the calling thread runs. Below the first limit, other
+// programs count as disturbing, and one thread is used. Above the second limit, all threads are
+// tried again. Our choice: on idle processors, the share is larger than 0.95.
 constexpr double disturbed = 0.8, undisturbed = 0.95;
-constexpr double least_window = 10e-3;  // shorter measurements say little [s]
-// Time on one thread before all are tried again [s]. It doubles with every trial that fails. A
-// trial takes up to ten times as long as the step would on one thread.
+constexpr double least_window = 10e-3;  // shorter measurements are unreliable [s]
+// Shortest and longest time on one thread before all threads are tried again [s]. The time doubles
+// with every failed trial. A trial takes up to ten times as long as the same step on one thread.
 constexpr double shortest_stay = 0.1, longest_stay = 10.0;
 
 double running_time() {

@@ -1,27 +1,28 @@
-// How many threads a simulation uses beside other programs. A parallel loop ends when its last
-// thread does. If other programs run on the processors, the other threads wait in every loop until
-// the system runs that thread again, and many threads are slower than one. Results do not depend on
-// the number of threads.
+// Chooses how many threads a simulation uses when other programs run on the same processors. A
+// parallel loop ends when its last thread ends. If another program displaces one thread, all other
+// threads wait for it in every loop, so many threads may be slower than one. Results do not depend
+// on the number of threads.
 #pragma once
 
 #include <chrono>
 
 namespace loomstone {
 
-// Chooses between one thread and all of them. The choice follows from the share of the time for
-// which the calling thread has run: the system has run other programs in the rest of the time.
+// Chooses between one thread and all of them, according to the fraction of time during which the
+// calling thread has run. In the rest of the time, the system has run other programs in its place.
 class ThreadChoice {
  public:
-  // `most` is the number of all threads. `fixed`: always choose all.
+  // `most` is the number of all threads. If `fixed` is set, all threads are always used.
   ThreadChoice(int most, bool fixed) : most_(most), threads_(most), fixed_(fixed || most <= 1) {}
 
   int threads() const { return threads_; }
 
-  // The calling thread must call both, at the start and the end of each step.
+  // Both functions must be called by the thread that steps the simulation, at the start and at the
+  // end of each step.
   void start();
   void stop();
 
-  // Judges a step that took `wall` [s], for `running` [s] of which the calling thread ran.
+  // Evaluates a step that took `wall` [s], of which the calling thread ran for `running` [s].
   void judge(double wall, double running);
 
  private:

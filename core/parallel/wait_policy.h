@@ -1,6 +1,6 @@
-// How threads wait between two parallel loops. The environment variables OMP_WAIT_POLICY and
-// GOMP_SPINCOUNT control the waiting. The Python package sets GOMP_SPINCOUNT before it loads this
-// code (loomstone/base/waiting.py).
+// Waiting of threads between two parallel loops, which the environment variables OMP_WAIT_POLICY
+// and GOMP_SPINCOUNT control. The Python package sets GOMP_SPINCOUNT before it loads this code
+// (loomstone/base/waiting.py).
 #pragma once
 
 namespace loomstone {

@@ -1,5 +1,5 @@
 // The only file that includes Bullet (double precision). Only source files of this directory may
-// use it. Also converts vectors and matrices between Bullet and Eigen.
+// include it. It also converts vectors and matrices between Bullet and Eigen.
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>

@@ -17,7 +17,9 @@ btDefaultCollisionConstructionInfo room_for_algorithms() {
 }  // namespace
 
 void BulletWorld::updateAabbs() {
-  constexpr btScalar room = 4.0;  // in contact distances; larger boxes overlap more, change less
+  // Enlargement of the boxes in the tree [contact distances]. Larger boxes overlap more often but
+  // are updated less often.
+  constexpr btScalar room = 4.0;
   auto& broadphase = static_cast<btDbvtBroadphase&>(*getBroadphase());
   for (int i = 0; i < m_collisionObjects.size(); ++i) {
     btCollisionObject& object = *m_collisionObjects[i];
@@ -59,7 +61,7 @@ BulletEngine::BulletEngine(const Vec3& gravity, int iterations)
   spheres.enter(dispatcher);
   hulls.enter(dispatcher, configuration);
   world.getDispatchInfo().m_enableSatConvex = true;       // SAT for hulls with few vertices
-  broadphase.m_cupdates = 100;                            // [%] remove separated pairs at once
+  broadphase.m_cupdates = 100;                            // [%] removes separated pairs at once
   world.getDispatchInfo().m_allowedCcdPenetration = 0.0;  // Bullet's default is 4 cm
   info.m_splitImpulsePenetrationThreshold = 0.0;          // resolving penetration adds no velocity
   world.setGravity(to_bullet(gravity));

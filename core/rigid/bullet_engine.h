@@ -12,14 +12,14 @@
 namespace loomstone {
 
 // Keeps bounding boxes tight. Each box is enlarged by the contact distance of its shape, which is
-// proportional to the size of the shape. Bullet would enlarge it by 2 cm. In the tree, the box of a
-// body is larger by a few contact distances and is updated only when the body leaves it. Bullet
-// would enlarge the box of a moving body by 5 cm, so the box of a small body could overlap hundreds
-// of neighbours.
+// proportional to the size of the shape. Bullet would enlarge it by 2 cm. In the tree of boxes, the
+// box of a body is larger by a few contact distances and is updated only when the body leaves it.
+// Bullet would enlarge the box of a moving body by 5 cm, so the box of a small body could overlap
+// hundreds of neighbours.
 //
 // During a step, an obstacle has the pose of the start of the step and the velocity that leads to
 // its pose at the end. These velocities are set explicitly. Bullet would compute them from pose
-// differences, and its arc cosine amplifies rounding errors to an angular velocity of 1e-8 rad per
+// differences with an arc cosine, which amplifies rounding errors to a rotation of 1e-8 rad per
 // step.
 class BulletWorld : public btDiscreteDynamicsWorld {
  public:

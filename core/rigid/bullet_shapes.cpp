@@ -12,12 +12,12 @@ void attach_polyhedron(btCollisionShape& shape, Polyhedron polyhedron, Shapes& s
   shape.setUserPointer(shapes.polyhedra.back().get());
 }
 
-// Adds a convex hull. Bullet adds the margin outside the points that it is given, so it is given
-// the points of a shrunken core.
+// Adds a convex hull. Bullet adds the margin outside the points of a hull, so it is given the
+// points of a shrunken core.
 void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes& shapes) {
   btConvexHullComputer hull;
   hull.compute(points.front().data(), sizeof(Vec3), static_cast<int>(points.size()), 0.0, 0.0);
-  std::vector<Vec3> vertices;  // input points, as Bullet's copies are rounded to 1e-4 of the size
+  std::vector<Vec3> vertices;  // input points: Bullet rounds its copies to 1e-4 of the size
   for (int i = 0; i < hull.vertices.size(); ++i)
     vertices.push_back(points[hull.original_vertex_index[i]]);
   std::vector<std::vector<int>> faces(hull.faces.size());

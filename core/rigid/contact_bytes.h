@@ -58,7 +58,7 @@ inline void write_manifold(ByteWriter& bytes, const btPersistentManifold& manifo
 }
 
 // Copies each saved manifold to the first unused manifold of the same pair of bodies. Manifolds of
-// pairs without overlapping boxes are dropped, because they have no contacts.
+// pairs whose boxes do not overlap are dropped, because they have no contacts.
 inline void read_manifolds(ByteReader& bytes, btCollisionDispatcher& dispatcher) {
   std::map<std::pair<int, int>, std::deque<btPersistentManifold*>> unused;
   for (int k = 0; k < dispatcher.getNumManifolds(); ++k) {
@@ -84,7 +84,7 @@ inline void read_manifolds(ByteReader& bytes, btCollisionDispatcher& dispatcher)
   bytes.require(bytes.at_end());
 }
 
-// Writes the positions of obstacles, which precede the manifolds.
+// Writes the positions of obstacles, which are stored before the manifolds.
 inline void write_places(ByteWriter& bytes, const ObstaclePlaces& places) {
   bytes.write<std::int32_t>(static_cast<std::int32_t>(places.poses.size()));
   for (const RigidPose& pose : places.poses) {

@@ -23,7 +23,7 @@ void Facet::put(btRigidBody& body, const Points& x) const {
 void add_facets(const RigidObstacle& obstacle, Index first, const Points& vertices,
                 std::vector<Facet>& facets) {
   const Triangles& triangles = obstacle.mesh->triangles();
-  // Triangles at each vertex.
+  // The triangles at each vertex of the obstacle.
   std::vector<std::vector<std::array<Index, 3>>> at(obstacle.vertices.rows());
   for (const auto& t : triangles.rowwise())
     for (const Index corner : t) at[corner].push_back({t[0] + first, t[1] + first, t[2] + first});

@@ -1,5 +1,5 @@
-// Deforming obstacles. Each triangle is a separate Bullet body, so that bodies resting on it see
-// the local surface velocity.
+// Deforming obstacles. Each triangle is a separate Bullet body, so that a body that rests on it is
+// carried along with the local surface velocity.
 #pragma once
 
 #include <array>
@@ -26,8 +26,9 @@ struct Facet {
 
   // Returns the positions of the corners (3 x 3, one corner per row), given the vertex positions x.
   Mat3 at(const Points& x) const;
-  // Moves the triangle's Bullet body to the corners at x. The axes of the body rotate with the
-  // triangle, so contact points of the last step keep their position on the triangle.
+  // Moves the triangle's Bullet body to the corners given by the vertex positions x. The axes of
+  // the body rotate with the triangle, so contact points of the last step keep their position on
+  // the triangle.
   void put(btRigidBody& body, const Points& x) const;
 };
 

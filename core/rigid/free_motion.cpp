@@ -36,8 +36,8 @@ Vec3 angular_velocity(const Rotor& rotor, const Vec4& orientation, const Vec3& a
 
 Vec4 freely_turned(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum,
                    double step) {
-  // Choose as B the moment of inertia that is closest to one of the others. Axially symmetric
-  // bodies then need rotations about two axes only.
+  // Take as B the moment of inertia whose inverse is closest to that of another one. Axially
+  // symmetric bodies then need rotations about two axes only.
   const Vec3 inverse = rotor.moments.cwiseInverse();
   int b = 0;
   double nearest = std::numeric_limits<double>::infinity();

@@ -12,18 +12,19 @@ struct Rotor {
   Vec3 moments = Vec3::Ones();   // moments of inertia about these axes [kg m^2]
 };
 
-// Computes principal axes and moments. The inertia is about the centre of mass, in body axes [kg
-// m^2].
+// Computes principal axes and moments. The inertia is about the centre of mass, in body axes
+// [kg m^2].
 Rotor make_rotor(const Mat3& inertia);
 
 // Converts angular velocity [rad/s] to angular momentum L [kg m^2/s] and back, in world axes.
 Vec3 angular_momentum(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_velocity);
 Vec3 angular_velocity(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum);
 
-// Orientation after `step` [s] of free rotation. The kinetic energy L.L/2B + (1/A - 1/B) L_a^2/2 +
-// (1/C - 1/B) L_c^2/2 is split into rotations about L, about axis a and about axis c, in the
-// symmetric order of [Dullweber1997]. The method is reversible, of second order, and exact for
-// bodies with two equal moments of inertia.
+// Returns the orientation after `step` [s] of free rotation. The kinetic energy
+//   L.L/2B + (1/A - 1/B) L_a^2/2 + (1/C - 1/B) L_c^2/2,
+// with the moments of inertia A, B and C about the principal axes a, b and c, is split into
+// rotations about L, about axis a and about axis c, in the symmetric order of [Dullweber1997]. The
+// method is reversible, of second order, and exact for bodies with two equal moments of inertia.
 Vec4 freely_turned(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum,
                    double step);
 

@@ -101,7 +101,7 @@ class HullAlgorithm : public btCollisionAlgorithm {
     return from_bullet(hull.getWorldTransform().invXform(body.getWorldTransform() * local));
   }
 
-  // Fills triangles_. Returns the number of triangles that can have contacts. These come first. The
+  // Fills triangles_. Returns the number of triangles that can have contacts; these come first. The
   // other triangles only share corners with them.
   std::size_t collect(const btCollisionObjectWrapper& hull, const btCollisionObjectWrapper& other,
                       double near) {
@@ -135,8 +135,8 @@ class HullAlgorithm : public btCollisionAlgorithm {
                        [&](const HullContact& c) { return (c.point - point).norm() < near; });
   }
 
-  // Removes new contacts with a positive gap. Bodies that bounce need contacts only where they
-  // touch.
+  // Removes new contacts with a positive gap. Called for bodies that bounce, because they need
+  // contacts only where they touch.
   void remove_contacts_ahead(double near) {
     for (auto& plane : planes_)
       plane.erase(std::remove_if(plane.begin(), plane.end(),
@@ -149,8 +149,9 @@ class HullAlgorithm : public btCollisionAlgorithm {
                   planes_.end());
   }
 
-  // Returns the unused manifold with the closest plane. If that plane is rotated too far, returns
-  // an empty manifold, or else clears and returns the closest one.
+  // Returns the index of the unused manifold whose plane has the closest orientation. If that plane
+  // is rotated too far, returns the index of an empty manifold or, if there is none, clears the
+  // closest manifold and returns its index.
   std::size_t manifold_for(const btVector3& normal_on_second) const {
     std::size_t chosen = manifolds_.size();
     btScalar most = -2.0;
@@ -166,8 +167,8 @@ class HullAlgorithm : public btCollisionAlgorithm {
     return chosen;
   }
 
-  // Replaces the contact points of the last step. A point near an old one starts from the impulse
-  // of the old one.
+  // Replaces the contact points of the last step. A new point near an old one starts from the
+  // impulse of the old one.
   void put_points(const btCollisionObjectWrapper& hull, double near, btManifoldResult& result) {
     const btTransform& pose = hull.getWorldTransform();
     // Bullet expects points on the second body and normals that point away from it.

@@ -10,9 +10,9 @@ namespace loomstone {
 
 // Replaces Bullet's algorithm, which searches for the penetration depth. If the triangle is much
 // larger than the hull, that search sometimes returns a depth as large as the hull, in an arbitrary
-// direction. Bullet's algorithm also blocks hulls at internal edges of a flat surface. This
-// algorithm creates up to four contact points in each of up to four planes per pair. Hulls without
-// a Polyhedron use Bullet's algorithm.
+// direction. With Bullet's algorithm, hulls also get caught at internal edges of a flat surface.
+// This algorithm creates up to four contact points in each of up to four planes per pair. Hulls
+// without a Polyhedron use Bullet's algorithm.
 class HullAlgorithms {
  public:
   // Bytes that a dispatcher's configuration must reserve per algorithm.

@@ -9,17 +9,17 @@ namespace loomstone {
 
 namespace {
 
-constexpr double same_plane = 1e-4;  // sine of the largest angle between coplanar directions
+constexpr double same_plane = 1e-4;  // sine of the angle below which directions are coplanar
 constexpr double turned_to =
     0.98;  // cosine of the largest angle between touching faces, 11 degrees
 
 using Contacts = HullOnTriangles::Contacts;
 
-// Reduces the contacts in one plane to four. Contacts within 0.02 `near` of the deepest one bear
-// the load. If at least four contacts bear the load, keeps the outermost one, the one farthest from
-// it, and on each side of the line through these two the one farthest from the line. Otherwise
-// keeps all that bear the load and adds the contacts farthest from those kept. Contacts of the last
-// step count as slightly deeper and farther out.
+// Reduces the contacts in one plane to four. A contact bears load if its gap exceeds the smallest
+// gap by less than 0.02 `near`. If at least four contacts bear load, keeps the outermost one, the
+// one farthest from it, and on each side of the line through these two the one farthest from the
+// line. Otherwise keeps all that bear load and adds those farthest from the contacts already kept.
+// Contacts of the last step count as slightly deeper and farther out.
 void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
   if (contacts.size() <= 4) return;
   constexpr double bearing = 0.02, stays = 1.05;
@@ -63,7 +63,7 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
     contacts.resize(4);
     return;
   }
-  // Sort by gap. The lower one of two thin plate corners at nearly equal distances is then kept.
+  // Sort by gap, so that the lower of two thin plate corners at nearly equal distances is kept.
   for (std::size_t k = n + 1; k < contacts.size(); ++k)
     for (std::size_t j = k; j > n && contacts[j].gap < contacts[j - 1].gap; --j) swap(j, j - 1);
   for (std::size_t place = n; place < 4; ++place)
@@ -102,7 +102,7 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
   if (best.gap > near) return false;
   double apart = best.gap;  // the largest gap along any axis
   met = best;
-  // Replace an axis only if the overlap is clearly smaller. This keeps the contact type stable.
+  // Replace an axis only if the overlap is clearly smaller, which keeps the contact type stable.
   const auto better = [&](double gap, const Axis& than) {
     return gap > than.gap + 1e-3 * near + 0.05 * std::abs(than.gap);
   };
@@ -184,7 +184,7 @@ void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, dou
   }
 }
 
-// Clips the triangle to the prism below a face of the hull. Adds contacts at its corners.
+// Clips the triangle to the prism below a hull face. Adds contacts at the resulting corners.
 void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const Vec3& normal,
                                     double near) {
   const Polyhedron::Face& below = hull_->faces[face];
@@ -245,9 +245,9 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
   return farthest;
 }
 
-// Other triangles may reach farther along a triangle's axis of least overlap. If the overlap with
-// all triangles is no larger than that along the best admissible axis, the former axis is a
-// candidate for a single contact. Otherwise the contacts lie along the best admissible axis.
+// A triangle's axis of least overlap may be inadmissible, because other triangles reach farther
+// along it. If the overlap with all triangles along it is no larger than along the best admissible
+// axis, it is a candidate for a single contact. Otherwise contacts lie along the admissible axis.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

@@ -18,10 +18,10 @@ struct HullContact {
 
 // Finds the contacts of a hull with triangles by the separating-axis test [Gottschalk1996] and face
 // clipping. The triangles are given in the axes of the hull. A triangle faces the side on which it
-// touched the hull in the last step, or else the side of the hull's centre. An edge or corner of a
-// triangle has contacts only in directions in which no triangle that shares it reaches farther.
-// Shared corners have bitwise equal coordinates. Internal edges of a flat surface therefore do not
-// block a hull that slides over it.
+// touched the hull in the last step or, if it did not touch the hull, the side of the hull's
+// centre. An edge or corner of a triangle has contacts only in directions in which no triangle that
+// shares it reaches farther. Shared corners have bitwise equal coordinates. Internal edges of a
+// flat surface therefore do not block a hull that slides over it.
 class HullOnTriangles {
  public:
   using Corners = std::array<Vec3, 3>;
@@ -30,10 +30,10 @@ class HullOnTriangles {
   struct Query {
     const Polyhedron& hull;
     const std::vector<Corners>& triangles;
-    std::size_t n_met;  // the first n_met triangles can have contacts; the rest only share edges
+    std::size_t n_met;  // the first n_met triangles can have contacts; the rest share their corners
     double near;        // largest gap of a contact [m]
     std::size_t most;   // largest number of planes
-    const Contacts& before;  // contacts of the last step, points on the hull, preferred in ties
+    const Contacts& before;  // of the last step, with `point` on the hull; preferred in ties
   };
   // Finds up to four well separated contacts in each plane. The deepest plane comes first.
   void find(const Query& query, std::vector<Contacts>& planes);
@@ -49,19 +49,19 @@ class HullOnTriangles {
   };
   // Returns the unit normal of a triangle, pointing to the side on which the hull is.
   Vec3 facing_normal(const Query& query, const Corners& triangle) const;
-  // True if no triangle that shares the corners `among` (bit mask) of `triangle` reaches farther
-  // along `direction`.
+  // Returns true if no triangle that shares the corners `among` (a bit mask) of `triangle` reaches
+  // farther along `direction`.
   bool reaches_farthest(const Vec3& direction, const Corners& triangle, unsigned among) const;
-  // The corner of all triangles that is farthest along a direction, or `from` if no corner is
-  // farther.
+  // Returns the corner of all triangles that is farthest along a direction, or `from` if no corner
+  // is farther than `from`.
   Vec3 farthest_corner(const Vec3& direction, const Vec3& from) const;
-  // Determines the axes of least overlap: `best` among all axes, and `met` among the axes along
+  // Determines two axes of least overlap: `best` among all axes, and `met` among the axes along
   // which contacts are admissible. The normal of the triangle is always admissible. Returns false
   // if the gap along any axis exceeds `near`, or if hull and triangle are apart along some axis
   // although they overlap along `best`.
   bool least_overlap(const Corners& triangle, const Vec3& normal, double near, Axis& best,
                      Axis& met) const;
-  // Fills contacts_.
+  // Fills contacts_ with the contacts of all triangles that can have contacts.
   void meet_triangles(const Query& query);
   // Adds the contacts of a triangle along an axis.
   void touch(const Corners& triangle, const Vec3& normal, double near, const Axis& axis);

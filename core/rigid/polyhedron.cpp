@@ -10,7 +10,7 @@ namespace loomstone {
 
 namespace {
 
-constexpr double same_plane = 1e-4;  // largest distance from the plane, as a fraction of the size
+constexpr double same_plane = 1e-4;  // tolerance for coplanar points, as a fraction of the size
 
 double size_of(const std::vector<Vec3>& points, const Vec3& centre) {
   double size = 0.0;

@@ -29,7 +29,7 @@ struct RigidBody {
   BodyShape shape = BodyShape::Convex;
   std::vector<std::shared_ptr<const TriangleMesh>> parts;  // convex, same frame as mesh
   double density = 1000.0;
-  Vec3 position = Vec3::Zero();          // world position of the mesh's origin [m]
+  Vec3 position = Vec3::Zero();          // world position of the origin of the mesh [m]
   Vec4 orientation = Vec4(1, 0, 0, 0);   // unit quaternion w, x, y, z, body to world
   Vec3 velocity = Vec3::Zero();          // velocity of the centre of mass [m/s]
   Vec3 angular_velocity = Vec3::Zero();  // in world axes [rad/s]
@@ -61,8 +61,8 @@ struct RigidBody {
 // Mass, centre and inertia of a closed mesh of uniform density [Mirtich1996].
 struct MassProperties {
   double mass = 0.0;            // [kg]
-  Vec3 centre = Vec3::Zero();   // [m] in the mesh's frame
-  Mat3 inertia = Mat3::Zero();  // about the centre, mesh axes [kg m^2]
+  Vec3 centre = Vec3::Zero();   // centre of mass in the mesh's frame [m]
+  Mat3 inertia = Mat3::Zero();  // about the centre of mass, in mesh axes [kg m^2]
 };
 // Throws InvalidInput for meshes that are open or inside out.
 MassProperties mass_properties(const TriangleMesh& mesh, double density);
@@ -76,9 +76,9 @@ struct RigidState {
   std::vector<unsigned char> manifolds;  // serialised contact points for RigidWorld::restore()
 };
 
-// Throws InvalidInput unless the state has a row for each of n bodies.
+// Throws InvalidInput unless `state` has one row for each of n bodies.
 void check_rows(const RigidState& state, Index n);
-// Throws SolverFailure unless the state after a step is finite.
+// Throws SolverFailure if the state after a step is not finite.
 void check_motion(const RigidState& state, double step);
 
 // Throws InvalidInput unless all arguments have one row for each of n bodies.
@@ -93,7 +93,7 @@ RigidState start_state(const std::vector<RigidBody>& bodies,
 inline RigidPose body_pose(const RigidState& state, Index body) {
   return {state.positions.row(body).transpose(), state.orientations.row(body).transpose()};
 }
-// Inertia about the centre in world axes [kg m^2].
+// Inertia about the centre of mass in world axes [kg m^2].
 Mat3 world_inertia(const MassProperties& mass, const Vec4& orientation);
 // Converts a point in body axes, relative to the centre of mass [m], to its world position [m] and
 // back.
@@ -124,11 +124,11 @@ struct ObstaclePlaces {
   Points deformed;  // (k x 3)
 };
 ObstaclePlaces between(const ObstaclePlaces& start, const ObstaclePlaces& end, double share);
-// Throws InvalidInput unless both have the same numbers of poses and vertices.
+// Throws InvalidInput unless `given` and `expected` have the same numbers of poses and vertices.
 void check_places(const ObstaclePlaces& given, const ObstaclePlaces& expected);
 
 // Returns an array (n) that is 1 for bodies that rest on an obstacle, directly or through other
-// bodies. pressed: pairs that press on each other. Indices from n on are obstacles.
+// bodies. `pressed` lists the pairs that press on each other; indices from n on are obstacles.
 std::vector<std::uint8_t> bodies_on_obstacles(int n,
                                               const std::vector<std::array<int, 2>>& pressed);
 
@@ -140,14 +140,13 @@ class RigidWorld {
   // stacks creep.
   static constexpr int default_iterations = 50;
 
-  // gyroscopic: true if gyroscopic torques act on the bodies; false if the caller rotates free
-  // bodies itself. Throws InvalidInput for open meshes, bodies without volume, and meshes that do
-  // not match the shape.
+  // `gyroscopic` is true if gyroscopic torques act on the bodies, and false if the caller computes
+  // the free rotation of bodies itself. Throws InvalidInput for open meshes, bodies without volume,
+  // and meshes that do not match the shape.
   RigidWorld(const std::vector<RigidBody>& bodies, const std::vector<RigidObstacle>& obstacles,
              const Vec3& gravity, bool gyroscopic = true, int iterations = default_iterations);
   ~RigidWorld();
 
-  // Returns the initial state of the bodies.
   RigidState initial_state() const;
   // Mass properties of the bodies. The inertia is about the centre of mass, in mesh axes.
   const std::vector<MassProperties>& mass_properties() const;
@@ -155,21 +154,23 @@ class RigidWorld {
   // Builds a new world from `state`, including its manifolds. Later results then depend on `state`
   // alone.
   void restore(const RigidState& state);
-  // Applies impulses [N s] and angular impulses [N m s] about the centres (b x 3), then advances by
-  // `step` [s]. obstacles: positions at the end of the step, which determine the velocities of the
-  // obstacles. touched: if given, is set to 1 for bodies that did not move freely, else to 0 (b).
+  // Applies impulses [N s] and angular impulses [N m s] about the centres of mass (b x 3), then
+  // advances by `step` [s]. `obstacles` are the positions at the end of the step, which determine
+  // the velocities of the obstacles. If `touched` is given, it is set to 1 for bodies that did not
+  // move freely and to 0 for the others (b).
   void advance(double step, const Points& impulses, const Points& angular_impulses,
                const ObstaclePlaces& obstacles, RigidState& state,
                std::vector<std::uint8_t>* touched = nullptr);
-  // Work that obstacles, by their scripted motion, did on bodies in the last step [J].
+  // Returns the work that obstacles did on bodies by their scripted motion in the last step [J].
   double obstacle_work() const;
   // Returns an array (b) that is 1 for bodies with a contact point closer than Bullet's contact
-  // breaking threshold, a few hundredths of their size.
+  // breaking threshold, which is a few hundredths of their size.
   std::vector<std::uint8_t> touching() const;
   // Returns an array (b) that is 1 for bodies that were pressed on an obstacle in the last step,
   // directly or through other bodies.
   std::vector<std::uint8_t> supported() const;
-  // Writes the manifolds to `state`. A run that restore() continues from it is bitwise identical.
+  // Writes the manifolds to `state`. A run that restore() continues from `state` is bitwise
+  // identical.
   void save(RigidState& state) const;
 
  private:

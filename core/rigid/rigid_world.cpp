@@ -104,7 +104,7 @@ void RigidWorld::Data::set_body(std::size_t i, const RigidState& state) {
                state.angular_velocities.row(i).transpose());
 }
 
-// Updates bodies that the caller has moved since the last step.
+// Updates the bodies that the caller has moved since the last step.
 void RigidWorld::Data::follow(const RigidState& state) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (state.positions.row(i) != known.positions.row(i) ||
@@ -129,8 +129,8 @@ void RigidWorld::Data::read(RigidState& state) const {
   }
 }
 
-// Sums impulse times velocity over the contact points of bodies with moving obstacles. Obstacles
-// are still at the poses of the start of the step, and have the velocities that lead to its end.
+// Returns the sum of impulse times velocity over the contact points between bodies and obstacles.
+// Obstacles still have the poses of the start of the step and the velocities that lead to its end.
 double RigidWorld::Data::work_of_obstacles() const {
   double work = 0.0;
   for (int m = 0; m < engine->dispatcher.getNumManifolds(); ++m) {
@@ -204,7 +204,7 @@ void RigidWorld::restore(const RigidState& state) {
     if (!data.gyroscopic)
       moving.setFlags(moving.getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
     // Use continuous collision detection for bodies that move by more than half their inner radius
-    // in a step. They could otherwise pass through a floor.
+    // in a step, because they could otherwise pass through a floor.
     moving.setCcdMotionThreshold(0.5 * data.inner_radii[i]);
     moving.setCcdSweptSphereRadius(0.5 * data.inner_radii[i]);
     data.set_body(i, state);

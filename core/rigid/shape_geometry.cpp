@@ -39,7 +39,7 @@ double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass, doubl
                      const std::string& where) {
   const Vector distances = (mesh.vertices().rowwise() - mass.centre.transpose()).rowwise().norm();
   const double radius = distances.maxCoeff();
-  // A threshold of half the sphere's volume distinguishes an icosahedron (0.61) from a cube (0.37),
+  // A threshold of half the sphere's volume separates an icosahedron (0.61) from a cube (0.37),
   // whose corners also lie on a sphere.
   const double filled = mass.mass / density / (4.0 / 3.0 * M_PI * radius * radius * radius);
   if (distances.minCoeff() < 0.99 * radius || filled < 0.5) {
@@ -112,7 +112,7 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
   }
 
   // A vertex moves by -delta with n . delta = margin for each of its faces. The solution is exact
-  // if three planes meet at the vertex, else an area-weighted least-squares fit.
+  // if three planes meet at the vertex, and otherwise an area-weighted least-squares fit.
   ConvexCore core;
   core.margin = margin_share * inner_radius;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -120,12 +120,12 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
     const Vec3& eigenvalues = solver.eigenvalues();
     Vec3 delta = Vec3::Zero();
     for (int k = 0; k < 3; ++k) {
-      // A vertex inside an edge or a face does not move along it.
+      // A vertex that lies within an edge or a face does not move along it.
       if (eigenvalues[k] <= 1e-6 * eigenvalues[2]) continue;
       const Vec3 axis = solver.eigenvectors().col(k);
       delta += core.margin * axis.dot(sums[i]) / eigenvalues[k] * axis;
     }
-    const double limit = 0.5 * (vertices[i] - centre).norm();  // keeps needle tips off the centre
+    const double limit = 0.5 * (vertices[i] - centre).norm();  // needle tips stay off the centre
     if (delta.norm() > limit) delta *= limit / delta.norm();
     core.points.push_back(vertices[i] - delta);
   }

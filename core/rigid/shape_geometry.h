@@ -12,8 +12,8 @@ namespace loomstone {
 // Throws InvalidInput unless the quaternion has unit length.
 void check_orientation(const Vec4& orientation, const std::string& where);
 
-// Principal axes of inertia in mesh axes (columns). If the inertia is already diagonal, these are
-// the mesh axes.
+// Returns the principal axes of inertia in mesh axes (columns). If the inertia is already diagonal,
+// these are the mesh axes.
 Mat3 principal_axes(const Mat3& inertia);
 
 // Vertices in principal axes relative to the centre of mass [m].
@@ -39,27 +39,27 @@ struct FacetFrame {
 };
 FacetFrame facet_frame(const Mat3& corners);
 
-// A shrunken convex polyhedron. Enlarged by `margin`, the core fills the polyhedron except near the
-// edges, which it rounds.
+// A shrunken convex polyhedron. Enlarged by `margin`, the core fills the original polyhedron, whose
+// edges are then rounded.
 struct ConvexCore {
   std::vector<Vec3> points;
   double margin = 0.0;  // [m]
 };
-// faces: corners of each face of the hull in cyclic order. margin_share: ratio of margin to inner
-// radius. Throws InvalidInput for flat hulls.
+// `faces` lists the corners of each face of the hull in cyclic order. `margin_share` is the ratio
+// of the margin to the inner radius. Throws InvalidInput for flat hulls.
 ConvexCore convex_core(const std::vector<Vec3>& vertices,
                        const std::vector<std::vector<int>>& faces, double margin_share,
                        const std::string& where);
 
 // Largest number of vertices of a hull whose contacts with other hulls and with triangles of
 // obstacles are found by the separating-axis test and face clipping. With this method, stacks of
-// five cubes come to rest. With contact points accumulated over several steps, they jitter at 2
-// cm/s and creep by 0.6 mm. The cost grows with the product of the face counts, and hulls with more
-// vertices are round enough for Bullet's method.
+// five cubes come to rest. If contact points are instead accumulated over several steps, the stacks
+// jitter at 2 cm/s and creep by 0.6 mm. The cost grows with the product of the face counts, and
+// hulls with more vertices are round enough for Bullet's method.
 constexpr int most_polyhedron_vertices = 32;
-// Ratio of margin to inner radius. Polyhedra need a margin only in contact with other shapes. Round
-// hulls need a margin that is large enough to avoid Bullet's slower and less accurate penetration
-// search. Stacks behave alike for ratios from 0.01 to 0.15.
+// Ratio of the margin to the inner radius. Polyhedra need a margin only in contact with other
+// shapes. Round hulls need a margin that is large enough to avoid Bullet's slower and less accurate
+// penetration search. Stacks behave alike for ratios from 0.01 to 0.15.
 constexpr double polyhedron_margin = 1e-4, round_margin = 0.05;
 
 // Throws InvalidInput if the shape is Parts but `parts` is empty or contains a null mesh.

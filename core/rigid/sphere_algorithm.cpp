@@ -26,7 +26,7 @@ bool touched_before(const btPersistentManifold& manifold, const SphereContact& c
 }
 
 // Replaces the contact points of the last step. A new point starts from the impulse of the old
-// point with the closest normal.
+// point whose normal is closest.
 void put_points(btPersistentManifold& manifold, const std::vector<SphereContact>& contacts) {
   struct Before {
     btVector3 normal;
@@ -73,8 +73,9 @@ double radius(const btRigidBody& ball) {
   return static_cast<const btSphereShape*>(ball.getCollisionShape())->getRadius();
 }
 
-// Adds the contact between two balls, if there is one. near: largest gap of touching contacts.
-// motion: motion of `ball` relative to `other` in this step, zero for balls that bounce.
+// Adds the contact between two balls, if there is one. `near` is the largest gap of touching
+// contacts. `motion` is the motion of `ball` relative to `other` in this step, and zero for balls
+// that bounce.
 void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion,
               std::vector<SphereContact>& contacts) {
   const Vec3 at = from_bullet(ball.getWorldTransform().getOrigin()),
@@ -82,16 +83,17 @@ void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, co
   const double reach = radius(ball) + radius(other) + std::max(near, motion.norm());
   if ((at - past).squaredNorm() > reach * reach) return;
   const SphereContact contact = sphere_contact(at, radius(ball), past, radius(other));
-  // A contact that straight motion does not violate is kept, because the ball may be struck on its
-  // way. Otherwise the contact is the first one on the path, if there is one.
+  // The contact at the start of the motion is kept if straight motion does not violate it, because
+  // the ball may be struck on its way. Otherwise the first contact on the path is used, if there is
+  // one.
   if (contact.gap <= 0.0 || -motion.dot(contact.normal) <= contact.gap)
     contacts.push_back(contact);
   else if (const auto ahead = contact_ahead(at, radius(ball), past, radius(other), motion))
     contacts.push_back(*ahead);
 }
 
-// Cache of the triangles near a sphere. The search is repeated only after the sphere has moved out
-// of the searched region.
+// Cache of the triangles near a sphere. The search is repeated only when the sphere has left the
+// searched region.
 class NearTriangles : btTriangleCallback {
  public:
   // Returns all triangles within `reach` of a point in the axes of the mesh, and possibly more. A

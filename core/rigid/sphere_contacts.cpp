@@ -11,8 +11,8 @@ namespace loomstone {
 namespace {
 
 constexpr unsigned all_corners = 0b111;
-// Largest squared difference between the normals of identical contacts. The value corresponds to
-// 0.06 degrees.
+// Largest squared difference between the normals of contacts that count as identical. The value
+// corresponds to 0.06 degrees.
 constexpr double same_normal = 1e-6;
 
 unsigned corners_of(const TrianglePoint& closest) {
@@ -36,9 +36,9 @@ bool may_reach(const std::array<Vec3, 3>& triangle, const Vec3& centre, double r
   return true;
 }
 
-// Fraction of the motion after which the gap between sphere and triangle is at most `exact`; above
-// 1 if that never happens. Advances by the gap in each iteration (conservative advancement), so the
-// sphere never enters the triangle.
+// Returns the fraction of the motion after which the gap between sphere and triangle is at most
+// `exact`, or a value above 1 if that never happens. Advances by the gap in each iteration
+// (conservative advancement), so the sphere never enters the triangle.
 double first_touch(const std::array<Vec3, 3>& triangle, const MovingSphere& sphere, double exact) {
   constexpr int most_steps = 64;  // spheres that need more only graze the triangle
   const double length = sphere.motion.norm();
@@ -55,8 +55,8 @@ SphereContact contact_at(const Vec3& centre, double radius, const Vec3& point, c
   return {centre - radius * normal, point, normal, (centre - point).dot(normal) - radius};
 }
 
-// Keeps the first contact, then repeatedly the one whose normal differs most from those already
-// kept.
+// Keeps the first contact and then, one by one, the contact whose normal differs most from those
+// already kept.
 void keep_most_different(std::vector<SphereContact>& contacts, std::size_t most) {
   if (contacts.size() <= most) return;
   for (std::size_t n = 1; n < most; ++n) {
@@ -112,12 +112,12 @@ void SphereOnTriangles::find_near(const std::vector<std::array<Vec3, 3>>& triang
   }
 }
 
-// True if the point of `at` is the closest point of every triangle that shares its feature, and
-// `at` is the first of these triangles.
+// Returns true if the point of `at` is the closest point of every triangle that shares the feature
+// on which it lies, and `at` is the first of these triangles.
 bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& triangles,
                                      const Near& at) const {
   if (at.closest == all_corners) return true;
-  const double reach = at.distance * (1.0 + 1e-9);  // triangles with this feature are no farther
+  const double reach = at.distance * (1.0 + 1e-9);  // triangles sharing the feature are no farther
   for (const Near& other : near_) {
     if (&other == &at || other.distance > reach) continue;
     unsigned shared = 0, met = 0;
@@ -132,7 +132,7 @@ bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& tri
 }
 
 // Finds the first contacts along the motion. A contact counts only if the distance has a local
-// minimum there when the sphere touches.
+// minimum at its point when the sphere touches.
 void SphereOnTriangles::find_ahead(const std::vector<std::array<Vec3, 3>>& triangles,
                                    const MovingSphere& sphere, double exact) {
   const auto& [centre, radius, motion] = sphere;
@@ -178,7 +178,8 @@ void SphereOnTriangles::find(const std::vector<std::array<Vec3, 3>>& triangles,
       normal = (b - a).cross(c - a).normalized();
     }
     const SphereContact contact = contact_at(centre, radius, at.point, normal);
-    // If the plane of the contact blocks the motion, find_ahead() decides whether the surface does.
+    // If motion is blocked by the plane of the contact, find_ahead() decides whether the surface
+    // blocks it.
     if (!moves || contact.gap <= 0.1 * near || -motion.dot(normal) <= contact.gap)
       touching_.push_back(contact);
   }

@@ -19,8 +19,8 @@ struct SphereContact {
 // Returns the contact of a sphere with another sphere.
 SphereContact sphere_contact(const Vec3& centre, double radius, const Vec3& other_centre,
                              double other_radius);
-// Returns the first contact of a sphere with another sphere during the relative `motion` [m]. The
-// gap of the result is that at the start of the motion.
+// Returns the first contact of a sphere with another sphere during the relative `motion` [m], if
+// there is one. The gap of the contact is the one at the start of the motion.
 std::optional<SphereContact> contact_ahead(const Vec3& centre, double radius,
                                            const Vec3& other_centre, double other_radius,
                                            const Vec3& motion);
@@ -39,8 +39,8 @@ struct MovingSphere {
 class SphereOnTriangles {
  public:
   // Adds contacts with a gap of at most `near`, then the first contacts during the motion. If there
-  // are more than `most` contacts, keeps those with the most different normals and one contact
-  // ahead.
+  // are more than `most` contacts, keeps one contact ahead and the contacts whose normals differ
+  // most.
   void find(const std::vector<std::array<Vec3, 3>>& triangles, const MovingSphere& sphere,
             double near, std::size_t most, std::vector<SphereContact>& contacts);
 

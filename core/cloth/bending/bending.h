@@ -18,7 +18,7 @@
 
 namespace loomstone {
 
-// Input from which both bending elements are built.
+// Input from which either bending element is built.
 struct BendingSetup {
   Points rest_positions;          // (n x 3) [m] defines the rest angles; flat cloth: any flat shape
   Triangles triangles;            // (m x 3)
@@ -30,12 +30,13 @@ struct BendingSetup {
   bool flat_rest = true;            // true: zero rest angles; false: angles of rest_positions
   std::vector<double> rest_angles;  // [rad] ordered as hinges(); empty: see flat_rest
   // Mid-edge element only. If true, add_stiffness() replaces the Gauss-Newton matrix U^T Q U over
-  // pairs of hinges by U^T diag(q) U with q_e = 1/2 sum_f |Q_ef|. By Gershgorin's theorem this is
+  // pairs of hinges by U^T diag(q) U with q_e = 1/2 sum_f |Q_ef|. By Gershgorin's theorem, this is
   // an upper bound of half the Gauss-Newton matrix, which suffices for stable linearly implicit
   // steps. The lumped matrix has a third of the blocks. The bound is not taken from the literature.
   bool lumped_stiffness = false;
   // (m) 0: the triangle has no energy, and only its shape matters to its neighbours. Empty: all
-  // triangles have energy. The energies of sets that do not overlap add up to that of their union.
+  // triangles have energy. The energies of disjoint sets of triangles add up to that of their
+  // union.
   std::vector<std::uint8_t> acts;
 
   bool forces_only = false;  // true: the tables of the stiffness are not built
@@ -43,14 +44,14 @@ struct BendingSetup {
   bool acts_on(Index triangle) const { return acts.empty() || acts[triangle]; }
 };
 
-// One kind of bending element on a set of cloths. An object contains scratch memory, so calls to it
-// must not overlap.
+// One kind of bending element on a set of cloths. An object contains scratch memory, so calls to
+// the same object must not overlap.
 class Bending {
  public:
   virtual ~Bending() = default;
   virtual const std::vector<Hinge>& hinges() const = 0;
   virtual const std::vector<double>& rest_angles() const = 0;
-  // Vertex pairs coupled by the stiffness matrix. They define the sparsity pattern of implicit
+  // Vertex pairs that the stiffness matrix couples. They define the sparsity pattern of implicit
   // bending.
   virtual std::vector<std::pair<Index, Index>> couplings() const = 0;
 
@@ -72,17 +73,17 @@ class Bending {
   // steps need h <= 0.8 * 2 / sqrt(lambda).
   virtual double largest_eigenvalue(const Vector& mass) const = 0;
 
-  // Number of edges whose slope is the plain mean of the slopes of their two triangles, because the
-  // triangles are slivers. Always 0 for the hinge element.
+  // Number of edges whose slope is the plain mean of the slopes of their two triangles, which is
+  // used where the triangles are slivers. Always 0 for the hinge element.
   virtual Index averaged_edges() const = 0;
   // Number of hinges that exert no force because one of their triangles has zero area at x.
   virtual Index degenerate_hinges(const Team& team, const Points& x) const = 0;
 };
 
-// The hinge element of [Thomaszewski2010] with k = 4 B for flexural rigidity B. Its results depend
-// on the mesh and do not converge under refinement. The effective rigidity is 0.8 B along the axes
-// of regular grids, 0.83 to 0.96 B on smoothed irregular meshes (lowest in narrow strips), and 0.7
-// to 2.2 B at 45 degrees to a grid.
+// The hinge element of [Thomaszewski2010] with k = 4 B for flexural rigidity B. Results depend on
+// the mesh and do not converge under refinement. The effective rigidity is 0.8 B along the axes of
+// regular grids, 0.83 to 0.96 B on smoothed irregular meshes (lowest in narrow strips), and 0.7 to
+// 2.2 B at 45 degrees to a grid.
 std::unique_ptr<Bending> make_hinge_bending(const BendingSetup& setup);
 // The mid-edge element, which computes the curvature of each triangle from the slopes at its edge
 // midpoints. It agrees with beam theory within 1 % on every mesh.

@@ -1,4 +1,4 @@
-// Helpers shared by the two bending elements: input checks, rest angles, largest eigenvalue.
+// Functions that both bending elements use: input checks, rest angles and largest eigenvalue.
 #pragma once
 
 #include <functional>
@@ -20,8 +20,9 @@ HingeSet make_hinge_set(const BendingSetup& setup, const EdgeTable& edges);
 // Returns 0, 1, ..., n - 1.
 std::vector<Index> all_of(Index n);
 
-// Largest eigenvalue of M^-1 K in the rest shape, by power iteration [1/s^2]. moments(values, out)
-// must compute Q times the rates in `values`, one entry per hinge. Prescribed vertices do not move.
+// Returns the largest eigenvalue of M^-1 K in the rest shape, computed by power iteration [1/s^2].
+// moments(values, out) must compute Q times the rates in `values`, one entry per hinge. Prescribed
+// vertices do not move.
 double power_iteration(const HingeSet& hinges, const Points& rest_positions,
                        const std::vector<std::uint8_t>& prescribed, const Vector& mass,
                        const std::function<void(const HingeValues&, AlignedDoubles&)>& moments);

@@ -46,8 +46,8 @@ void add_neighbours(const EdgeTable& edges, std::vector<Index>& triangles) {
 
 BendingSubset bending_subset(const BendingSetup& whole, const EdgeTable& edges,
                              const std::vector<Index>& acting) {
-  // The curvature of a triangle depends on the angles at the edges of its neighbours, and an angle
-  // on both triangles at its edge.
+  // The curvature of a triangle depends on the angles at the edges of its neighbours, and each of
+  // these angles depends on both triangles at its edge.
   std::vector<Index> kept = acting;
   add_neighbours(edges, kept);
   add_neighbours(edges, kept);

@@ -1,5 +1,5 @@
-// Bending of some triangles of a mesh, on its own vertices. Integrators that give triangles steps
-// of different lengths evaluate such parts on their own.
+// Bending of a subset of the triangles of a mesh, with a vertex numbering of its own. Integrators
+// that give triangles steps of different lengths evaluate each subset separately.
 #pragma once
 
 #include <vector>
@@ -8,18 +8,19 @@
 
 namespace loomstone {
 
-// The setup of the triangles that act, with the neighbours on which their curvature depends. It is
-// for forces only.
+// The setup of the acting triangles and of the neighbours on which their curvature depends. It
+// serves for forces and energies only, not for the stiffness.
 struct BendingSubset {
   BendingSetup setup;
   std::vector<Index> vertices;  // (k) vertex of the mesh for each vertex of the setup, ascending
 };
 
-// Adds the triangles that share an edge with one of `triangles`, and sorts the list.
+// Adds the triangles that share an edge with one of `triangles`, then sorts the list.
 void add_neighbours(const EdgeTable& edges, std::vector<Index>& triangles);
 
-// Returns the subset of a setup that check_bending_setup() accepts. `edges` belongs to the whole
-// mesh, and `acting` lists the triangles that have energy in the subset, ascending.
+// Returns the subset of a setup that check_bending_setup() has accepted. `edges` is the edge table
+// of the whole mesh. `acting` lists the triangles that have energy in the subset, in ascending
+// order.
 BendingSubset bending_subset(const BendingSetup& whole, const EdgeTable& edges,
                              const std::vector<Index>& acting);
 

@@ -104,7 +104,7 @@ Index HingeSet::count_degenerate(const HingeValues& values) const {
   Index count = 0;
   for (Index e = 0; e < n_hinges(); ++e) {
     const double* u = values.gradient.data() + hinge::gradient_stride * static_cast<std::size_t>(e);
-    // Only degenerate hinges have a zero gradient at their first vertex.
+    // A hinge has a zero gradient at its first vertex only if it is degenerate.
     count += u[0] == 0.0 && u[1] == 0.0 && u[2] == 0.0;
   }
   return count;

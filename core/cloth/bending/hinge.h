@@ -27,8 +27,8 @@ struct HingeValues {
   bool has_gradient = false;
 };
 
-// Scratch memory for a row range: the batches that contain its hinges, and the hinges of each chunk
-// of rows_per_block rows.
+// Scratch memory for a range of rows: the batches that contain its hinges, and the hinges of each
+// chunk of rows_per_block rows.
 struct HingeRange {
   Index begin = -1, end = -1;
   std::vector<Index> batches;
@@ -43,27 +43,27 @@ struct HingeRange {
 class HingeSet {
  public:
   HingeSet() = default;
-  // rest_angles: one per hinge [rad]
+  // `rest_angles` has one entry per hinge [rad].
   HingeSet(Index n_vertices, std::vector<Hinge> hinges, std::vector<double> rest_angles);
 
   Index n_hinges() const { return static_cast<Index>(hinges_.size()); }
   Index n_batches() const { return (n_hinges() + 7) / 8; }
   const std::vector<Hinge>& hinges() const { return hinges_; }
   const std::vector<double>& rest_angles() const { return rest_angles_; }
-  // Hinges at each vertex. Item 4 e + j means that the vertex is the j-th vertex of hinge e.
+  // The hinges at each vertex. Item 4 e + j means that the vertex is the j-th vertex of hinge e.
   const Incidence& of_vertices() const { return of_vertices_; }
 
-  // Fills `range` for rows [begin, end). Does nothing if the range already has these rows.
+  // Fills `range` for rows [begin, end). Does nothing if `range` is already filled for these rows.
   void find_range(Index begin, Index end, HingeRange& range) const;
 
   // Computes the angles of the listed batches, the gradients u if with_gradient is true, and the
-  // rates if v is given. Rates require with_gradient. Without v, values already computed for the
-  // same positions are reused. The result is bitwise identical for any list and any number of
-  // threads.
+  // rates if v is given. Rates require with_gradient. Without v, values that were already computed
+  // for the same positions are reused. The result is bitwise identical for any list and any number
+  // of threads.
   void evaluate(const Team& team, const std::vector<Index>& batches, const Points& x,
                 const Points* v, bool with_gradient, HingeValues& values) const;
 
-  // Subtracts sum_e moment_e u_e,i from force_i for the rows of the range, with hinges e in
+  // Subtracts sum_e moment_e u_e,i from force_i for each row i of the range, adding hinges e in
   // ascending order.
   void gather(const Team& team, const HingeValues& values, const AlignedDoubles& moment,
               const HingeRange& range, Points& force) const;

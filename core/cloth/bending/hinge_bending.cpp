@@ -1,11 +1,11 @@
-// The hinge element, which assigns an energy to the dihedral angle of each interior edge. Force and
-// rest angles follow [Bridson2003] with k = 4 B for flexural rigidity B. Its results depend on the
-// mesh and do not converge under refinement. Its effective rigidity is 0.8 B along the axes of
-// regular grids, 0.88 to 0.96 B on smoothed irregular meshes (0.83 B in strips 6 elements wide),
-// and 0.7 to 2.2 B at 45 degrees to a grid. Use the mid-edge element if the rigidity must be
-// accurate. Departure from [Thomaszewski2010]: damping is proportional to stiffness, with the
-// coefficient beta V''(0) = beta c / 2 per hinge, as in the mid-edge element. The damping factor
-// |e| of the thesis depends on the mesh.
+// The hinge element, which assigns an energy to the dihedral angle of each interior edge. Forces
+// and rest angles follow [Bridson2003] with k = 4 B for flexural rigidity B. The results of this
+// element depend on the mesh and do not converge under refinement. Its effective rigidity is 0.8 B
+// along the axes of regular grids, 0.88 to 0.96 B on smoothed irregular meshes (0.83 B in strips 6
+// elements wide), and 0.7 to 2.2 B at 45 degrees to a grid. Use the mid-edge element if the
+// rigidity must be accurate. Departure from [Thomaszewski2010]: damping is proportional to
+// stiffness, with the coefficient beta V''(0) = beta c / 2 per hinge, as in the mid-edge element.
+// The damping factor |e| of the thesis depends on the mesh.
 #include <algorithm>
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// Geometric bending stiffness: second derivatives of the hinge angles, weighted by the hinge
+// Geometric bending stiffness: the second derivatives of the hinge angles, weighted by the hinge
 // moments. The Gauss-Newton stiffness omits this part. The formulas are derived from the gradient
 // in [Bridson2003] and agree with [Tamstorf2013].
 #pragma once

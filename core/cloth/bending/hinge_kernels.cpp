@@ -23,8 +23,8 @@ template <class Lanes>
 LOOMSTONE_INLINE void store(double* out, int k, const Lanes& value) {
   lanes_store(out + n_lanes * k, value);
 }
-// Stores component k of lane l in out[16 l + k], with zero as fourth component. The transpose is
-// done in registers because reloading individually stored lanes is slow.
+// Stores component k of lane l in out[16 l + k], with zero as fourth component. The transposition
+// is done in registers, because reloading individually stored lanes is slow.
 template <class Lanes>
 LOOMSTONE_INLINE void store_transposed(double* out, const Lanes3<Lanes>& a) {
   const Lanes zero{};
@@ -42,10 +42,10 @@ LOOMSTONE_INLINE void store_transposed(double* out, const Lanes3<Lanes>& a) {
   store4(out + 112, lanes_shuffle<6, 7, 14, 15>(odd, odd_z));
 }
 
-// Computes atan2(s, c) by halving the angle three times and evaluating a polynomial on [0,
-// tan(pi/8)^2] (interpolated at Chebyshev points, relative error 7e-18). The result is accurate to
-// a few units in the last place. It is bitwise identical on every machine because no branches or
-// library functions are used.
+// Computes atan2(s, c) by halving the angle three times and evaluating a polynomial on
+// [0, tan(pi/8)^2] (interpolated at Chebyshev points, relative error 7e-18). The result is accurate
+// to a few units in the last place. It is bitwise identical on every machine, because no branches
+// or library functions are used.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes arc_tangent(const Lanes& s, const Lanes& c, Lanes& half_sine,
                                    Lanes& half_cosine) {
@@ -162,7 +162,7 @@ LOOMSTONE_INLINE Lanes gather(const Index* hinges, const double* values) {
   return lanes_of<Lanes>([&](int l) LOOMSTONE_INLINE_LAMBDA { return values[hinges[l]]; });
 }
 
-// kappa = C (difference + beta rate)
+// Returns kappa = C (difference + beta rate).
 template <class Lanes>
 LOOMSTONE_INLINE Curvature<Lanes> curvature(const Index* hinges, const double* c, const Lanes& beta,
                                             const double* difference, const double* rate) {

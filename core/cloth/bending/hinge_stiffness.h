@@ -1,4 +1,4 @@
-// Assembles K = sum over pairs of hinges (e, f) of q_ef u_e u_f^T into a block matrix, row by row.
+// Assembles K = sum of q_ef u_e u_f^T over pairs of hinges (e, f) into a block matrix, row by row.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct HingePairs {
   std::vector<Index> hinge;
 };
 
-// The matrix to assemble: scale * sum over pairs (e, f) of q_ef u_e u_f^T.
+// The matrix to assemble: scale times the sum of q_ef u_e u_f^T over pairs of hinges (e, f).
 struct HingeProducts {
   const HingeSet& hinges;
   const HingeValues& values;  // gradients u
@@ -45,8 +45,8 @@ class HingeStiffness {
 
   HingePairs pairs_;
   Index n_vertices_ = 0;
-  // stencil_ lists the vertices on which the moment of each hinge depends, in ascending order.
-  // place_ holds, for each pair (e, f), the positions of the vertices of f in the stencil of e.
+  // stencil_ lists, for each hinge, the vertices on which its moment depends, in ascending order.
+  // place_ contains, for each pair (e, f), the positions of the vertices of f in the stencil of e.
   std::vector<Index> stencil_start_{0}, stencil_;
   std::vector<std::uint8_t> place_;  // (pairs x 4)
 
@@ -56,7 +56,7 @@ class HingeStiffness {
   // For each row, each of its hinges and each vertex of the hinge's stencil, the index of the block
   // within the row.
   std::vector<Index> block_;
-  // For each row and each of its hinges, the offset of the hinge's moment gradients within those of
+  // For each row and each of its hinges, where the hinge's moment gradients begin within those of
   // the chunk, counted in vertices.
   std::vector<Index> offset_;
   std::vector<Index> chunk_start_, chunk_;  // hinges that touch each chunk of rows, ascending

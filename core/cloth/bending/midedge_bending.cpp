@@ -64,8 +64,8 @@ class MidedgeBending final : public Bending {
   bool damped_ = false;
   std::vector<Index> element_hinges_;  // layout: see hinge_kernels.h
   AlignedDoubles curvature_, rigidity_;
-  // Entries of element_moments_ whose sum is the moment of each hinge, with triangles in ascending
-  // order.
+  // For each hinge, the entries of element_moments_ whose sum is the moment of the hinge, with
+  // triangles in ascending order.
   std::vector<Index> slot_start_, slots_;
   AlignedDoubles elastic_, viscous_;  // (pairs of hinges) sums of C^T W C and of C^T beta W C
 

@@ -30,8 +30,8 @@ RestTriangle rest_triangle(const Corners2& corners) {
     const Vec2 p = x[(i + 1) % 3], q = x[(i + 2) % 3];
     const double l = (q - p).norm(), h = 2.0 * r.area / l;
     const Vec2 t = (q - p) / l, n(t.y(), -t.x());
-    // a: position of corner i along the edge, relative to the edge midpoint. b: coefficient of the
-    // curvature along the edge.
+    // `a` is the position of corner i along the edge, relative to the midpoint of the edge. `b` is
+    // the coefficient of the curvature along the edge.
     const double a = (x[i] - 0.5 * (p + q)).dot(t), b = (a * a - 0.25 * l * l) / (2.0 * h);
     const auto form = [](const Vec2& u, const Vec2& v) {
       return Row3(u.x() * v.x(), u.y() * v.y(), 0.5 * (u.x() * v.y() + u.y() * v.x()));
@@ -43,7 +43,7 @@ RestTriangle rest_triangle(const Corners2& corners) {
   return r;
 }
 
-// Matrix that transforms a curvature to axes rotated by -alpha.
+// Matrix that transforms a curvature to axes that are rotated by -alpha.
 Mat3 turn(double alpha) {
   const double c = std::cos(alpha), s = std::sin(alpha);
   Mat3 r;
@@ -93,8 +93,9 @@ class Builder {
       rest_.push_back(rest_triangle(setup.corners[t]));
   }
 
-  // Slope at hinge e. Relative to its first triangle, it is half the hinge angle plus the weighted
-  // sum of angles. Relative to its second triangle, it is half the hinge angle minus that sum.
+  // Slope at hinge e. Relative to the first triangle of the hinge, the slope is half the hinge
+  // angle plus the weighted sum of the angles of `hinges`. Relative to the second triangle, it is
+  // half the hinge angle minus that sum.
   struct Slope {
     std::vector<Index> hinges;
     std::vector<double> weights;
@@ -115,16 +116,16 @@ class Builder {
       if (!setup_.prescribed[setup_.triangles(triangle, i)]) return false;
     return true;
   }
-  // Matrix that transforms a curvature from the axes of `from` to the axes of `to` across their
-  // common edge.
+  // Returns the matrix that transforms a curvature from the axes of `from` to the axes of `to`
+  // across their common edge.
   Mat3 across(Index from, Index to, Index edge) const {
     // `to` traverses the edge in the opposite direction. A rotation by 180 degrees leaves a
     // curvature unchanged.
     return turn(rest_[from].direction[local_edge(from, edge)] -
                 rest_[to].direction[local_edge(to, edge)]);
   }
-  // Angle of hinge r per unit of constant curvature. The curvature is in the axes of `triangle`,
-  // which is one of the two triangles of r.
+  // Returns the angle of hinge r per unit of constant curvature. The curvature is given in the axes
+  // of `triangle`, which is one of the two triangles of r.
   Row3 hinge_angle(Index r, Index triangle) const {
     const Hinge& h = hinges_[r];
     const Index other = h.triangles[0] == triangle ? h.triangles[1] : h.triangles[0];
@@ -143,8 +144,8 @@ Builder::Slope Builder::slope(Index e) const {
   const Hinge& h = hinges_[e];
   const Index first = h.triangles[0], second = h.triangles[1];
   const bool first_prescribed = prescribed(first), second_prescribed = prescribed(second);
-  // The orientation of a triangle with three prescribed vertices is given. The edges of such a
-  // triangle take its slope, which clamps the cloth there.
+  // A triangle with three prescribed vertices has a given orientation. Its edges take its slope,
+  // which clamps the cloth there.
   if (first_prescribed && second_prescribed) return {{e}, {0.0}};
   if (first_prescribed || second_prescribed) return {{e}, {first_prescribed ? -0.5 : 0.5}};
 
@@ -173,14 +174,14 @@ Builder::Slope Builder::slope(Index e) const {
   const Mat3 kept = Split(moments, 1e-13).null_space();
   const Row3 wanted = 0.5 * (rest_[first].angle[local_edge(first, h.edge)] -
                              rest_[second].angle[local_edge(second, h.edge)] * to_second);
-  // Least-norm weights p with sum_k p_k angles_k = wanted for these curvatures.
+  // Weights p of least norm for which sum_k p_k angles_k = wanted for these curvatures.
   Mat3 gram = Mat3::Zero();
   for (const Row3& angle : angles) gram += (angle * kept).transpose() * (angle * kept);
   const Vec3 dual = Split(gram, 1e-12).pseudo_inverse() * (wanted * kept).transpose();
   Slope result{near, std::vector<double>(near.size(), 0.0)};
   for (std::size_t k = 0; k < near.size(); ++k) result.weights[k] = angles[k] * kept * dual;
   // Slivers lead to weights above 1, which would raise the highest frequency by a factor of up to
-  // 320. Their edges use the mean slope instead.
+  // 320. The edges of slivers use the mean slope instead.
   result.averaged = !std::all_of(result.weights.begin(), result.weights.end(),
                                  [](double w) { return std::abs(w) <= 1.0; });
   if (result.averaged) std::fill(result.weights.begin(), result.weights.end(), 0.0);

@@ -1,8 +1,8 @@
-// Constants of the mid-edge bending element, which expresses the curvature of each triangle as a
-// fixed linear function of at most nine hinge angles. As in [Morley1968], the curvature of a
-// triangle follows from the slopes at its edge midpoints. The slope at an edge is a fixed
-// combination of the hinge angles of its two triangles, with the smallest weights that reproduce
-// every constant curvature. Vertex positions remain the only unknowns, and the orientation of the
+// Constants of the mid-edge bending element. As in [Morley1968], the curvature of a triangle
+// follows from the slopes at its edge midpoints. The slope at an edge is a fixed combination of the
+// hinge angles of the two triangles at the edge, with the smallest weights that reproduce every
+// constant curvature. The curvature of each triangle is therefore a fixed linear function of at
+// most nine hinge angles. Vertex positions remain the only unknowns, and the orientation of the
 // mesh has no influence. The element itself is not taken from the literature.
 #pragma once
 
@@ -13,8 +13,8 @@
 
 namespace loomstone::midedge {
 
-// Element of one triangle. Its curvature in weft/warp axes is kappa = sum_s curvature[s] (theta -
-// rest)[hinge[s]].
+// Element of one triangle. Its curvature in weft/warp axes is the sum over s of
+// curvature[s] * (theta - rest)[hinge[s]].
 struct Element {
   int n_hinges = 0;
   std::array<Index, 9> hinge{};
@@ -25,7 +25,7 @@ struct Element {
 
 struct Elements {
   std::vector<Element> elements;  // one per triangle
-  Index n_averaged = 0;  // edges that use the plain mean slope, because weights would exceed 1
+  Index n_averaged = 0;  // edges with the plain mean slope, because their weights would exceed 1
 };
 
 // Makes the elements of a setup that check_bending_setup() has accepted.

@@ -30,7 +30,7 @@ struct Row {
   Index n_blocks;
 };
 
-// Adds scale * sum over items of u m^T to values (n_blocks x 9). sums: scratch memory of
+// Adds scale * sum over items of u m^T to `values` (n_blocks x 9). `sums` is scratch memory of
 // row_scratch(n_blocks) doubles.
 void add_row(const Tables& tables, const Row& row, const double* moments, double scale,
              double* sums, double* values);

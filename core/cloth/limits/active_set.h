@@ -1,8 +1,8 @@
 // Elements that a strain-limiting sweep still has to evaluate: either all elements or the active
-// set. The active set starts with the batches in which the check found a violation. It grows by
-// elements with a vertex that has moved since their last evaluation. All other elements have
-// unchanged strain, so sweeps over the active set give bitwise the same result as sweeps over all
-// elements.
+// set. The active set starts with the batches in which the check found a violation. Elements are
+// added when one of their vertices has moved since their last evaluation. The strain of all other
+// elements is unchanged, so sweeps over the active set give bitwise the same result as sweeps over
+// all elements.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ class ActiveSet {
   bool all_elements() const { return all_; }  // true: spread() need not be called
   std::size_t n_colours() const { return of_colour_.size(); }
   std::int64_t evaluations() const { return evaluations_; }
-  // Batches with a vertex that any correction so far has moved.
+  // Batches with a vertex that has been moved by any correction so far.
   const std::vector<Index>& moved() const { return moved_list_; }
 
   void add(Index batch);

@@ -1,5 +1,5 @@
-// Co-rotational strain U - I, to which strain limits refer. U comes from the polar decomposition F
-// = R U of the deformation gradient. The dimensionless components in weft/warp axes are (weft,
+// Co-rotational strain U - I, to which strain limits refer. U comes from the polar decomposition
+// F = R U of the deformation gradient. The dimensionless components in weft/warp axes are (weft,
 // warp, shear e12).
 #pragma once
 

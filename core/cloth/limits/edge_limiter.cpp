@@ -8,8 +8,8 @@
 namespace loomstone {
 
 EdgeLimiter::EdgeLimiter(const LimitedCloth& cloth) {
-  // An edge of a triangle with its rest length and bound. An edge shared by two triangles takes the
-  // mean of their lengths and the tighter of their bounds.
+  // An edge of a triangle with its rest length and bound. An edge that two triangles share takes
+  // the mean of their two lengths and the tighter of their two bounds.
   struct Side {
     Index a, b;
     double length, bound;
@@ -77,8 +77,8 @@ LimitReport EdgeLimiter::enforce(const Team& team, const LimitOptions& options,
     std::iota(active[c].begin(), active[c].end(), colour_start_[c]);
   }
   std::vector<std::uint8_t> corrected(n, 0), in(n, 0), spread(n, 0);
-  // Moves both ends along the edge in proportion to their inverse masses. This conserves linear and
-  // angular momentum.
+  // Moves both ends of an edge along the edge, in proportion to their inverse masses. This
+  // conserves linear and angular momentum.
   const auto correct = [&](Index e) {
     const Index a = edges_(e, 0), b = edges_(e, 1);
     const double wa = inverse_mass[a], wb = inverse_mass[b];

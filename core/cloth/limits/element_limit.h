@@ -15,9 +15,9 @@
 //
 // A held corner has infinite mass. It becomes the centre, and w conserves angular momentum about
 // it. This solves the four remaining equations exactly. With two held corners, two unknowns remain,
-// and the strain tensor is matched in the least-squares sense. The displacement is again (E + w J)
-// X, where X is the height vector over the held edge. This departs from (3.15), whose result
-// depends on the unit of mass. With three held corners nothing moves.
+// and the strain tensor is matched in the least-squares sense. The displacement is again
+// (E + w J) X, where X is the height vector over the held edge. This departs from (3.15), whose
+// result depends on the unit of mass. With three held corners nothing moves.
 //
 // For a triangle in space, F has no sign. U is therefore never indefinite, and an inverted triangle
 // counts as a rotated one. If F has rank one (d = 0), the plane of the triangle is unknown, and an
@@ -105,7 +105,7 @@ struct Element {
   Real g0x, g0y, g1x, g1y;      // gradients of the shape functions of corners 0 and 1 [1/m]
   Real x0, y0, x1, y1, x2, y2;  // rest coordinates of corners relative to the centre [m]
   // Sum over corners of mass fraction times X X^T [m^2]. If two corners are held, X X^T of the
-  // height vector.
+  // height vector instead.
   Symmetric<Real> moments;
 };
 inline constexpr int element_numbers = 13, element_gradients = 4;  // gradients come first
@@ -118,8 +118,8 @@ struct Polar {
   Symmetric<Real> u;
 };
 
-// Columns of F = sum x_i (grad N_i)^T (2.31). The gradients sum to zero, so positions relative to
-// corner 2 suffice.
+// Columns of F = sum x_i (grad N_i)^T (2.31). The gradients sum to zero, so it suffices to use
+// positions relative to corner 2.
 template <class Real>
 LOOMSTONE_INLINE void columns(const Element<Real>& e, const Space<Real>& p0, const Space<Real>& p1,
                               const Space<Real>& p2, Space<Real>& f1, Space<Real>& f2) {
@@ -173,7 +173,8 @@ struct Bounds {
   double low[3], high[3];  // weft, warp, shear
 };
 
-// Target minus strain (3.4): the correction that returns a strain to its bounds, zero within them.
+// Target minus strain (3.4): the correction that returns a strain to its bounds. It is zero within
+// the bounds.
 template <class Real>
 LOOMSTONE_INLINE Symmetric<Real> excess(const Bounds& b, const Symmetric<Real>& strain) {
   const auto back = [&](int k, const Real& e) LOOMSTONE_INLINE_LAMBDA -> Real {
@@ -194,13 +195,13 @@ LOOMSTONE_INLINE Real spin(const Symmetric<Real>& m, const Symmetric<Real>& u,
   return q / (-1e-300 - (um11 + um22));
 }
 
-// w for two held corners from a least-squares fit of the strain tensor: w = (h x E h) / |h|^2.
+// w for two held corners, from a least-squares fit of the strain tensor: w = (h x E h) / |h|^2.
 template <class Real>
 LOOMSTONE_INLINE Real spin_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
   return ((m.a11 - m.a22) * e.a12 + m.a12 * (e.a22 - e.a11)) / (m.a11 + m.a22 + 1e-300);
 }
-// Size of the part of E that can be corrected if two corners are held: its components along the
-// height h and across it.
+// Size of the part of E that can be corrected while two corners are held: its components along the
+// height h and perpendicular to it.
 template <class Real>
 LOOMSTONE_INLINE Real reach_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
   const Real along =

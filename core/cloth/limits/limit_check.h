@@ -18,10 +18,10 @@ namespace loomstone {
 struct BrokenLimit {
   Index element;
   int mode;
-  double excess;  // amount of strain outside the limit
+  double excess;  // amount by which the strain exceeds the limit
 };
 
-// Cost of a limiting call and the violations that remain.
+// Cost of a call of the limiter, and the violations that remain.
 struct LimitReport {
   int sweeps = 0;                // sweeps over all elements or over the active set
   std::int64_t evaluations = 0;  // strain evaluations; work that ranks share or repeat counts once
@@ -29,7 +29,7 @@ struct LimitReport {
   std::int64_t beyond = 0;          // number of elements with an excess above the tolerance
   Index worst = -1;                 // element with the largest excess, -1: no limit is violated
   std::vector<BrokenLimit> broken;  // sorted by excess, largest first
-  std::vector<double> squares;      // (limits) sum of the squared excesses of each limit
+  std::vector<double> squares;      // (limits) sum of the squared excesses for each limit
 
   double largest() const { return std::max({excess[0], excess[1], excess[2]}); }
   std::vector<Index> broken_elements() const;  // in ascending order, without duplicates
@@ -38,10 +38,10 @@ struct LimitReport {
 // Checks elements against their limits and keeps the results until the next check.
 class LimitCheck {
  public:
-  // ranks: the ranks that share the check; null: a single process.
+  // `ranks` are the ranks that share the check; null: a single process.
   LimitCheck(const LimitElements& elements, const Communicator* ranks);
 
-  // Checks all batches. Collective operation.
+  // Checks all batches. Collective.
   void check_all(const Team& team, const limit::Tables& tables, const limit::Motion& motion);
   // Rechecks the listed batches. Every rank checks all of them.
   void check(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
@@ -54,8 +54,8 @@ class LimitCheck {
     return strains_.data() + 24 * static_cast<std::size_t>(batch);
   }
 
-  // Adds the violations to `report`. The factor `unit` converts them to strain: 1 for strains, the
-  // step for strain rates.
+  // Adds the violations to `report`. The factor `unit` converts them to strains: it is 1 for
+  // strains, and the length of the step for strain rates.
   void add_to(LimitReport& report, const limit::Tables& tables, const limit::Motion& motion,
               double unit) const;
 

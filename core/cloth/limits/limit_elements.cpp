@@ -56,7 +56,7 @@ LimitElements::LimitElements(const LimitedCloth& cloth, bool single_rows)
         slots_[fill[cloth.triangles(element_of_[slot], k)]++] = static_cast<Index>(slot);
 }
 
-// Fills the tables of one slot. element_limit.h explains the treatment of held corners. Empty lanes
+// Fills the tables of one slot. element_limit.h explains how held corners are treated. Empty lanes
 // repeat the last element.
 void LimitElements::set_element(Index slot) {
   const bool empty = element_of_[slot] < 0;

@@ -24,8 +24,8 @@ struct LimitedCloth {
   std::vector<std::uint8_t> prescribed;  // (n) 1: prescribed vertex
 };
 
-// Greedy colouring of items, which are rows of vertex indices. In ascending order each item takes
-// the smallest colour that no item with a common vertex has.
+// Greedy colouring of items. An item is a row of vertex indices. In ascending order, each item
+// takes the smallest colour that no item with a common vertex has.
 template <class Rows>
 std::vector<Index> colours(Index n_vertices, const Rows& items, Index& n_colours) {
   std::vector<Index> start(n_vertices + 1, 0), of_item(items.rows(), -1), stamp;
@@ -48,7 +48,7 @@ std::vector<Index> colours(Index n_vertices, const Rows& items, Index& n_colours
   return of_item;
 }
 
-// The element tables of strain limiting. They change only with the held vertices.
+// The element tables of strain limiting. They change only if the held vertices change.
 class LimitElements {
  public:
   // If single_rows is true, also builds the tables for limit::correct_one().
@@ -59,7 +59,7 @@ class LimitElements {
   Index n_elements(Index batch) const { return n_in_[batch]; }
   std::size_t n_limits() const { return bounds_.size(); }
   Index colour(Index batch) const { return colour_of_[batch]; }
-  // First batch of each colour (colours + 1).
+  // (colours + 1) First batch of each colour.
   const std::vector<Index>& colour_start() const { return colour_start_; }
   Index element(Index slot) const { return element_of_[slot]; }  // -1: empty lane
   // Slots of the elements at each vertex, in ascending order.
@@ -69,14 +69,14 @@ class LimitElements {
     return corners_.data() + 24 * static_cast<std::size_t>(slot / 8) + slot % 8;
   }
 
-  // Holds these vertices in addition to the prescribed ones until the next call.
+  // Holds these vertices, in addition to the prescribed ones, until the next call.
   void hold(const std::vector<Index>& vertices);
 
   limit::Tables tables() const;
-  // Returns the tables with infinite bounds for cloths that are limited by edges. If `edges` is
-  // true, all cloths are limited by edges.
+  // Returns the tables for sweeps over elements. Cloths that are limited by edges have infinite
+  // bounds in these tables. If `edges` is true, all cloths are limited by edges.
   limit::Tables sweep_tables(bool edges);
-  // Returns the tables with bounds of +-rate [1/s] on the strain rates in all modes.
+  // Returns the tables with bounds of -rate and +rate [1/s] on the strain rates in all modes.
   limit::Tables rate_tables(double rate);
 
  private:

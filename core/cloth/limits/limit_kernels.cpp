@@ -41,7 +41,8 @@ LOOMSTONE_INLINE const double* gradients_of(const Tables& tables, std::size_t ba
   return tables.gradients + 8 * element_gradients * batch;
 }
 
-// Position or velocity of corner k of one element or of a batch. corners: (3 x 8).
+// Position or velocity of corner k of one element or of a batch of elements. `corners` has the
+// shape (3 x 8).
 template <class Real>
 LOOMSTONE_INLINE Space<Real> point(const Index* corners, int k, const double* x) {
   const auto component = [&](int c) LOOMSTONE_INLINE_LAMBDA -> Real {
@@ -86,8 +87,8 @@ struct Correction {
   Real size;  // size of the strain correction
 };
 
-// Computes the correction. Returns false if no element of the batch exceeds its bounds by more than
-// the tolerance.
+// Computes the correction of an element or a batch. Returns false if no element exceeds its bounds
+// by more than the tolerance.
 template <class Real>
 LOOMSTONE_INLINE bool correction(const Element<Real>& e, const Index* corners,
                                  const std::uint8_t* moves, const Bounds& bounds,

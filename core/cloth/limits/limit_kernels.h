@@ -7,7 +7,7 @@
 
 namespace loomstone::limit {
 
-// Tables of all elements, which change only with the held vertices. Slot s is lane s % 8 of
+// Tables of all elements, which change only if the held vertices change. Slot s is lane s % 8 of
 // batch s / 8.
 struct Tables {
   const Index* corners;     // (batches x 3 x 8) vertices
@@ -21,8 +21,8 @@ struct Tables {
 };
 inline constexpr std::uint8_t two_held = 8;
 
-// If v is null, the strain at positions x is limited. Otherwise the strain rate of velocities v at
-// positions x is limited.
+// The quantity that the kernels limit: the strain at positions x if v is null, and otherwise the
+// strain rate of velocities v at positions x.
 struct Motion {
   double* x;
   double* v;

@@ -15,19 +15,20 @@ namespace {
 constexpr int bound_stride = 12 * n_lanes;
 constexpr Index batches_per_range = 32;
 
-// stiffening: ratio of the second phase's modulus to the membrane's. steeper, steepest: ratios of
-// the third and the fourth phase's modulus to the second's. The second phase begins limit_margin()
-// inside the limit, the third half-way from there to the limit, and the fourth as far beyond the
-// limit as the third begins inside it. Light loads reach only the second phase. A triangle that
-// entered the third phase at once would rebound and change phase every other step. Under heavy
-// loads, as at prescribed vertices, the second phase alone would stretch far beyond the limit, and
-// under bodies much heavier than the cloth also the third. The first two values were tuned on
-// scenes/swing_limits.py and limit_scaling.py with steps of 4 ms, the third on balls of 40 kg in
-// cloth of 40 g, which exceed limits of 2 % by 0.04 if it is 100 and by 0.02 if it is 400.
-// docs/experiments/strain_limits.md lists the results.
+// `stiffening` is the ratio of the second phase's modulus to the membrane's. `steeper` and
+// `steepest` are the ratios of the third and the fourth phase's modulus to the second's. The second
+// phase begins limit_margin() inside the limit, the third half-way from there to the limit, and the
+// fourth as far beyond the limit as the third begins inside it. Light loads reach only the second
+// phase. A triangle that entered the third phase at once would rebound and change phase every other
+// step. Under heavy loads, as at prescribed vertices, a second phase alone would permit strains far
+// beyond the limit. Under bodies much heavier than the cloth, so would a second and a third phase.
+// The first two values were tuned on scenes/swing_limits.py and limit_scaling.py with steps of 4
+// ms. The third value was tuned on balls of 40 kg in cloth of 40 g: strains exceed limits of 2 % by
+// 0.04 with a value of 100 and by 0.02 with a value of 400. docs/experiments/strain_limits.md lists
+// the results.
 constexpr double stiffening = 300.0, steeper = 10.0, steepest = 400.0, third_begins = 0.5;
 
-// True if any mode of any lane is outside its bounds or NaN.
+// Returns true if any mode of any lane is outside its bounds or NaN.
 template <class Lanes>
 LOOMSTONE_INLINE bool beyond_any(const Lanes strain[3], const double* bound) {
   const auto within = [&](int k) LOOMSTONE_INLINE_LAMBDA -> MaskOf<Lanes> {
@@ -82,7 +83,8 @@ LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index*
       const Lanes beyond = lanes_select(over, e - most, lanes_select(under, e - least, Lanes{}));
       const Lanes far =
           lanes_select(far_over, e - far_most, lanes_select(far_under, e - far_least, Lanes{}));
-      // Bounds of the fourth phase. The limit lies half-way between them and those of the third.
+      // Bounds of the fourth phase. The limit lies half-way between these bounds and those of the
+      // third phase.
       const Lanes broken_most = far_most + 2.0 * (far_most - most),
                   broken_least = far_least + 2.0 * (far_least - least);
       const MaskOf<Lanes> broken_over = e > broken_most, broken_under = e < broken_least;
@@ -100,7 +102,7 @@ LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index*
   }
 }
 
-// Sets the bounds of one lane, which are infinite where a direction is unlimited.
+// Sets the bounds of one lane. They are infinite for directions without a limit.
 void set_bounds(const StrainLimit& limit, double* lane) {
   constexpr double free = std::numeric_limits<double>::infinity();
   const double least[3] = {limit.weft_min, limit.warp_min, limit.least_shear()},

@@ -15,7 +15,7 @@ namespace loomstone {
 
 class LimitPhase {
  public:
-  // limit_of (m): index into limits; -1: unlimited.
+  // `limit_of` (m) contains indices into `limits`, or -1 for triangles without limits.
   LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limits,
              const std::vector<Index>& limit_of);
 
@@ -28,8 +28,8 @@ class LimitPhase {
 
  private:
   Membrane& membrane_;
-  // (rows x 12 x 8) lower and upper strains at which the second phase begins, then those of the
-  // third
+  // (rows x 12 x 8) Lower and upper strains at which the second phase begins, then those at which
+  // the third phase begins.
   AlignedDoubles bounds_;
   std::vector<Index> bounds_of_;  // (batches) row of bounds_
   AlignedDoubles table_;

@@ -159,7 +159,7 @@ void StrainLimiter::run_batches(const Team& team, const limit::Tables& tables,
       });
 }
 
-// Passes the corrected elements of the batches to the active set. Returns their number.
+// Reports the corrected elements in `batches` to the active set and returns their number.
 std::int64_t StrainLimiter::spread(const std::vector<Index>& batches, ActiveSet& active) const {
   std::int64_t corrected = 0;
   if (active.all_elements()) {
@@ -186,7 +186,8 @@ std::int64_t StrainLimiter::sweep(const Team& team, const limit::Tables& tables,
   return corrected;
 }
 
-// Vertices of the corrected elements in the batches, without duplicates. Marks them as `listed`.
+// Returns the vertices of the corrected elements in the batches, without duplicates, and marks them
+// as `listed`.
 std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) {
   std::vector<Index> vertices;
   for (const Index b : batches)
@@ -201,7 +202,7 @@ std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) 
 }
 
 // Sorts the batches by thread. Each thread gets one part of the mesh, so that it mostly sums
-// corrections that it computed itself. The order within a part does not change.
+// corrections that it has computed itself. The order within each thread's batches does not change.
 std::vector<Index> StrainLimiter::by_thread(const Team& team,
                                             const std::vector<Index>& batches) const {
   if (team.threads <= 1) return batches;
@@ -217,7 +218,7 @@ std::vector<Index> StrainLimiter::by_thread(const Team& team,
   return result;
 }
 
-// Performs a Jacobi sweep. The corrections of an element are divided by the largest number of
+// Performs a Jacobi sweep. The correction of an element is divided by the largest number of
 // corrected elements at any of its vertices. The plain sum (3.17) diverges, and scaling per vertex
 // would not conserve momentum.
 std::int64_t StrainLimiter::sweep_jacobi(const Team& team, const limit::Tables& tables,

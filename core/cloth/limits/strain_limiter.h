@@ -22,12 +22,12 @@ namespace loomstone {
 class ActiveSet;
 class EdgeLimiter;
 
-// Enforces strain limits. `key` and options.seed together seed the random order. Calls with the
-// same key, seed and positions give bitwise the same result. On several ranks all calls are
-// collective.
+// Enforces strain limits. Together, `key` and options.seed are the seed of the random order. Calls
+// with the same key, seed and positions give bitwise the same result. On several ranks, all calls
+// are collective.
 class StrainLimiter {
  public:
-  // ranks: the ranks that share the check; null: a single process.
+  // `ranks` are the ranks that share the check; null: a single process.
   StrainLimiter(const LimitedCloth& cloth, const LimitOptions& options,
                 const Communicator* ranks = nullptr);
   ~StrainLimiter();
@@ -48,8 +48,8 @@ class StrainLimiter {
   LimitReport measure(const Team& team, const Points& x);
 
  private:
-  // Sweeps until all elements are within their bounds or options.max_sweeps is reached. Returns
-  // true if check_ is valid for the result.
+  // Performs sweeps until all elements are within their bounds or options.max_sweeps is reached.
+  // Returns true if check_ is valid for the result.
   bool sweep_until_met(const Team& team, std::uint64_t key, const limit::Tables& tables,
                        const limit::Motion& motion, LimitReport& report);
   // Performs one sweep and returns the number of corrected elements.

@@ -1,5 +1,5 @@
-// Material parameters of a cloth. Axis 1 is weft, axis 2 is warp. Membrane stiffness is a modulus
-// times the thickness, in N/m.
+// Material parameters of a cloth. Axis 1 is weft and axis 2 is warp. Membrane stiffness is a
+// modulus times the thickness [N/m].
 #pragma once
 
 #include "core/base/field.h"

@@ -1,4 +1,5 @@
-// Modes of strain of a triangle that stiff phases of the membrane limit, as a part of its energy.
+// Strain modes of a triangle whose limits are part of the membrane energy: stiff phases of the
+// membrane add energy beyond each limit.
 #pragma once
 
 #include <algorithm>
@@ -7,9 +8,10 @@
 
 namespace loomstone {
 
-// A mode has the strain e = d11 E11 + d22 E22 + 2 d12 E12 of the Green strain E. The second phase
-// adds the energy density 1/2 modulus (e - bound)^2 beyond the bounds `low` and `high`, the third
-// phase `steeper` times as much beyond the bounds `far_low` and `far_high`.
+// The strain of a mode is e = d11 E11 + d22 E22 + 2 d12 E12, with the Green strain E. The second
+// phase adds the energy density 1/2 modulus (e - bound)^2 beyond the bounds `low` and `high`.
+// Beyond the bounds `far_low` and `far_high`, the third phase adds a term of the same form with a
+// modulus that is `steeper` times as large.
 struct LimitMode {
   static constexpr double steeper = 3.0;
   static constexpr double unlimited = std::numeric_limits<double>::infinity();

@@ -53,7 +53,7 @@ Membrane::Membrane(Index n_vertices, const Triangles& triangles,
       area_(n_triangles_),
       slot_start_(n_vertices + 1, 0) {
   for (Index t = 0; t < n_batches_ * lanes; ++t) {
-    // Empty lanes repeat the last triangle with zero area.
+    // Empty lanes repeat the last triangle, with zero area.
     const Index source = std::min(t, n_triangles_ - 1);
     const std::size_t batch = t / lanes, lane = t % lanes;
     const Corners2& c = corners[source];
@@ -166,7 +166,7 @@ void Membrane::add_forces(const Team& team, const Points& x, const Points* v, In
 }
 
 namespace {
-constexpr Index no_element = 0;  // a chunk's scratch begins with a block of zeros
+constexpr Index no_element = 0;  // a chunk's scratch memory begins with a block of zeros
 constexpr Index first_element = 16;
 }  // namespace
 

@@ -30,7 +30,7 @@ MembraneConstants membrane_constants(const ClothMaterial& material, const std::s
 // The membrane elements of all cloths, with their constant tables and scratch memory.
 class Membrane {
  public:
-  // corners and constants have one entry per triangle.
+  // `corners` and `constants` have one entry per triangle.
   Membrane(Index n_vertices, const Triangles& triangles, const std::vector<Corners2>& corners,
            const std::vector<MembraneConstants>& constants);
 
@@ -49,12 +49,12 @@ class Membrane {
     phase_ = phase, in_phase_ = in_phase;
   }
 
-  // Adds the potential of these modes (m) to energy and forces, from now on. The Jacobian does not
+  // From now on, energy and forces include the potential of these modes (m). The Jacobian does not
   // include it.
   void add_limits(const std::vector<LimitModes>& modes);
 
-  // Batches that touch rows [begin, end), in ascending order. Valid until a call with another row
-  // range.
+  // Returns the batches that touch rows [begin, end), in ascending order. The list is valid until a
+  // call with another range of rows.
   const std::vector<Index>& batches_of(Index begin, Index end) {
     return select_rows(begin, end), batches_;
   }
@@ -70,21 +70,22 @@ class Membrane {
   void set_jacobian(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end,
                     BlockMatrix& matrix);
 
-  // These functions do the work of set_jacobian() in chunks of rows_per_block rows, for callers
-  // that continue with a chunk while it is in the cache. Call locate_rows() first, then set_chunk()
-  // for every chunk. Each thread needs its own scratch.
+  // Together, these functions do the same as set_jacobian(), in chunks of rows_per_block rows, for
+  // callers that continue to work on a chunk while it is in the cache. Call locate_rows() first,
+  // then set_chunk() for every chunk. Each thread needs its own scratch memory.
   void locate_rows(const BlockMatrix& matrix, Index begin, Index end);
   void set_chunk(Index chunk, const Points& x, JacobianTerms terms, AlignedDoubles& scratch,
                  BlockMatrix& matrix) const;
 
-  // Strain that a linear model neglects, see neglected_strains() in membrane_kernels.h.
+  // Strain that a linear model neglects; see neglected_strains() in membrane_kernels.h.
   struct Neglected {
     double strain = 0.0;   // largest eigenvalue [1]
     double energy = 0.0;   // [J]
-    double elastic = 0.0;  // membrane energy at `end` if these are positions [J]
+    double elastic = 0.0;  // membrane energy at positions `end` [J]
   };
-  // Finds it over the displacement end - start (n x 3 each; start may be null) for the triangles
-  // [first_triangle, last_triangle).
+  // Computes the neglected strain of the displacement end - start (n x 3 each; start may be null)
+  // for the triangles [first_triangle, last_triangle). `elastic` is meaningful only if `end`
+  // contains positions.
   Neglected neglected(const double* start, const double* end, Index first_triangle,
                       Index last_triangle) const;
 
@@ -109,8 +110,8 @@ class Membrane {
   Index begin_ = -1, end_ = -1;
   std::vector<double> element_forces_, element_strains_;
 
-  // Element blocks that contribute to rows [located_begin_, located_end_). Determined once per
-  // matrix pattern and row range.
+  // Element blocks that contribute to rows [located_begin_, located_end_). They are determined once
+  // per matrix pattern and range of rows.
   std::vector<Index> chunk_start_, chunk_batches_;  // batches that touch each chunk, ascending
   std::vector<Index> row_start_, diagonal_;         // block indices relative to the range
   std::vector<Index> sources_;  // (blocks x 2) offsets in the chunk's scratch, see membrane::rows

@@ -24,8 +24,8 @@ LOOMSTONE_INLINE Batch<Lanes> batch_of(const Tables& t, Index b) {
           t.constants + constant_stride * i};
 }
 
-// Columns of F (2.31). The shape-function gradients sum to zero, so positions relative to corner 2
-// suffice.
+// Columns of F (2.31). The gradients of the shape functions sum to zero, so it suffices to use
+// positions relative to corner 2.
 template <class Lanes>
 LOOMSTONE_INLINE void gradient_columns(const Batch<Lanes>& batch, const double* x,
                                        Lanes3<Lanes>& f1, Lanes3<Lanes>& f2) {
@@ -69,7 +69,7 @@ LOOMSTONE_INLINE Lanes energy_density(const Moduli<Lanes>& m, const Tensor<Lanes
          2.0 * m.g * e.t12 * e.t12;
 }
 
-// 1/2 dF^T dF of a displacement with gradient dF = (d1, d2).
+// Returns 1/2 dF^T dF for a displacement with the gradient dF = (d1, d2).
 template <class Lanes>
 LOOMSTONE_INLINE Tensor<Lanes> second_order_strain(const Lanes3<Lanes>& d1,
                                                    const Lanes3<Lanes>& d2) {
@@ -82,7 +82,7 @@ LOOMSTONE_INLINE Lanes largest_eigenvalue(const Tensor<Lanes>& e) {
   return 0.5 * (e.t11 + e.t22) + lanes_sqrt(d * d + e.t12 * e.t12);
 }
 
-// Positive part of a symmetric tensor with eigenvalues m +- r.
+// Returns the positive part of a symmetric tensor, whose eigenvalues are m + r and m - r.
 template <class Lanes>
 LOOMSTONE_INLINE Tensor<Lanes> positive_part(const Tensor<Lanes>& s) {
   const Lanes m = 0.5 * (s.t11 + s.t22), d = 0.5 * (s.t11 - s.t22);
@@ -92,12 +92,13 @@ LOOMSTONE_INLINE Tensor<Lanes> positive_part(const Tensor<Lanes>& s) {
   return {mean + share * d, mean - share * d, share * s.t12};
 }
 
-// Table of the stiff phases of a batch; null if none of its triangles is in a stiff phase.
+// Returns the table of the stiff phases of a batch, or null if none of its triangles is in a stiff
+// phase.
 LOOMSTONE_INLINE const double* phase_of(const Tables& t, Index b) {
   return t.phase && t.in_phase[b] ? t.phase + phase_stride * static_cast<std::size_t>(b) : nullptr;
 }
-// Slope, value and energy of the stress that the stiff phases add in one mode (0: 11, 1: 22, 2: 12)
-// at Green strain e.
+// The stress that stiff phases add in one mode (0: 11, 1: 22, 2: 12) at Green strain e: its slope,
+// its value and its energy.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes phase_slope(const double* phase, int mode) {
   return lanes_load<Lanes>(phase + 8 * mode);
@@ -132,13 +133,13 @@ LOOMSTONE_INLINE Beyond<Lanes> beyond_limits(const double* mode, const Tensor<La
   return {lanes_max0(strain - at(4)) - lanes_max0(at(3) - strain),
           lanes_max0(strain - at(6)) - lanes_max0(at(5) - strain)};
 }
-// Adds the bits of the lanes that are not zero.
+// Sets the bits of those lanes of `beyond` that are not zero.
 template <class Lanes>
 LOOMSTONE_INLINE void add_bits(const Lanes& beyond, std::uint8_t& bits) {
   for (int l = 0; l < n_lanes; ++l)
     if (beyond[l] != 0.0) bits |= static_cast<std::uint8_t>(1 << l);
 }
-// Adds the stress of the limits of batch b.
+// Adds the stress of the limit potential in batch b.
 template <class Lanes>
 LOOMSTONE_INLINE void add_limit_stress(const Tables& t, Index b, const Tensor<Lanes>& e,
                                        Tensor<Lanes>& s) {
@@ -157,7 +158,7 @@ LOOMSTONE_INLINE void add_limit_stress(const Tables& t, Index b, const Tensor<La
     add_bits(beyond.third, bits[1]);
   }
 }
-// Energy density of the limits of batch b.
+// Returns the energy density of the limit potential in batch b.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes limit_energy(const Tables& t, Index b, const Tensor<Lanes>& e) {
   const double* mode = t.limits + limit_stride * static_cast<std::size_t>(b);

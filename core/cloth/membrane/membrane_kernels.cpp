@@ -77,8 +77,9 @@ void forces(const Tables& tables, const Index* batches, Index n, const double* x
   LOOMSTONE_WIDEST(forces)(tables, batches, n, x, v, out);
 }
 
-// Largest strain of the past motion that is left out of the geometric term. Our choice: it removes
-// the slow motion of stiff sheets; the whole of it takes damping from wrinkles that snap.
+// Largest strain of the past motion that is excluded from the geometric term. Our choice: this
+// suffices to keep stiff sheets from moving in slow motion, whereas excluding any larger strain
+// would take damping from wrinkles that snap.
 constexpr double most_left_out = 0.01;
 
 template <class Lanes>

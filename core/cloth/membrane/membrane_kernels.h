@@ -26,11 +26,11 @@ struct Tables {
   const std::uint8_t* in_phase = nullptr;  // (batches) 0: nothing is added
   // (batches x 3 x 8 x 8) limited modes, with the fields of LimitMode in their order; may be null.
   const double* limits = nullptr;
-  // (batches x 3 x 2) forces() adds the bits of the lanes whose mode is in its second and in its
-  // third phase; may be null.
+  // (batches x 3 x 2) Bit masks for the second and the third phase of each mode; may be null.
+  // forces() sets the bits of the lanes whose mode is in that phase.
   std::uint8_t* entered = nullptr;
-  // [s] Viscous forces act on the strain rate at v (0), or on the change of the Green strain over
-  // this time, in which the motion at v led to x, divided by the time.
+  // [s] If 0, viscous forces act on the strain rate at v. Otherwise they act on the mean rate of
+  // the Green strain over this time, in which motion at the constant velocity v led to x.
   double rate_time = 0.0;
 };
 
@@ -45,8 +45,8 @@ void blocks(const Tables& tables, const Index* batches, Index n, const double* x
             JacobianTerms terms, double* out);
 
 // Sets n rows of a block matrix. Each off-diagonal block is the sum of one element block and the
-// transpose of another. `sources` (2 per block) gives their offsets in `elements`. The diagonal
-// block is minus the symmetric part of the sum of the other blocks in its row, because a
+// transpose of another. `sources` (2 per block) contains the offsets of both in `elements`. The
+// diagonal block is minus the symmetric part of the sum of the other blocks in its row, because a
 // translation causes no strain. row_start (n + 1) and diagonal (n) are block indices relative to
 // the first row.
 void rows(Index n, const Index* row_start, const Index* diagonal, const Index* sources,
@@ -56,10 +56,11 @@ struct BatchRange {
   Index first, n;
 };
 // Computes what a linear model of the strain neglects over a displacement u = end - start (n x 3
-// each; start may be null). With dF the gradient of u, E(x + u) = E(x) + sym(F^T dF) + 1/2 dF^T dF
-// exactly. The output of each triangle is the largest eigenvalue of 1/2 dF^T dF, the membrane
-// energy of that strain, and the membrane energy at the positions `end`. Batch i of the range is at
-// entry i of the output.
+// each; start may be null). If dF is the gradient of u,
+//   E(x + u) = E(x) + sym(F^T dF) + 1/2 dF^T dF
+// holds exactly. The output for each triangle is the largest eigenvalue of 1/2 dF^T dF, the
+// membrane energy of that strain, and the membrane energy at the positions `end`. Batch i of the
+// range is at entry i of the output.
 void neglected_strains(const Tables& tables, BatchRange batches, const double* start,
                        const double* end, double* out);
 
