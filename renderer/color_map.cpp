@@ -75,7 +75,8 @@ Vec3 srgb_of_msh(const Vec3& msh) {
   return (xyz_of_rgb().inverse() * xyz).unaryExpr(&to_srgb);
 }
 
-// Hue that the unsaturated middle takes from a saturated end (Moreland, function AdjustHue).
+// Hue of the unsaturated middle colour for interpolation to a saturated end colour. Colours are in
+// Msh coordinates (Moreland, function AdjustHue).
 double adjusted_hue(const Vec3& saturated, double middle_magnitude) {
   if (saturated[0] >= middle_magnitude) return saturated[2];
   const double spin = saturated[1] *

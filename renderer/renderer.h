@@ -115,9 +115,10 @@ class Renderer {
   // Throws Unsupported if neither OSMesa nor EGL can be loaded.
   Renderer(const FrameTopology& topology, const RenderOptions& options);
   ~Renderer();
-  // Takes the region of a fitted camera, the length scale of shading and the sharp edges of bodies
-  // from this frame. If this is the first frame of a sequence, a picture does not depend on which
-  // frames were drawn before it. If fit() is not called, the first rendered frame is used.
+  // Determines the region of a fitted camera, the length scale of shading and the sharp edges of
+  // bodies from the given frame. If fit() is called with the first frame of a sequence, no picture
+  // depends on the frames drawn before it. Without a call of fit(), the first rendered frame is
+  // used.
   void fit(const Frame& first);
   // Minimum and maximum of the values that each row of color_by shows in a frame; 0 and 0 for
   // "cloth".
