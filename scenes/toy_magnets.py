@@ -26,7 +26,7 @@ render = ls.RenderOptions(
     )
 )
 
-LENGTH, RADIUS, SIDES = 0.027, 0.004, 14  # of a rod [m]; few sides let it collide as a polyhedron
+LENGTH, RADIUS, SIDES = 0.027, 0.004, 14  # of a rod [m]; with few sides it collides as a polyhedron
 DEEP = 0.0005  # thickness of the plastic over the magnet's end [m]
 MAGNET: dict[str, Any] = {"radius": 0.003, "height": 0.006}
 BALL = 0.005
