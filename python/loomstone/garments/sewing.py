@@ -30,7 +30,7 @@ class Garment:
 
     mesh : TriangleMesh. Its uv are the panels laid out next to each other [m]; the two sides of a
         seam therefore have different uv.
-    groups : vertices by name: "panel" and "panel.edge" (in order along the edge)
+    groups : vertex indices by name: "panel" and "panel.edge" (in order along the edge)
     panel_names : names of the panels
     panel_of_triangle : (m) index of the panel of each triangle
     seam_edges : (k x 2) edges of the mesh where panels meet
@@ -166,12 +166,15 @@ def _spacing(
 
 
 def edge_for(area: float, triangles: int) -> float:
-    """Returns the edge length [m] of equilateral triangles that fill an area [m^2]."""
+    """Returns the edge length [m] of `triangles` equilateral triangles with a total area [m^2]."""
     return float(np.sqrt(area / triangles * 4 / np.sqrt(3)))
 
 
 def joined(pieces: Cut, positions: Floats) -> Garment:
-    """Welds the panels with vertices at `positions` (n x 3) [m]; joined vertices meet halfway."""
+    """Welds the panels, whose vertices are at `positions` (n x 3) [m], along all seams.
+
+    Joined vertices meet halfway.
+    """
     index, mesh = welded(pieces, positions, pieces.pairs)
     groups = {name: index[members] for name, members in pieces.groups.items()}
     names = tuple(panel.name for panel in pieces.pattern.panels)

@@ -84,7 +84,7 @@ def curve_of_meshes(
     reach: float,
     path: Path,
 ) -> Path:
-    """Plots force over distance or torque over angle of two magnets given by their meshes.
+    """Plots force against distance, or torque against angle, of two magnets given by their meshes.
 
     A single mesh is used for both. Both have the same polarization [T]. For forces, the first body
     starts next to the second one along `axis`, at a gap of 1e-6 of its radius, and moves away by up
