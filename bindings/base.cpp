@@ -61,7 +61,7 @@ void bind_report(py::module_& m, const char* name, const char* meaning) {
   c.def("__repr__", [name](const Report& report) { return repr_description(report, name); });
 }
 
-// Returns all numbers of a report by path. The path is also the name of the column in tables.
+// Returns all numbers of a report by their path, which is also the name of their column in tables.
 py::dict numbers(const StepReport& report) {
   py::dict dict;
   for_each_number(report, [&](const std::string& path, const auto&, const auto& value) {
@@ -74,16 +74,16 @@ void bind_reports(py::module_& m) {
   bind_report<StageSeconds>(m, "StageSeconds", "Wall time of each stage of a step [s].");
   bind_report<ThreadReport>(m, "ThreadReport",
                             "Time that threads spend in the loops of collision handling [s].");
-  bind_report<SolverReport>(m, "SolverReport", "Solves of the integrator.");
+  bind_report<SolverReport>(m, "SolverReport", "Work and accuracy of the integrator's solves.");
   bind_report<ErrorReport>(m, "ErrorReport",
-                           "Error of a step, and the parts in which it is taken.");
+                           "Error of a step, and the parts into which the step is divided.");
   bind_report<ContactReport>(m, "ContactReport", "Contacts and intersections.");
   bind_report<WithheldReport>(m, "WithheldReport", "Motion withheld by certification.");
   bind_report<AccountReport>(
       m, "AccountReport",
       "Work and losses since the start, or since the user wrote positions or velocities.\n\nWork "
       "that scripted obstacles do on rigid bodies is not included.");
-  bind_report<StrainLimitReport>(m, "StrainLimitReport", "Strain limits.");
+  bind_report<StrainLimitReport>(m, "StrainLimitReport", "Enforcement of strain limits.");
   bind_report<StrainReport>(m, "StrainReport",
                             "Strain U - I of all triangles at the end of the step [1].");
   bind_report<EnergyReport>(m, "EnergyReport", "Energies at the end of the step [J].");

@@ -98,7 +98,7 @@ void bind_generators(py::module_& m) {
   m.def("icosphere", &icosphere, py::arg("radius"), py::kw_only(), py::arg("subdivisions"),
         "Sphere with the given radius [m], approximated by a subdivided icosahedron.");
   m.def("box", &box, py::arg("x"), py::arg("y"), py::arg("z"), py::kw_only(),
-        py::arg("cells_per_side") = 1, "Box with the given sides [m].");
+        py::arg("cells_per_side") = 1, "Box with edge lengths x, y and z [m].");
   m.def("capsule", &capsule, py::arg("radius"), py::arg("length"), py::kw_only(),
         py::arg("segments") = 32,
         "Capsule along z with `length` between the centres of its caps [m].");
@@ -107,9 +107,9 @@ void bind_generators(py::module_& m) {
         "Cylinder along z [m], approximated by a prism with `segments` sides.");
   m.def("funnel", &funnel, py::arg("top_radius"), py::arg("bottom_radius"), py::arg("height"),
         py::arg("tube_length"), py::arg("wall"), py::kw_only(), py::arg("segments") = 64,
-        "Closed surface of a funnel with a wall [m]: a cone from top_radius at z = height to "
-        "bottom_radius at z = 0, and a\n"
-        "tube below it.");
+        "Closed surface of a funnel whose walls have a thickness `wall`; lengths in [m]. A cone "
+        "from top_radius at z = height\n"
+        "to bottom_radius at z = 0 continues as a tube below.");
   m.def("wave_bar", &wave_bar, py::arg("length"), py::arg("radius"), py::arg("amplitude"),
         py::arg("wavelength"), py::kw_only(), py::arg("segments") = 24,
         "Tube along y whose centre line is a sine wave in z; lengths in [m].");

@@ -124,7 +124,7 @@ void bind_stepping(py::class_<S>& c) {
   c.def_property_readonly("time", &S::time, "[s]");
   c.def_property_readonly("step_index", &S::step_index, "number of completed steps");
   c.def_property_readonly("step_size", &S::step_size,
-                          "length of a step, the largest length of automatic steps [s]");
+                          "length of a step, or largest length of automatic steps [s]");
   c.def_property_readonly("report", &S::report, "StepReport of the last step");
   c.def("rebuild_stages", &S::rebuild_stages, Released(),
         "Discards all stages and builds them again. If may_checkpoint is True, this does not "
@@ -154,11 +154,11 @@ void bind_ranks(py::class_<S>& c) {
       [](const S& self) { return std::pair(self.owned_rows()[0], self.owned_rows()[1]); },
       "Range (first, end) of internal cloth rows that this rank computes.");
   c.def("gather", &S::gather, Released(),
-        "Sends the values that each rank has written into its own rows to all ranks at once, "
-        "instead of in the next step.\n"
-        "Collective.\n"
+        "Sends the values that each rank has written into its own rows to all ranks now rather "
+        "than in the next step.\n"
+        "All ranks must call this method.\n"
         "\n"
-        "This is needed only after writes. After every step all ranks have all rows.");
+        "It is needed only after writing values. After every step, all ranks have all rows.");
   c.def_property_readonly("loop_iterations", &S::loop_iterations,
                           "Number of loop iterations that this rank has run within steps. It shows "
                           "how the work is divided.");

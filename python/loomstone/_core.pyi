@@ -227,7 +227,7 @@ class ThreadReport:
 
 class SolverReport:
     """
-    Solves of the integrator.
+    Work and accuracy of the integrator's solves.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -258,7 +258,7 @@ class SolverReport:
 
 class ErrorReport:
     """
-    Error of a step, and the parts in which it is taken.
+    Error of a step, and the parts into which the step is divided.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -429,7 +429,7 @@ class AccountReport:
 
 class StrainLimitReport:
     """
-    Strain limits.
+    Enforcement of strain limits.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -1195,15 +1195,15 @@ class MagneticBody:
         self, position: typing.Any, orientation: typing.Any = (1.0, 0.0, 0.0, 0.0)
     ) -> MagneticBody:
         """
-        A copy at another pose: centre (3) [m] and quaternion (w, x, y, z), which is normalised.
+        Returns a copy at another pose: centre (3) [m] and quaternion (w, x, y, z), which is normalised.
         """
     def moved(self, by: typing.Any) -> MagneticBody:
         """
-        A copy displaced by a vector (3) [m].
+        Returns a copy displaced by a vector (3) [m].
         """
     def rotated(self, by: typing.Any) -> MagneticBody:
         """
-        A copy rotated about its own centre by a rotation vector (3) in world axes [rad].
+        Returns a copy rotated about its own centre by a rotation vector (3) in world axes [rad].
         """
     @property
     def moment(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1228,7 +1228,7 @@ class MagneticBody:
 
 class SoftBody:
     """
-    Magnetisable body at a pose, magnetised by the field around it. Immutable; created by the functions soft_... of
+    Body at a pose that is magnetised by the field around it. Immutable; created by the functions soft_... of
     loomstone.magnetics.
     """
 
@@ -1237,15 +1237,15 @@ class SoftBody:
     def __repr__(self) -> str: ...
     def at(self, position: typing.Any, orientation: typing.Any = (1.0, 0.0, 0.0, 0.0)) -> SoftBody:
         """
-        A copy at another pose: centre (3) [m] and quaternion (w, x, y, z), which is normalised.
+        Returns a copy at another pose: centre (3) [m] and quaternion (w, x, y, z), which is normalised.
         """
     def moved(self, by: typing.Any) -> SoftBody:
         """
-        A copy displaced by a vector (3) [m].
+        Returns a copy displaced by a vector (3) [m].
         """
     def rotated(self, by: typing.Any) -> SoftBody:
         """
-        A copy rotated about its own centre by a rotation vector (3) in world axes [rad].
+        Returns a copy rotated about its own centre by a rotation vector (3) in world axes [rad].
         """
     def with_susceptibility(
         self, susceptibility: typing.SupportsFloat | typing.SupportsIndex
@@ -3227,7 +3227,7 @@ class Detector:
         ordered: bool = True,
     ) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.int32]]:
         """
-        Returns the same pairs as collision.candidates(). ordered: in ascending order; otherwise the order depends on the tree.
+        Returns the same pairs as collision.candidates(). ordered: whether the pairs are sorted in ascending order; otherwise their order depends on the tree.
         """
     def collisions(self, x0: typing.Any, x1: typing.Any) -> Collisions:
         """
@@ -3588,7 +3588,7 @@ class Renderer:
     def __init__(self, topology: FrameTopology, options: RenderOptions = ...) -> None: ...
     def fit(self, first: Frame) -> None:
         """
-        Fits the camera to this frame, usually the first of a run. Otherwise it is fitted to the first frame rendered.
+        Fits the camera to this frame, usually the first of a run. Without this call, it is fitted to the first frame rendered.
         """
     def render(
         self,
@@ -3743,10 +3743,10 @@ class Simulation:
         """
     def gather(self) -> None:
         """
-        Sends the values that each rank has written into its own rows to all ranks at once, instead of in the next step.
-        Collective.
+        Sends the values that each rank has written into its own rows to all ranks now rather than in the next step.
+        All ranks must call this method.
 
-        This is needed only after writes. After every step all ranks have all rows.
+        It is needed only after writing values. After every step, all ranks have all rows.
         """
     def intersecting_pairs(self) -> list[typing.Annotated[list[int], "FixedSize(2)"]]:
         """
@@ -3886,7 +3886,7 @@ class Simulation:
     @property
     def step_size(self) -> float:
         """
-        length of a step, the largest length of automatic steps [s]
+        length of a step, or largest length of automatic steps [s]
         """
     @property
     def threads(self) -> int: ...
@@ -3918,7 +3918,7 @@ def box(
     cells_per_side: typing.SupportsInt | typing.SupportsIndex = 1,
 ) -> TriangleMesh:
     """
-    Box with the given sides [m].
+    Box with edge lengths x, y and z [m].
     """
 
 def candidates(
@@ -4043,8 +4043,8 @@ def funnel(
     segments: typing.SupportsInt | typing.SupportsIndex = 64,
 ) -> TriangleMesh:
     """
-    Closed surface of a funnel with a wall [m]: a cone from top_radius at z = height to bottom_radius at z = 0, and a
-    tube below it.
+    Closed surface of a funnel whose walls have a thickness `wall`; lengths in [m]. A cone from top_radius at z = height
+    to bottom_radius at z = 0 continues as a tube below.
     """
 
 def grid(
