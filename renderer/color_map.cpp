@@ -46,7 +46,7 @@ double to_srgb(double linear) {
   return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
 }
 
-const Vec3 white(0.95047, 1.0, 1.08883);  // D65
+const Vec3 white(0.95047, 1.0, 1.08883);  // XYZ of the white point D65
 
 const Mat3& xyz_of_rgb() {
   static const Mat3 matrix =

@@ -15,7 +15,7 @@ void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 -
 
 const char* light_fragment_shader = R"(
 uniform sampler2D surface, shadow_map;
-uniform mat4 light_from_eye;    // to [-1, 1]^3
+uniform mat4 light_from_eye;    // eye space to the light's cube [-1, 1]^3
 uniform vec3 towards_light;     // eye space, unit
 uniform vec2 tangent, size;     // tangents of half the angles of view; picture size in pixels
 uniform float scale, light_radius;
@@ -48,7 +48,7 @@ float light_seen(vec3 p, vec3 n, float turn) {
   float bias = 0.75 * texel;
   float deepest = 0.9999;   // less than the depth 1 of empty texels, which thus cast no shadow
 
-  const float softness = 0.11;    // penumbra width over distance to the blocker (a lamp of 6 degrees)
+  const float softness = 0.11;   // penumbra width over blocker distance (a lamp of 6 degrees)
   float search = 0.022;
   float blockers = 0.0, depth_sum = 0.0;
   for (int i = 0; i < blocker_samples; ++i) {

@@ -1,4 +1,4 @@
-// Draws the final picture and reads it back.
+// Draws the final picture and reads its pixels.
 #include "renderer/surface_pass.h"
 
 #include <array>

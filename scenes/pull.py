@@ -22,8 +22,8 @@ render = ls.RenderOptions(
 )
 
 # Block magnets of grade N38 (1.22 to 1.26 T): edges [mm], flux density at the centre of the pole
-# [T], and pull on a thick steel plate in contact [N]. The numbers are those of the data sheets at
-# dhit.pl (MPL 10x5x1.5, 12x10x4, 40x10x5, 40x20x10).
+# [T], and pull on a thick steel plate that the magnet touches [N]. The numbers are those of the
+# data sheets at dhit.pl (MPL 10x5x1.5, 12x10x4, 40x10x5, 40x20x10).
 CATALOGUE = {
     (10, 5, 1.5): (0.23933, 8.47),
     (12, 10, 4): (0.34059, 33.88),

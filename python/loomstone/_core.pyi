@@ -3399,16 +3399,16 @@ class RenderOptions:
     Parameters (keywords)
     ---------------------
     width : width of the picture [pixels]; in [16, 16384]; default 1280
-    height : height of the picture; of each one if color_by names several [pixels]; in [16, 16384]; default 720
+    height : height of the picture, or of each of its rows if color_by joins several fields [pixels]; in [16, 16384]; default 720
     samples : samples per pixel [1]; in [1, 16]; default 4
     pattern : pattern on the cloth: weave | checker | plain; default 'weave'
-    color_by : cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (left half of each cloth: weft, right half: warp) | contact (2: forced to intersect); strain is U - I, as in limits; several, joined by +, give pictures one below another; default 'cloth'
+    color_by : cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (left half of each cloth: weft, right half: warp) | contact (2: forced to intersect); strain is U - I, as in limits; fields joined by + are drawn one below another; default 'cloth'
     color_low : value at the low end of the colour map [1]; default 0.0
-    color_high : value at the high end of the colour map; equal to color_low: the range of all frames drawn together [1]; default 0.0
+    color_high : value at the high end of the colour map; if equal to color_low, colours span the values of all frames drawn together [1]; default 0.0
     color_map : colour map: viridis | magma | diverging (blue to red); default 'viridis'
     wireframe : whether the edges of the cloth's triangles are drawn; default False
-    shadows : soft shadows; default True
-    ambient_occlusion : ambient occlusion; default True
+    shadows : whether soft shadows are drawn; default True
+    ambient_occlusion : whether ambient occlusion is drawn; default True
     floor : whether floors are drawn as a large ground plane; default True
     hidden : names of hidden bodies and obstacles, joined by +; default ''
     field_lines : number of magnetic field lines; 0: none [1]; in [0, 100000]; default 0
@@ -3487,7 +3487,7 @@ class RenderOptions:
     @property
     def ambient_occlusion(self) -> bool:
         """
-        ambient occlusion; default True
+        whether ambient occlusion is drawn; default True
         """
     @property
     def camera(self) -> Camera:
@@ -3497,12 +3497,12 @@ class RenderOptions:
     @property
     def color_by(self) -> str:
         """
-        cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (left half of each cloth: weft, right half: warp) | contact (2: forced to intersect); strain is U - I, as in limits; several, joined by +, give pictures one below another; default 'cloth'
+        cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (left half of each cloth: weft, right half: warp) | contact (2: forced to intersect); strain is U - I, as in limits; fields joined by + are drawn one below another; default 'cloth'
         """
     @property
     def color_high(self) -> float:
         """
-        value at the high end of the colour map; equal to color_low: the range of all frames drawn together [1]; default 0.0
+        value at the high end of the colour map; if equal to color_low, colours span the values of all frames drawn together [1]; default 0.0
         """
     @property
     def color_low(self) -> float:
@@ -3527,7 +3527,7 @@ class RenderOptions:
     @property
     def height(self) -> int:
         """
-        height of the picture; of each one if color_by names several [pixels]; in [16, 16384]; default 720
+        height of the picture, or of each of its rows if color_by joins several fields [pixels]; in [16, 16384]; default 720
         """
     @property
     def hidden(self) -> str:
@@ -3552,7 +3552,7 @@ class RenderOptions:
     @property
     def shadows(self) -> bool:
         """
-        soft shadows; default True
+        whether soft shadows are drawn; default True
         """
     @property
     def width(self) -> int:

@@ -50,7 +50,7 @@ class Units(pint.UnitRegistry[Any]):
             raise InvalidInput(
                 f"unit {unit!r}: {names} is not known; see pint.readthedocs.io"
             ) from None
-        except Exception:  # an exception of Pint or of its tokenizer
+        except Exception:  # Pint and its tokenizer raise exceptions of many types
             raise InvalidInput(
                 f"unit {unit!r} is not understood; write it like 'gf cm^2/cm'"
             ) from None

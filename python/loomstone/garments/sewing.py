@@ -195,7 +195,7 @@ def welded(pieces: Cut, positions: Floats, pairs: Indices) -> tuple[Indices, Tri
     )
     triangles = index[pieces.triangles]
     _check_weld(pieces, triangles)
-    # A panel that is turned over keeps its uv, which are then mirrored.
+    # The uv of a panel that is turned over stay unchanged, so they are mirror images of the panel.
     return index, TriangleMesh(vertices, triangles, pieces.flat, uv_triangles=pieces.triangles)
 
 

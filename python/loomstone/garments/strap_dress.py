@@ -288,8 +288,8 @@ def _strap(cone: _Cone, bar_radius: float, chord: float) -> tuple[Floats, Floats
     clear = bar_radius + 0.004
     # A chord of the circle with radius `over` lies at most chord^2 / (8 over) inside it.
     over = (clear + np.sqrt(clear**2 + chord**2 / 2)) / 2
-    # The path is straight from (-depth, -rise) to its tangent point on this circle, and then
-    # follows the circle over the top.
+    # In the plane (y, z), the path is straight from (-depth, -rise) to its tangent point on the
+    # circle of radius `over`, and then follows the circle over the top.
     first = np.arctan2(-rise, -depth) - np.arccos(over / np.hypot(depth, rise)) + 2 * np.pi
     turn = np.linspace(first, np.pi - first, 17)
     circle = np.c_[np.full(17, x), over * np.cos(turn), over * np.sin(turn)]

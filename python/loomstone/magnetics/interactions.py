@@ -110,7 +110,7 @@ def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
 
     tolerance [1]: error of each pair relative to the largest force between any two bodies. Linear
     and angular momentum are conserved to rounding. Bodies made by cells() interact by their cells.
-    Errors are estimated, and solid magnets that overlap are refused, as by `force`.
+    As in `force`, errors are estimated, and solid magnets that overlap raise InvalidInput.
     threads 0: all processors; the result does not depend on it. Bodies that move are given at their
     poses:
 

@@ -136,4 +136,4 @@ def _size(size: tuple[float, float]) -> tuple[float, float]:
 
 def _edge_length(area: float, triangles: int) -> float:
     triangles = whole("triangles", triangles, 2, MOST_TRIANGLES)
-    return float(np.sqrt(area / triangles * 4 / np.sqrt(3)))  # of equilateral triangles
+    return float(np.sqrt(area / triangles * 4 / np.sqrt(3)))  # edge of equilateral triangles
