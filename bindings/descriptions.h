@@ -194,8 +194,7 @@ std::string field_text(const F& each) {
   return text;
 }
 
-// Unit of a field. If none is stated, it is taken from brackets in the field's meaning; without
-// brackets it is "1".
+// Unit of a field: the stated unit, or else the one in brackets in its meaning, or else "1".
 template <class F>
 std::string unit_of(const F& each) {
   if (*each.unit) return each.unit;
@@ -319,8 +318,7 @@ void bind_constructor(Class& c, const char* name, std::index_sequence<P...>,
         argument(std::get<sizeof...(P) + K>(fields))...);
 }
 
-// Binds D; its first n_positional fields may also be given by position. Its base classes must have
-// been bound before.
+// Binds D, whose bases must already be bound. Its first n_positional fields may be positional.
 template <Description D, std::size_t n_positional = 0, class... Bases>
 py::class_<D, Bases...> bind_description(py::module_& m, const char* name,
                                          const std::string& meaning) {

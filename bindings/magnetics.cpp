@@ -50,8 +50,7 @@ void bind_body(py::module_& m) {
                                                    as_vector<Vec4>(orientation, "orientation"))};
       },
       py::arg("position"), py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
-      "Returns a copy at another pose: centre (3) [m] and quaternion (w, x, y, z), which is "
-      "normalised.");
+      "Returns a copy with centre (3) [m] and quaternion (w, x, y, z), which is normalised.");
   c.def(
       "moved",
       [](const MagneticBody& b, const py::object& by) {

@@ -35,8 +35,7 @@ void bind_copies(py::class_<SoftBody>& c) {
         return SoftBody{b.shape, pose, b.saturation};
       },
       py::arg("position"), py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
-      "Returns a copy at another pose: centre (3) [m] and quaternion (w, x, y, z), which is "
-      "normalised.");
+      "Returns a copy with centre (3) [m] and quaternion (w, x, y, z), which is normalised.");
   c.def("with_susceptibility", &with_susceptibility, py::arg("susceptibility"),
         "Returns a copy with another susceptibility >= -1 [1]. Results that depend on the shape "
         "only are reused.");

@@ -18,8 +18,7 @@
 namespace loomstone {
 namespace {
 
-// For each cloth, the edge of a square whose area equals that of the cloth's bounding box in uv
-// [m]; 1 if that area is zero.
+// Per cloth: edge of a square with the area of its bounding box in uv [m]; 1 if the area is 0.
 std::vector<double> pattern_sizes(const FrameTopology& topology) {
   std::vector<double> sizes(topology.cloth_names.size(), 1.0);
   for (std::size_t cloth = 0; cloth < sizes.size(); ++cloth) {
@@ -78,8 +77,7 @@ FrameTopology shown(const FrameTopology& topology, const RenderOptions& options)
   return rest;
 }
 
-// Bounding rectangle of points in the picture [pixels]. It is the whole picture if any of the
-// points is closer to the eye than the near plane.
+// Bounding rectangle of points [pixels]; the whole picture if any is nearer than the near plane.
 class Reach {
  public:
   Reach(const View& view, int width, int height) : view_(view), width_(width), height_(height) {}

@@ -1195,7 +1195,7 @@ class MagneticBody:
         self, position: typing.Any, orientation: typing.Any = (1.0, 0.0, 0.0, 0.0)
     ) -> MagneticBody:
         """
-        Returns a copy at another pose: centre (3) [m] and quaternion (w, x, y, z), which is normalised.
+        Returns a copy with centre (3) [m] and quaternion (w, x, y, z), which is normalised.
         """
     def moved(self, by: typing.Any) -> MagneticBody:
         """
@@ -1237,7 +1237,7 @@ class SoftBody:
     def __repr__(self) -> str: ...
     def at(self, position: typing.Any, orientation: typing.Any = (1.0, 0.0, 0.0, 0.0)) -> SoftBody:
         """
-        Returns a copy at another pose: centre (3) [m] and quaternion (w, x, y, z), which is normalised.
+        Returns a copy with centre (3) [m] and quaternion (w, x, y, z), which is normalised.
         """
     def moved(self, by: typing.Any) -> SoftBody:
         """
