@@ -51,8 +51,8 @@ void bind_triangle_mesh(py::module_& m) {
   const auto array = [&](const char* name, auto getter, const char* text) {
     c.def_property_readonly(name, getter, py::return_value_policy::reference_internal, text);
   };
-  array("vertices", &TriangleMesh::vertices, "(n x 3) [m], read-only view");
-  array("triangles", &TriangleMesh::triangles, "(m x 3), read-only view");
+  array("vertices", &TriangleMesh::vertices, "(n x 3) positions [m], read-only view");
+  array("triangles", &TriangleMesh::triangles, "(m x 3) vertex indices, read-only view");
   array("uv", &TriangleMesh::uv,
         "(k x 2) rest coordinates [m], read-only view; no rows if the mesh has none");
   array("uv_triangles", &TriangleMesh::uv_triangles, "(m x 3) indices into uv, read-only view");
@@ -122,11 +122,12 @@ void bind_queries(py::module_& m) {
   point.def_readonly(
       "triangle", &ClosestPoint::triangle,
       "index of the triangle that contains the point; -1: no point within the radius");
-  point.def_readonly("point", &ClosestPoint::point, "[m]");
-  point.def_readonly("barycentric", &ClosestPoint::barycentric, "[1]");
+  point.def_readonly("point", &ClosestPoint::point, "position (3) [m]");
+  point.def_readonly("barycentric", &ClosestPoint::barycentric,
+                     "barycentric coordinates (3) in the triangle [1]");
   point.def_readonly("normal", &ClosestPoint::normal,
                      "pseudo-normal of the closest feature, unit length");
-  point.def_readonly("distance", &ClosestPoint::distance, "[m]");
+  point.def_readonly("distance", &ClosestPoint::distance, "distance from the query point [m]");
   point.def("__repr__", [](const ClosestPoint& self) {
     return formatted("ClosestPoint(triangle={}, distance={})", self.triangle,
                      py::str(py::cast(self.distance)).cast<std::string>());

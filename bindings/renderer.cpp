@@ -87,7 +87,8 @@ void bind_renderer(py::module_& m) {
       py::arg("frame"),
       "Returns the minimum and maximum value that each row of color_by shows in a frame; (0, 0) "
       "for a row that shows the cloth.");
-  c.def_property_readonly("backend", &Renderer::backend, "osmesa | egl");
+  c.def_property_readonly("backend", &Renderer::backend,
+                          "library that provides OpenGL: osmesa | egl");
 }
 
 }  // namespace loomstone

@@ -96,14 +96,14 @@ void bind_results(py::class_<State>& c) {
       "(b x 3) centres of mass [m], read-only");
   result(
       "body_orientations", [](const State& s) -> const auto& { return s.rigid.orientations; },
-      "(b x 4) unit quaternions (w, x, y, z), read-only");
+      "(b x 4) orientations: unit quaternions (w, x, y, z), read-only");
   result(
       "body_velocities", [](const State& s) -> const Points& { return s.rigid.velocities; },
-      "(b x 3) [m/s], read-only");
+      "(b x 3) velocities of the centres of mass [m/s], read-only");
   result(
       "body_angular_velocities",
       [](const State& s) -> const Points& { return s.rigid.angular_velocities; },
-      "(b x 3) [rad/s], read-only");
+      "(b x 3) angular velocities in world axes [rad/s], read-only");
 }
 
 using S = Simulation;
@@ -121,7 +121,7 @@ void bind_stepping(py::class_<S>& c) {
   c.def("step", &S::step, Released(),
         "Advances by one step. If SolverFailure is raised, the state remains that of the last "
         "successful step.");
-  c.def_property_readonly("time", &S::time, "[s]");
+  c.def_property_readonly("time", &S::time, "simulated time [s]");
   c.def_property_readonly("step_index", &S::step_index, "number of completed steps");
   c.def_property_readonly("step_size", &S::step_size,
                           "length of a step, or largest length of automatic steps [s]");
@@ -180,11 +180,13 @@ void bind_positions(py::class_<S>& c) {
         },
         text);
   };
-  array({"positions", "m"}, &S::positions, &S::set_positions, "(n x 3) [m], a copy; assignable");
+  array({"positions", "m"}, &S::positions, &S::set_positions,
+        "(n x 3) positions of the cloth vertices [m], a copy; assignable");
   array({"velocities", "m/s"}, &S::velocities, &S::set_velocities,
-        "(n x 3) [m/s], a copy; assignable");
+        "(n x 3) velocities of the cloth vertices [m/s], a copy; assignable");
   array({"external_forces", "N"}, &S::external_forces, &S::set_external_forces,
-        "(n x 3) [N], a copy; assignable; applied in every step until changed");
+        "(n x 3) external forces on the cloth vertices [N], a copy; assignable; applied in every "
+        "step until changed");
   c.def(
       "set_pin_targets",
       [](S& self, const py::object& targets) {

@@ -227,7 +227,7 @@ class ThreadReport:
 
 class SolverReport:
     """
-    Work and accuracy of the integrator's solves.
+    Report on the solves of the integrator.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -289,7 +289,7 @@ class ErrorReport:
 
 class ContactReport:
     """
-    Contacts and intersections.
+    Report on contacts and intersections.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -350,7 +350,7 @@ class ContactReport:
 
 class WithheldReport:
     """
-    Motion withheld by certification.
+    Report on motion withheld by certification.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -429,7 +429,7 @@ class AccountReport:
 
 class StrainLimitReport:
     """
-    Enforcement of strain limits.
+    Report on the enforcement of strain limits.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -582,7 +582,7 @@ class EnergyReport:
 
 class MagnetReport:
     """
-    Motion of magnets.
+    Report on the motion of magnets.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -603,7 +603,7 @@ class MagnetReport:
 
 class CircuitReport:
     """
-    Electric circuits and bearings.
+    Report on electric circuits and bearings.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -845,12 +845,12 @@ class Frame:
     @property
     def time(self) -> float:
         """
-        [s]
+        time [s]
         """
     @property
     def velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [m/s]
+        (n x 3) velocities of the cloth vertices [m/s]
         """
 
 class TriangleMesh:
@@ -920,7 +920,7 @@ class TriangleMesh:
     @property
     def triangles(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 3]"]:
         """
-        (m x 3), read-only view
+        (m x 3) vertex indices, read-only view
         """
     @property
     def uv(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]:
@@ -935,7 +935,7 @@ class TriangleMesh:
     @property
     def vertices(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [m], read-only view
+        (n x 3) positions [m], read-only view
         """
 
 class ClosestPoint:
@@ -946,12 +946,12 @@ class ClosestPoint:
     @property
     def barycentric(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        [1]
+        barycentric coordinates (3) in the triangle [1]
         """
     @property
     def distance(self) -> float:
         """
-        [m]
+        distance from the query point [m]
         """
     @property
     def normal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -961,7 +961,7 @@ class ClosestPoint:
     @property
     def point(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        [m]
+        position (3) [m]
         """
     @property
     def triangle(self) -> int:
@@ -1180,7 +1180,7 @@ class MassProperties:
     @property
     def mass(self) -> float:
         """
-        [kg]
+        mass [kg]
         """
 
 class MagneticBody:
@@ -1276,7 +1276,7 @@ class SoftBody:
     @property
     def volume(self) -> float:
         """
-        [m^3]
+        volume [m^3]
         """
 
 class ClothMaterial:
@@ -3613,7 +3613,7 @@ class Renderer:
     @property
     def backend(self) -> str:
         """
-        osmesa | egl
+        library that provides OpenGL: osmesa | egl
         """
 
 class State:
@@ -3636,7 +3636,7 @@ class State:
         self,
     ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (b x 3) [rad/s], read-only
+        (b x 3) angular velocities in world axes [rad/s], read-only
         """
     @property
     def body_centres(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -3646,12 +3646,12 @@ class State:
     @property
     def body_orientations(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 4]"]:
         """
-        (b x 4) unit quaternions (w, x, y, z), read-only
+        (b x 4) orientations: unit quaternions (w, x, y, z), read-only
         """
     @property
     def body_velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (b x 3) [m/s], read-only
+        (b x 3) velocities of the centres of mass [m/s], read-only
         """
     @property
     def external_forces(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -3832,7 +3832,7 @@ class Simulation:
     @property
     def external_forces(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [N], a copy; assignable; applied in every step until changed
+        (n x 3) external forces on the cloth vertices [N], a copy; assignable; applied in every step until changed
         """
     @external_forces.setter
     def external_forces(self, arg1: typing.Any) -> None: ...
@@ -3860,7 +3860,7 @@ class Simulation:
     @property
     def positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [m], a copy; assignable
+        (n x 3) positions of the cloth vertices [m], a copy; assignable
         """
     @positions.setter
     def positions(self, arg1: typing.Any) -> None: ...
@@ -3893,14 +3893,14 @@ class Simulation:
     @property
     def time(self) -> float:
         """
-        [s]
+        simulated time [s]
         """
     @property
     def topology(self) -> FrameTopology: ...
     @property
     def velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [m/s], a copy; assignable
+        (n x 3) velocities of the cloth vertices [m/s], a copy; assignable
         """
     @velocities.setter
     def velocities(self, arg1: typing.Any) -> None: ...
