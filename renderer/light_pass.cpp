@@ -16,7 +16,7 @@ void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 -
 const char* light_fragment_shader = R"(
 uniform sampler2D surface, shadow_map;
 uniform mat4 light_from_eye;    // eye space to the light's cube [-1, 1]^3
-uniform vec3 towards_light;     // eye space, unit
+uniform vec3 towards_light;     // unit vector in eye space
 uniform vec2 tangent, size;     // tangents of half the angles of view; picture size in pixels
 uniform float scale, light_radius;
 uniform int with_shadows, with_occlusion;

@@ -34,7 +34,7 @@ const char* common = R"(
 out vec4 color;
 uniform vec2 size;                 // of the picture in pixels
 uniform sampler2D light_seen;      // half size: visible fractions of light and surroundings; depth
-uniform vec3 towards_light, up;    // eye space, unit
+uniform vec3 towards_light, up;    // unit vectors in eye space
 
 const vec3 sun = vec3(1.06, 0.99, 0.89);
 const vec3 sky = vec3(0.31, 0.335, 0.38);

@@ -46,7 +46,7 @@ class Function:
         return [f"{n} {what} (at most {limit})" for n, limit, what in measured if n > limit]
 
 
-# Python: measured on the syntax tree.
+# Python functions are measured on the syntax tree.
 
 NESTING_NODES = (
     ast.For,
@@ -107,7 +107,7 @@ def python_functions(path: str) -> Iterator[Function]:
     yield from visit(ast.parse((ROOT / path).read_text()), "")
 
 
-# C++: lizard finds functions and parameters. Nesting is counted on the tokens of each function.
+# In C++, lizard finds functions and parameters; nesting is counted on the tokens of each function.
 
 TOKENS = re.compile(
     r"//[^\n]*|/\*.*?\*/|#[^\n]*|"  # comments, preprocessor

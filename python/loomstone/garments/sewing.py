@@ -111,7 +111,8 @@ def garment(
     """Triangulates panels, joins them along seams, and reduces the strain due to their placement.
 
     panels, seams : panels with seams (Seam or pairs of "panel.edge"), or one Pattern
-    triangles : total number of triangles, exact up to one per panel; an alternative to `edge`
+    triangles : total number of triangles, as an alternative to `edge`; the result may differ from
+        it by one per panel
     edge : mean edge length [m]. Angles are at least 25 degrees if the outline has no corner below
         55 degrees.
     ease : largest difference in length of two sewn edges, relative to the longer one [1]

@@ -38,7 +38,7 @@ def dress(
 ) -> Garment:
     """A sleeveless dress: a bodice of five panels, a skirt of six gores, and two straps over a bar.
 
-    triangles : total number of triangles, at least 200, exact up to 13
+    triangles : total number of triangles, at least 200; the result may differ from it by up to 13
     bust, waist, hem : circumferences [m]; the bust is 0.2 m above the waist
     skirt : length of the skirt along the cloth [m]
     bar_radius : radius of the bar along the x axis, 4 mm below the straps [m]; 0.015 to 0.05
@@ -74,7 +74,7 @@ def dress_pattern(
     """Returns panels and seams of `dress`, which can be changed before they are sewn.
 
     chord : length of the straps' mesh edges [m], at most 0.15. Straps start so high that mesh edges
-        of this length clear the bar, and are slack at first if it is large.
+        of this length clear the bar. If `chord` is large, the straps are slack at first.
     """
     if not 0.0 <= chord <= 0.15:
         raise InvalidInput(f"chord must be in [0, 0.15] m, got {chord}")

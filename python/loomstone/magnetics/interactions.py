@@ -130,8 +130,8 @@ def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
 
     It is minus the sum over pairs of the integral of M.B over one magnet in the field of the other.
     Forces are its negative derivatives with respect to positions. tolerance [1]: error relative to
-    the energy of each pair, or to 1e-3 of the energy of two dipoles with the same moments at the
-    distance of the sum of both radii if that is larger. The energy of an induced body is that of
+    the energy of each pair or, if that is larger, to 1e-3 of the energy of two dipoles with the
+    same moments whose distance is the sum of both radii. The energy of an induced body is that of
     its panels' charge in the potential of the magnet, and does not depend on the tolerance. threads
     0: all processors; the result does not depend on it. Raises Unsupported for currents, because
     keeping them constant requires work.
