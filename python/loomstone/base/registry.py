@@ -64,7 +64,7 @@ class Units(pint.UnitRegistry[Any]):
 
 
 def _ambiguous(unit: str) -> bool:
-    """Returns whether a product follows a fraction bar, as in gf/cm deg, which can be misread."""
+    """Returns whether a unit is ambiguous: a product follows a fraction bar, as in gf/cm deg."""
     flat = unit
     while (inner := re.sub(r"\([^()]*\)", "u", flat)) != flat:
         flat = inner

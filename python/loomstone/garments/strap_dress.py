@@ -89,7 +89,7 @@ def dress_pattern(
     upper = _Cone(waist, (bust - waist) / (2 * np.pi * 0.2), 1.0)
     lower = _Cone(waist, (hem - waist) / (2 * np.pi * skirt), -1.0)
     strap_path, strap_across = _strap(upper, bar_radius, chord)
-    drop = float(strap_path[0, 2]) - upper.height(STRAP)  # height of the waist [m]
+    drop = float(strap_path[0, 2]) - upper.height(STRAP)  # z of the waist [m]
     bodice, bodice_seams = _bodice(upper, drop)
     gores, gore_seams = _gores(lower, skirt, drop)
     straps, strap_seams = _straps(strap_path, strap_across)
