@@ -55,11 +55,10 @@ def close_seams(
     step : time step [s]
     ease : largest relative difference in length of sewn edges [1]
 
-    Seams count as closed if no gap exceeds 1.5 contact distances. They also count as closed if all
-    gaps are at rest below half a mesh edge, because thickness keeps panels apart where three of
-    them meet. The two vertices of each pair are then welded halfway between them. Raises
-    SolverFailure naming the widest seam if seams stay open, and InvalidInput if the sewn garment
-    would intersect itself.
+    Seams count as closed if no gap exceeds 1.5 contact distances, or if all gaps are at rest below
+    half a mesh edge, because thickness keeps panels apart where three of them meet. The vertices of
+    each pair are then welded halfway between them. Raises SolverFailure naming the widest seam if
+    seams stay open, and InvalidInput if the sewn garment would intersect itself.
     """
     for name, value in (("longest", longest), ("step", step)):
         if not (np.isfinite(value) and value > 0):
