@@ -61,7 +61,7 @@ void bind_report(py::module_& m, const char* name, const char* meaning) {
   c.def("__repr__", [name](const Report& report) { return repr_description(report, name); });
 }
 
-// Returns all numbers of a report by path. The path is also the name of the column in tables.
+// Returns all numbers of a report by their path, which is also the name of their column in tables.
 py::dict numbers(const StepReport& report) {
   py::dict dict;
   for_each_number(report, [&](const std::string& path, const auto&, const auto& value) {
@@ -74,21 +74,22 @@ void bind_reports(py::module_& m) {
   bind_report<StageSeconds>(m, "StageSeconds", "Wall time of each stage of a step [s].");
   bind_report<ThreadReport>(m, "ThreadReport",
                             "Time that threads spend in the loops of collision handling [s].");
-  bind_report<SolverReport>(m, "SolverReport", "Solves of the integrator.");
+  bind_report<SolverReport>(m, "SolverReport", "Report on the solves of the integrator.");
   bind_report<ErrorReport>(m, "ErrorReport",
-                           "Error of a step, and the parts in which it is taken.");
-  bind_report<ContactReport>(m, "ContactReport", "Contacts and intersections.");
-  bind_report<WithheldReport>(m, "WithheldReport", "Motion withheld by certification.");
+                           "Error of a step, and the parts into which the step is divided.");
+  bind_report<ContactReport>(m, "ContactReport", "Report on contacts and intersections.");
+  bind_report<WithheldReport>(m, "WithheldReport", "Report on motion withheld by certification.");
   bind_report<AccountReport>(
       m, "AccountReport",
       "Work and losses since the start, or since the user wrote positions or velocities.\n\nWork "
       "that scripted obstacles do on rigid bodies is not included.");
-  bind_report<StrainLimitReport>(m, "StrainLimitReport", "Strain limits.");
+  bind_report<StrainLimitReport>(m, "StrainLimitReport",
+                                 "Report on the enforcement of strain limits.");
   bind_report<StrainReport>(m, "StrainReport",
                             "Strain U - I of all triangles at the end of the step [1].");
   bind_report<EnergyReport>(m, "EnergyReport", "Energies at the end of the step [J].");
-  bind_report<MagnetReport>(m, "MagnetReport", "Motion of magnets.");
-  bind_report<CircuitReport>(m, "CircuitReport", "Electric circuits and bearings.");
+  bind_report<MagnetReport>(m, "MagnetReport", "Report on the motion of magnets.");
+  bind_report<CircuitReport>(m, "CircuitReport", "Report on electric circuits and bearings.");
   bind_report<StepReport>(m, "StepReport", "Record of a step. It never influences the simulation.");
   py::class_<StepReport> report = m.attr("StepReport");
   static_assert(std::is_trivially_copyable_v<StepReport>);
@@ -170,10 +171,10 @@ void bind_frame(py::module_& m) {
         name, [member](const Frame& self) -> const auto& { return self.*member; },
         py::return_value_policy::reference_internal, text);
   };
-  c.def_readonly("time", &Frame::time, "[s]");
+  c.def_readonly("time", &Frame::time, "time [s]");
   c.def_readonly("step", &Frame::step, "number of the last step");
   array("positions", &Frame::positions, "(n x 3) positions of the cloth vertices [m]");
-  array("velocities", &Frame::velocities, "(n x 3) [m/s]");
+  array("velocities", &Frame::velocities, "(n x 3) velocities of the cloth vertices [m/s]");
   array("strain", &Frame::strain, "(m x 3) Green strain: weft, warp and shear (E12) [1]");
   array("stretch", &Frame::stretch, "(m) largest principal stretch [1]");
   c.def_property_readonly(

@@ -62,7 +62,7 @@ struct Argument {
 };
 
 // Converts quantities of any Pint registry, such as loomstone.units, to plain numbers in `unit`.
-// Returns other values unchanged. Errors name the value by `where`.
+// Returns other values unchanged. Error messages call the value `where`.
 inline py::object in_unit(const py::object& value, const char* unit, const std::string& where) {
   return py::module_::import("loomstone.base.quantities").attr("in_unit")(value, unit, where);
 }
@@ -124,8 +124,8 @@ Fixed as_vector(const py::object& object, const Argument& argument) {
   return Eigen::Map<const Fixed>(array.data());
 }
 
-// Converts an object to an (n x columns) array. Throws InvalidInput, which states the actual shape,
-// for other shapes and, if `rows` >= 0, for other numbers of rows.
+// Converts an object to an (n x columns) array. Throws InvalidInput, with the actual shape, if the
+// number of columns differs or if `rows` >= 0 and n differs from it.
 template <class Array>
 Array as_rows(const py::object& object, const Argument& argument, Eigen::Index rows = -1) {
   using Scalar = typename Array::Scalar;

@@ -226,8 +226,8 @@ void bind_detector(py::module_& m) {
           },
           py::arg("x0"), py::arg("x1"), py::arg("inflation") = 0.0, py::kw_only(),
           py::arg("ordered") = true,
-          "Returns the same pairs as collision.candidates(). ordered: in ascending order; "
-          "otherwise the order depends on the tree.")
+          "Returns the same pairs as collision.candidates(). ordered: whether the pairs are sorted "
+          "in ascending order; otherwise their order depends on the tree.")
       .def(
           "collisions",
           [](BoundDetector& self, const py::object& x0, const py::object& x1) {

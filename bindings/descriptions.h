@@ -194,7 +194,7 @@ std::string field_text(const F& each) {
   return text;
 }
 
-// Unit of a field. If it has none, the unit is taken from brackets in its meaning, or else is "1".
+// Unit of a field: the stated unit, or else the one in brackets in its meaning, or else "1".
 template <class F>
 std::string unit_of(const F& each) {
   if (*each.unit) return each.unit;
@@ -318,7 +318,7 @@ void bind_constructor(Class& c, const char* name, std::index_sequence<P...>,
         argument(std::get<sizeof...(P) + K>(fields))...);
 }
 
-// Binds D; its first n_positional fields may also be given by position. Bases must be bound before.
+// Binds D, whose bases must already be bound. Its first n_positional fields may be positional.
 template <Description D, std::size_t n_positional = 0, class... Bases>
 py::class_<D, Bases...> bind_description(py::module_& m, const char* name,
                                          const std::string& meaning) {

@@ -1,4 +1,4 @@
-// Binds magnetic sources, each at a pose, their fields and the forces between them.
+// Binds magnets and currents at given poses, their fields, and the forces between them.
 #include <optional>
 
 #include "bindings/descriptions.h"
@@ -50,7 +50,7 @@ void bind_body(py::module_& m) {
                                                    as_vector<Vec4>(orientation, "orientation"))};
       },
       py::arg("position"), py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
-      "A copy at another pose: centre (3) [m] and quaternion (w, x, y, z), which is normalised.");
+      "Returns a copy with centre (3) [m] and quaternion (w, x, y, z), which is normalised.");
   c.def(
       "moved",
       [](const MagneticBody& b, const py::object& by) {
@@ -58,7 +58,7 @@ void bind_body(py::module_& m) {
             b.source,
             checked_pose(b.pose.position + as_vector<Vec3>(by, {"by", "m"}), b.pose.orientation)};
       },
-      py::arg("by"), "A copy displaced by a vector (3) [m].");
+      py::arg("by"), "Returns a copy displaced by a vector (3) [m].");
   c.def(
       "rotated",
       [](const MagneticBody& b, const py::object& by) {
@@ -67,7 +67,7 @@ void bind_body(py::module_& m) {
             b.source, checked_pose(b.pose.position, quaternion_product(turn, b.pose.orientation))};
       },
       py::arg("by"),
-      "A copy rotated about its own centre by a rotation vector (3) in world axes [rad].");
+      "Returns a copy rotated about its own centre by a rotation vector (3) in world axes [rad].");
   c.def(
       "__eq__", [](const MagneticBody& a, const MagneticBody& b) { return equal(a, b); },
       py::is_operator());

@@ -51,8 +51,8 @@ void bind_triangle_mesh(py::module_& m) {
   const auto array = [&](const char* name, auto getter, const char* text) {
     c.def_property_readonly(name, getter, py::return_value_policy::reference_internal, text);
   };
-  array("vertices", &TriangleMesh::vertices, "(n x 3) [m], read-only view");
-  array("triangles", &TriangleMesh::triangles, "(m x 3), read-only view");
+  array("vertices", &TriangleMesh::vertices, "(n x 3) positions [m], read-only view");
+  array("triangles", &TriangleMesh::triangles, "(m x 3) vertex indices, read-only view");
   array("uv", &TriangleMesh::uv,
         "(k x 2) rest coordinates [m], read-only view; no rows if the mesh has none");
   array("uv_triangles", &TriangleMesh::uv_triangles, "(m x 3) indices into uv, read-only view");
@@ -98,7 +98,7 @@ void bind_generators(py::module_& m) {
   m.def("icosphere", &icosphere, py::arg("radius"), py::kw_only(), py::arg("subdivisions"),
         "Sphere with the given radius [m], approximated by a subdivided icosahedron.");
   m.def("box", &box, py::arg("x"), py::arg("y"), py::arg("z"), py::kw_only(),
-        py::arg("cells_per_side") = 1, "Box with the given sides [m].");
+        py::arg("cells_per_side") = 1, "Box with edge lengths x, y and z [m].");
   m.def("capsule", &capsule, py::arg("radius"), py::arg("length"), py::kw_only(),
         py::arg("segments") = 32,
         "Capsule along z with `length` between the centres of its caps [m].");
@@ -107,9 +107,9 @@ void bind_generators(py::module_& m) {
         "Cylinder along z [m], approximated by a prism with `segments` sides.");
   m.def("funnel", &funnel, py::arg("top_radius"), py::arg("bottom_radius"), py::arg("height"),
         py::arg("tube_length"), py::arg("wall"), py::kw_only(), py::arg("segments") = 64,
-        "Closed surface of a funnel with a wall [m]: a cone from top_radius at z = height to "
-        "bottom_radius at z = 0, and a\n"
-        "tube below it.");
+        "Closed surface of a funnel whose walls have a thickness `wall`; lengths in [m]. A cone "
+        "from top_radius at z = height\n"
+        "to bottom_radius at z = 0 continues as a tube below.");
   m.def("wave_bar", &wave_bar, py::arg("length"), py::arg("radius"), py::arg("amplitude"),
         py::arg("wavelength"), py::kw_only(), py::arg("segments") = 24,
         "Tube along y whose centre line is a sine wave in z; lengths in [m].");
@@ -122,11 +122,12 @@ void bind_queries(py::module_& m) {
   point.def_readonly(
       "triangle", &ClosestPoint::triangle,
       "index of the triangle that contains the point; -1: no point within the radius");
-  point.def_readonly("point", &ClosestPoint::point, "[m]");
-  point.def_readonly("barycentric", &ClosestPoint::barycentric, "[1]");
+  point.def_readonly("point", &ClosestPoint::point, "position (3) [m]");
+  point.def_readonly("barycentric", &ClosestPoint::barycentric,
+                     "barycentric coordinates (3) in the triangle [1]");
   point.def_readonly("normal", &ClosestPoint::normal,
                      "pseudo-normal of the closest feature, unit length");
-  point.def_readonly("distance", &ClosestPoint::distance, "[m]");
+  point.def_readonly("distance", &ClosestPoint::distance, "distance from the query point [m]");
   point.def("__repr__", [](const ClosestPoint& self) {
     return formatted("ClosestPoint(triangle={}, distance={})", self.triangle,
                      py::str(py::cast(self.distance)).cast<std::string>());

@@ -1,4 +1,4 @@
-// Binds communicators of a single rank, and of MPI ranks, whose plug-in is loaded on request.
+// Binds communicators of a single rank and of MPI ranks. The plug-in for MPI is loaded on request.
 #include "core/parallel/communicator.h"
 
 #include "bindings/bindings.h"

@@ -1,5 +1,5 @@
-// Conversions between recipes and Python tuples, by which magnetic sources and magnetisable bodies
-// are pickled.
+// Conversions between recipes and Python tuples, used to pickle magnetic sources and magnetisable
+// bodies.
 #pragma once
 
 #include "bindings/bindings.h"

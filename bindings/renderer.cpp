@@ -55,8 +55,8 @@ void bind_renderer(py::module_& m) {
   c.def(py::init<const FrameTopology&, const RenderOptions&>(), py::arg("topology"),
         py::arg("options") = RenderOptions{});
   c.def("fit", &Renderer::fit, py::arg("first"), py::call_guard<py::gil_scoped_release>(),
-        "Fits the camera to this frame, usually the first of a run. Otherwise it is fitted to the "
-        "first frame rendered.");
+        "Fits the camera to this frame, usually the first of a run. Without this call, it is "
+        "fitted to the first frame rendered.");
   c.def(
       "render",
       [](Renderer& self, const Frame& frame, const Curves* curves,
@@ -87,7 +87,8 @@ void bind_renderer(py::module_& m) {
       py::arg("frame"),
       "Returns the minimum and maximum value that each row of color_by shows in a frame; (0, 0) "
       "for a row that shows the cloth.");
-  c.def_property_readonly("backend", &Renderer::backend, "osmesa | egl");
+  c.def_property_readonly("backend", &Renderer::backend,
+                          "library that provides OpenGL: osmesa | egl");
 }
 
 }  // namespace loomstone

@@ -96,14 +96,14 @@ void bind_results(py::class_<State>& c) {
       "(b x 3) centres of mass [m], read-only");
   result(
       "body_orientations", [](const State& s) -> const auto& { return s.rigid.orientations; },
-      "(b x 4) unit quaternions (w, x, y, z), read-only");
+      "(b x 4) orientations: unit quaternions (w, x, y, z), read-only");
   result(
       "body_velocities", [](const State& s) -> const Points& { return s.rigid.velocities; },
-      "(b x 3) [m/s], read-only");
+      "(b x 3) velocities of the centres of mass [m/s], read-only");
   result(
       "body_angular_velocities",
       [](const State& s) -> const Points& { return s.rigid.angular_velocities; },
-      "(b x 3) [rad/s], read-only");
+      "(b x 3) angular velocities in world axes [rad/s], read-only");
 }
 
 using S = Simulation;
@@ -121,10 +121,10 @@ void bind_stepping(py::class_<S>& c) {
   c.def("step", &S::step, Released(),
         "Advances by one step. If SolverFailure is raised, the state remains that of the last "
         "successful step.");
-  c.def_property_readonly("time", &S::time, "[s]");
+  c.def_property_readonly("time", &S::time, "simulated time [s]");
   c.def_property_readonly("step_index", &S::step_index, "number of completed steps");
   c.def_property_readonly("step_size", &S::step_size,
-                          "length of a step, the largest length of automatic steps [s]");
+                          "length of a step, or largest length of automatic steps [s]");
   c.def_property_readonly("report", &S::report, "StepReport of the last step");
   c.def("rebuild_stages", &S::rebuild_stages, Released(),
         "Discards all stages and builds them again. If may_checkpoint is True, this does not "
@@ -154,11 +154,11 @@ void bind_ranks(py::class_<S>& c) {
       [](const S& self) { return std::pair(self.owned_rows()[0], self.owned_rows()[1]); },
       "Range (first, end) of internal cloth rows that this rank computes.");
   c.def("gather", &S::gather, Released(),
-        "Sends the values that each rank has written into its own rows to all ranks at once, "
-        "instead of in the next step.\n"
-        "Collective.\n"
+        "Sends the values that each rank has written into its own rows to all ranks now rather "
+        "than in the next step.\n"
+        "All ranks must call this method.\n"
         "\n"
-        "This is needed only after writes. After every step all ranks have all rows.");
+        "It is needed only after writing values. After every step, all ranks have all rows.");
   c.def_property_readonly("loop_iterations", &S::loop_iterations,
                           "Number of loop iterations that this rank has run within steps. It shows "
                           "how the work is divided.");
@@ -180,11 +180,13 @@ void bind_positions(py::class_<S>& c) {
         },
         text);
   };
-  array({"positions", "m"}, &S::positions, &S::set_positions, "(n x 3) [m], a copy; assignable");
+  array({"positions", "m"}, &S::positions, &S::set_positions,
+        "(n x 3) positions of the cloth vertices [m], a copy; assignable");
   array({"velocities", "m/s"}, &S::velocities, &S::set_velocities,
-        "(n x 3) [m/s], a copy; assignable");
+        "(n x 3) velocities of the cloth vertices [m/s], a copy; assignable");
   array({"external_forces", "N"}, &S::external_forces, &S::set_external_forces,
-        "(n x 3) [N], a copy; assignable; applied in every step until changed");
+        "(n x 3) external forces on the cloth vertices [N], a copy; assignable; applied in every "
+        "step until changed");
   c.def(
       "set_pin_targets",
       [](S& self, const py::object& targets) {

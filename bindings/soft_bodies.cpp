@@ -35,7 +35,7 @@ void bind_copies(py::class_<SoftBody>& c) {
         return SoftBody{b.shape, pose, b.saturation};
       },
       py::arg("position"), py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
-      "A copy at another pose: centre (3) [m] and quaternion (w, x, y, z), which is normalised.");
+      "Returns a copy with centre (3) [m] and quaternion (w, x, y, z), which is normalised.");
   c.def("with_susceptibility", &with_susceptibility, py::arg("susceptibility"),
         "Returns a copy with another susceptibility >= -1 [1]. Results that depend on the shape "
         "only are reused.");
@@ -47,7 +47,7 @@ void bind_copies(py::class_<SoftBody>& c) {
             checked_pose(b.pose.position + as_vector<Vec3>(by, {"by", "m"}), b.pose.orientation),
             b.saturation};
       },
-      py::arg("by"), "A copy displaced by a vector (3) [m].");
+      py::arg("by"), "Returns a copy displaced by a vector (3) [m].");
   c.def(
       "rotated",
       [](const SoftBody& b, const py::object& by) {
@@ -57,14 +57,14 @@ void bind_copies(py::class_<SoftBody>& c) {
                         b.saturation};
       },
       py::arg("by"),
-      "A copy rotated about its own centre by a rotation vector (3) in world axes [rad].");
+      "Returns a copy rotated about its own centre by a rotation vector (3) in world axes [rad].");
 }
 
 void bind_soft_body(py::module_& m) {
   py::class_<SoftBody> c(
       m, "SoftBody",
-      "Magnetisable body at a pose, magnetised by the field around it. Immutable; created by "
-      "the functions soft_... of\n"
+      "Body at a pose that is magnetised by the field around it. Immutable; created by the "
+      "functions soft_... of\n"
       "loomstone.magnetics.");
   c.def_property_readonly(
       "position", [](const SoftBody& b) { return b.pose.position; }, "(3) centre [m]");
@@ -77,7 +77,8 @@ void bind_soft_body(py::module_& m) {
   c.def_property_readonly(
       "saturation", [](const SoftBody& b) { return b.saturation; },
       "saturation polarization mu0 M_s [T]; 0: no saturation");
-  c.def_property_readonly("volume", [](const SoftBody& b) { return b.shape->volume(); }, "[m^3]");
+  c.def_property_readonly(
+      "volume", [](const SoftBody& b) { return b.shape->volume(); }, "volume [m^3]");
   c.def(
       "__eq__", [](const SoftBody& a, const SoftBody& b) { return equal(a, b); },
       py::is_operator());

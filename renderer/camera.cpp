@@ -1,8 +1,9 @@
 // Fits the camera so that every corner of the framing box projects into the picture. In camera
 // coordinates (a right, b up, c into the picture), a point is within the picture horizontally if
 // |a - eye_a| <= t (c - eye_c), where t is the tangent of half the angle of view, reduced by a
-// margin. This restricts the eye to two half-planes; the vertical condition is analogous. The
-// closest eye that satisfies all conditions of an axis has a closed form.
+// margin. All corners together restrict (eye_a, eye_c) to the intersection of two half-planes,
+// whose corner is the closest possible eye. The vertical direction is analogous; the eye takes the
+// larger of the two distances.
 #include "renderer/camera.h"
 
 #include <algorithm>
@@ -43,8 +44,8 @@ Framing make_framing(const FrameTopology& topology, const Frame& first) {
     const double lowest = std::max(cloth.high.z() - fall, floor_height);
     if (lowest < box.low.z()) box.low.z() = lowest;
   }
-  const double least =
-      std::max(1e-6, 0.02 * (box.high - box.low).norm());  // minimum edge of a flat or empty box
+  // Shortest edge that the box may have, even if its contents are flat or a single point [m].
+  const double least = std::max(1e-6, 0.02 * (box.high - box.low).norm());
   for (int axis = 0; axis < 3; ++axis) {
     const double missing = std::max(0.0, least - (box.high[axis] - box.low[axis]));
     box.low[axis] -= 0.5 * missing;
@@ -67,8 +68,8 @@ View make_view(const Camera& camera, double aspect, const Framing& framing) {
   view.up = view.right.cross(view.forward);
   view.eye = camera.eye;
   if (camera.fit) {
-    std::array<double, 2> low,
-        high;  // maxima of -a - t c and of a - t c over the corners, horizontally and vertically
+    // Maxima over the corners of -a - t c (low) and a - t c (high), horizontally and vertically.
+    std::array<double, 2> low, high;
     low.fill(-std::numeric_limits<double>::infinity());
     high = low;
     const std::array<double, 2> tangent = {margin * view.tangent_x, margin * view.tangent_y};

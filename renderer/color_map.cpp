@@ -46,7 +46,7 @@ double to_srgb(double linear) {
   return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
 }
 
-const Vec3 white(0.95047, 1.0, 1.08883);  // D65
+const Vec3 white(0.95047, 1.0, 1.08883);  // XYZ of the white point D65
 
 const Mat3& xyz_of_rgb() {
   static const Mat3 matrix =
@@ -75,7 +75,8 @@ Vec3 srgb_of_msh(const Vec3& msh) {
   return (xyz_of_rgb().inverse() * xyz).unaryExpr(&to_srgb);
 }
 
-// Hue that the unsaturated middle takes from a saturated end (Moreland, function AdjustHue).
+// Hue of the unsaturated middle colour for interpolation to a saturated end colour. Colours are in
+// Msh coordinates (Moreland, function AdjustHue).
 double adjusted_hue(const Vec3& saturated, double middle_magnitude) {
   if (saturated[0] >= middle_magnitude) return saturated[2];
   const double spin = saturated[1] *

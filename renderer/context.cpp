@@ -69,7 +69,7 @@ class OsMesaContext final : public Context {
   std::string name_ = "osmesa";
   OSMesaContext handle_;
   std::array<unsigned char, 16 * 16 * 4>
-      pixels_{};  // required by OSMesa; drawing goes to framebuffers
+      pixels_{};  // required by OSMesa but unused, because drawing goes to framebuffer objects
 };
 
 std::unique_ptr<Context> create_osmesa() {

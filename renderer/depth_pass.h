@@ -11,9 +11,9 @@ class DepthPass {
   DepthPass(const GL& gl, int width, int height);  // size of this pass [pixels]
   void draw(const View& view, const MeshBuffers& cloth, const MeshBuffers& bodies,
             const std::vector<const SquareBuffers*>& floors) const;
-  GLuint surface() const {
-    return surface_.name();
-  }  // xyz: unit normal in eye space; w: depth [m], 0 for background
+  // Texture with the unit normal in eye space (xyz) and the depth [m] (w), which is 0 for
+  // background.
+  GLuint surface() const { return surface_.name(); }
   int width() const { return width_; }
   int height() const { return height_; }
 

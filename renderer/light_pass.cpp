@@ -15,9 +15,9 @@ void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 -
 
 const char* light_fragment_shader = R"(
 uniform sampler2D surface, shadow_map;
-uniform mat4 light_from_eye;    // to [-1, 1]^3
-uniform vec3 towards_light;     // eye space, unit
-uniform vec2 tangent, size;     // half angles of view; pixels
+uniform mat4 light_from_eye;    // eye space to the light's cube [-1, 1]^3
+uniform vec3 towards_light;     // unit vector in eye space
+uniform vec2 tangent, size;     // tangents of half the angles of view; picture size in pixels
 uniform float scale, light_radius;
 uniform int with_shadows, with_occlusion;
 out vec4 result;
@@ -37,17 +37,18 @@ vec2 spiral(int i, int n, float turn) {
 float light_seen(vec3 p, vec3 n, float turn) {
   float facing = dot(n, towards_light);
   vec3 lit_side = facing < 0.0 ? -n : n;
-  float texel = 2.0 / float(textureSize(shadow_map, 0).x);   // of [-1, 1]
+  float texel = 2.0 / float(textureSize(shadow_map, 0).x);   // width in the cube [-1, 1]^3
   p += lit_side * light_radius * texel * 1.5;
   vec3 q = (light_from_eye * vec4(p, 1.0)).xyz * 0.5 + 0.5;
   if (abs(q.x - 0.5) > 0.5 || abs(q.y - 0.5) > 0.5) return 1.0;
-  // How depth grows across the surface itself, so that a slope does not shade itself.
+  // Slope of the depth along the surface. Added to the compared depth, it keeps an inclined surface
+  // from shadowing itself.
   vec3 m = normalize(mat3(light_from_eye) * lit_side);
   vec2 slope = clamp(-m.xy / min(m.z, -0.05), vec2(-4.0), vec2(4.0));
   float bias = 0.75 * texel;
-  float deepest = 0.9999;   // empty texels are 1: a point behind all casters still compares with them
+  float deepest = 0.9999;   // less than the depth 1 of empty texels, which thus cast no shadow
 
-  const float softness = 0.11;    // width of the half shadow by distance to the blocker: a lamp of 6 degrees
+  const float softness = 0.11;   // penumbra width over blocker distance (a lamp of 6 degrees)
   float search = 0.022;
   float blockers = 0.0, depth_sum = 0.0;
   for (int i = 0; i < blocker_samples; ++i) {
@@ -92,7 +93,8 @@ void main() {
   vec4 here = texelFetch(surface, ivec2(gl_FragCoord.xy), 0);
   if (here.w == 0.0) { result = vec4(1.0, 1.0, 0.0, 0.0); return; }
   vec3 p = eye_position(gl_FragCoord.xy, here.w);
-  // Bit-mixed order of a 4 x 4 block, so that neighbours differ much.
+  // Angles of a 4 x 4 block of pixels in the order of a Bayer matrix (bits interleaved), so that
+  // the angles of neighbouring pixels differ strongly.
   ivec2 c = ivec2(gl_FragCoord.xy) & 3;
   int x = c.x ^ c.y;
   float turn = 6.2831853 / 16.0 * float(((x & 1) << 3) | ((c.y & 1) << 2) | (x & 2) | ((c.y & 2) >> 1));

@@ -17,9 +17,9 @@ class LightPass {
   LightPass(const GL& gl, int width, int height);
   void draw(const View& view, const LightView& light, const LightPassOptions& options,
             const DepthPass& depth, const ShadowPass& shadow) const;
-  GLuint result() const {
-    return first_.name();
-  }  // x, y: visible fraction of light and surroundings; z: depth [m], 0 for background
+  // Texture with the visible fractions of the light (x) and of the surroundings (y), and the depth
+  // [m] (z), which is 0 for background.
+  GLuint result() const { return first_.name(); }
 
  private:
   const GL* gl_;

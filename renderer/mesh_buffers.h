@@ -38,7 +38,7 @@ Points shading_normals(const DrawnMesh& mesh, const Points& positions);
 class MeshBuffers {
  public:
   MeshBuffers(const GL& gl, const DrawnMesh& mesh, bool with_edges);
-  // `values` and `others` have one number per vertex of the frame, or are empty (zeros).
+  // `values` and `others` have one number per vertex of the frame, or are empty, which means zeros.
   void update(const Points& positions, const Vector& values, const Vector& others);
   Index n_parts() const { return static_cast<Index>(mesh_.first_of_part.size()) - 1; }
   void draw() const;

@@ -1,5 +1,5 @@
-// Writes PNG files with libpng's simplified interface and fast compression. For rendered pictures
-// this takes a third of the default's time and produces 10 % larger files.
+// Writes PNG files with libpng's simplified interface and fast compression. Rendered pictures are
+// written in a third of the time that the default compression takes; their files are 10 % larger.
 #include <unistd.h>
 
 #include <cstdio>

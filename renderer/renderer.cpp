@@ -18,7 +18,7 @@
 namespace loomstone {
 namespace {
 
-// Edge of the square with the area of each cloth's uv box [m]; 1 if that area is zero.
+// Per cloth: edge of a square with the area of its bounding box in uv [m]; 1 if the area is 0.
 std::vector<double> pattern_sizes(const FrameTopology& topology) {
   std::vector<double> sizes(topology.cloth_names.size(), 1.0);
   for (std::size_t cloth = 0; cloth < sizes.size(); ++cloth) {
@@ -77,7 +77,7 @@ FrameTopology shown(const FrameTopology& topology, const RenderOptions& options)
   return rest;
 }
 
-// Bounding rectangle of points [pixels]; the whole picture if one is nearer than the near plane.
+// Bounding rectangle of points [pixels]; the whole picture if any is nearer than the near plane.
 class Reach {
  public:
   Reach(const View& view, int width, int height) : view_(view), width_(width), height_(height) {}
@@ -181,7 +181,7 @@ const std::string& Renderer::backend() const { return data_->context->backend();
 std::vector<const SquareBuffers*> Renderer::Data::place_floors(const Frame& frame) {
   std::vector<const SquareBuffers*> placed;
   if (!options.floor) return placed;
-  const double reach = 6.0 * framing->radius();  // the floor shader assumes 6
+  const double reach = 6.0 * framing->radius();  // the floor shader assumes this factor
   std::size_t next = 0;
   for (std::size_t body = 0; body < topology.body_is_floor.size(); ++body) {
     if (!topology.body_is_floor[body]) continue;
@@ -216,7 +216,7 @@ void Renderer::Data::place_bodies(const Frame& frame, const Curves* curves) {
                  Vector());
 }
 
-// Middle of the range of columns that each cloth covers [pixels].
+// For each cloth, the middle of the range of columns that it covers [pixels].
 std::vector<double> Renderer::Data::middles(const Frame& frame, const View& view) const {
   const std::size_t n = topology.cloth_names.size();
   std::vector<double> low(n, 1.0), high(n, -1.0);

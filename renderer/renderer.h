@@ -67,23 +67,23 @@ struct RenderOptions {
     return std::make_tuple(
         field("width", &O::width, "pixels", between(16, 16384), "width of the picture"),
         field("height", &O::height, "pixels", between(16, 16384),
-              "height of the picture; of each one if color_by names several"),
+              "height of the picture, or of each of its rows if color_by joins several fields"),
         field("samples", &O::samples, "1", between(1, 16), "samples per pixel"),
         field("pattern", &O::pattern, "pattern on the cloth"),
         field(
             "color_by", &O::color_by,
             "cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (left half "
             "of each cloth: weft, right half: warp) | contact (2: forced to intersect); strain is "
-            "U - I, as in limits; several, joined by +, give pictures one below another"),
+            "U - I, as in limits; fields joined by + are drawn one below another"),
         field("color_low", &O::color_low, "1", unlimited(),
               "value at the low end of the colour map"),
         field("color_high", &O::color_high, "1", unlimited(),
-              "value at the high end of the colour map; equal to color_low: the range of all "
-              "frames drawn together"),
+              "value at the high end of the colour map; if equal to color_low, colours span the "
+              "values of all frames drawn together"),
         field("color_map", &O::color_map, "colour map"),
         field("wireframe", &O::wireframe, "whether the edges of the cloth's triangles are drawn"),
-        field("shadows", &O::shadows, "soft shadows"),
-        field("ambient_occlusion", &O::ambient_occlusion, "ambient occlusion"),
+        field("shadows", &O::shadows, "whether soft shadows are drawn"),
+        field("ambient_occlusion", &O::ambient_occlusion, "whether ambient occlusion is drawn"),
         field("floor", &O::floor, "whether floors are drawn as a large ground plane"),
         field("hidden", &O::hidden, "names of hidden bodies and obstacles, joined by +"),
         field("field_lines", &O::field_lines, "1", between(0, 100000),
@@ -115,9 +115,10 @@ class Renderer {
   // Throws Unsupported if neither OSMesa nor EGL can be loaded.
   Renderer(const FrameTopology& topology, const RenderOptions& options);
   ~Renderer();
-  // Takes the region of a fitted camera, the length scale of shading and the sharp edges of bodies
-  // from this frame. If this is the first frame of a sequence, a picture does not depend on which
-  // frames were drawn before it. If fit() is not called, the first rendered frame is used.
+  // Determines the region of a fitted camera, the length scale of shading and the sharp edges of
+  // bodies from the given frame. If fit() is called with the first frame of a sequence, no picture
+  // depends on the frames drawn before it. Without a call of fit(), the first rendered frame is
+  // used.
   void fit(const Frame& first);
   // Minimum and maximum of the values that each row of color_by shows in a frame; 0 and 0 for
   // "cloth".

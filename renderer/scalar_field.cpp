@@ -29,8 +29,9 @@ std::array<std::string, 2> halves(const std::string& name) {
 
 namespace {
 
-// Component of U - I (column 0 weft, 1 warp, 2 shear) from the Green strain E, with C = I + 2 E,
-// U = (C + d I) / sqrt(tr C + 2 d) and d = sqrt(det C) (docs/method.md, M21).
+// Component of U - I (column 0 weft, 1 warp, 2 shear), where U is the right stretch tensor. It is
+// computed from the Green strain E by C = I + 2 E, d = sqrt(det C) and
+// U = (C + d I) / sqrt(tr C + 2 d) (docs/method.md, M21).
 double corotational(const Eigen::RowVector3d& green, int column) {
   const double c11 = 1.0 + 2.0 * green[0], c22 = 1.0 + 2.0 * green[1], c12 = 2.0 * green[2];
   const double d = std::sqrt(std::max(0.0, c11 * c22 - c12 * c12)),

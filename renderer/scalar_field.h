@@ -13,22 +13,25 @@ namespace loomstone {
 const std::vector<std::string>&
 scalar_field_names();  // the values that color_by accepts besides "cloth"
 std::string scalar_field_title(const std::string& name);
-// Splits names joined by +, as in color_by (rows from the top) and hidden.
+// Splits names joined by +, the format of the options color_by (rows of the picture from the top)
+// and hidden.
 std::vector<std::string> names_in(const std::string& joined);
 
-// Fields shown on the left and right half of each cloth. They differ only for strain_split.
+// Names of the fields shown on the left and right half of each cloth. They differ only for
+// strain_split.
 std::array<std::string, 2> halves(const std::string& name);
 
 // (n) values at the cloth's vertices. Values of triangles are averaged with their rest areas (in
 // uv) as weights. The picture is therefore smooth, and its extremes lie slightly inside those of
-// the triangles. Strain is U - I, the measure of the strain limits. contact is 0, 1, or 2 where
-// triangles were forced to intersect.
+// the triangles. Strain is U - I, the measure of the strain limits. The field contact is 0 without
+// contact, 1 in contact, and 2 where triangles were forced to intersect.
 Vector scalar_field(const std::string& name, const FrameTopology& topology, const Frame& frame);
 
-// Fields of the left and right half of a row. The second is empty if both are the same.
+// Values shown on the left and right half of each cloth in a row of the picture. The second vector
+// is empty if both halves show the same field.
 std::array<Vector, 2> row_fields(const std::string& row, const FrameTopology& topology,
                                  const Frame& frame);
-// Minimum and maximum of both fields; 0 to 2 for contact, 0 to 1 if there are no values.
+// Minimum and maximum over both fields; 0 and 2 for contact, 0 and 1 if there are no values.
 ColorRange value_range(const std::string& row, const std::array<Vector, 2>& fields);
 // Range given in the options, or else the range of the values. For a diverging map, the range of
 // the values is made symmetric about the neutral value: 1 for stretch, otherwise 0. The range is

@@ -7,7 +7,7 @@ namespace loomstone {
 
 // A directional light whose shadow map covers a ball.
 struct LightView {
-  Float4x4 matrix;          // world to the cube [-1, 1]^3; depth is linear over 2 `radius`
+  Float4x4 matrix;          // world to the cube [-1, 1]^3, whose depth spans 2 `radius`
   Eigen::Vector3f towards;  // unit vector towards the light, world frame
   float radius;             // of the ball [m]
 };

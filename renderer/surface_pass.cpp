@@ -1,4 +1,4 @@
-// Draws the final picture and reads it back.
+// Draws the final picture and reads its pixels.
 #include "renderer/surface_pass.h"
 
 #include <array>
@@ -11,7 +11,7 @@ namespace {
 
 using Rgb = Eigen::Vector3f;
 
-// Linear front colours that cloths take in turn; the back is paler (our choice).
+// Front colours of the cloths in linear RGB, used in rotation; the back is paler (our choice).
 const std::array<Rgb, 6> palette = {Rgb(0.055f, 0.135f, 0.27f), Rgb(0.50f, 0.155f, 0.085f),
                                     Rgb(0.245f, 0.31f, 0.185f), Rgb(0.56f, 0.36f, 0.11f),
                                     Rgb(0.25f, 0.115f, 0.215f), Rgb(0.60f, 0.55f, 0.455f)};

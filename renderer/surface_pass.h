@@ -16,7 +16,7 @@ struct Rectangle {
 struct SurfaceOptions {
   ClothPattern pattern;
   bool wireframe;
-  bool colored;  // by values in `range`
+  bool colored;  // colour the cloth by its values, mapped from `range`
   ColorRange range;
   std::vector<double> split;  // per cloth: column right of which its second value is shown
                               // [pixels]; if empty, the first value is shown everywhere
@@ -36,7 +36,7 @@ struct SurfaceThings {
   const MeshBuffers& bodies;
   const std::vector<const SquareBuffers*>& floors;
   const std::vector<double>&
-      pattern_size;  // per cloth: edge of the square with the area of its uv box [m]
+      pattern_size;  // per cloth: edge of a square with the area of its bounding box in uv [m]
 };
 
 class SurfacePass {

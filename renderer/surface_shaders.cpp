@@ -13,7 +13,7 @@ layout(location = 2) in vec2 uv;
 layout(location = 3) in float value;
 layout(location = 4) in float other;
 uniform mat4 view, projection;
-uniform float towards_eye;   // moves by this share of the distance, to draw lines on surfaces
+uniform float towards_eye;   // fraction of their distance by which lines are moved towards the eye
 out vec3 eye_position, eye_normal;
 out vec2 surface_uv;
 out float surface_value, surface_other;
@@ -33,14 +33,14 @@ void main() {
 const char* common = R"(
 out vec4 color;
 uniform vec2 size;                 // of the picture in pixels
-uniform sampler2D light_seen;      // half size: light seen, surroundings seen, depth
-uniform vec3 towards_light, up;    // eye space, unit
+uniform sampler2D light_seen;      // half size: visible fractions of light and surroundings; depth
+uniform vec3 towards_light, up;    // unit vectors in eye space
 
 const vec3 sun = vec3(1.06, 0.99, 0.89);
 const vec3 sky = vec3(0.31, 0.335, 0.38);
 const vec3 ground = vec3(0.19, 0.175, 0.16);
 
-vec4 encode(vec3 linear) {   // sRGB, with half a step of ordered noise against bands
+vec4 encode(vec3 linear) {   // to sRGB, dithered by up to half an 8-bit step to avoid banding
   vec3 c = clamp(linear, 0.0, 1.0);
   c = mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
   float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715)))) - 0.5;
@@ -54,7 +54,9 @@ vec3 backdrop() {
   return c * (1.0 - 0.55 * dot(d, d));
 }
 
-// Light and surroundings seen at a depth: the four nearest of the half-size picture, those of other surfaces left out.
+// Visible fractions of light and surroundings at a depth: a mean over the four nearest pixels of
+// the half-size picture, in which pixels of a different depth (other surfaces) have almost no
+// weight.
 vec2 seen_at(float depth) {
   vec2 half_size = vec2(textureSize(light_seen, 0));
   vec2 at = gl_FragCoord.xy * half_size / size - 0.5;
@@ -89,7 +91,7 @@ void main() { color = encode(backdrop()); }
 // The floor shows the backdrop, darkened by shadows and occlusion, so its border is invisible.
 const char* floor_text = R"(
 void main() {
-  float distance = length(surface_uv) * 6.0;   // in radii of the scene
+  float distance = length(surface_uv) * 6.0;   // from the centre, in radii of the framed region
   float fade = 1.0 - smoothstep(2.6, 5.0, distance);
   float pool = 1.0 + 0.10 * exp(-0.8 * distance * distance);
   if (fade == 0.0) { color = encode(backdrop()); return; }
@@ -111,7 +113,7 @@ void main() {
   // Poles: north red, south blue.
   albedo = mix(albedo, vec3(0.55, 0.05, 0.04), smoothstep(0.02, 0.04, surface_value));
   albedo = mix(albedo, vec3(0.04, 0.12, 0.50), smoothstep(0.02, 0.04, -surface_value));
-  // Curves from red over yellow to blue.
+  // Curves: red through yellow to blue.
   if (surface_uv.x < -0.5) {
     vec3 end = surface_value > 0.0 ? vec3(0.60, 0.07, 0.04) : vec3(0.05, 0.16, 0.58);
     albedo = mix(vec3(0.72, 0.56, 0.22), end, surface_value * surface_value);
@@ -127,10 +129,10 @@ void main() {
 const char* cloth_text = R"(
 uniform vec3 front_color, back_color, checker_color;
 uniform int pattern;              // 0 plain, 1 weave, 2 checker
-uniform float pattern_size;       // edge of a square as large as the cloth [m]
+uniform float pattern_size;       // edge of a square with the area of the cloth's uv box [m]
 uniform int colored;
 uniform vec2 value_range;
-uniform float split;              // column from which on the other value is shown [pixels]
+uniform float split;              // column right of which surface_other is shown [pixels]
 uniform sampler2D color_table;
 
 float hash(vec2 p) {
@@ -139,8 +141,9 @@ float hash(vec2 p) {
   return fract((q.x + q.y) * q.z);
 }
 
-// Plain weave: at each crossing one thread lies on top, round across and dipping at its ends; its mean is 1 and it fades
-// to that where a thread is narrower than two pixels.
+// Brightness of a plain weave. At each crossing, the upper thread is darker at its sides and at its
+// ends. The mean is 1, and the pattern fades to that mean where threads are narrower than two
+// pixels.
 float crossings(vec2 t, float pixel) {
   float strength = 1.0 - smoothstep(0.22, 0.5, pixel);
   if (strength == 0.0) return 1.0;
@@ -150,7 +153,7 @@ float crossings(vec2 t, float pixel) {
   return 1.0 + strength * 0.42 * (h - 0.594);
 }
 
-// Threads differ in thickness and dye along their length.
+// Brightness due to slubs: thickness and dye vary from thread to thread and along each thread.
 float slubs(vec2 t, float pixel) {
   float strength = 1.0 - smoothstep(0.35, 0.9, pixel);
   if (strength == 0.0) return 1.0;
@@ -161,7 +164,7 @@ float slubs(vec2 t, float pixel) {
   return 1.0 + strength * 0.16 * (weft + warp - 1.0);
 }
 
-// Squares averaged over a pixel: the integral of a square wave across the pixel, in each direction.
+// Checkerboard averaged over a pixel, by the integral of a square wave in each direction.
 float squares(vec2 t) {
   vec2 w = max(fwidth(t), 1e-4);
   vec2 i = 2.0 * (abs(fract((t - 0.5 * w) * 0.5) - 0.5) - abs(fract((t + 0.5 * w) * 0.5) - 0.5)) / w;
@@ -191,7 +194,7 @@ void main() {
   if (pattern == 1) {
     albedo *= crossings(threads, pixel) * slubs(threads, pixel) * slubs(threads / 5.0 + 91.0, pixel / 5.0);
   }
-  // Fibres scatter past the edge of the light; thin cloth lets a little of it through.
+  // Fibres scatter light slightly beyond the terminator, and thin cloth transmits a little light.
   float direct = max(0.0, (facing + 0.18) / 1.18);
   float through = 0.16 * max(0.0, -facing);
   vec3 light = ambient(n) * seen.y + sun * (direct + through) * seen.x;

@@ -7,7 +7,8 @@
 namespace loomstone {
 namespace {
 
-constexpr Index sides = 10;  // 36 degrees apart, which is less than the crease angle
+// Sides of a tube. They meet at 36 degrees, less than the crease angle, so tubes look smooth.
+constexpr Index sides = 10;
 
 Vec3 any_normal(const Vec3& tangent) {
   const Vec3 aside = std::abs(tangent.x()) < 0.8 ? Vec3::UnitX() : Vec3::UnitY();

@@ -2,9 +2,10 @@
 A has anisotropic strain limits, B the same limits with weft and warp swapped, C limits of edges,
 and D no limits.
 
-Strain stays small along weft in A and along warp in B, although the other directions yield. With a
-single limit for all edges (C), strain is the same in all directions. Without limits (D), strain
-concentrates over the sphere. The commands below reproduce figure 3.7 of the thesis.
+Strain stays small along weft in A and along warp in B, although the cloth stretches in the other
+direction. With a single limit for all edges (C), strain is the same in all directions. Without
+limits (D), strain concentrates over the sphere. The commands below reproduce figure 3.7 of the
+thesis.
 
     loomstone run scenes/disc.py --out out/disc --render
     loomstone render out/disc --color-by strain_split+strain_shear --color-map diverging --color-low

@@ -5,8 +5,8 @@ dress swings after it. From 2.8 s on, the bar turns ever faster: the skirt first
 then flies out. This is example 3.4 of the thesis (figure 3.9), with the same stiffness and strain
 limits and nearly the same number of triangles. The pattern of 13 panels is our own.
 
-The following command hangs another garment from the bar. Its file must contain a sewn mesh with z
-up, whose uv are the pattern in metres:
+The following command hangs another garment from the bar. Its file must contain a sewn mesh whose z
+axis points up and whose uv are the pattern in metres:
 
     loomstone run scenes/dress.py -p mesh=dress.obj
 """
@@ -51,8 +51,8 @@ def bar() -> ls.Obstacle:
 def scene(
     triangles: int = 8900, limited: bool = True, mesh: str = "", below: float = 0.048
 ) -> ls.Scene:
-    """mesh: file of another garment, which hangs from the bar by its neck, like a halter. The bar
-    runs along the y axis of the file, `below` [m] under the highest point of the garment.
+    """mesh: file of another garment, which hangs from the bar by its neck, like a halter. In the
+    file's axes, the bar runs along y, `below` [m] under the highest point of the garment.
     """
     if mesh:
         dress = ls.garments.read(mesh)

@@ -2,8 +2,8 @@
 thesis, in motion).
 
 Lines leave red north poles, each with the same share of the flux, and end on blue south poles. The
-bar flies to the pole that attracts it, snaps on and stands up. Lines that closed through the air
-before now start at its far end. There is no gravity.
+bar flies to the pole that attracts it, snaps on and stands up. Lines that had connected this pole
+to the other through the air then start at the far end of the bar. There is no gravity.
 """
 
 import loomstone as ls

@@ -109,7 +109,7 @@ def scene(
     polarization: float = 1.2,
 ) -> ls.Scene:
     """response: how the figures are magnetised, mutual | explicit; polarization: that of the block
-    [T].
+    magnet [T].
 
     resolution: number of panels per figure. The relative error of forces is a fifth with 64 panels
     and a tenth with 150.

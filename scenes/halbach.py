@@ -1,5 +1,5 @@
-"""A Halbach array: cubes whose magnetisation turns by 90 degrees from one to the next, with a
-strong and a weak side.
+"""A Halbach array: a row of cubes whose magnetisation turns by 90 degrees from one cube to the
+next, so that one side of the row is strong and the other weak.
 
 Field lines are dense above the array and almost absent below it. Two equal small magnets are
 released at the same distance above and below the array. The upper one turns and is pulled in long

@@ -1,9 +1,9 @@
 """A superconductor floats over a magnetised ring (example 6.5 of the thesis). It is a ball or, with
-`shape="cube"`, the cube of the thesis, which takes a minute and a half.
+`shape="cube"`, the cube of the thesis, whose simulation takes a minute and a half.
 
 It is released beside and above its equilibrium, oscillates about it and never touches the ring. The
-field vanishes at a point on the axis, and a superconductor is driven towards weak field. The cube
-also turns, because its corners are driven out first. A permanent magnet would fall or flip
+field vanishes at a point on the axis, and a superconductor is driven towards weaker fields. The
+cube also turns, because its corners are driven out first. A permanent magnet would fall or flip
 (`material="magnet"`). Red is north and blue is south.
 """
 

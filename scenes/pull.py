@@ -1,10 +1,10 @@
 """A catalogue magnet and an iron plate: a weight with the magnet in its top stands on the floor,
 and the plate comes down to it.
 
-The weight lifts off when the pull over the gap equals its weight, snaps to the plate and rises with
+The weight lifts off when the pull across the gap equals gravity, snaps to the plate and rises with
 it. Red is north and blue is south. `python scenes/pull.py` prints the pull on the plate as a
-function of the gap, the pull of the magnet's image in a plane of ideal iron, and the figures of a
-dealer's catalogue. `python scenes/pull.py FILE` also plots the pull on the plate.
+function of the gap, the pull of the magnet's mirror image in a plane of ideal iron, and the values
+of a dealer's catalogue. `python scenes/pull.py FILE` also plots the pull on the plate.
 """
 
 import sys
@@ -22,8 +22,8 @@ render = ls.RenderOptions(
 )
 
 # Block magnets of grade N38 (1.22 to 1.26 T): edges [mm], flux density at the centre of the pole
-# [T], and pull on a thick steel plate in contact [N]. The numbers are those of the data sheets at
-# dhit.pl (MPL 10x5x1.5, 12x10x4, 40x10x5, 40x20x10).
+# [T], and pull on a thick steel plate that the magnet touches [N]. The numbers are those of the
+# data sheets at dhit.pl (MPL 10x5x1.5, 12x10x4, 40x10x5, 40x20x10).
 CATALOGUE = {
     (10, 5, 1.5): (0.23933, 8.47),
     (12, 10, 4): (0.34059, 33.88),
@@ -67,7 +67,9 @@ def plate_pull(gaps: np.ndarray, *, cells: int = 12, susceptibility: float = 1e3
 
 
 def reach(mass: float) -> float:
-    """Returns the gap [m] at which the pull of a plane of ideal iron lifts a mass [kg]."""
+    """Returns the gap [m] at which the pull of a plane of ideal iron equals the weight of a mass
+    [kg].
+    """
     low, high = 1e-4, 0.1
     while high - low > 1e-6:
         middle = 0.5 * (low + high)

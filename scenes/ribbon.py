@@ -1,8 +1,8 @@
 """A long ribbon falls on two inclined planes, slides down and piles up in folds.
 
-The ribbon hangs upright above the upper plane at the start. It is integrated by asynchronous steps:
-every triangle has its own step, and collisions act in events within each interval. Example 4.4 of
-the thesis starts in the same way.
+At the start, the ribbon hangs vertically above the upper plane. It is integrated by asynchronous
+steps: every triangle has its own step, and collisions are handled at events within each interval.
+Example 4.4 of the thesis starts in the same way.
 """
 
 import loomstone as ls

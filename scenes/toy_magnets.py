@@ -26,7 +26,7 @@ render = ls.RenderOptions(
     )
 )
 
-LENGTH, RADIUS, SIDES = 0.027, 0.004, 14  # of a rod [m]; few sides let it collide as a polyhedron
+LENGTH, RADIUS, SIDES = 0.027, 0.004, 14  # of a rod [m]; with few sides it collides as a polyhedron
 DEEP = 0.0005  # thickness of the plastic over the magnet's end [m]
 MAGNET: dict[str, Any] = {"radius": 0.003, "height": 0.006}
 BALL = 0.005
@@ -117,7 +117,7 @@ def scene(case: str = "antiparallel", polarization: float = 1.1) -> ls.Scene:
         for name in ("held", "rod")
         for x in (-at, at)
     ]
-    # The degree is 6, because a ball that is modelled as a single dipole (degree 1) cannot be
+    # The ball's response is computed up to degree 6, because a single dipole (degree 1) cannot be
     # attracted from both sides at once.
     iron = ls.magnetics.soft_sphere(radius=BALL, susceptibility=1000.0, degree=6)
     magnets.append(ls.Magnet(body="ball", source=iron))

@@ -1,7 +1,7 @@
 """Lists functions that exceed the size limits: 60 lines, 4 nested control structures, 6 parameters.
 
 Keyword-only parameters in Python do not count, because a call names them like the fields of a
-struct. Parameters of commands of the command line do not count either, because they are its
+struct. Parameters of command-line commands do not count either, because they are the command's
 options.
 """
 
@@ -37,7 +37,7 @@ class Function:
         return f"{self.path} {self.name}"
 
     def excesses(self) -> list[str]:
-        """Describes each exceeded limit."""
+        """Returns one message for each exceeded limit."""
         measured = [
             (self.lines, LINES, "lines"),
             (self.nesting, NESTING, "nested control structures"),
@@ -46,7 +46,7 @@ class Function:
         return [f"{n} {what} (at most {limit})" for n, limit, what in measured if n > limit]
 
 
-# Python: measured on the syntax tree.
+# Python functions are measured on the syntax tree.
 
 NESTING_NODES = (
     ast.For,
@@ -107,7 +107,7 @@ def python_functions(path: str) -> Iterator[Function]:
     yield from visit(ast.parse((ROOT / path).read_text()), "")
 
 
-# C++: lizard finds functions and parameters. Nesting is counted on the tokens of each function.
+# In C++, lizard finds functions and parameters; nesting is counted on the tokens of each function.
 
 TOKENS = re.compile(
     r"//[^\n]*|/\*.*?\*/|#[^\n]*|"  # comments, preprocessor
@@ -119,9 +119,9 @@ COMMENTS = ("//", "/*", "#")
 
 
 class CppNesting:
-    """Depth of control structures in C++.
+    """Counts the nesting depth of control structures in C++ text.
 
-    An `else if` is as deep as its `if`; a lambda adds nothing.
+    An `else if` counts as deep as its `if`; a lambda adds nothing.
     """
 
     def __init__(self, text: str):
@@ -136,7 +136,7 @@ class CppNesting:
         return self.tokens[self.at - 1]
 
     def depth(self) -> int:
-        """Nesting depth of the first block of the text and of everything before it."""
+        """Returns the largest nesting depth of the statements in the text."""
         deepest = 0
         while self.peek():
             deepest = max(deepest, self.statement())
@@ -152,7 +152,7 @@ class CppNesting:
         return deepest
 
     def parentheses(self) -> int:
-        """Nesting depth inside parentheses, where arguments may contain lambdas."""
+        """Returns the nesting depth inside parentheses, where arguments may contain lambdas."""
         deepest, open_ = 0, 0
         while self.peek():
             if self.peek() == "{":
@@ -187,7 +187,9 @@ class CppNesting:
         return depth
 
     def expression(self) -> int:
-        """Reads up to the semicolon, the colon of a label, or the end of a block."""
+        """Returns the nesting depth of a statement that ends with a semicolon, a label's colon or a
+        block.
+        """
         deepest = 0
         while self.peek() and self.peek() != "}":
             if self.peek() == "(":

@@ -13,7 +13,7 @@ All quantities are in SI units.
 
 from typing import TYPE_CHECKING, Any
 
-from .base import waiting  # noqa: F401  # first: it sets how threads wait
+from .base import waiting  # noqa: F401  # imported first, because it sets how threads wait
 
 # isort: split
 from . import collision, garments, limits, magnetics, meshes, obstacles, pictures, ranks

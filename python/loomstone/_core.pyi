@@ -227,7 +227,7 @@ class ThreadReport:
 
 class SolverReport:
     """
-    Solves of the integrator.
+    Report on the solves of the integrator.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -258,7 +258,7 @@ class SolverReport:
 
 class ErrorReport:
     """
-    Error of a step, and the parts in which it is taken.
+    Error of a step, and the parts into which the step is divided.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -289,7 +289,7 @@ class ErrorReport:
 
 class ContactReport:
     """
-    Contacts and intersections.
+    Report on contacts and intersections.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -350,7 +350,7 @@ class ContactReport:
 
 class WithheldReport:
     """
-    Motion withheld by certification.
+    Report on motion withheld by certification.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -449,7 +449,7 @@ class AccountReport:
 
 class StrainLimitReport:
     """
-    Strain limits.
+    Report on the enforcement of strain limits.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -602,7 +602,7 @@ class EnergyReport:
 
 class MagnetReport:
     """
-    Motion of magnets.
+    Report on the motion of magnets.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -623,7 +623,7 @@ class MagnetReport:
 
 class CircuitReport:
     """
-    Electric circuits and bearings.
+    Report on electric circuits and bearings.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -865,12 +865,12 @@ class Frame:
     @property
     def time(self) -> float:
         """
-        [s]
+        time [s]
         """
     @property
     def velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [m/s]
+        (n x 3) velocities of the cloth vertices [m/s]
         """
 
 class TriangleMesh:
@@ -940,7 +940,7 @@ class TriangleMesh:
     @property
     def triangles(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 3]"]:
         """
-        (m x 3), read-only view
+        (m x 3) vertex indices, read-only view
         """
     @property
     def uv(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]:
@@ -955,7 +955,7 @@ class TriangleMesh:
     @property
     def vertices(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [m], read-only view
+        (n x 3) positions [m], read-only view
         """
 
 class ClosestPoint:
@@ -966,12 +966,12 @@ class ClosestPoint:
     @property
     def barycentric(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        [1]
+        barycentric coordinates (3) in the triangle [1]
         """
     @property
     def distance(self) -> float:
         """
-        [m]
+        distance from the query point [m]
         """
     @property
     def normal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -981,7 +981,7 @@ class ClosestPoint:
     @property
     def point(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        [m]
+        position (3) [m]
         """
     @property
     def triangle(self) -> int:
@@ -1200,7 +1200,7 @@ class MassProperties:
     @property
     def mass(self) -> float:
         """
-        [kg]
+        mass [kg]
         """
 
 class MagneticBody:
@@ -1215,15 +1215,15 @@ class MagneticBody:
         self, position: typing.Any, orientation: typing.Any = (1.0, 0.0, 0.0, 0.0)
     ) -> MagneticBody:
         """
-        A copy at another pose: centre (3) [m] and quaternion (w, x, y, z), which is normalised.
+        Returns a copy with centre (3) [m] and quaternion (w, x, y, z), which is normalised.
         """
     def moved(self, by: typing.Any) -> MagneticBody:
         """
-        A copy displaced by a vector (3) [m].
+        Returns a copy displaced by a vector (3) [m].
         """
     def rotated(self, by: typing.Any) -> MagneticBody:
         """
-        A copy rotated about its own centre by a rotation vector (3) in world axes [rad].
+        Returns a copy rotated about its own centre by a rotation vector (3) in world axes [rad].
         """
     @property
     def moment(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1248,7 +1248,7 @@ class MagneticBody:
 
 class SoftBody:
     """
-    Magnetisable body at a pose, magnetised by the field around it. Immutable; created by the functions soft_... of
+    Body at a pose that is magnetised by the field around it. Immutable; created by the functions soft_... of
     loomstone.magnetics.
     """
 
@@ -1257,15 +1257,15 @@ class SoftBody:
     def __repr__(self) -> str: ...
     def at(self, position: typing.Any, orientation: typing.Any = (1.0, 0.0, 0.0, 0.0)) -> SoftBody:
         """
-        A copy at another pose: centre (3) [m] and quaternion (w, x, y, z), which is normalised.
+        Returns a copy with centre (3) [m] and quaternion (w, x, y, z), which is normalised.
         """
     def moved(self, by: typing.Any) -> SoftBody:
         """
-        A copy displaced by a vector (3) [m].
+        Returns a copy displaced by a vector (3) [m].
         """
     def rotated(self, by: typing.Any) -> SoftBody:
         """
-        A copy rotated about its own centre by a rotation vector (3) in world axes [rad].
+        Returns a copy rotated about its own centre by a rotation vector (3) in world axes [rad].
         """
     def with_susceptibility(
         self, susceptibility: typing.SupportsFloat | typing.SupportsIndex
@@ -1296,7 +1296,7 @@ class SoftBody:
     @property
     def volume(self) -> float:
         """
-        [m^3]
+        volume [m^3]
         """
 
 class ClothMaterial:
@@ -3247,7 +3247,7 @@ class Detector:
         ordered: bool = True,
     ) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.int32]]:
         """
-        Returns the same pairs as collision.candidates(). ordered: in ascending order; otherwise the order depends on the tree.
+        Returns the same pairs as collision.candidates(). ordered: whether the pairs are sorted in ascending order; otherwise their order depends on the tree.
         """
     def collisions(self, x0: typing.Any, x1: typing.Any) -> Collisions:
         """
@@ -3419,16 +3419,16 @@ class RenderOptions:
     Parameters (keywords)
     ---------------------
     width : width of the picture [pixels]; in [16, 16384]; default 1280
-    height : height of the picture; of each one if color_by names several [pixels]; in [16, 16384]; default 720
+    height : height of the picture, or of each of its rows if color_by joins several fields [pixels]; in [16, 16384]; default 720
     samples : samples per pixel [1]; in [1, 16]; default 4
     pattern : pattern on the cloth: weave | checker | plain; default 'weave'
-    color_by : cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (left half of each cloth: weft, right half: warp) | contact (2: forced to intersect); strain is U - I, as in limits; several, joined by +, give pictures one below another; default 'cloth'
+    color_by : cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (left half of each cloth: weft, right half: warp) | contact (2: forced to intersect); strain is U - I, as in limits; fields joined by + are drawn one below another; default 'cloth'
     color_low : value at the low end of the colour map [1]; default 0.0
-    color_high : value at the high end of the colour map; equal to color_low: the range of all frames drawn together [1]; default 0.0
+    color_high : value at the high end of the colour map; if equal to color_low, colours span the values of all frames drawn together [1]; default 0.0
     color_map : colour map: viridis | magma | diverging (blue to red); default 'viridis'
     wireframe : whether the edges of the cloth's triangles are drawn; default False
-    shadows : soft shadows; default True
-    ambient_occlusion : ambient occlusion; default True
+    shadows : whether soft shadows are drawn; default True
+    ambient_occlusion : whether ambient occlusion is drawn; default True
     floor : whether floors are drawn as a large ground plane; default True
     hidden : names of hidden bodies and obstacles, joined by +; default ''
     field_lines : number of magnetic field lines; 0: none [1]; in [0, 100000]; default 0
@@ -3507,7 +3507,7 @@ class RenderOptions:
     @property
     def ambient_occlusion(self) -> bool:
         """
-        ambient occlusion; default True
+        whether ambient occlusion is drawn; default True
         """
     @property
     def camera(self) -> Camera:
@@ -3517,12 +3517,12 @@ class RenderOptions:
     @property
     def color_by(self) -> str:
         """
-        cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (left half of each cloth: weft, right half: warp) | contact (2: forced to intersect); strain is U - I, as in limits; several, joined by +, give pictures one below another; default 'cloth'
+        cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (left half of each cloth: weft, right half: warp) | contact (2: forced to intersect); strain is U - I, as in limits; fields joined by + are drawn one below another; default 'cloth'
         """
     @property
     def color_high(self) -> float:
         """
-        value at the high end of the colour map; equal to color_low: the range of all frames drawn together [1]; default 0.0
+        value at the high end of the colour map; if equal to color_low, colours span the values of all frames drawn together [1]; default 0.0
         """
     @property
     def color_low(self) -> float:
@@ -3547,7 +3547,7 @@ class RenderOptions:
     @property
     def height(self) -> int:
         """
-        height of the picture; of each one if color_by names several [pixels]; in [16, 16384]; default 720
+        height of the picture, or of each of its rows if color_by joins several fields [pixels]; in [16, 16384]; default 720
         """
     @property
     def hidden(self) -> str:
@@ -3572,7 +3572,7 @@ class RenderOptions:
     @property
     def shadows(self) -> bool:
         """
-        soft shadows; default True
+        whether soft shadows are drawn; default True
         """
     @property
     def width(self) -> int:
@@ -3608,7 +3608,7 @@ class Renderer:
     def __init__(self, topology: FrameTopology, options: RenderOptions = ...) -> None: ...
     def fit(self, first: Frame) -> None:
         """
-        Fits the camera to this frame, usually the first of a run. Otherwise it is fitted to the first frame rendered.
+        Fits the camera to this frame, usually the first of a run. Without this call, it is fitted to the first frame rendered.
         """
     def render(
         self,
@@ -3633,7 +3633,7 @@ class Renderer:
     @property
     def backend(self) -> str:
         """
-        osmesa | egl
+        library that provides OpenGL: osmesa | egl
         """
 
 class State:
@@ -3656,7 +3656,7 @@ class State:
         self,
     ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (b x 3) [rad/s], read-only
+        (b x 3) angular velocities in world axes [rad/s], read-only
         """
     @property
     def body_centres(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -3666,12 +3666,12 @@ class State:
     @property
     def body_orientations(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 4]"]:
         """
-        (b x 4) unit quaternions (w, x, y, z), read-only
+        (b x 4) orientations: unit quaternions (w, x, y, z), read-only
         """
     @property
     def body_velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (b x 3) [m/s], read-only
+        (b x 3) velocities of the centres of mass [m/s], read-only
         """
     @property
     def external_forces(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -3763,10 +3763,10 @@ class Simulation:
         """
     def gather(self) -> None:
         """
-        Sends the values that each rank has written into its own rows to all ranks at once, instead of in the next step.
-        Collective.
+        Sends the values that each rank has written into its own rows to all ranks now rather than in the next step.
+        All ranks must call this method.
 
-        This is needed only after writes. After every step all ranks have all rows.
+        It is needed only after writing values. After every step, all ranks have all rows.
         """
     def intersecting_pairs(self) -> list[typing.Annotated[list[int], "FixedSize(2)"]]:
         """
@@ -3852,7 +3852,7 @@ class Simulation:
     @property
     def external_forces(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [N], a copy; assignable; applied in every step until changed
+        (n x 3) external forces on the cloth vertices [N], a copy; assignable; applied in every step until changed
         """
     @external_forces.setter
     def external_forces(self, arg1: typing.Any) -> None: ...
@@ -3880,7 +3880,7 @@ class Simulation:
     @property
     def positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [m], a copy; assignable
+        (n x 3) positions of the cloth vertices [m], a copy; assignable
         """
     @positions.setter
     def positions(self, arg1: typing.Any) -> None: ...
@@ -3906,21 +3906,21 @@ class Simulation:
     @property
     def step_size(self) -> float:
         """
-        length of a step, the largest length of automatic steps [s]
+        length of a step, or largest length of automatic steps [s]
         """
     @property
     def threads(self) -> int: ...
     @property
     def time(self) -> float:
         """
-        [s]
+        simulated time [s]
         """
     @property
     def topology(self) -> FrameTopology: ...
     @property
     def velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (n x 3) [m/s], a copy; assignable
+        (n x 3) velocities of the cloth vertices [m/s], a copy; assignable
         """
     @velocities.setter
     def velocities(self, arg1: typing.Any) -> None: ...
@@ -3938,7 +3938,7 @@ def box(
     cells_per_side: typing.SupportsInt | typing.SupportsIndex = 1,
 ) -> TriangleMesh:
     """
-    Box with the given sides [m].
+    Box with edge lengths x, y and z [m].
     """
 
 def candidates(
@@ -4063,8 +4063,8 @@ def funnel(
     segments: typing.SupportsInt | typing.SupportsIndex = 64,
 ) -> TriangleMesh:
     """
-    Closed surface of a funnel with a wall [m]: a cone from top_radius at z = height to bottom_radius at z = 0, and a
-    tube below it.
+    Closed surface of a funnel whose walls have a thickness `wall`; lengths in [m]. A cone from top_radius at z = height
+    to bottom_radius at z = 0 continues as a tube below.
     """
 
 def grid(

@@ -37,8 +37,8 @@ class Simulation(_core.Simulation):
 
     scene : Scene
     integrator : Integrator, for instance SemiImplicitEuler(...); None: SemiImplicitEuler()
-    threads : largest number of threads; 0: one for each processor. Beside other busy programs, one
-        thread is used. Results do not depend on the number
+    threads : largest number of threads; 0: one for each processor. If other programs keep the
+        processors busy, one thread is used. Results do not depend on the number.
     communicator : MPI ranks that share the work: a Communicator, an mpi4py communicator, or None
         for this process alone. Every rank must make the same calls. After every step, every rank
         has the positions and velocities of all vertices. If an array is assigned between steps,
@@ -116,8 +116,9 @@ class Simulation(_core.Simulation):
 
         out : directory
         overwrite : replace an existing run
-        resume : continue an existing run to the same bits as an uninterrupted run; a longer
-            duration extends it. Raises CacheError unless scene, integrator and rate are the same.
+        resume : continue an existing run; the result is bit-identical to that of an uninterrupted
+            run. A longer duration extends the run. Raises CacheError unless scene, integrator and
+            rate are the same.
         render : draw pictures and a video with these RenderOptions. True: the options of the
             pictures of a resumed run, or else the defaults. Pictures are drawn during the run, or
             at its end if their colours span the values of all frames. Options that differ from

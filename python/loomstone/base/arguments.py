@@ -21,7 +21,7 @@ R = TypeVar("R")
 
 
 def vector(name: str, value: Any, size: int) -> NDArray[np.float64]:
-    """Returns `size` finite numbers as an array; raises InvalidInput for other values."""
+    """Returns `value` as an array of `size` finite numbers; raises InvalidInput otherwise."""
     try:
         array = np.asarray(value, float)
     except (TypeError, ValueError):
@@ -32,7 +32,7 @@ def vector(name: str, value: Any, size: int) -> NDArray[np.float64]:
 
 
 def whole(name: str, value: Any, low: int, high: int) -> int:
-    """Returns a whole number in [low, high]; raises InvalidInput for other values."""
+    """Returns `value` as an int in [low, high]; raises InvalidInput if it is not one."""
     if (
         isinstance(value, bool)
         or not isinstance(value, (int, float, np.integer, np.floating))
@@ -50,9 +50,8 @@ def takes(**units: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
     units : unit of each number, by the name of the parameter; "1" for pure numbers. Quantities are
         converted to this unit. Quantities of another dimension raise InvalidInput.
 
-    A misspelt keyword raises a TypeError that suggests the right one. The TypeError for an argument
-    of the wrong type shows all arguments, whereas that of the core only lists the types that it
-    accepts.
+    A misspelt keyword raises a TypeError that suggests the right one. If the C++ core rejects the
+    type of an argument, the TypeError shows the given arguments and the expected types.
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:

@@ -50,7 +50,7 @@ class Units(pint.UnitRegistry[Any]):
             raise InvalidInput(
                 f"unit {unit!r}: {names} is not known; see pint.readthedocs.io"
             ) from None
-        except Exception:  # an exception of Pint or of its tokenizer
+        except Exception:  # Pint and its tokenizer raise exceptions of many types
             raise InvalidInput(
                 f"unit {unit!r} is not understood; write it like 'gf cm^2/cm'"
             ) from None
@@ -64,7 +64,7 @@ class Units(pint.UnitRegistry[Any]):
 
 
 def _ambiguous(unit: str) -> bool:
-    """Returns whether a product follows a fraction bar, as in gf/cm deg, which can be misread."""
+    """Returns whether a unit is ambiguous: a product follows a fraction bar, as in gf/cm deg."""
     flat = unit
     while (inner := re.sub(r"\([^()]*\)", "u", flat)) != flat:
         flat = inner

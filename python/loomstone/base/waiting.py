@@ -35,7 +35,7 @@ def _libgomp_is_loaded() -> bool:
 
 
 def _load_core() -> str:
-    """Loads `_core` with our spin count if possible; returns how threads wait, as a text."""
+    """Loads `_core` with our spin count if possible; returns a text on how threads wait."""
     for name in ("OMP_WAIT_POLICY", "GOMP_SPINCOUNT"):
         if name in os.environ:
             return f"{name}={os.environ[name]} (environment)"

@@ -110,7 +110,7 @@ def check_run(run: Run) -> bool:
 def check_scene(file: SceneFile, picture: Path | None) -> bool:
     """Prints the size and initial intersections of a scene; returns whether it can be simulated.
 
-    picture : path of a picture of the initial state to draw, or None
+    picture : path where a picture of the initial state is written, or None
     """
     scene = file.scene()
     problem: Error | None = None

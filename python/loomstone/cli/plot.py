@@ -46,8 +46,9 @@ def plot(
 
     For a run, plots energy, stages, contacts, stretch, strain, iterations or step from its
     steps.csv. The plot of strain shows the largest strain in each direction, its excess over
-    limits, and the sweeps of strain limiting. `force` plots the force of one magnet on another over
-    the gap between them. `torque` plots the torque over the angle by which one of them is turned.
+    limits, and the sweeps of strain limiting. `force` plots the force of one magnet on another
+    against the gap between them. `torque` plots the torque against the angle by which one of them
+    is turned.
 
     \b
         loomstone plot out/drape --what stages

@@ -110,7 +110,7 @@ def render(
 
 
 def _look(run: Run, given: dict[str, Any]) -> RenderOptions:
-    """Returns the given options; missing ones are those of existing pictures or the scene file."""
+    """Returns the given options, completed by those of existing pictures or of the scene file."""
     options = drawn_with(run.directory / "frames")
     options = options or (stored_options(run)[3] if "render" in run.metadata else RenderOptions())
     return options.replace(**given)

@@ -88,8 +88,8 @@ def resume(run: RunArgument, threads: Threads = 0, render: Render = False) -> No
     """Continues a run that was interrupted or killed, with a bit-identical result.
 
     Scene, parameters and options are those with which the run began; threads and ranks may differ.
-    Existing pictures in frames/ are continued with their options. If there are none, --render draws
-    them. Missing pictures are drawn at the end.
+    If frames/ contains pictures, drawing continues with their options. If it contains none,
+    --render starts drawing. Missing pictures are drawn at the end.
 
     \b
         loomstone resume out/drape
@@ -119,7 +119,11 @@ class _Task:
 
 
 def _advance(task: _Task, communicator: Communicator) -> None:
-    """Runs a task. Exits with 1 if triangles intersect, or with 128 plus the number of a signal."""
+    """Runs a task.
+
+    Exits with code 1 if triangles intersect, or with 128 plus the number of the signal that ended
+    the run.
+    """
     # Ranks on the same node share its processors.
     share = int(os.environ.get("OMPI_COMM_WORLD_LOCAL_SIZE", "1"))
     threads = task.threads or max(1, _core.default_thread_count() // share)

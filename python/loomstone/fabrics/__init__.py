@@ -1,4 +1,4 @@
-"""Real fabrics by name, and fabrics by named levels for artists.
+"""Real fabrics by name, and fabrics made from levels such as "soft" and "stiff".
 
 >>> import loomstone as ls
 >>> cotton = ls.fabrics["cotton"]

@@ -97,7 +97,7 @@ def fit(
 
 
 def _limits(load: Any, shear_limit: Any) -> tuple[float, float | None]:
-    """Returns the load and the shear limit as numbers in SI units, after checks."""
+    """Checks the load and the shear limit, and returns them as numbers in SI units."""
     reached = number_in(load, "N/m", "fit: load")
     if not (np.isfinite(reached) and reached > 0):
         raise InvalidInput(f"fit: load must be > 0 [N/m], got {load}")
@@ -183,7 +183,7 @@ def _bending(fits: dict[str, ModeFit]) -> dict[str, float]:
 
 
 def _read(mode: str, curve: Any, x_unit: str, y_unit: str) -> tuple[Floats, Floats]:
-    """Returns both columns of a curve in SI units, after checks."""
+    """Checks a curve, and returns its strain and load columns in SI units."""
     if not isinstance(curve, (tuple, list)) and np.ndim(curve) == 2 and np.shape(curve)[1] == 2:
         curve = tuple(np.asarray(curve).T)
     if not isinstance(curve, (tuple, list)) or len(curve) != 2:

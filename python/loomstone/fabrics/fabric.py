@@ -33,7 +33,8 @@ class ModeFit:
 class Fabric(ClothMaterial):
     """A ClothMaterial with its strain limits and the source of its numbers.
 
-    It is used as Cloth(material=fabric), to which strain_limit=fabric.strain_limit may be added.
+    Its use is Cloth(material=fabric) or, with strain limits, Cloth(material=fabric,
+    strain_limit=fabric.strain_limit).
 
     name, use, composition, construction : descriptive texts
     limits : largest strain along weft and warp, and largest shear strain e12 [1]; inf if unknown
@@ -111,7 +112,7 @@ class Fabric(ClothMaterial):
 
     @property
     def strain_limit(self) -> StrainLimit | None:
-        """The StrainLimit for a Cloth, which does not limit compression; None if none is known."""
+        """StrainLimit for a Cloth, without limits of compression; None if no limit is known."""
         return StrainLimit(*self.limits) if any(map(isfinite, self.limits)) else None
 
     @property

@@ -1,4 +1,4 @@
-"""Fabrics by named levels, for artists."""
+"""Fabrics made from levels such as "soft" and "stiff", for users without measured numbers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def of_levels(
     bending: str = "medium",
     density: Any = 0.15,
 ) -> Fabric:
-    """Returns a fabric from levels, as in section 3.3.3 of [Thomaszewski2010].
+    """Returns a fabric made from levels, as in section 3.3.3 of [Thomaszewski2010].
 
     Levels are "very soft", "soft", "medium", "firm" and "stiff".
 

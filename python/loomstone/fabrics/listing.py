@@ -39,7 +39,7 @@ def fabrics_text() -> str:
 
 
 def fabrics_json() -> str:
-    """Returns all fields of all fabrics as JSON, by the names of the fabrics."""
+    """Returns a JSON object that maps the name of each fabric to its fields."""
     return json.dumps(
         {name: fabric.to_dict() for name, fabric in catalogue.items()}, indent=1, allow_nan=False
     )

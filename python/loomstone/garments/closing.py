@@ -24,9 +24,11 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 REACH = 0.03  # gap above which the force between two vertices stays constant [m]
-SHUT, SHUT_AT_REST = 0.15, 0.5  # largest gap of a closed seam, relative to the mean edge [1]
+# Largest gap of a closed seam while gaps still shrink, and once they are at rest, relative to the
+# mean edge [1].
+SHUT, SHUT_AT_REST = 0.15, 0.5
 AT_REST = 0.1  # gaps are at rest if their sum shrinks by less than 1 % in this time [s]
-DRAG = 15.0  # damping rate of all vertices [1/s], against oscillation
+DRAG = 15.0  # damping rate of all vertices, which suppresses oscillation [1/s]
 
 
 @takes(longest="s", step="s", ease="1")
@@ -53,8 +55,8 @@ def close_seams(
     step : time step [s]
     ease : largest relative difference in length of sewn edges [1]
 
-    Seams are closed if no gap exceeds 1.5 contact distances, or if all gaps are at rest below half
-    a mesh edge, because thickness keeps panels apart where three of them meet. The two vertices of
+    Seams count as closed if no gap exceeds 1.5 contact distances, or if all gaps are at rest below
+    half a mesh edge, because thickness keeps panels apart where three of them meet. The vertices of
     each pair are then welded halfway between them. Raises SolverFailure naming the widest seam if
     seams stay open, and InvalidInput if the sewn garment would intersect itself.
     """
@@ -104,7 +106,9 @@ def _closed_already(pieces: Cut, distance: float) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class _Limits:
-    """Time step and longest time of the pulling [s], and the mean edge [m], the unit of gaps."""
+    """Time step [s] and longest simulated time [s] of closing seams, and the mean edge [m], to
+    which gaps are compared.
+    """
 
     step: float
     longest: float

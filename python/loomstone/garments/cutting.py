@@ -31,7 +31,7 @@ class Cut:
     panel_of_triangle : (m) index of the panel of each triangle
     pairs : (k x 2) pairs of vertices to be joined
     seam_of_pair : (k) index of the seam of each pair in the pattern
-    groups : vertices by name: "panel" and "panel.edge" (in order along the edge)
+    groups : vertex indices by name: "panel" and "panel.edge" (in order along the edge)
     """
 
     pattern: Pattern

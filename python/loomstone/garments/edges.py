@@ -30,8 +30,8 @@ class Edge:
     name : name within the panel
     kind : "polyline", "quadratic", "cubic", "arc" or "circle"
     points : points that define the edge [m], as seen from the outside of the garment: all points of
-        a polyline; ends and control points of a Bézier curve; start, a point between, and end of
-        an arc; start, opposite point, and start of a circle
+        a polyline; ends and control points of a Bézier curve; start, intermediate point and end of
+        an arc; start, opposite point and start of a circle
     """
 
     name: str
@@ -91,7 +91,7 @@ class Edge:
     def mirrored(self) -> Edge:
         """Returns the edge mirrored about x = 0 and reversed.
 
-        A panel of mirrored edges is thereby seen from its outside again.
+        The reversal keeps the outline of a mirrored panel counter-clockwise.
         """
         return Edge(self.name, self.kind, tuple((-x, y) for x, y in reversed(self.points)))
 

@@ -221,7 +221,7 @@ def _check_crossings(panel: Panel) -> None:
 def _check_nesting(panel: Panel) -> None:
     """Raises InvalidInput if a hole lies outside the outline or inside another hole.
 
-    The edges must not cross, which _check_crossings() checks.
+    Assumes that _check_crossings() has found no crossing edges.
     """
     loops = [Boundary([_outline(loop)]) for loop in panel.loops]
     for i, hole in enumerate(panel.holes, 1):

@@ -109,7 +109,8 @@ class Cone:
 @takes(path="m", across="1")
 @dataclass(frozen=True)
 class Ribbon:
-    """Placement along a path: y is the arc length, and x runs along `across`, which may turn.
+    """Placement along a path in space: a panel's y is the arc length along the path, and its x runs
+    along `across`, which may turn.
 
     path : (k x 3) points of the path [m]
     across : (k x 3) direction of x at each of these points, which is normalised

@@ -21,7 +21,8 @@ def gradients(flat: Floats) -> tuple[Floats, Floats]:
 
     flat : rest corners (m x 3 x 2) [m]
     """
-    edges = np.stack([flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]], axis=2)  # as columns
+    # The columns of each matrix are two edge vectors of a triangle.
+    edges = np.stack([flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]], axis=2)
     inverse = np.linalg.inv(edges)
     area: Floats = np.abs(np.linalg.det(edges)) / 2
     slope = np.stack([-inverse.sum(1), inverse[:, 0], inverse[:, 1]], axis=1)

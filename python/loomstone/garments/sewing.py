@@ -30,7 +30,7 @@ class Garment:
 
     mesh : TriangleMesh. Its uv are the panels laid out next to each other [m]; the two sides of a
         seam therefore have different uv.
-    groups : vertices by name: "panel" and "panel.edge" (in order along the edge)
+    groups : vertex indices by name: "panel" and "panel.edge" (in order along the edge)
     panel_names : names of the panels
     panel_of_triangle : (m) index of the panel of each triangle
     seam_edges : (k x 2) edges of the mesh where panels meet
@@ -111,7 +111,8 @@ def garment(
     """Triangulates panels, joins them along seams, and reduces the strain due to their placement.
 
     panels, seams : panels with seams (Seam or pairs of "panel.edge"), or one Pattern
-    triangles : total number of triangles, exact up to one per panel; an alternative to `edge`
+    triangles : total number of triangles, as an alternative to `edge`; the result may differ from
+        it by one per panel
     edge : mean edge length [m]. Angles are at least 25 degrees if the outline has no corner below
         55 degrees.
     ease : largest difference in length of two sewn edges, relative to the longer one [1]
@@ -166,12 +167,15 @@ def _spacing(
 
 
 def edge_for(area: float, triangles: int) -> float:
-    """Returns the edge length [m] of equilateral triangles that fill an area [m^2]."""
+    """Returns the edge length [m] of `triangles` equilateral triangles with a total area [m^2]."""
     return float(np.sqrt(area / triangles * 4 / np.sqrt(3)))
 
 
 def joined(pieces: Cut, positions: Floats) -> Garment:
-    """Welds the panels with vertices at `positions` (n x 3) [m]; joined vertices meet halfway."""
+    """Welds the panels, whose vertices are at `positions` (n x 3) [m], along all seams.
+
+    Joined vertices meet halfway.
+    """
     index, mesh = welded(pieces, positions, pieces.pairs)
     groups = {name: index[members] for name, members in pieces.groups.items()}
     names = tuple(panel.name for panel in pieces.pattern.panels)
@@ -192,7 +196,7 @@ def welded(pieces: Cut, positions: Floats, pairs: Indices) -> tuple[Indices, Tri
     )
     triangles = index[pieces.triangles]
     _check_weld(pieces, triangles)
-    # A panel that is turned over keeps its uv, which are then mirrored.
+    # The uv of a panel that is turned over stay unchanged, so they are mirror images of the panel.
     return index, TriangleMesh(vertices, triangles, pieces.flat, uv_triangles=pieces.triangles)
 
 

@@ -58,7 +58,7 @@ def sewn(mesh: TriangleMesh, *, where: str = "mesh") -> Garment:
 
     Panels are sets of triangles connected by edges with the same uv on both sides.
 
-    mesh : its uv are the pattern [m]
+    mesh : sewn mesh whose uv are the pattern [m]
     where : name of the mesh in errors
 
     Groups are "panel_1" (the largest) and so on, and "opening_1" (the longest boundary loop) and so

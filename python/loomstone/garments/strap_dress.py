@@ -38,7 +38,7 @@ def dress(
 ) -> Garment:
     """A sleeveless dress: a bodice of five panels, a skirt of six gores, and two straps over a bar.
 
-    triangles : total number of triangles, at least 200, exact up to 13
+    triangles : total number of triangles, at least 200; the result may differ from it by up to 13
     bust, waist, hem : circumferences [m]; the bust is 0.2 m above the waist
     skirt : length of the skirt along the cloth [m]
     bar_radius : radius of the bar along the x axis, 4 mm below the straps [m]; 0.015 to 0.05
@@ -74,7 +74,7 @@ def dress_pattern(
     """Returns panels and seams of `dress`, which can be changed before they are sewn.
 
     chord : length of the straps' mesh edges [m], at most 0.15. Straps start so high that mesh edges
-        of this length clear the bar, and are slack at first if it is large.
+        of this length clear the bar. If `chord` is large, the straps are slack at first.
     """
     if not 0.0 <= chord <= 0.15:
         raise InvalidInput(f"chord must be in [0, 0.15] m, got {chord}")
@@ -89,7 +89,7 @@ def dress_pattern(
     upper = _Cone(waist, (bust - waist) / (2 * np.pi * 0.2), 1.0)
     lower = _Cone(waist, (hem - waist) / (2 * np.pi * skirt), -1.0)
     strap_path, strap_across = _strap(upper, bar_radius, chord)
-    drop = float(strap_path[0, 2]) - upper.height(STRAP)  # height of the waist [m]
+    drop = float(strap_path[0, 2]) - upper.height(STRAP)  # z of the waist [m]
     bodice, bodice_seams = _bodice(upper, drop)
     gores, gore_seams = _gores(lower, skirt, drop)
     straps, strap_seams = _straps(strap_path, strap_across)
@@ -288,8 +288,8 @@ def _strap(cone: _Cone, bar_radius: float, chord: float) -> tuple[Floats, Floats
     clear = bar_radius + 0.004
     # A chord of the circle with radius `over` lies at most chord^2 / (8 over) inside it.
     over = (clear + np.sqrt(clear**2 + chord**2 / 2)) / 2
-    # The path is straight from (-depth, -rise) to its tangent point on this circle, and then
-    # follows the circle over the top.
+    # In the plane (y, z), the path is straight from (-depth, -rise) to its tangent point on the
+    # circle of radius `over`, and then follows the circle over the top.
     first = np.arctan2(-rise, -depth) - np.arccos(over / np.hypot(depth, rise)) + 2 * np.pi
     turn = np.linspace(first, np.pi - first, 17)
     circle = np.c_[np.full(17, x), over * np.cos(turn), over * np.sin(turn)]

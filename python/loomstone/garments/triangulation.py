@@ -165,7 +165,7 @@ def _start(boundary: Boundary, interior: int, seed: int) -> Floats:
             break
         spacing *= 0.99
         if attempt % 20 == 19:
-            clearance *= 0.8  # narrow panels may have no room for points otherwise
+            clearance *= 0.8  # otherwise, narrow panels may have no room for points
     # Surplus points are removed evenly over the piece. Relaxation then closes the gaps.
     surplus = len(found) - interior
     leaves = np.linspace(0, len(found), max(0, surplus), endpoint=False).astype(int)

@@ -24,8 +24,8 @@ def cells(body: MagneticBody, *, density: float, separation: float = 3.0) -> Mag
     The method is that of section 6.3.2. Pose and moment are kept. The bounding box is repeatedly
     bisected along its longest axis until the leaves reach `density` [1/m^3]. A leaf of volume v
     is dropped if its centre lies outside the magnet, or closer to its surface than half the leaf's
-    diameter v^(1/3). If no leaf remains, a single dipole is used. Every level carries the whole
-    moment.
+    diameter v^(1/3). If no leaf remains, a single dipole is used. The moments of the cells of each
+    level add up to the moment of the magnet.
 
     Between two such bodies, force() and forces() sum over fronts of cells. A cell with longest edge
     e is used at distances of at least separation * e, which is eq. (6.19) with r_0 = separation /
@@ -61,7 +61,7 @@ def cell_front(body: MagneticBody, other: MagneticBody) -> tuple[Floats, Floats]
 
 
 def as_cells(body: MagneticBody, engine: str, density: float | None) -> MagneticBody:
-    """Returns the body as it is for engine "exact", or made of dipole cells for "cells"."""
+    """Returns the body itself for engine "exact", or its dipole cells for engine "cells"."""
     if engine == "exact" and density is None:
         return body
     if engine == "exact":

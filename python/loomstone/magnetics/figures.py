@@ -1,5 +1,5 @@
 """Figures of fields and forces, drawn by Matplotlib: slices with contour lines and arrows, force
-over distance, and torque over angle.
+against distance, and torque against angle.
 """
 
 from __future__ import annotations
@@ -216,7 +216,7 @@ def _draw_arrows(
 def plot_curve(
     curve: ForceCurve, path: str | os.PathLike[str], *, kind: Literal["force", "torque"] = "force"
 ) -> Path:
-    """Plots force over distance or torque over angle.
+    """Plots force against distance or torque against angle.
 
     Components that stay below 1e-3 of the largest one are omitted.
     """

@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 
 class Force(NamedTuple):
-    """Force (3) [N] and torque (3) about its centre [N m] on one body in world axes, with the
+    """Force (3) [N] on a body and torque (3) [N m] about the body's centre, in world axes, with the
     estimated error [N].
     """
 
@@ -37,8 +37,8 @@ class Force(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """Forces (n, 3) [N] and torques (n, 3) about their centres [N m] on n bodies in world axes,
-    with estimated errors (n) [N].
+    """Forces (n, 3) [N] on n bodies and torques (n, 3) [N m] about the bodies' centres, in world
+    axes, with estimated errors (n) [N].
     """
 
     forces: Floats
@@ -64,19 +64,21 @@ def force(
 
     `error` [N] estimates the error of the force, or of the torque divided by the body's radius if
     that is larger. It exceeds the requested error if 2,000,000 evaluations of the field do not
-    suffice. For induced bodies it includes the error of their charge: for cuboids and cylinders by
-    comparison of their three grids, for spheres by the last degree. Beside magnets as in
-    `soft_cuboid`, it is between half and ten times the true error in nine of ten cases (spheres:
-    with a degree of at least 3). It is nan for meshes, which have one grid.
+    suffice. For induced bodies it includes the error of their charge, which is estimated for
+    cuboids and cylinders by comparing their three grids, and for spheres by the last degree. Near
+    magnets as described in `soft_cuboid`, the estimate is between half and ten times the true error
+    in nine of ten cases (for spheres, if the degree is at least 3). It is nan for meshes, which
+    have only one grid.
 
     engine "cells": represents both magnets by dipole cells of `density` [1/m^3]. The tolerance is
-    then ignored. The error is estimated by an eighth of the density, and includes that of the
-    torque divided by the body's radius. For many calls, build the cells once with `cells`; the
-    error is then 0, because it is that of the sum over these cells.
+    then ignored. The error is estimated by comparison with cells of an eighth of the density, and
+    covers the torque divided by the body's radius. For many calls, build the cells once with
+    `cells`; the error is then 0, because it refers to the sum over these cells only.
 
     Raises InvalidInput for solid magnets that overlap (they may touch), for a tolerance out of
-    range, and for polylines that are not closed. Overlap is certain to be found between cuboids and
-    with spheres, otherwise where it contains one of about 300 points on the surface of either body.
+    range, and for polylines that are not closed. Overlap is always found between two cuboids and if
+    one body is a sphere. Between other bodies it is found if it contains one of about 300 points on
+    the surface of either body.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
@@ -87,8 +89,8 @@ def force(
     fine = _force(on, by, tolerance, engine, density)
     if density is None:
         return fine
-    # Halving the width of cells divides their error by about two. Where this is not so, the factor
-    # of two is a margin.
+    # Halving the width of the cells about halves the error, so the difference between the two
+    # results estimates the error of the finer one. The factor of two below is a margin.
     coarse = _force(on, by, tolerance, engine, density / 8)
     force_error = np.linalg.norm(fine.force - coarse.force)
     torque_error = np.linalg.norm(fine.torque - coarse.torque) / on.radius
@@ -108,7 +110,7 @@ def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
 
     tolerance [1]: error of each pair relative to the largest force between any two bodies. Linear
     and angular momentum are conserved to rounding. Bodies made by cells() interact by their cells.
-    Errors are estimated, and solid magnets that overlap are refused, as by `force`.
+    As in `force`, errors are estimated, and solid magnets that overlap raise InvalidInput.
     threads 0: all processors; the result does not depend on it. Bodies that move are given at their
     poses:
 
@@ -128,11 +130,11 @@ def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
 
     It is minus the sum over pairs of the integral of M.B over one magnet in the field of the other.
     Forces are its negative derivatives with respect to positions. tolerance [1]: error relative to
-    the energy of each pair. A small energy counts as 1e-3 of the energy of two dipoles with the
-    same moments, at the sum of the radii. The energy of an induced body is that of its panels'
-    charge in the potential of the magnet, and does not depend on the tolerance. threads 0: all
-    processors; the result does not depend on it. Raises Unsupported for currents, because keeping
-    them constant takes work.
+    the energy of each pair or, if that is larger, to 1e-3 of the energy of two dipoles with the
+    same moments whose distance is the sum of both radii. The energy of an induced body is that of
+    its panels' charge in the potential of the magnet, and does not depend on the tolerance. threads
+    0: all processors; the result does not depend on it. Raises Unsupported for currents, because
+    keeping them constant requires work.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1))

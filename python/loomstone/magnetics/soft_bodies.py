@@ -34,7 +34,7 @@ class Induced(NamedTuple):
 def soft_sphere(
     *, radius: float, susceptibility: float, saturation: float = 0.0, degree: int = 0
 ) -> SoftBody:
-    """Linear sphere: radius [m], susceptibility chi = mu_r - 1 >= -1 [1].
+    """Magnetisable sphere: radius [m], susceptibility chi = mu_r - 1 >= -1 [1].
 
     chi = inf is ideal iron, chi = -1 a superconductor. The response is exact for solid harmonics up
     to `degree`. With degree 0, `induce` chooses the degree (up to 400) from its tolerance and the
@@ -56,18 +56,18 @@ def soft_cuboid(
     focus: float = 0.0,
     threads: int = 0,
 ) -> SoftBody:
-    """Linear cuboid: edges `size` (3) [m], susceptibility chi = mu_r - 1 >= -1 [1].
+    """Magnetisable cuboid: edges `size` (3) [m], susceptibility chi = mu_r - 1 >= -1 [1].
 
     chi = inf is ideal iron, chi = -1 a superconductor. saturation: mu0 M_s [T], 0: none; see
     `induce`.
 
     cells: panels along the shortest edge, a multiple of 4 from 8 to 48. Longer edges have more
     panels (an edge ten times as long: four times as many). Panels are finer towards the edges,
-    where the charge is singular. The responses of three grids are extrapolated. Beside a magnet at
-    a gap of at least a tenth of the shortest edge, force and torque have a relative error below
+    where the charge is singular. The responses of three grids are extrapolated. If a magnet is at a
+    gap of at least a tenth of the shortest edge, force and torque have a relative error below
     1e-3 with 16 cells and 1e-4 with 24, if the edges are in a ratio of at most 10 : 5 : 1. The
-    median errors are 1e-5 and 4e-6, and `force` estimates the error of each result. Wider plates
-    have panels that grow towards the middle, where a magnet nearby needs a focus.
+    median errors are 1e-5 and 4e-6, and `force` estimates the error of each result. On wider
+    plates, panels grow towards the middle, and a magnet near the middle requires a focus.
 
     focus [m]: half the width of a magnet near the middle of the wide faces, where panels are
     refined; 0: no refinement. With a focus, all edges have `cells` panels, and two grids are
@@ -77,9 +77,9 @@ def soft_cuboid(
 
     The linear system is factored here once, for all poses and fields. With 16 cells this takes 0.04
     s and 10 MB for a cube, 2.6 s and 0.3 GB for 10 : 5 : 1 (24 cells: 23 s and 1.2 GB). Flat
-    cuboids that magnetise each other take long: two of 3 : 2 : 0.4 take 3 s with 8 cells and a
-    minute with 12. Raises InvalidInput for more than 24,000 panels, which 10 : 5 : 1 has beyond 24
-    cells.
+    cuboids that magnetise each other take long: two with edges 3 : 2 : 0.4 take 3 s with 8 cells
+    and a minute with 12. Raises InvalidInput for more than 24,000 panels; edges 10 : 5 : 1 exceed
+    this number with more than 24 cells.
     """
     return _core.soft_cuboid(
         size=size,
@@ -102,7 +102,7 @@ def soft_cylinder(
     cells: int = 8,
     threads: int = 0,
 ) -> SoftBody:
-    """Linear cylinder about the z axis, or a ring if inner_radius > 0: radius and height [m].
+    """Magnetisable cylinder about the z axis, or a ring if inner_radius > 0; lengths in [m].
 
     susceptibility: chi = mu_r - 1 >= -1 [1]. saturation: mu0 M_s [T], 0: none; see `induce`.
 
@@ -136,7 +136,9 @@ def soft_mesh(
     panels: int = 1500,
     threads: int = 0,
 ) -> SoftBody:
-    """Linear body bounded by a closed `TriangleMesh` [m]: susceptibility chi = mu_r - 1 >= -1 [1].
+    """Magnetisable body bounded by a closed `TriangleMesh` [m].
+
+    susceptibility: chi = mu_r - 1 >= -1 [1].
 
     The triangles are bisected until there are at least `panels` (at most 8000). The linear system
     is factored here once, for all poses and fields. The error is proportional to 1 / panels. The
@@ -171,8 +173,8 @@ def induce(
     |H| / M_s), as if its susceptibility were chi (1 - |M| / M_s) everywhere.
 
     response "explicit": the method of [Thomaszewski2010]. Dipole cells of `density` [1/m^3] respond
-    as isolated spheres do (those of a superconductor with M = -B / mu0), to `by` and `field` alone.
-    The relative error is at least a quarter for chi >> 1.
+    to `by` and `field` alone, as isolated spheres do; those of a superconductor respond with M = -B
+    / mu0. The relative error is at least a quarter for chi >> 1.
 
     threads 0: all processors; the result does not depend on it. Raises InvalidInput if bodies
     overlap, and SolverFailure if no equilibrium is found.

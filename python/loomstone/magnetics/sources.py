@@ -40,7 +40,7 @@ def as_list(bodies: Bodies) -> list[MagneticBody]:
 
 
 def box_of(bodies: list[MagneticBody]) -> tuple[Floats, Floats]:
-    """Returns the lowest and highest coordinates (3), (3) [m] of the bodies' bounding balls."""
+    """Returns the lower and upper corners (3), (3) [m] of the box around the bodies' balls."""
     places, radii = np.array([b.position for b in bodies]), np.array([b.radius for b in bodies])
     return (places - radii[:, None]).min(axis=0), (places + radii[:, None]).max(axis=0)
 
@@ -96,7 +96,7 @@ def loop(*, radius: float, turns: float = 1.0, current: float = 1.0) -> Magnetic
 
 @takes(radius="m", length="m", turns="1", current="A")
 def solenoid(*, radius: float, length: float, turns: float, current: float = 1.0) -> MagneticBody:
-    """Ideal solenoid about z, a current sheet: radius and length [m], number of turns [1], current
+    """Ideal solenoid (current sheet) about z: radius and length [m], number of turns [1], current
     of each turn [A].
     """
     return _core.magnetic_solenoid(radius=radius, length=length, turns=turns, current=current)

@@ -59,7 +59,9 @@ def grid(
 def irregular(
     *, size: tuple[float, float] = (0.5, 0.5), triangles: int, seed: int = 1
 ) -> TriangleMesh:
-    """Rectangle with an unstructured mesh of `triangles` triangles, up to the boundary's parity.
+    """Rectangle with an unstructured mesh of `triangles` triangles.
+
+    There is one triangle fewer if the parity of the number of boundary points requires it.
 
     size : width and height [m]
     seed : seed of the random initial points
@@ -104,7 +106,7 @@ def disc(*, radius: float = 0.5, triangles: int, seed: int = 1) -> TriangleMesh:
     """Disc with an unstructured mesh.
 
     radius : [m]
-    triangles : number of triangles, exact up to the parity of the boundary
+    triangles : number of triangles; one fewer if the parity of the boundary points requires it
     seed : seed of the random initial points
     """
     _check("disc", "radius", radius)
@@ -134,4 +136,4 @@ def _size(size: tuple[float, float]) -> tuple[float, float]:
 
 def _edge_length(area: float, triangles: int) -> float:
     triangles = whole("triangles", triangles, 2, MOST_TRIANGLES)
-    return float(np.sqrt(area / triangles * 4 / np.sqrt(3)))  # of equilateral triangles
+    return float(np.sqrt(area / triangles * 4 / np.sqrt(3)))  # edge of equilateral triangles

@@ -136,7 +136,7 @@ def _read_meshes(paths: list[Path], mesh: TriangleMesh | None) -> tuple[Triangle
 
 
 def _read_cache(path: Path) -> tuple[NDArray[Any], Floats | None]:
-    """Returns positions, memory-mapped if possible, and times, or None if the file has no times."""
+    """Returns positions, memory-mapped if possible, and times (None if the file has none)."""
     try:
         if path.suffix.lower() in (".npy", ".npz"):
             return _read_numpy(path)

@@ -70,7 +70,9 @@ def drawn_with(directory: Path) -> RenderOptions | None:
 def claim(
     directory: Path, options: RenderOptions, metadata: str, *, again: bool = False, advice: str
 ) -> dict[str, Any]:
-    """Reserves a directory for pictures of one run with these options, and returns its note.
+    """Reserves a directory for pictures of one run with these options.
+
+    Returns the content of its options.json.
 
     metadata : metadata of the run, as in its cache
     again : whether pictures of other runs or options are deleted. Otherwise they raise an

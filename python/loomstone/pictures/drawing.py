@@ -63,13 +63,13 @@ def render_run(
 
     out : directory, by default `frames` in the run's directory. If it has pictures with other
         options, InvalidInput is raised.
-    frames : draws only these frames, replaces their pictures, and makes the run's directory the
-        default of `out`. A directory with the pictures of a whole run raises InvalidInput.
+    frames : indices of frames to redraw, by default into the run's directory; None: all. A
+        directory with the pictures of a whole run raises InvalidInput.
     jobs : number of processes, 0: one per processor
-    again : deletes existing pictures first, as do new frames that change automatic colours
-    progress : is called with the number of pictures finished since its last call
-    stop : is called before every picture if jobs=1; True ends drawing
-    simulation : of the run, for field lines; default: made from its scene file
+    again : delete existing pictures first. New frames that change automatic colours do so, too.
+    progress : function called with the number of pictures finished since its last call
+    stop : function called before every picture if jobs=1; drawing ends if it returns True
+    simulation : simulation of the run, for field lines; default: made from its scene file
     A fitted camera is fitted to the first frame. Automatic colours span the values of all frames.
     """
     if not len(run):

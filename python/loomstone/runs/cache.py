@@ -141,7 +141,10 @@ class Run:
 
     @property
     def rate(self) -> float:
-        """Frames per second of simulated time [1/s]; 25 if one frame leaves the rate unknown."""
+        """Frames per second of simulated time [1/s].
+
+        It is 25 if it is neither stored nor evident from the times of the frames.
+        """
         if isinstance(rate := self.metadata.get("rate"), (int, float)):
             return float(rate)
         length = self.times[-1] - self.times[0] if len(self) > 1 else 0.0

@@ -16,7 +16,7 @@ def checkpoint_files(directory: Path) -> list[Path]:
 
 
 def write_checkpoint(directory: Path, step: int, checkpoint: Checkpoint) -> None:
-    """Writes a checkpoint, and deletes all earlier ones except the last."""
+    """Writes a checkpoint, and deletes older ones so that the two newest remain."""
     _core.write_checkpoint(str(directory / f"checkpoint-{step:010d}.h5"), checkpoint)
     for old in checkpoint_files(directory)[:-2]:
         old.unlink()

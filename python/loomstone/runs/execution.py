@@ -97,7 +97,10 @@ class _Course:
         self._following, self._unsaved = 0, False
 
     def follow(self, following: int, control: Callable[[Any], None] | None) -> None:
-        """Writes the frames from `following` on; raises Interrupted if a signal ends the run."""
+        """Steps to the end of the run and writes the frames from index `following` on.
+
+        Raises Interrupted if a signal ends the run.
+        """
         simulation, stepped = self._simulation, False
         self._following = following
         while True:

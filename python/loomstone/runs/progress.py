@@ -51,7 +51,7 @@ def overstrained(report: StepReport) -> str:
 
 
 class _Counts:
-    """Base of the observers that print: counts steps, keeps the last report, prints warnings."""
+    """Base class of the observers that print. Counts steps, keeps the last report and warns."""
 
     def __init__(self) -> None:
         self._began = self._last = time.perf_counter()
@@ -66,10 +66,10 @@ class _Counts:
 
     def step(self, report: StepReport) -> None:
         self._steps, self._report = self._steps + 1, report
-        if report.contacts.unresolved and not self._troubled:  # once per tangle
+        if report.contacts.unresolved and not self._troubled:  # warns once per tangle
             self.say(trouble(report))
         self._troubled = report.contacts.unresolved > 0 or report.contacts.intersections > 0
-        if report.limits.broken and not self._overstrained:  # once per run
+        if report.limits.broken and not self._overstrained:  # warns once per run
             self.say(overstrained(report))
             self._overstrained = True
 

@@ -88,7 +88,7 @@ BROKEN = (
     "limits.csv",
     ("step", "triangle", "direction", "excess"),
 )
-MOST_BROKEN = 20  # largest number of rows of BROKEN per step
+MOST_BROKEN = 20  # largest number of rows per step in the table BROKEN
 
 
 def append_rows(

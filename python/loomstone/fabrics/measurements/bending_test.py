@@ -72,7 +72,8 @@ def cantilever(
     step: float = 4e-3,
     threads: int = 1,
 ) -> CantileverResult:
-    """Simulates hanging strips until the chord of one is inclined by 41.5 +- 0.1 degrees.
+    """Simulates overhanging strips, whose length is adjusted from strip to strip until the chord of
+    one is inclined by 41.5 +- 0.1 degrees.
 
     angle_degrees : angle of the strip to weft (0: weft, 90: warp, 45: bias)
     width : width of the strip [m]
@@ -117,7 +118,8 @@ def cantilever(
 
 @takes(chord_degrees="degrees")
 def overhang_of_elastica(chord_degrees: float) -> float:
-    """Returns the overhang, divided by (B / w)^(1/3), at which the chord has an inclination [1].
+    """Returns the overhang, divided by (B / w)^(1/3), at which the chord is inclined by
+    `chord_degrees` [1].
 
     With lengths in units of (B / w)^(1/3) and u = l - s, measured from the free end, theta'' = -u
     cos(theta). The boundary conditions are theta'(0) = 0 and theta = 0 at the clamp.
@@ -175,7 +177,10 @@ class _Strip:
 
 
 def _hang(strip: _Strip, length: float, threads: int) -> tuple[float, bool]:
-    """Returns the angle of the chord at rest [degrees], and whether the strip came to rest."""
+    """Simulates a strip with an overhang of `length` [m].
+
+    Returns the final inclination of its chord [degrees], and whether it came to rest.
+    """
     cells = max(16, round(length * strip.across / strip.width))
     size = (length * (cells + 1) / cells, strip.width)
     flat = meshes.grid(size=size, cells=(cells + 1, strip.across))

@@ -58,7 +58,7 @@ class CusickResult:
 
 
 def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
-    """Returns an unstructured disc with a diameter of 30 cm and about `triangles` triangles.
+    """Returns an unstructured mesh of a disc, 30 cm in diameter, with about `triangles` triangles.
 
     A ring of vertices lies on the edge of the clamp.
     """
@@ -82,8 +82,9 @@ def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
         within: Floats = np.minimum(inner - distance, distance - DISC)
         return within
 
-    # In Euler's formula an interior point counts twice and an outline point once. relaxed() counts
-    # all fixed points as outline points, so the number of clamped points is subtracted.
+    # In Euler's formula for the number of triangles, an interior point counts twice and an outline
+    # point once. relaxed() counts the clamped points as outline points, so their number is
+    # subtracted from the number of triangles that it is asked for.
     fixed = np.concatenate([outline, held])
     return relaxed(fixed, depth, (2 * SPECIMEN, 2 * SPECIMEN), edge, triangles - len(held), seed)
 
@@ -127,7 +128,7 @@ def cusick(
         drape_coefficient=100.0 * (area - disc) / (flat - disc),
         folds=count_folds(mesh, positions),
         shadow=area,
-        # Pairs of obstacles are not counted.
+        # Pairs that belong to the obstacle only are not counted.
         intersections=sum(min(pair) < mesh.n_triangles for pair in simulation.intersecting_pairs()),
         rest=rest,
         seconds=time.perf_counter() - began,
@@ -139,7 +140,7 @@ def cusick(
 def drape_scene(
     material: ClothMaterial, mesh: TriangleMesh, strain_limit: StrainLimit | None = None
 ) -> Scene:
-    """Returns the scene with the flat specimen over the pedestal, clamped within 9 cm."""
+    """Returns the scene: the flat specimen over the pedestal, clamped within a radius of 9 cm."""
     held = np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2], axis=1) < DISC + 1e-9)
     pedestal = obstacles.mesh(
         _pedestal(DISC - 1.5e-3, 0.12), name="pedestal", centre=(0.0, 0.0, -1.5e-3)
@@ -167,8 +168,8 @@ def shadow(
 ) -> tuple[NDArray[np.bool_], Floats, float]:
     """Returns the pixels whose centres are covered by triangles, as seen from above.
 
-    The result is an array of flags (x by y), the position of its lower corner [m], and the side of
-    a pixel [m].
+    The result is an array of flags, indexed by x and y, the position of the array's lower corner
+    [m], and the side of a pixel [m].
     """
     xy = positions[:, :2] / pixel
     low = np.floor(xy.min(0)) - 1
@@ -202,7 +203,7 @@ def count_folds(mesh: TriangleMesh, positions: Floats) -> int:
     rim = np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2], axis=1) > SPECIMEN - 1e-6)
     rim = rim[np.argsort(np.arctan2(mesh.vertices[rim, 1], mesh.vertices[rim, 0]))]
     radius = np.linalg.norm(positions[rim, :2], axis=1)
-    start = int(radius.argmin())  # starting at the minimum splits no peak
+    start = int(radius.argmin())  # an outline that starts at the minimum splits no peak
     peaks, _ = find_peaks(np.append(np.roll(radius, -start), radius[start]), prominence=3e-3)
     return len(peaks)
 

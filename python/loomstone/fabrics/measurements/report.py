@@ -44,7 +44,7 @@ class FabricReport:
 
     @property
     def spread(self) -> float:
-        """Half the difference of the specimens' largest and smallest drape coefficient [%]."""
+        """Half the difference between the specimens' extreme drape coefficients [%]."""
         return float(np.ptp([drape.drape_coefficient for drape in self.drapes])) / 2
 
     @property
@@ -74,7 +74,7 @@ class FabricReport:
 
     @property
     def remark(self) -> str:
-        """Remark on specimens that still move, on intersections, or on why the range is missed."""
+        """Remark on specimens not at rest, on intersections, or on why the range is missed."""
         said = []
         if moving := sum(not drape.rest.at_rest for drape in self.drapes):
             said.append(
@@ -202,12 +202,12 @@ def print_report(report: FabricReport) -> None:
 
 
 def chosen(names: str) -> list[str]:
-    """Returns the fabrics that --fabrics of the command line names; all if it is empty."""
+    """Returns the names listed in the option --fabrics, or those of all fabrics if it is empty."""
     return [catalogue[name.strip()].name for name in names.split(",")] if names else list(catalogue)
 
 
 def parameters(given: Mapping[str, Any]) -> dict[str, int]:
-    """Checks the parameters given by -p: triangles (of a specimen) and (number of) specimens."""
+    """Checks the parameters given by -p: triangles per specimen, and number of specimens."""
     limits = {"triangles": (400, 1_000_000), "specimens": (1, 100)}
     if unknown := [name for name in given if name not in limits]:
         raise InvalidInput(f"there is no parameter {unknown[0]!r}; known: {', '.join(limits)}")

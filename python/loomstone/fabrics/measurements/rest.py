@@ -77,7 +77,7 @@ def bring_to_rest(
             simulation.velocities = np.zeros_like(simulation.velocities)
             stops, energy = stops + 1, 0.0
         rising, before = energy >= before, energy
-        # Rounding of times must not add a step to a window.
+        # Without this tolerance, rounding of times could add a step to a window.
         if simulation.time - opened > window - 1e-9:
             here = simulation.positions
             moved = float(np.linalg.norm(here - place, axis=1).max())
