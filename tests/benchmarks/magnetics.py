@@ -1,5 +1,5 @@
-"""Speed of fields and forces compared with magpylib, on the same points and pairs of turned
-cuboids, in one run.
+"""Speed of fields and forces compared with magpylib in one run, for the same points and for the
+same pairs of rotated cuboids.
 
     python -m pip install magpylib    # in a separate environment with this package on its path
     python tests/benchmarks/magnetics.py [--points 100000] [--repeats 20] [--threads 1]

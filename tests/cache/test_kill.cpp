@@ -70,8 +70,8 @@ TEST_CASE("a run killed at any moment can be read, and every frame is right") {
     FrameWriter writer(directory, topology, "");
     for (int index = 0; index < n_frames; ++index) write_example(writer, topology, index);
   };
-  // The window for kills is at least three times as long as ten frames take. Kills thus come while
-  // frames are written, even if the program is slow or runs in a debugger.
+  // The window of kill times is at least three times as long as the time that ten frames take. Thus
+  // some kills come while frames are written, even if the program is slow or runs in a debugger.
   const auto start = std::chrono::steady_clock::now();
   {
     const TemporaryDirectory directory;

@@ -1,4 +1,4 @@
-// Triangles and sheets for the tests of strain limits, and sums over them.
+// Triangles, sheets and momenta for the tests of strain limits.
 #pragma once
 
 #include <array>

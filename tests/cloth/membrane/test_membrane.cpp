@@ -177,7 +177,7 @@ TEST_CASE("a strip cut along weft, warp or bias and pulled has the strain of its
       if (base.uv()(i, 0) < -0.1499)
         pull += force.row(i).head<2>().transpose();
       else if (base.uv()(i, 0) < 0.1499)
-        CHECK(force.row(i).norm() < 1e-12);  // no traction, including the long sides
+        CHECK(force.row(i).norm() < 1e-12);  // no force inside the sheet or on the long sides
     }
     const Vec2 traction = 0.1 * (u * (p * d));  // width times F S d
     CHECK((pull - traction).norm() < 1e-12);
