@@ -227,7 +227,7 @@ TEST_CASE("a strip at rest carries the body attached to it, with any integrator"
   for (int k = 0; k < 50; ++k)
     lambda -= (0.5 * 300.0 * lambda * (lambda * lambda - 1) - load) /
               (0.5 * 300.0 * (3 * lambda * lambda - 1));
-  // The clamped ends need not contract, as nu = 0. Springs of 3e4 N/m per vertex add 1e-5 m.
+  // As nu = 0, the clamped ends do not contract. Springs of 3e4 N/m per vertex add 1e-5 m.
   CHECK(0.2 - sim.positions().row(0)(2) == Approx(0.4 * lambda).epsilon(2e-3));
 }
 
@@ -370,7 +370,8 @@ TEST_CASE("a step in which the Newton loop finds no solution is taken in halves"
   scene.cloths[0].pins = {0, 8};
   scene.collisions = false;
   IntegratorOptions o = step_of(0.02, "backward-euler");
-  // This is too few for whole steps when the cloth is pulled taut, but enough for smaller parts.
+  // Three iterations are too few for whole steps when the cloth is pulled taut, but suffice for
+  // smaller parts of the step.
   o.newton()->max_newton_iterations = 3;
   Simulation sim(scene, o, 1);
   std::vector<int> parts;
@@ -379,7 +380,7 @@ TEST_CASE("a step in which the Newton loop finds no solution is taken in halves"
     parts.push_back(sim.report().parts);
   }
   CHECK(*std::max_element(parts.begin(), parts.end()) > 1);
-  // Halved steps damp less. The fall agrees with a fall in steps of 5 ms, to 5 % of the cloth's
+  // Halved steps damp less, so the fall agrees with one in steps of 5 ms to 5 % of the cloth's
   // length.
   IntegratorOptions fine = o;
   fine.set_step(0.005), fine.newton()->max_newton_iterations = 50;

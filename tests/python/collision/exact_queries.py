@@ -166,7 +166,9 @@ class Hull:
         self.dot = {(i, j): dot(corners[i], corners[j]) for i, j in self.cross}
 
     def holds_origin(self, time: Time) -> bool:
-        """Tests by Caratheodory's theorem; the corners and the origin are coplanar at this time."""
+        """Tests by Caratheodory's theorem whether the hull contains the origin at a time at which
+        the corners and the origin are coplanar.
+        """
         if any(all(time.sign_of(x) == 0 for x in corner) for corner in self.corners):
             return True
         known: dict[tuple[int, int, int], int] = {}
@@ -203,7 +205,7 @@ def whole_numbers(query: np.ndarray) -> list[list[int]]:
 
 
 def exact_verdict(kind: str, query: np.ndarray) -> Fraction | None:
-    """Returns an upper bound of the first contact time, within 2^-60, or None without a contact."""
+    """Returns an upper bound of the first contact time, within 2^-60, or None without contact."""
     points = whole_numbers(query)
     pairs = [(0, 1), (0, 2), (0, 3)] if kind == "vertex-face" else [(0, 2), (1, 2), (0, 3), (1, 3)]
     corners = []

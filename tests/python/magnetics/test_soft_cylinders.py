@@ -71,7 +71,7 @@ def conductor(radius, inner, height, axis, segments=80):
     )
 
 
-# Radius, inner radius, height, cells, and the measured error, rounded up.
+# Each row: radius, inner radius, height, number of cells, and the measured error, rounded up.
 @pytest.mark.parametrize(
     ("radius", "inner", "height", "cells", "error"),
     [
@@ -106,8 +106,8 @@ def test_weak_magnetisation_has_the_demagnetising_factors_of_uniform_cylinders(s
             polarizability(M.soft_cylinder(radius=1, height=2 * t, susceptibility=c), volume, axis)
             for c in (chi, -chi)
         ]
-        # The moment is chi (1 - N chi + ...). The sum over both signs leaves the second order in
-        # chi.
+        # The moment is chi (1 - N chi + ...). In the sum over both signs of chi, only the term of
+        # second order remains.
         assert -sum(both) / (2 * chi * chi) == pytest.approx(factor, rel=2e-3)
 
 
