@@ -169,9 +169,8 @@ TEST_CASE("rounding the stiffness to single precision does not change the mass o
   for (Index row = 0; row < n; ++row)
     x[4 * row] = 1.0f, x[4 * row + 1] = -2.0f, x[4 * row + 2] = 0.5f;
   single.multiply(slices, 0, slices.n_slices(), x.data(), y.data());
-  // All rows of x are equal, so the stiffness cancels, and all masses are 1, so y equals x. The
-  // tolerance covers rounding of sums of 1e7 in double precision. In single precision, the error
-  // would be 1.
+  // All rows of x are equal and all masses are 1, so y equals x. The tolerance covers rounding of
+  // sums of 1e7 in double precision. In single precision, the error would be 1.
   for (Index row = 0; row < n; ++row)
     for (int d = 0; d < 3; ++d)
       CHECK(std::abs(y[24 * (slices.place[row] / 8) + 8 * d + slices.place[row] % 8] -

@@ -370,8 +370,7 @@ TEST_CASE("a step in which the Newton loop finds no solution is taken in halves"
   scene.cloths[0].pins = {0, 8};
   scene.collisions = false;
   IntegratorOptions o = step_of(0.02, "backward-euler");
-  // Three iterations are too few for whole steps when the cloth is pulled taut, but suffice for
-  // smaller parts of the step.
+  // Too few iterations for whole steps when the cloth is pulled taut, but enough for parts of them.
   o.newton()->max_newton_iterations = 3;
   Simulation sim(scene, o, 1);
   std::vector<int> parts;

@@ -166,9 +166,7 @@ class Hull:
         self.dot = {(i, j): dot(corners[i], corners[j]) for i, j in self.cross}
 
     def holds_origin(self, time: Time) -> bool:
-        """Tests by Caratheodory's theorem whether the hull contains the origin at a time at which
-        the corners and the origin are coplanar.
-        """
+        """Tests this by Caratheodory's theorem. At `time`, corners and origin must be coplanar."""
         if any(all(time.sign_of(x) == 0 for x in corner) for corner in self.corners):
             return True
         known: dict[tuple[int, int, int], int] = {}

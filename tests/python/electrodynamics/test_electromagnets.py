@@ -272,8 +272,7 @@ def test_a_bow_around_a_loop_is_outside_its_winding():
     loop = M.loop(radius=0.009, turns=100)
     short = M.solenoid(radius=0.009, length=5e-4, turns=100)
     for z in (-0.0021, 0.0, 0.0006, 0.0017):
-        # The length of the short solenoid changes the result by (length / radius)^2.
-        assert added(z, loop) == pytest.approx(added(z, short), rel=2e-3)
+        assert added(z, loop) == pytest.approx(added(z, short), rel=2e-3)  # (length / radius)^2
 
 
 @pytest.mark.parametrize("given", [True, False])

@@ -170,8 +170,7 @@ def test_hard_magnets_have_no_stable_place_and_superconductors_do():
         return M.force(on=there, by=M.induce(plate, by=there).bodies[0]).force
 
     size = np.linalg.norm(by_hard(place)) / 0.01
-    # Errors of the difference quotient: 1e-10 / step, and second order in the step.
-    assert abs(stiffness_sum(by_hard, place)) < 1e-5 * size
+    assert abs(stiffness_sum(by_hard, place)) < 1e-5 * size  # errors: 1e-10 / step; second order
     assert (
         stiffness_sum(by_superconductor, place)
         < -0.1 * np.linalg.norm(by_superconductor(place)) / 0.01
