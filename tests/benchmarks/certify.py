@@ -104,7 +104,10 @@ def opened(name: str) -> tuple[ls.Scene, ls.Integrator, float]:
 
 
 def run(job: tuple[str, Step, float, int, float | None]) -> dict[str, object]:
-    """Runs one job: (scene, step, frames per second, seed, duration [s] or None: default)."""
+    """Runs one job: (scene, step, frames per second, seed, duration [s]).
+
+    If the duration is None, that of the scene is used.
+    """
     name, step, rate, seed, given = job
     scene, integrator, duration = opened(name)
     duration = given or duration

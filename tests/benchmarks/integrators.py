@@ -60,7 +60,7 @@ def run(
 
 
 def integrators(columns: int) -> dict[str, ls.Integrator]:
-    small = 2.5e-4 * 22 / columns  # explicit step: below the travel time of a wave along an edge
+    small = 2.5e-4 * 22 / columns  # [s], less than the travel time of a wave along an edge
     return {
         f"explicit Euler, {1e3 * small:.3g} ms": ls.ExplicitEuler(step=small),
         f"symplectic Euler, {1e3 * small:.3g} ms": ls.SymplecticEuler(step=small),

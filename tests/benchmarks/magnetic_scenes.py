@@ -49,9 +49,9 @@ def load(name: str) -> ModuleType:
 
 
 def with_cells(scene: ls.Scene, density: float) -> ls.Scene:
-    """Replaces hard magnets with dipole cells, and soft spheres with dipoles.
+    """Replaces hard magnets with dipole cells of the given density, and soft spheres with dipoles.
 
-    Bodies with the explicit response get the same density of cells.
+    Bodies with the explicit response get cells of this density, too.
     """
 
     def in_cells(magnet: ls.Magnet) -> ls.Magnet:

@@ -22,7 +22,8 @@ class TemporaryDirectory {
   std::string path_;
 };
 
-// Two cloths of side x side vertices each, end to end. With bodies, also a tetrahedron and a floor.
+// Two cloths of side x side vertices each, one after the other. With bodies, also a tetrahedron and
+// a floor.
 FrameTopology example_topology(int side, bool with_bodies);
 Frame example_frame(const FrameTopology& topology, int index);
 StepReport example_report(std::int64_t step);

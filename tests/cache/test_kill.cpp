@@ -43,7 +43,7 @@ bool kill_after(unsigned microseconds, const Work& work) {
   return WIFSIGNALED(status);
 }
 
-// Checks every frame and report, and returns the numbers of frames and reports.
+// Checks every frame and report of a run, and returns their numbers.
 std::pair<int, int> check_run(const std::string& directory, const FrameTopology& topology) {
   const FrameReader reader(directory);
   CHECK(same(reader.topology(), topology));

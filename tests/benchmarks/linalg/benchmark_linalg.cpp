@@ -80,7 +80,7 @@ BlockMatrix cloth_like(Index side, double stiffness) {
   return matrix;
 }
 
-// One term of four rows for every ten rows, as an imitation of contacts.
+// Imitates contacts by one term of four rows for every ten rows.
 ExtraTerms contacts(Index n_rows) {
   ExtraTerms terms;
   for (Index row = 0; row + 40 < n_rows; row += 10) {

@@ -22,7 +22,8 @@ using namespace loomstone;
 
 namespace {
 
-// Processor time [s] with one thread, which excludes other processes; otherwise wall time [s].
+// Returns the processor time [s] for one thread, because other processes do not affect it, and the
+// wall time [s] for several threads.
 double now(int threads = 1) {
   timespec t;
   clock_gettime(threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &t);
@@ -55,7 +56,7 @@ Simulation simulation(const Case& c) {
   return Simulation(scene, options, c.threads);
 }
 
-// y = A x on the pattern of the membrane of 85 x 85 cells.
+// Times the product y = A x, where A has the pattern of a membrane of 85 x 85 cells.
 class Product {
  public:
   Product() {

@@ -148,7 +148,7 @@ TEST_CASE(
       ds << (flat.row(1) - flat.row(0)).transpose().head<2>(),
           (flat.row(2) - flat.row(0)).transpose().head<2>();
       const Mat2 f = ds * dm.inverse();
-      // Rounding error of coordinates of 1 m, divided by the height of the sliver.
+      // The rounding error is that of coordinates of 1 m, divided by the sliver's height.
       const double tolerance = 1e-15 / 2e-4 * 10;
       CHECK(f(0, 0) - 1 == Approx(0.5 * scale).margin(tolerance));
       CHECK(f(1, 1) - 1 == Approx(0.1 * scale).margin(tolerance));

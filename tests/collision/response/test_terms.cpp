@@ -92,7 +92,7 @@ TEST_CASE(
     }
   }
   CHECK(contact_force(xi, xi, k).force == 0.0);
-  // Force, stiffness and energy are continuous between the stages.
+  // Force, stiffness and energy are continuous where two pieces of the contact law join.
   const double hair = 1e-12;
   for (const double d : {0.5 * xi, 0.75 * xi}) {
     const ContactForce above = contact_force(d + hair, xi, k),
@@ -101,7 +101,7 @@ TEST_CASE(
     CHECK(above.stiffness == Approx(below.stiffness).epsilon(1e-6));
     CHECK(above.energy == Approx(below.energy).epsilon(1e-6));
   }
-  // At the thickness, all three begin at 0.
+  // When the gap falls below the thickness, all three start at 0.
   const ContactForce first = contact_force(xi - hair, xi, k);
   CHECK(first.stiffness < 1e-6 * k);
   CHECK(first.force < 1e-12 * k * xi);

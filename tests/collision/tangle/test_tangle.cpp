@@ -26,7 +26,8 @@ TestScene bump(double moved) {
        })}});
 }
 
-// A flat sheet, and a tilted sheet that cuts through it. The contour runs from border to border.
+// A flat sheet, and a tilted sheet that cuts through it. The contour of the intersection runs from
+// border to border.
 TestScene leaning() {
   const TriangleMesh flat = grid_cells(0.2, 0.2, 12, 12);
   return make_scene({{flat},
@@ -34,7 +35,8 @@ TestScene leaning() {
                                    [](double x, double y) { return 0.5 * (x + y) + 0.04; })}});
 }
 
-// Two sheets of the same size. The contour enters both at a border, and neither is cut in two.
+// Two sheets of the same size. The contour of their intersection enters each sheet at a border, and
+// neither sheet is cut in two.
 TestScene crossed(int cells, double degrees) {
   const TriangleMesh flat = grid_cells(0.2, 0.2, cells, cells);
   const Mat3 turn =

@@ -51,7 +51,7 @@ def derivative(p: Polynomial) -> Polynomial:
 
 
 def remainder(a: Polynomial, b: Polynomial) -> Polynomial:
-    """Remainder of a divided by b, times a positive number."""
+    """Returns the remainder of a divided by b, up to a positive factor."""
     a, lead = list(a), b[-1]
     while len(a) >= len(b):
         top, shift = a[-1], len(a) - len(b)
@@ -166,7 +166,7 @@ class Hull:
         self.dot = {(i, j): dot(corners[i], corners[j]) for i, j in self.cross}
 
     def holds_origin(self, time: Time) -> bool:
-        """Tests this by Caratheodory's theorem. At `time`, corners and origin must be coplanar."""
+        """Uses Caratheodory's theorem. The corners and the origin must be coplanar at `time`."""
         if any(all(time.sign_of(x) == 0 for x in corner) for corner in self.corners):
             return True
         known: dict[tuple[int, int, int], int] = {}

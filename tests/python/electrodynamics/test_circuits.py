@@ -192,8 +192,8 @@ RADIUS, TURNS, MOMENT, SPEED = 0.02, 50, 0.5, 3.0
 
 
 def scripted(**what) -> ls.Scene:
-    """A dipole and a loop on one stand each, one of which is moved by script. A distant weight, on
-    which no force acts, is the only rigid body.
+    """A dipole and a loop, each on its own stand. One of the stands is moved by script. A distant
+    weight, on which no force acts, is the only rigid body.
     """
     stands = {"magnet": {}, "loop": {}} | what.pop("scripts")
     obstacles = [

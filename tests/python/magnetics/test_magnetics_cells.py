@@ -211,8 +211,8 @@ def test_cells_of_a_cylinder_converge_to_the_magnet():
     for density in (6.4e7, 5.12e8, 4.1e9):
         found = M.force(on=b, by=a, engine="cells", density=density)
         errors.append(np.linalg.norm(found.force - exact.force) / np.linalg.norm(exact.force))
-    # The margin omits a shell of half a cell, so the cells lie too close to the axis and
-    # convergence is of first order.
+    # No cell centre lies within half a cell of the surface, so the centres are too close to the
+    # axis, and convergence is of first order.
     assert errors[2] < errors[1] < errors[0] and errors[2] < 0.01
     assert np.linalg.norm(found.torque - exact.torque) < 0.02 * np.linalg.norm(exact.torque)
 

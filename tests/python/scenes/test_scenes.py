@@ -91,7 +91,7 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
         assert sim.body_centres[0, 2] > 0.04 and gained > 3e-3
         circuit = sim.report.circuits.energy + sim.circuit_heat - sim.circuit_supply
         assert gained + circuit == pytest.approx(0.0, abs=0.01 * gained)
-    elif name not in ("figures", "lift", "pull"):  # there, scripted motion does mechanical work
+    elif name not in ("figures", "lift", "pull"):  # in these, scripted motion does mechanical work
         # Leapfrog's energy oscillates by 1e-3 of the exchanged energy, and contacts only dissipate.
         assert energies().sum() - start.sum() < 0.01 * most
 
