@@ -22,7 +22,7 @@ from loomstone.runs.scene_file import SceneFile
 from smoke import SCENES, parsed
 
 CENTRE = np.array([0.03, 0.02, 0.0])  # centre of the sphere [m]
-PAUSE, CALM = 0.2, 1e-4  # interval [s] and largest motion within it at rest [m]
+PAUSE, CALM = 0.2, 1e-4  # at rest: in PAUSE [s], no vertex moves farther than CALM [m]
 COLUMNS = ("triangles", "step", "seed", "rest", "moved", "centre", "lowest", "middle")
 
 

@@ -45,7 +45,7 @@ SIZES = {
     "swing_limits": ({"triangles": 300}, 0.8),
     "twist": ({"triangles": 1800}, 1.0),
 }
-# Scene and duration [s] of scenes that are no files. They run with SemiImplicitEuler.
+# Constructor and duration [s] of each scene without a scene file. They run with SemiImplicitEuler.
 EXTREME = {
     "ball_corners": (lambda: caught(40.0, corners=True), 0.4),
     "ball_edges": (lambda: caught(40.0), 0.4),
@@ -73,7 +73,7 @@ COLUMNS = (
 def perturbed(scene: ls.Scene, seed: int) -> ls.Scene:
     """Displaces the cloth vertices at random; seed 0 leaves them unchanged.
 
-    Pinned vertices keep their positions, where their scripted motion starts.
+    Pinned vertices are not displaced, because their scripted motion starts at their positions.
     """
     if seed == 0:
         return scene
@@ -104,7 +104,10 @@ def opened(name: str) -> tuple[ls.Scene, ls.Integrator, float]:
 
 
 def run(job: tuple[str, Step, float, int, float | None]) -> dict[str, object]:
-    """Runs one job: (scene, step, frames per second, seed, duration [s] or None for its own)."""
+    """Runs one job: (scene, step, frames per second, seed, duration [s]).
+
+    If the duration is None, that of the scene is used.
+    """
     name, step, rate, seed, given = job
     scene, integrator, duration = opened(name)
     duration = given or duration

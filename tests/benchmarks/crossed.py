@@ -1,10 +1,10 @@
-"""Measures how long two sheets that cross from edge to edge need to part.
+"""Measures how long it takes until two sheets that cross from edge to edge are separated.
 
     python tests/benchmarks/crossed.py --triangles 450 1800 --starts 10 [--kinds falling floor]
 
 The table lists for each kind, size and start: the intersecting pairs at the start, the time from
 which no pair intersects, the pairs in frames at 333 and 1,777 per second after that time, the
-largest stretch and the processor time. The exit status is 1 if sheets do not part within 0.5 s.
+largest stretch and the processor time. The exit status is 1 if sheets still cross after 0.5 s.
 """
 
 from __future__ import annotations
@@ -51,8 +51,9 @@ def crossed(triangles: int, start: int, kind: str) -> ls.Scene:
 
 
 def parting(scene: ls.Scene, duration: float) -> tuple[float, float, int]:
-    """Returns the end of the step that parts the sheets [s], the largest stretch and the number of
-    intersecting pairs in frames after that time. The time is infinite if they stay crossed.
+    """Returns the time at the end of the step that separates the sheets [s], the largest stretch
+    and the number of intersecting pairs in frames after that time. The time is infinite if the
+    sheets stay crossed.
     """
     sim = ls.Simulation(scene, threads=1)
     parted, stretch, pairs = np.inf, 1.0, 0

@@ -1,15 +1,15 @@
-"""Figure 6.7: force between two cubes of 1 cm and 1 T, computed with finer and finer cells
+"""Figure 6.7: force between two cubes of 1 cm and 1 T, computed with increasing numbers of cells
 and with the accurate engine.
 
     python tests/benchmarks/cube_convergence.py [--most 100] [--tree 100] [--out cubes.png]
 
 Both cubes are aligned lattices of N x N x N dipoles. Pairs with equal offset exert equal forces, so
-the sum runs over (2N - 1)^3 offsets. Up to N = --tree the treecode evaluates the same sum over the
-dipoles themselves, and must agree to its tolerance.
+the sum runs over (2N - 1)^3 offsets. Up to N = --tree, the treecode sums over the dipoles
+themselves, and its result must agree to its tolerance.
 
 Errors are relative to the closed form for parallel cuboids. For the accurate engine, one cube is
-turned by 1e-9 rad relative to the other, so that the engine integrates numerically. Its processor
-time is printed too.
+turned by 1e-9 rad relative to the other, so that the engine integrates numerically instead of using
+this closed form. The processor time of the accurate engine is printed too.
 """
 
 import argparse
@@ -38,7 +38,7 @@ def force_by_offsets(n: int, distance: float) -> float:
     for along in range(1 - n, n):
         z = distance + h * along
         r2 = across + z * z
-        # (6.10) with both moments along z
+        # equation (6.10) with both moments along z
         total += (n - abs(along)) * float((weights * z * (9 * r2 - 15 * z * z) / r2**3.5).sum())
     return M.MU0 / (4 * np.pi) * moment**2 * total
 

@@ -1,5 +1,5 @@
-"""Collision detection compared with ipctk (from PyPI) in one run on one machine: ratios of minimum
-times, measured alternately.
+"""Compares collision detection with ipctk (from PyPI). The results are ratios of minimum times,
+measured alternately in one run on one machine.
 
     python tests/benchmarks/detection.py [SHARED/data/ccd]
             [--parts candidates detection narrow threads growth]
@@ -9,8 +9,8 @@ directory. With one thread, times are processor times, which other programs hard
 several threads, they are wall times; set OMP_WAIT_POLICY=passive so that waiting threads do not
 spin.
 
-Our candidates share no vertex and their 18-DOPs overlap. ipctk tests boxes and therefore lists more
-candidates.
+Candidates of this package are pairs of features that share no vertex and whose 18-DOPs overlap.
+ipctk tests boxes and therefore lists more candidates.
 """
 
 import argparse
@@ -173,7 +173,7 @@ def growth(scenes: ModuleType, sizes: list[int], seconds: float) -> None:
         "us a triangle  bytes a triangle"
     )
     for cells in sizes:
-        # The scenes of all sizes are similar: gaps, bumps and speeds are proportional to the cells.
+        # Scenes of all sizes are similar: gaps, bumps and speeds are proportional to the cell size.
         x0, x1, triangles = scenes.folded(cells, 0.12 / cells, 8, 120 / cells, 12 / cells, 1)
         detector = Detector(triangles, threads=1)
         start = milliseconds(1)

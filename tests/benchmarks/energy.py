@@ -1,12 +1,12 @@
-"""Account of energy of every scene: does energy less work stay below its start?
+"""Energy balance of every scene: tests whether energy minus work stays below its initial value.
 
     python tests/benchmarks/energy.py
     python tests/benchmarks/energy.py drape twist --integrator bdf-2
 
 Every scene file runs with at most 3,600 triangles for at most 1 s, at its own step. The table lists
-the largest kinetic energy K, and in parts of K: energy less work, over its start, at its largest
-(without and with the energy of contacts) and at the end; then work and losses. A row is marked if
-the balance exceeds 2 % without contacts or 5 % with them.
+the largest kinetic energy K; the gain of energy minus work since the start, in percent of K, as its
+maximum (without and with the energy of contacts) and its value at the end; then work and losses in
+joules. A row is marked if the maximum exceeds 2 % without contacts or 5 % with them.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""Compares verdicts and impact times of random degenerate continuous collision queries with exact
-integer arithmetic in Python. A run takes minutes to hours.
+"""Compares verdicts and impact times of random degenerate continuous collision queries with those
+of exact integer arithmetic in Python. A run takes minutes to hours.
 
     python tests/benchmarks/exact_verdicts.py --queries 1000000 [--seed 0]
 """

@@ -1,4 +1,5 @@
-"""Scenes that test promises at their edge: pins that jump, bodies much heavier than cloth, heaps.
+"""Scenes that test guarantees in extreme cases: pins that jump, bodies much heavier than cloth, and
+heaps.
 
 certify.py counts their intersections, and tests/python/simulation/test_extreme_scenes.py makes
 claims about them.
@@ -24,7 +25,7 @@ def top(mesh: ls.TriangleMesh) -> np.ndarray:
 
 
 def curtains(cells: int, hung: bool) -> ls.Scene:
-    """Two curtains. At 0.1 s the pins of the first jump by 0.3 m, through the second."""
+    """Two curtains. At 0.1 s, the pins of the first jump by 0.3 m and pass through the second."""
     flat = ls.grid(size=(0.4, 0.4), cells=(cells, cells))
     first = flat.moved((0, 0, 0), rotation=UPRIGHT)
     second = flat.moved((0.03, 0.05, 0.01), rotation=UPRIGHT)
@@ -50,9 +51,9 @@ def curtains(cells: int, hung: bool) -> ls.Scene:
 
 
 def caught(mass: float, corners: bool = False, drop: float = 0.05) -> ls.Scene:
-    """A ball that falls by `drop` [m] into a cloth of 40 g with limits of 2 %.
+    """A ball that falls by `drop` [m] into a cloth of 40 g with strain limits of 2 %.
 
-    The cloth is held along two edges, or at its four corners.
+    The cloth is pinned along two edges or, if `corners` is true, at its four corners.
     """
     mesh = ls.grid(size=(0.5, 0.5), cells=(15, 15))
     at_edge = np.abs(mesh.vertices[:, :2]) > 0.25 - 1e-6

@@ -1,13 +1,13 @@
-"""Compares steps with short ones: towels that meet a floor, and sheets that swing.
+"""Compares long steps with short ones: towels that hit a floor, and sheets that swing.
 
     python tests/benchmarks/impacts.py --triangles 400 1280 3000 --tilts 30 60 90 --speeds 2 4 8
     python tests/benchmarks/impacts.py --swing
 
 The first table lists for each towel and step: the largest stretch and its ratio to that of steps of
-0.25 ms; energy over its start, in parts of the largest kinetic energy, at its largest without and
-with the energy of contacts, and at the end; the number of parts, the shortest part and the
-processor time. The second table lists the
-time until the free edge of a sheet, held at two corners and let go flat, swings below them.
+0.25 ms; the gain of energy minus work since the start, divided by the largest kinetic energy, as
+its maximum without and with the energy of contacts and its value at the end; the number of parts of
+steps, the shortest part and the processor time. The second table lists the time until the free edge
+of a sheet, which is pinned at two corners and released flat, passes below these corners.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def isotropic(stiffness: float, density: float) -> ls.ClothMaterial:
 
 
 def towel(triangles: int, tilt: float, speed: float) -> ls.Scene:
-    """A towel, tilted by `tilt` [degrees], that falls to a floor at `speed` [m/s]."""
+    """A towel, tilted by `tilt` [degrees], that hits a floor at `speed` [m/s]."""
     rows = max(1, round(np.sqrt(triangles / 2 * SIZE[1] / SIZE[0])))
     mesh = ls.grid(size=SIZE, cells=(max(1, round(triangles / 2 / rows)), rows))
     along = mesh.vertices[:, 0] - mesh.vertices[:, 0].min()

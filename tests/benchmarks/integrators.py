@@ -60,7 +60,7 @@ def run(
 
 
 def integrators(columns: int) -> dict[str, ls.Integrator]:
-    small = 2.5e-4 * 22 / columns  # explicit: less than the travel time of a wave along an edge
+    small = 2.5e-4 * 22 / columns  # [s], less than the travel time of a wave along an edge
     return {
         f"explicit Euler, {1e3 * small:.3g} ms": ls.ExplicitEuler(step=small),
         f"symplectic Euler, {1e3 * small:.3g} ms": ls.SymplecticEuler(step=small),
@@ -83,7 +83,7 @@ def draw(runs: dict[str, tuple[np.ndarray, np.ndarray, float, str]], path: str) 
     low, high = min(map(np.min, held)), max(map(np.max, held))
     margin = 0.1 * (high - low)
     for name, (times, energies, _, failure) in runs.items():
-        # A failed run has energies outside the range of the plot.
+        # Energies of a failed run can lie outside the range of the plot.
         shown = (energies > low - margin) & (energies < high + margin)
         (line,) = axes.plot(
             times[shown],

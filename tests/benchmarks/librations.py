@@ -3,9 +3,11 @@ balls that turn in fixed bearings.
 
     python tests/benchmarks/librations.py [--periods 10000]
 
-Both results are relative to the largest kinetic energy. swing: largest deviation of the energy from
-its initial value. drift: difference between the mean energies over the last and the first tenth of
-the run. The benchmark takes about 20 s.
+The benchmark prints two results per system, both relative to the largest kinetic energy:
+- swing: the largest deviation of the energy from its initial value
+- drift: the difference between the mean energies over the last and the first tenth of the run
+
+The benchmark takes about 20 s.
 """
 
 import argparse
@@ -58,14 +60,14 @@ def pair(radius: float = 0.01, gap: float = 0.01) -> tuple[ls.Scene, float]:
     bearings = [ls.Bearing(body=body.name, axis=(0, 0, 1)) for body in bodies]
     moment = 1.2 * 4 / 3 * np.pi * radius**3 / ls.magnetics.MU0
     inertia = np.asarray(ls.meshes.mass_properties(mesh, 7500).inertia)[2, 2]
-    frequency = np.sqrt(3e-7 * moment**2 / distance**3 / inertia)  # of the in-phase mode
+    frequency = np.sqrt(3e-7 * moment**2 / distance**3 / inertia)  # in-phase mode [rad/s]
     return ls.Scene(
         bodies=bodies, magnets=magnets, bearings=bearings, gravity=(0, 0, 0)
     ), 2 * np.pi / frequency
 
 
 def energies(scene: ls.Scene, period: float, periods: int) -> tuple[float, float]:
-    """Returns swing and drift [1] over a number of periods of eight steps each."""
+    """Returns swing and drift (see the top of this file) over `periods` periods of eight steps."""
     sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=period / 8), threads=1)
     kinetic, total = [], []
     for _ in range(8 * periods):

@@ -9,8 +9,8 @@ run on one thread.
 - substeps: evaluations per step
 - rigid: remaining time of a step, mostly contacts
 - frames/s: frames of 40 ms
-- gain: time of all pairs of leaves divided by the time of the fronts (6.19), for the initial poses
-  of hard magnets if there are several; a soft sphere counts as one leaf and is not timed
+- gain: time of the sum over all pairs of leaves divided by that of the sum over fronts (6.19), for
+  magnets at their initial poses, if there are at least two; soft spheres are not timed
 
 Times are processor times in milliseconds. An evaluation is the minimum of repeats, averaged over
 ten instants of the run; a step is the mean.
@@ -49,9 +49,9 @@ def load(name: str) -> ModuleType:
 
 
 def with_cells(scene: ls.Scene, density: float) -> ls.Scene:
-    """Replaces hard magnets with cells, and explicitly responding bodies with dense cells.
+    """Replaces hard magnets with dipole cells of the given density, and soft spheres with dipoles.
 
-    Soft spheres become dipoles.
+    Bodies with the explicit response get cells of this density, too.
     """
 
     def in_cells(magnet: ls.Magnet) -> ls.Magnet:
@@ -83,7 +83,7 @@ def least(function: object, repeats: int = 5, inner: int = 20) -> float:
 def gain(scene: ls.Scene, density: float) -> tuple[int, float]:
     """Returns the number of leaves of all magnets and the gain at the initial poses.
 
-    The gain is the time of all pairs of leaves divided by the time of the fronts.
+    The gain is the time of the sum over all pairs of leaves divided by that of the sum over fronts.
     """
     places = {body.name: np.array(body.position) for body in scene.bodies}
     carriers = {body.name: body.mesh for body in (*scene.bodies, *scene.obstacles)}

@@ -1,5 +1,5 @@
-"""Speed of fields and forces compared with magpylib, on the same points and pairs of turned
-cuboids, in one run.
+"""Speed of fields and forces compared with magpylib in one run, for the same points and for the
+same pairs of rotated cuboids.
 
     python -m pip install magpylib    # in a separate environment with this package on its path
     python tests/benchmarks/magnetics.py [--points 100000] [--repeats 20] [--threads 1]
@@ -34,7 +34,7 @@ def fastest(function: Callable[[], np.ndarray], repeats: int) -> tuple[float, np
 
 
 def bodies() -> dict[str, tuple[M.MagneticBody, object]]:
-    """Maps a name to the same source in this package and in magpylib."""
+    """Maps names to pairs: the same source in this package and in magpylib."""
     j = (0.3, -0.5, 0.8)
     mesh = ls.meshes.sphere(radius=0.01, subdivisions=2)
     square = [[0, 0, 0], [0.01, 0, 0], [0.01, 0.01, 0], [0, 0.01, 0], [0, 0, 0]]

@@ -3,9 +3,12 @@ magnets that follow a rotating field.
 
     python tests/benchmarks/motors.py [PATH/vii_motors.json]
 
-angle, speed: largest deviations from the table, relative to its largest values. balance: energy
-missing at the end, relative to the energy supplied by sources and lost to friction. The benchmark
-takes about 20 s.
+The benchmark prints for each motor:
+- angle, speed: the largest deviations from the table, relative to its largest values
+- balance: the energy missing at the end, relative to the energy supplied by sources and lost to
+  friction
+
+The benchmark takes about 20 s.
 """
 
 import argparse

@@ -1,13 +1,13 @@
-"""A scene compared with other programs, in one run on one machine: seconds per 25 Hz frame, largest
+"""Compares a scene with other programs in one run on one machine: seconds per 25 Hz frame, largest
 stretch and intersecting triangles.
 
     python tests/benchmarks/peers.py --shared ../shared [--scene drape|twist] [--step 4e-3]
             [--peer-python PYTHON] [--mujoco]
 
 The other programs' scripts are in SHARED/peers. PYTHON is an interpreter with the other programs
-installed (bpy, mujoco). A missing program is left out and reported in one line. Stretch and
-intersecting pairs of all programs are computed here from their frames: the largest principal
-stretch, and pairs by exact arithmetic. Times depend on the machine, so quote only ratios.
+installed (bpy, mujoco). A missing program is left out and reported in one line. The frames of all
+programs are evaluated here: stretch is the largest principal stretch, and intersecting pairs are
+found in exact arithmetic. Times depend on the machine, so quote only ratios.
 """
 
 import argparse
@@ -25,7 +25,7 @@ import numpy as np
 from smoke import SCENES, SHARED, parsed
 
 NAMES = {"drape": "W1", "twist": "W3"}  # scene names in SHARED/peers
-QUALITY = {"drape": 10, "twist": 30}  # Blender's steps per frame; the twist falls apart with fewer
+QUALITY = {"drape": 10, "twist": 30}  # Blender's steps per frame; with fewer, the twist fails
 
 
 class Seen(NamedTuple):
@@ -62,7 +62,10 @@ def ours(name: str, options: argparse.Namespace) -> Seen:
 
 
 def looked_at(path: Path) -> Seen:
-    """Evaluates another program's file: uv (n x 2), faces (m x 3), X (frames x n x 3), its time."""
+    """Evaluates another program's result file.
+
+    The file contains uv (n x 2), faces (m x 3), X (frames x n x 3) and the time that the run took.
+    """
     run = np.load(path)
     uv, faces = run["uv"], run["faces"]
     rest = np.linalg.inv(

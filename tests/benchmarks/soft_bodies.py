@@ -1,5 +1,5 @@
-"""Time to compute the force between a soft iron cube and a cuboid magnet to an error of 0.5 %, here
-and with magpylib-material-response.
+"""Time to compute the force between a soft iron cube and a cuboid magnet to an error of 0.5 %, with
+this package and with magpylib-material-response.
 
     python -m pip install magpylib-material-response    # in a separate environment
     python tests/benchmarks/soft_bodies.py [--repeats 10]

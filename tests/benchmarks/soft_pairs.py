@@ -1,12 +1,13 @@
-"""Two soft cuboids of 3 : 2 : 0.4 that magnetise each other in a uniform field.
+"""Two soft cuboids with edges 3 : 2 : 0.4 that magnetise each other in a uniform field.
 
     python tests/benchmarks/soft_pairs.py [--cells 8 12 16] [--finest 24] [--gaps 0.1 0.3 1 2]
 
-For each number of cells, prints the processor time of one thread [s] to factorise, to induce and to
-compute the force with its estimated error, the number of iterations, and the largest memory so far
-[MB]. The second cuboid is a tenth of the height above the first and offset along both edges, and
-chi = 100. Then prints the difference of force or torque from that with `--finest` cells, relative
-to the larger of both, for cuboids above, offset, beside and turned at each gap (in heights).
+For each number of cells, prints the processor time of one thread [s] for the factorisation, for the
+induced magnetisation and for the force, the estimated error of the force, the number of iterations
+and the largest memory so far [MB]. Here chi = 100, and the second cuboid is a tenth of its height
+above the first and offset along both edges. Then prints true and estimated errors of force and
+torque for cuboids above, offset, beside and rotated at each gap (in heights). True errors are
+differences from the result with `--finest` cells.
 """
 
 import argparse

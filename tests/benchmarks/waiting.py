@@ -6,8 +6,9 @@ machine and with busy processes.
 
 A count of 300000 is the default of libgomp; 0 is OMP_WAIT_POLICY=passive (threads sleep at once).
 Every run is a separate process. The run and the busy processes share as many processors as the run
-has threads. Settings alternate, so that a change of the machine's load affects all of them. A cell
-is the median over the repeats. --ranks replaces the threads with two MPI ranks of one thread each.
+has threads. Settings alternate, so that a change of the machine's load affects all of them. The
+table lists medians over the repeats. --ranks replaces the threads with two MPI ranks of one thread
+each.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from smoke import SCENES, missing, parsed
 
 
 def drape(triangles: int, duration: float, threads: int, ranks: bool) -> None:
-    """Steps the drape and prints its wall and processor time [s], excluding the start."""
+    """Steps the drape and prints its wall and processor time [s], excluding the start-up."""
     import loomstone as ls
     from loomstone.runs.scene_file import SceneFile
 

@@ -9,7 +9,7 @@
 
 namespace loomstone::testing {
 
-// A new directory, removed with its content when the test ends.
+// A new temporary directory that its destructor removes with its content.
 class TemporaryDirectory {
  public:
   TemporaryDirectory();
@@ -22,13 +22,14 @@ class TemporaryDirectory {
   std::string path_;
 };
 
-// Two cloths of side x side vertices each, end to end. With bodies, also a tetrahedron and a floor.
+// Two cloths of side x side vertices each, one after the other. With bodies, also a tetrahedron and
+// a floor.
 FrameTopology example_topology(int side, bool with_bodies);
 Frame example_frame(const FrameTopology& topology, int index);
 StepReport example_report(std::int64_t step);
 inline constexpr int steps_per_frame = 4;
 
-// Writes frame `index` and the reports of the steps before it.
+// Writes frame `index` and the reports of its steps, which are those since the previous frame.
 void write_example(FrameWriter& writer, const FrameTopology& topology, int index);
 
 // Bitwise comparison.

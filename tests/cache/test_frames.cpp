@@ -33,8 +33,8 @@ TEST_CASE("a run is read back bit for bit, with and without bodies") {
     CHECK(same(reports[i], example_report(static_cast<std::int64_t>(i) + 1)));
 }
 
-// tests/python/runs/test_cache_vtk.py reads this run with VTK's own reader and compares it with the
-// same formulas.
+// tests/python/runs/test_cache_vtk.py reads this run with VTK's own reader and compares its values
+// with the formulas of the example.
 TEST_CASE("an example run for other programs can be kept") {
   const char* directory = std::getenv("LOOMSTONE_EXAMPLE_RUN");
   if (!directory) return;

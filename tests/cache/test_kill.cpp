@@ -43,7 +43,7 @@ bool kill_after(unsigned microseconds, const Work& work) {
   return WIFSIGNALED(status);
 }
 
-// Checks every frame and report, and returns the numbers of frames and reports.
+// Checks every frame and report of a run, and returns their numbers.
 std::pair<int, int> check_run(const std::string& directory, const FrameTopology& topology) {
   const FrameReader reader(directory);
   CHECK(same(reader.topology(), topology));
@@ -70,8 +70,8 @@ TEST_CASE("a run killed at any moment can be read, and every frame is right") {
     FrameWriter writer(directory, topology, "");
     for (int index = 0; index < n_frames; ++index) write_example(writer, topology, index);
   };
-  // The window for kills is at least three times as long as ten frames take. Kills thus come while
-  // frames are written, even if the program is slow or runs in a debugger.
+  // The window of kill times is at least three times as long as the time that ten frames take. Thus
+  // some kills come while frames are written, even if the program is slow or runs in a debugger.
   const auto start = std::chrono::steady_clock::now();
   {
     const TemporaryDirectory directory;

@@ -69,8 +69,8 @@ TEST_CASE("contacts agree with a test of all pairs in every step, for any number
   Points x = shaken(scene.x, 3e-3, 6);
   std::size_t n_contacts = 0;
   for (int step = 0; step < 12; ++step) {
-    // Small steps keep the neighbour lists, and a jump rebuilds them. The obstacle moves down in
-    // every step.
+    // The neighbour lists remain valid in small steps, and the jump in step 6 rebuilds them. The
+    // obstacle moves down in every step.
     x = shaken(x, step == 6 ? 8e-3 : 2e-4, 7 + step);
     const CollisionSurface& sphere = model.surfaces[3];
     x.middleRows(sphere.first_vertex, sphere.n_vertices).col(2).array() -= 4e-3;

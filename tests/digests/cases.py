@@ -1,4 +1,4 @@
-"""Cases of the digests: every scene at small size, and one with all integrators and variants."""
+"""Cases of the digests: all scenes at small size, and one with all integrators and variants."""
 
 from __future__ import annotations
 

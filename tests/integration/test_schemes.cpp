@@ -184,7 +184,7 @@ TEST_CASE("symplectic Euler is stable below the stable step, and unstable above 
       const IntegratorOptions o = options_for("symplectic-euler", h);
       ClothRun run = make_run(mesh, material, o, {1e-5});
       start(run, o);
-      // In the plane, all motion is elastic.
+      // The perturbation lies in the plane of the sheet, where the membrane resists all motion.
       for (Index i = 0; i < mesh.n_vertices(); ++i)
         run.state.x(i, 0) += 1e-6 * std::sin(7.0 * i),
             run.state.x(i, 1) += 1e-6 * std::cos(5.0 * i);
@@ -226,8 +226,8 @@ TEST_CASE("linear momentum is kept to rounding by every integrator with the dire
       before += run.model.mass[i] * run.state.v.row(i).transpose();
     for (int i = 0; i < 200; ++i) run.advance();
     INFO(method);
-    // The tolerance covers rounding in 200 steps, in which the summed forces are a thousand times
-    // the change of momentum.
+    // The tolerance covers rounding in 200 steps. The forces summed in these steps are a thousand
+    // times the change of momentum.
     CHECK(momentum_error(run, before) < 1e-11);
   }
 }
@@ -313,7 +313,7 @@ TEST_CASE("a hanging strip stretches as the analytic solution, along weft and al
     start(run, o);
     for (int i = 0; i < 60; ++i) run.advance();
     const double bottom = run.state.x.col(weft ? 0 : 1).minCoeff();
-    // The error of linear triangles is of second order in size; 24 of them lie along the strip.
+    // The error of linear triangles is of second order in their size; 24 lie along the strip.
     CHECK(length / 2 - bottom == Approx(hang).epsilon(1e-3));
   }
 }
@@ -322,7 +322,7 @@ TEST_CASE(
     "a hanging strip with a Poisson ratio stretches by its compliance along weft, warp and bias") {
   // The strip is narrow with free sides, so the stress is uniaxial along d and 1 / E is the
   // off-axis compliance. The clamp prevents lateral contraction, and coupling to shear bends the
-  // strip in its plane. Both errors decrease with the width.
+  // strip in its plane. The errors from both effects decrease with the width.
   ClothMaterial m;
   m.weft_stiffness = 60, m.warp_stiffness = 25, m.shear_stiffness = 10, m.poisson = 0.3,
   m.density = 0.8;

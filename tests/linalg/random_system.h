@@ -134,7 +134,7 @@ inline RandomSystem random_system(
   return RandomSystemBuilder(side, n_bodies, n_terms, std::move(communicator)).take();
 }
 
-// Assembles the whole system as a dense matrix (3 rows x 3 rows) without shortcuts.
+// Assembles the whole system as a dense matrix, with three rows and columns for each system row.
 inline Eigen::MatrixXd dense_matrix(const LinearSystem& system) {
   const Index rows = system.layout->n_rows(), n_cloth = system.matrix->n_rows();
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(3 * rows, 3 * rows);

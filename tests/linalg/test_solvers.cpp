@@ -169,8 +169,8 @@ TEST_CASE("rounding the stiffness to single precision does not change the mass o
   for (Index row = 0; row < n; ++row)
     x[4 * row] = 1.0f, x[4 * row + 1] = -2.0f, x[4 * row + 2] = 0.5f;
   single.multiply(slices, 0, slices.n_slices(), x.data(), y.data());
-  // The rows of x are equal, so stiffness cancels. The masses are 1. The tolerance covers rounding
-  // of sums of 1e7 in double precision; in single precision the error would be 1.
+  // All rows of x are equal and all masses are 1, so y equals x. The tolerance covers rounding of
+  // sums of 1e7 in double precision. In single precision, the error would be 1.
   for (Index row = 0; row < n; ++row)
     for (int d = 0; d < 3; ++d)
       CHECK(std::abs(y[24 * (slices.place[row] / 8) + 8 * d + slices.place[row] % 8] -
@@ -273,8 +273,8 @@ TEST_CASE(
 }
 
 TEST_CASE("with coarse levels, stiff terms between layers cost few iterations") {
-  // The grid is folded in the middle. Every row is tied to the row that comes to lie on it, and
-  // both have the same load.
+  // The grid is folded in the middle. Each row is tied to the row that the fold brings onto it, and
+  // both rows have the same load.
   const Index tiles = 8, side = 11 * tiles;
   const auto row_of = [&](Index r, Index c) {
     return 121 * (r / 11 * tiles + c / 11) + 11 * (r % 11) + c % 11;
@@ -413,8 +413,8 @@ TEST_CASE("checking the true residual during a solve costs no iterations") {
     LinearReport coarse, fine;
     solved(system, {method, 1e-4, 2000}, 1, &coarse);
     solved(system, {method, 1e-8, 2000}, 1, &fine);  // several rounds of residual replacement
-    // At a constant rate of convergence, the iterations double. Search directions that lose their
-    // conjugacy between rounds would need three times as many iterations.
+    // At a constant rate of convergence, twice as many digits need twice the iterations. Search
+    // directions that lose their conjugacy between rounds would need three times as many.
     CHECK(fine.iterations <= 2.3 * coarse.iterations);
   }
 }

@@ -47,7 +47,7 @@ TEST_CASE("a grid numbers vertex j (nx + 1) + i at column i and row j") {
 TEST_CASE(
     "flat meshes have the area of their outline, face +z, are discs, and carry their coordinates "
     "as uv") {
-  const double hexagon_like = 3.0 * std::sin(M_PI / 3.0);  // area of a disc with one ring
+  const double hexagon_like = 3.0 * std::sin(M_PI / 3.0);  // disc of radius 1 as a hexagon
   struct Case {
     TriangleMesh mesh;
     double area;

@@ -61,7 +61,7 @@ TEST_CASE(
     double volume;  // volume of the smooth body [m^3]
     double tolerance;
     Index euler;            // 2 for a sphere, 0 for a ring
-    double smallest_angle;  // [rad], slightly below the measured angle; slivers harm contacts
+    double smallest_angle;  // lower bound [rad], close to the measured angle; slivers harm contacts
   };
   // An n-gon inscribed in a circle lacks 2 pi^2 / (3 n^2) of its area. Spheres and rims lack as
   // much again in the second direction.

@@ -28,8 +28,8 @@ Vec3 random_point(std::mt19937_64& random, double size) {
   return {x, y, z};
 }
 
-// Distance to a triangle by a method independent of the library: to the foot of the perpendicular
-// if it lies inside, otherwise to the closest edge.
+// Distance to a triangle, computed independently of the library: to the foot of the perpendicular
+// if the foot is inside the triangle, otherwise to the closest edge.
 double triangle_distance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 normal = (b - a).cross(c - a).normalized();
   const Vec3 foot = p - normal * normal.dot(p - a);
@@ -113,8 +113,8 @@ TEST_CASE("the closest point is that of a search over all triangles") {
   check_against_brute_force(icosphere(0.3, 3), 300, 1);
   check_against_brute_force(lumpy_mesh(), 300, 2);
   check_against_brute_force(box(1.0, 2.0, 0.1), 300, 3);
-  // Far from the origin, single precision resolves 6 cm, a fifth of the radius. The query is still
-  // exact.
+  // Far from the origin, single precision resolves only 6 cm, a fifth of the radius. The query is
+  // still exact.
   check_against_brute_force(icosphere(0.3, 2).moved(Vec3(1e6, -1e6, 5e5)), 100, 4);
 }
 

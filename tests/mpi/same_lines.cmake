@@ -1,6 +1,6 @@
 # Runs PROGRAM without a launcher, then with every combination RANKSxTHREADS in SHAPES, and requires
-# the same output. The environment variables below allow more ranks than cores, leave threads
-# unbound and make waiting ranks yield. Other launchers than Open MPI ignore them.
+# the same output. The OMPI variables below allow more ranks than cores, leave threads unbound and
+# make waiting ranks yield. Launchers other than that of Open MPI ignore these variables.
 set(ENV{LOOMSTONE_MPI_PLUGIN} ${PLUGIN})
 set(ENV{OMP_WAIT_POLICY} passive)
 set(ENV{OMPI_ALLOW_RUN_AS_ROOT} 1)

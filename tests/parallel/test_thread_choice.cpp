@@ -16,7 +16,7 @@ TEST_CASE("one thread is used beside other programs, and all of them are tried a
   ThreadChoice choice(4, false);
   choice.judge(0.02, 0.01);
   CHECK(choice.threads() == 1);
-  // While other programs interrupt the thread, the others are not tried.
+  // While other programs interrupt the thread, the other threads are not tried again.
   for (int step = 0; step < 100; ++step) choice.judge(0.02, 0.012);
   CHECK(choice.threads() == 1);
   choice.judge(0.02, 0.02);
@@ -32,8 +32,8 @@ TEST_CASE("one thread is used beside other programs, and all of them are tried a
   CHECK(second >= 10);
   CHECK(third == Approx(2 * second).margin(2));
   for (int trial = 0; trial < 10; ++trial) steps_on_one();
-  CHECK(steps_on_one() == Approx(500).margin(2));  // at most 10 s
-  // A trial that succeeds resets that time.
+  CHECK(steps_on_one() == Approx(500).margin(2));  // the time until a trial is at most 10 s
+  // A trial that succeeds resets the time until the next trial.
   choice.judge(0.02, 0.02);
   CHECK(steps_on_one() <= 6);
 }

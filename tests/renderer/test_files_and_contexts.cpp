@@ -44,7 +44,7 @@ struct Forced {
   ~Forced() { unsetenv("LOOMSTONE_GL"); }
 };
 
-// Returns null if this machine lacks the library.
+// Creates a renderer by "osmesa" or "egl". Returns null if this machine lacks the library.
 std::unique_ptr<Renderer> renderer_by(const char* backend, const DrapedScene& scene) {
   const Forced forced(backend);
   try {
@@ -78,7 +78,7 @@ TEST_CASE("a PNG file that cannot be written is an error that names it", "[rende
                     Contains("/nowhere/at/all/picture.png"));
   const Folder folder;
   std::filesystem::create_directories(folder.path / "picture.png" / "full");
-  // A directory has this name.
+  // The file cannot be created, because a directory has its name.
   CHECK_THROWS_AS(write_png(folder.path / "picture.png", image), CacheError);
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) == 1);
   CHECK_THROWS_AS(write_png(folder.path / "a.png", Image{16, 16, {}}), InvalidInput);

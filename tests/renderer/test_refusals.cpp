@@ -52,7 +52,7 @@ TEST_CASE("options that cannot be drawn are refused with the choices", "[rendere
   refuses_options([](RenderOptions& o) { o.height = 100000; }, "height");
   refuses_options([](RenderOptions& o) { o.width = 16384, o.samples = 3; },
                   "samples must be 1, 2, 4 or 8");
-  refuses_options([](RenderOptions& o) { o.samples = 8; }, "at most");  // llvmpipe offers 4
+  refuses_options([](RenderOptions& o) { o.samples = 8; }, "at most");  // llvmpipe offers up to 4
   CHECK_THROWS_WITH(choice_named<ClothPattern>("tartan", "render.pattern"),
                     Contains("weave | checker | plain, got \"tartan\""));
   refuses_options([](RenderOptions& o) { o.color_by = "speed"; },

@@ -144,7 +144,7 @@ TEST_CASE("bodies thrown on a floor gain no energy, come to rest, and lie exactl
           world.advance(1e-3, none, none, places, state);
           most = std::max(most, energy() - before), before = energy();
         }
-        CHECK(most < mass.mass * 9.81 * fastest * 1e-3);  // gained by removing one overlap
+        CHECK(most < mass.mass * 9.81 * fastest * 1e-3);  // energy to undo the overlap of one step
         const double z = state.positions(0, 2);
         CHECK(std::any_of(heights[k].begin(), heights[k].end(),
                           [&](double h) { return std::abs(z - h) < 2e-6; }));
@@ -203,7 +203,7 @@ RigidObstacle room(double size) {
 TEST_CASE(
     "bodies come to rest for good in corners, over posts, on fine floors, on flat ends of many "
     "corners") {
-  // In the corner of the room, each of the three planes supports other corners of the body.
+  // In the corner of the room, each of the three planes supports different corners of the body.
   for (const std::string shape : {"box", "convex"}) {
     const Rest in_corner = come_to_rest(
         body_of(box(0.04, 0.03, 0.01), shape, Vec3(0.0201, 0.0151, 0.006)), room(0.3), 1000);

@@ -1,4 +1,4 @@
-// Claims about scale: a scene and its model at another size behave alike.
+// Claims about scale: a scene and a scaled copy of it behave alike.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -34,7 +34,7 @@ Scene drape(double scale) {
 }  // namespace
 
 TEST_CASE("a scene has no length of its own: scaled by powers of two it gives the same bits") {
-  // Powers of four scale lengths, times and velocities by powers of two, so rounding is the same.
+  // Scaling by powers of four scales times and velocities by powers of two, so rounding is equal.
   const auto end_of = [](double scale) {
     Simulation sim(drape(scale), step_of(4e-3 * std::sqrt(scale)), 1);
     std::int64_t impacts = 0, contacts = 0;

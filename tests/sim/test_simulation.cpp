@@ -173,7 +173,7 @@ TEST_CASE("a hammock catches a falling body, without intersections at the end") 
   Simulation sim(hammock(), step_of(2e-3), 1);
   for (int i = 0; i < 400; ++i) sim.step();
   const double height = sim.body_centres()(0, 2);
-  // Under 0.1 kg, a cloth of 300 N/m sags by centimetres. In free fall, the body would reach -3 m.
+  // Under 0.1 kg, the cloth sags by centimetres only. In free fall, the body would reach -3 m.
   CHECK(height > -0.2);
   CHECK(height < 0.06);
   CHECK(sim.intersecting_pairs().empty());
@@ -227,7 +227,8 @@ TEST_CASE("a strip at rest carries the body attached to it, with any integrator"
   for (int k = 0; k < 50; ++k)
     lambda -= (0.5 * 300.0 * lambda * (lambda * lambda - 1) - load) /
               (0.5 * 300.0 * (3 * lambda * lambda - 1));
-  // The clamped ends need not contract, as nu = 0. Springs of 3e4 N/m per vertex add 1e-5 m.
+  // As nu = 0, the strip does not contract laterally, so the clamps at its ends cause no error. The
+  // springs of 3e4 N/m per vertex add 1e-5 m.
   CHECK(0.2 - sim.positions().row(0)(2) == Approx(0.4 * lambda).epsilon(2e-3));
 }
 
@@ -278,8 +279,7 @@ TEST_CASE("a released strip and the body attached to it fall together with g") {
   o.implicit()->linear_solver = LinearMethod::Direct;
   Simulation sim(scene, o, 1);
   for (int i = 0; i < 100; ++i) sim.step();
-  // All rows fall with velocity g t. Springs of 3e4 N/m between body and cloth amplify rounding
-  // errors.
+  // All rows fall with velocity g t. The springs of 3e4 N/m amplify rounding errors.
   const Points v = sim.velocities();
   for (Index i = 0; i < v.rows(); ++i) CHECK(v(i, 2) == Approx(-9.81 * 0.1).epsilon(1e-6));
   CHECK(sim.body_centres()(0, 2) == Approx(-0.22 - 0.5 * 9.81 * 0.1 * 0.101).epsilon(1e-6));
@@ -370,7 +370,7 @@ TEST_CASE("a step in which the Newton loop finds no solution is taken in halves"
   scene.cloths[0].pins = {0, 8};
   scene.collisions = false;
   IntegratorOptions o = step_of(0.02, "backward-euler");
-  // This is too few for whole steps when the cloth is pulled taut, but enough for smaller parts.
+  // Too few iterations for whole steps when the cloth is pulled taut, but enough for parts of them.
   o.newton()->max_newton_iterations = 3;
   Simulation sim(scene, o, 1);
   std::vector<int> parts;
@@ -379,7 +379,7 @@ TEST_CASE("a step in which the Newton loop finds no solution is taken in halves"
     parts.push_back(sim.report().parts);
   }
   CHECK(*std::max_element(parts.begin(), parts.end()) > 1);
-  // Halved steps damp less. The fall agrees with a fall in steps of 5 ms, to 5 % of the cloth's
+  // Halved steps damp less, so the fall agrees with one in steps of 5 ms to 5 % of the cloth's
   // length.
   IntegratorOptions fine = o;
   fine.set_step(0.005), fine.newton()->max_newton_iterations = 50;

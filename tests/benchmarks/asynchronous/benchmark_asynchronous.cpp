@@ -1,7 +1,8 @@
 // Time and events of asynchronous steps compared with symplectic Euler at the step of the smallest
 // triangle, on meshes of equal and of graded triangles. A sheet of 2 m hangs from two corners and
 // swings, without collisions and without damping. Times are processor times of one thread for the
-// steps alone, per second of motion. The column "less" has the ratio of symplectic Euler to a row.
+// steps alone, per second of motion. The columns "less" and "fewer" give the time and the events of
+// symplectic Euler divided by those of the row.
 //   benchmark_asynchronous [cells ...]      (default 34: 2,312 triangles, 50: 5,000; --smoke: 6)
 #include <algorithm>
 #include <cmath>
@@ -24,7 +25,8 @@ double now() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-// A square of 2 m whose edges shrink towards its centre, to about `least` of those at its rim.
+// Square sheet of 2 m whose edges become shorter towards its centre, where their length is about
+// `least` times that at the rim.
 TriangleMesh sheet(Index cells, double least) {
   const TriangleMesh mesh = jittered_grid(2.0, 2.0, cells, cells, 0.24, 5);
   Points x = mesh.vertices();

@@ -1,10 +1,11 @@
 // Energy and stretch of a swinging sheet with asynchronous steps, [Thomaszewski2010], example 4.1:
-// a square of 2 m hangs from two corners, is released flat, and is free of damping and collisions.
-// Energies are relative to the start, in percent of the largest kinetic energy: means over the
-// middle tenth of the time and over the last one. Times are processor times of one thread for the
-// steps alone, per second of motion.
+// a square of 2 m that hangs from two corners is released flat, without damping or collisions. The
+// table lists the change of the energy since the start in percent of the largest kinetic energy, as
+// means over the middle tenth and over the last tenth of the time. Times are processor times of one
+// thread for the steps alone, per second of motion.
 //   benchmark_swing [cells [duration [rows]]]
-// Default: 16 cells along a side (512 triangles; 50: 5,000), 4 s, all rows. --smoke: a tiny size.
+// Default: 16 cells along a side (512 triangles; 50: 5,000), 4 s, all rows of the table. --smoke: a
+// tiny size.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -58,7 +58,7 @@ double sweep(const LimitedCloth& cloth, const Points& x, const char* method, int
   return (best[1] - best[0]) / 8;
 }
 
-// Time of a call that has nothing to correct: one sweep and the evaluation of the excess [s].
+// Time [s] of a call that has nothing to correct: of one sweep and the evaluation of the excess.
 double idle(const LimitedCloth& cloth, const Points& x, const char* method) {
   StrainLimiter limiter(cloth, sweeping(method));
   double best = 1e9;

@@ -1,8 +1,8 @@
-// Times of the block product and of the linear solvers on a square cloth of 7,396 vertices (the
-// size of the reference figures) or larger. Usage: benchmark_linalg [threads] [side ...], or
-// --smoke (tiny). Each time is the minimum of many repetitions. The ratio to the block product of
-// the same run carries over to other machines. Reference (one thread, AVX-512): a product takes
-// 0.05 ms, and a solve of 51 iterations takes 3.7 ms, which is 74 products.
+// Times of the block product and of the linear solvers on a square cloth of 7,396 vertices or more.
+// Usage: benchmark_linalg [threads] [side ...], or --smoke (tiny). Each time is the minimum of many
+// repetitions. The ratio to the block product of the same run carries over to other machines.
+// Reference for 7,396 vertices (one thread, AVX-512): a product takes 0.05 ms, and a solve of 51
+// iterations takes 3.7 ms, which is 74 products.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -80,7 +80,7 @@ BlockMatrix cloth_like(Index side, double stiffness) {
   return matrix;
 }
 
-// One term of four rows for every ten rows, like contacts.
+// Imitates contacts by one term of four rows for every ten rows.
 ExtraTerms contacts(Index n_rows) {
   ExtraTerms terms;
   for (Index row = 0; row + 40 < n_rows; row += 10) {

@@ -22,7 +22,8 @@ using namespace loomstone;
 
 namespace {
 
-// Processor time with one thread, because it excludes other processes, otherwise wall time [s].
+// Returns the processor time [s] for one thread, because other processes do not affect it, and the
+// wall time [s] for several threads.
 double now(int threads = 1) {
   timespec t;
   clock_gettime(threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &t);
@@ -55,7 +56,7 @@ Simulation simulation(const Case& c) {
   return Simulation(scene, options, c.threads);
 }
 
-// y = A x on the pattern of the membrane of 85 x 85 cells.
+// Times the product y = A x, where A has the pattern of a membrane of 85 x 85 cells.
 class Product {
  public:
   Product() {
@@ -68,8 +69,8 @@ class Product {
     x_.assign(4 * mesh.n_vertices() + 4, 1.0);
     y_ = x_;
   }
-  // Mean time of 64 products [s]. They take about as long as a step, so that interruptions affect
-  // both alike.
+  // Mean time of a product [s] over 64 products. Together they take about as long as a step, so
+  // that interruptions affect both alike.
   double time() {
     const double start = now();
     for (int i = 0; i < 64; ++i) a_.multiply(0, a_.n_rows(), x_.data(), y_.data());
@@ -90,8 +91,8 @@ Measured measure(const Case& c) {
   static Product product;
   Simulation sim = simulation(c);
   const Points x = sim.positions(), v = sim.velocities();
-  // Alternating start positions prevent a step from using quantities that are cached for those of
-  // the previous repetition.
+  // Alternating start positions prevent a step from reusing quantities that were cached for the
+  // start positions of the previous repetition.
   Points beside = x;
   beside(0, 0) += 1e-9;
   const int repetitions = c.cells > 130 ? 20 : 40;
@@ -101,7 +102,7 @@ Measured measure(const Case& c) {
     sim.set_velocities(v);
     const double start = now(c.threads);
     sim.step();
-    // The first two steps also allocate memory.
+    // The first two steps are not counted, because they also allocate memory.
     if (i >= 2) best.step = std::min(best.step, now(c.threads) - start);
     best.product = std::min(best.product, product.time());
   }

@@ -42,7 +42,8 @@ std::array<double, 4> cubic(double t) {
           0.5 * t * (1 + t * (4 - 3 * t)), 0.5 * t * t * (t - 1)};
 }
 
-// Values on a grid of `fine` cells. Beyond the border, the coarse values are extrapolated linearly.
+// Interpolates values from a grid of coarse x coarse cells to a grid of fine x fine cells. Beyond
+// the border, the coarse values are extrapolated linearly.
 Points interpolate(const Points& values, Index coarse, Index fine) {
   const auto at = [&](Index i, Index j) -> Vec3 {
     return values.row(j * (coarse + 1) + i).transpose();

@@ -6,7 +6,7 @@
 
 namespace loomstone {
 
-// Rest shape of the square with cells x cells cells. A simulation with collisions on a coarse mesh
+// The square of `cells` x `cells` cells at rest. A simulation with collisions on a coarse mesh
 // gives the shape, bicubic interpolation in uv transfers it to the fine mesh, and a few more steps
 // there let the fine mesh form its own strains and folds.
 struct Draped {

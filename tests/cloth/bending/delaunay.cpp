@@ -15,7 +15,7 @@ using Corners = std::array<Index, 3>;
 
 double cross2(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-// The triangle a, b, c is counter-clockwise.
+// Tests whether p is inside the circumcircle of the counter-clockwise triangle a, b, c.
 bool in_circle(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& p) {
   Mat3 m;
   for (const auto& [row, q] : {std::pair(0, a), std::pair(1, b), std::pair(2, c)}) {
@@ -37,7 +37,8 @@ Triangles delaunay(const Points& points) {
     p.push_back(centre + far * Vec2(std::cos(angle), std::sin(angle)));
   std::vector<Corners> triangles{{n, n + 1, n + 2}};
   for (Index i = 0; i < n; ++i) {
-    // Directed edges of the triangles in the cavity. Inner edges occur in both directions.
+    // Directed edges of the triangles whose circumcircles contain the point. Inner edges occur in
+    // both directions.
     std::map<std::pair<Index, Index>, int> border;
     std::vector<Corners> kept;
     for (const Corners& t : triangles) {

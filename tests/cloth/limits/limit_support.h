@@ -1,4 +1,4 @@
-// Triangles and sheets for the tests of strain limits, and sums over them.
+// Triangles, sheets and momenta for the tests of strain limits.
 #pragma once
 
 #include <array>
@@ -65,8 +65,8 @@ inline Vec3 angular_momentum(const Vector& mass, const Points& x, const Points& 
   return sum;
 }
 
-// Equilateral, right-angled and sliver triangles, and one whose third node lies above the middle of
-// its base (A1 of (3.12) is singular for it).
+// Equilateral, right-angled and sliver triangles, and one whose third corner lies above the middle
+// of its base (A1 of (3.12) is singular for it).
 inline std::vector<Corners2> shapes() {
   Corners2 equilateral, right, sliver, middle;
   equilateral << 0, 0, 0.01, 0, 0.005, 0.008660254037844387;

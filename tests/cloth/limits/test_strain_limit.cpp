@@ -88,7 +88,7 @@ TEST_CASE("strain is U - I in the axes of the cloth for any rotation in space") 
     for (int i = 0; i < 5; ++i) {
       const Vec3 strain(0.13, -0.21, 0.07);
       const LimitedCloth cloth = one_triangle(shape, Vec3::Ones(), tight());
-      // The error is 1e-16 at coordinates of 1 m, divided by the sliver's height of 2e-4 m.
+      // The rounding error is 1e-16 at coordinates of 1 m, divided by the sliver's height, 2e-4 m.
       CHECK((strain_of(cloth, strained(shape, strain, some_turn(i))).row(0).transpose() - strain)
                 .norm() < 1e-11);
     }
@@ -141,14 +141,14 @@ TEST_CASE(
       const LimitedCloth cloth = one_triangle(shape, mass, limit);
       const Points x = strained(shape, Vec3(1.0, 0.1, -0.6) * scale, some_turn(3));
       const Points moved = corrected(cloth, x);
-      // Without its rotation the triangle lies in the plane of x and y, where R = I.
+      // Rotated back, the triangle lies in the x-y plane, where R = I.
       Mat2 dm, ds;
       dm << (shape.row(1) - shape.row(0)).transpose(), (shape.row(2) - shape.row(0)).transpose();
       Points flat = moved * some_turn(3);
       ds << (flat.row(1) - flat.row(0)).transpose().head<2>(),
           (flat.row(2) - flat.row(0)).transpose().head<2>();
       const Mat2 f = ds * dm.inverse();
-      // Rounding error of coordinates of 1 m, divided by the height of the sliver.
+      // The rounding error is that of coordinates of 1 m, divided by the sliver's height.
       const double tolerance = 1e-15 / 2e-4 * 10;
       CHECK(f(0, 0) - 1 == Approx(0.5 * scale).margin(tolerance));
       CHECK(f(1, 1) - 1 == Approx(0.1 * scale).margin(tolerance));
@@ -159,10 +159,10 @@ TEST_CASE(
               .maxCoeff();
       worst = std::max(worst, remainder);
     }
-    CHECK(worst < last / 3.2);  // the factor is 4 in the limit
+    CHECK(worst < last / 3.2);  // the factor tends to 4 as the strain decreases
     last = worst;
   }
-  CHECK(last > 1e-7);  // the remaining error is not zero
+  CHECK(last > 1e-7);  // one correction leaves an error
 }
 
 TEST_CASE(
@@ -176,7 +176,7 @@ TEST_CASE(
       cloth.prescribed[corner] = 1;
       const Points one = corrected(cloth, x);
       CHECK(one.row(corner) == x.row(corner));
-      // The error is quadratic in the excess of 1e-3.
+      // The error is of second order in the excess, which is 1e-3.
       CHECK((strain_of(cloth, one).row(0).transpose() - Vec3(0.05, 0.02, 0.02))
                 .cwiseAbs()
                 .maxCoeff() < 2e-4);
@@ -188,8 +188,8 @@ TEST_CASE(
         cloth.prescribed[free] = 0;
         const Points two = corrected(cloth, x);
         for (int k = 0; k < 3; ++k) CHECK((k == free || two.row(k) == x.row(k)));
-        // Small displacements of the free corner in the plane do not bring the strain tensor closer
-        // to the target.
+        // Small in-plane displacements of the free corner away from the result take the strain
+        // tensor farther from the target.
         const auto miss = [&](const Points& p) {
           const Vec3 e = strain_of(cloth, p).row(0).transpose() - Vec3(0.05, 0.02, 0.02);
           return e[0] * e[0] + e[1] * e[1] + 2 * e[2] * e[2];

@@ -59,8 +59,8 @@ TEST_CASE(
     CHECK(strain.col(1).maxCoeff() <= 0.031 + 1e-12);
     CHECK(strain.col(2).cwiseAbs().maxCoeff() <= 0.041 + 1e-12);
     CHECK(momentum(cloth.mass, r.x - x).norm() < 1e-13);
-    // Each correction conserves angular momentum about the positions at that moment. Within a
-    // sweep, earlier corrections have moved these positions from the initial ones.
+    // Each correction conserves angular momentum about the positions at that moment, which earlier
+    // corrections of the sweep have changed.
     CHECK(angular_momentum(cloth.mass, r.x, r.x).norm() < 1e-13);
     sweeps[i++] = r.report.sweeps;
   }
@@ -170,7 +170,7 @@ TEST_CASE("limiting brings strain rates within their bound and conserves momenta
   const TriangleMesh mesh = irregular();
   const LimitedCloth cloth = sheet(mesh, limits_of(0.05, 0.03, 0.04));
   const Points x = deformed(mesh, 0.1);
-  Points v = 100.0 * deformed(mesh, 1.0);  // rates up to about 100/s; the bound is 0.1 / 1 ms
+  Points v = 100.0 * deformed(mesh, 1.0);  // strain rates up to about 100/s; limit: 0.1 in 1 ms
   const Points before = v;
   StrainLimiter limiter(cloth, sweeping("gauss-seidel"));
   const LimitReport report = limiter.enforce_rate({}, 1, x, 1e-3, v);

@@ -172,16 +172,16 @@ TEST_CASE("a strip cut along weft, warp or bias and pulled has the strain of its
                       std::vector<MembraneConstants>(mesh.n_triangles(), c));
     x.leftCols<2>() = uv * u.transpose();
     const Points force = force_of(membrane, x);
-    Vec2 pull = Vec2::Zero();  // force on the end at -0.15
+    Vec2 pull = Vec2::Zero();  // force on the end at -0.15 m
     for (Index i = 0; i < x.rows(); ++i) {
       if (base.uv()(i, 0) < -0.1499)
         pull += force.row(i).head<2>().transpose();
       else if (base.uv()(i, 0) < 0.1499)
-        CHECK(force.row(i).norm() < 1e-12);  // no traction, including the long sides
+        CHECK(force.row(i).norm() < 1e-12);  // no force inside the sheet or on the long sides
     }
     const Vec2 traction = 0.1 * (u * (p * d));  // width times F S d
     CHECK((pull - traction).norm() < 1e-12);
-    // The moduli along weft and warp are the material's.
+    // Along weft and warp, the moduli are those of the material.
     if (degrees == 0.0) CHECK(e(0, 0) == Approx(p / material.weft_stiffness).epsilon(1e-12));
     if (degrees == 90.0) CHECK(e(1, 1) == Approx(p / material.warp_stiffness).epsilon(1e-12));
   }

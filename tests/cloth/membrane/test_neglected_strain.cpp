@@ -7,8 +7,8 @@ using namespace loomstone;
 
 namespace {
 
-// 1/2 dF^T dF of each triangle (m x 3: 11, 22, 12) over the displacement u, from Green strains:
-// E(x + u) + E(x - u) - 2 E(x) = dF^T dF.
+// Returns 1/2 dF^T dF of each triangle (m x 3: 11, 22, 12) for the displacement u. It follows from
+// Green strains: E(x + u) + E(x - u) - 2 E(x) = dF^T dF.
 Points second_order_strains(Membrane& membrane, const Points& x, const Points& u) {
   Points ahead, behind, here;
   Vector stretch;
@@ -30,8 +30,8 @@ double contraction(const Vec3& s, const Vec3& e) {
   return s[0] * e[0] + s[1] * e[1] + 2.0 * s[2] * e[2];
 }
 
-// u^T (A - B) u, where A is the Jacobian of forces with the whole stress, and B leaves out the
-// strain of a past motion.
+// Returns u^T (A - B) u. A is the Jacobian of the forces with the full stress. B omits the stress
+// of the strain that is neglected over a past motion.
 double quadratic_difference(Sheet& s, const Points& x, const Points& u, PastMotion past) {
   const Index n = s.mesh.n_vertices();
   BlockMatrix whole = pattern(s.mesh), without = pattern(s.mesh);
@@ -60,8 +60,8 @@ TEST_CASE("the neglected strain is 1/2 dF^T dF, for each range of triangles by i
       largest = std::max(largest, largest_eigenvalue(strain));
       energy += 0.5 * s.membrane.rest_area()[t] * contraction(stress(constants, strain), strain);
     }
-    // Rounding of the differences of Green strains is 1e-15 of strains of order 1, relative to
-    // 1/2 dF^T dF of order 0.1.
+    // The differences of Green strains of order 1 are rounded to 1e-15, and 1/2 dF^T dF is of order
+    // 0.1.
     CHECK(found.strain == Approx(largest).epsilon(1e-12));
     CHECK(found.energy == Approx(energy).epsilon(1e-12));
     CHECK(moved.strain == Approx(largest).epsilon(1e-12));
@@ -85,8 +85,8 @@ TEST_CASE("the geometric term leaves out the stress of a past motion's neglected
     expected += s.membrane.rest_area()[t] *
                 contraction(stress(constants, strain), Vec3(quadratic.row(t).transpose()));
   }
-  REQUIRE(largest < 0.01);  // below the largest strain that is left out
-  // The past strains of order 1e-3 are differences of strains of order 1.
+  REQUIRE(largest < 0.01);  // below the bound of the strain that is left out
+  // The tolerance covers rounding: past strains of 1e-3 are differences of strains of order 1.
   CHECK(quadratic_difference(s, x, u, {v.data(), step}) == Approx(expected).epsilon(1e-9));
 }
 
@@ -94,7 +94,7 @@ TEST_CASE("the strain that the geometric term leaves out is at most 0.01") {
   Sheet s = make_sheet(orthotropic());
   const Index n = s.mesh.n_vertices();
   const Points x = deformed(s.mesh, 3), u = random_points(n, 0.01, 4);
-  const Points v = random_points(n, 500.0, 5);  // every triangle strains by far more
+  const Points v = random_points(n, 500.0, 5);  // strains every triangle by far more than 0.01
   const double once = quadratic_difference(s, x, u, {v.data(), 1e-3});
   const double longer = quadratic_difference(s, x, u, {v.data(), 4e-3});
   CHECK(once > 0.0);

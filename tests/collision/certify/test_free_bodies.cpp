@@ -88,7 +88,7 @@ TEST_CASE(
       angular += Vec3((scene.x.row(v) + share * (given.row(v) - scene.x.row(v))).transpose())
                      .cross(change);
     }
-    // The tolerance covers coordinates of 0.1 m, which are rounded to 1e-17.
+    // The tolerance covers coordinates of 0.1 m, which are rounded to 1e-17 m.
     CHECK(linear.norm() < 1e-14 * (mass * body.moved.norm()) + 1e-17);
     CHECK(angular.norm() <= 1e-12 * size);
   }
@@ -157,7 +157,7 @@ TEST_CASE("a body that impulses cannot stop keeps its shape and ends on its path
         stage.certify(Team{1}, {scene.x, scene.inverse_mass, {}}, x1, ball.bodies);
     CHECK(report.unresolved == 0);
     CHECK(intersecting_pairs(x1, scene.model.triangles).empty());
-    // The facets let the ball move slightly farther than its clearance of 2 mm.
+    // The ball is faceted, so it can move slightly farther than its clearance of 2 mm.
     CHECK(std::abs(ball.bodies[0].end.position.z()) < 2.4e-3);
     const Index held = scene.model.surfaces[2].first_vertex;
     CHECK(x1.topRows(held) == scene.x.topRows(held));

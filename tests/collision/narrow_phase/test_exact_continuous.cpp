@@ -62,8 +62,8 @@ TEST_CASE(
 }
 
 TEST_CASE("motions within one plane, along one line and without motion are decided") {
-  // The vertex stays in the plane of the face. It moves through the face, through a corner and past
-  // the face, and then rests inside, on an edge and outside.
+  // The vertex stays in the plane of the face. In turn, it moves through the face, through a corner
+  // and past the face, and it rests inside, on an edge and outside.
   const auto in_plane = [](const Vec3& from, const Vec3& to) {
     MovingPoints q = falling(0, 0, 0, 0);
     q[0] = from, q[4] = to;
@@ -135,8 +135,8 @@ TEST_CASE(
     CHECK(meet(permuted(q, face ? std::array<int, 4>{0, 2, 1, 3} : std::array<int, 4>{0, 1, 3, 2}),
                face) == verdict);
     CHECK(exact(q, face).hit == verdict);
-    // Without a collision during the motion, the features are apart at every instant. Multiples of
-    // 1/8 of these coordinates are exact in floating point.
+    // If the motion has no collision, the features are apart at every instant. Multiples of 1/8 of
+    // these coordinates are exact in floating point.
     for (int k = 0; k <= 8 && !verdict; ++k) {
       MovingPoints rest;
       for (int i = 0; i < 4; ++i) rest[i] = rest[4 + i] = ((8 - k) * q[i] + k * q[4 + i]) / 8.0;

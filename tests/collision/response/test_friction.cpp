@@ -10,7 +10,7 @@ using Kind = CollisionSurface::Kind;
 namespace {
 
 // Moves a small sheet as a rigid block on a floor under tilted gravity. The block starts at the gap
-// at which its vertex contacts carry its weight, with a force of 2 k depth^2 / xi each. Its
+// at which its vertex contacts carry its weight, each with a force of 2 k depth^2 / xi. Its
 // vertices share one velocity, computed by semi-implicit Euler.
 struct Slide {
   double distance, speed;
@@ -46,7 +46,7 @@ Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 
       Mat3 matrix = mass * Mat3::Identity();
       Vec3 right = mass * before + h * mass * gravity;
       for (const ExtraTerm& term : terms) {
-        double sum = 0.0;  // of the weights of the block
+        double sum = 0.0;  // sum of the weights of the block's vertices
         for (int i = 0; i < term.n_entries; ++i) sum += term.entries[i].weight;
         matrix += h * h * sum * sum * term.hessian;
         right -= h * sum * (term.gradient - h * term.hessian * term.drift);
@@ -96,16 +96,16 @@ TEST_CASE("a block on a slope sticks below the friction angle and slides above i
 }
 
 TEST_CASE("long slides follow Coulomb's law at every slope above the friction angle") {
-  // Each step repeats its solve with its own slip and normal force. With the slip of the previous
-  // step instead, friction would be too large by the fraction h / t after a time t. The distance
-  // would change by 26 % at slope 0.305 and by 3 % at 0.5. At slope 0.305 the net force is 1.6 % of
-  // the friction, so an error of 4 % in the distance is 0.07 % of the friction. Steps of 4 ms
-  // overestimate the distance by h / t = 1 % even without friction.
+  // Each step repeats its solve with the slip and normal force of this step. With the slip of the
+  // previous step instead, friction would be too large by the fraction h / t after a time t. The
+  // distance would change by 26 % at slope 0.305 and by 3 % at 0.5. At slope 0.305 the net force is
+  // 1.6 % of the friction, so an error of 4 % in the distance is 0.07 % of the friction. Steps of
+  // 4 ms overestimate the distance by h / t = 1 % even without friction.
   for (const double h : {1e-3, 4e-3})
     for (const double slope : {0.305, 0.35, 0.5}) {
       const double angle = std::atan(slope),
                    pull = 9.81 * (std::sin(angle) - 0.3 * std::cos(angle));
-      const double distance = std::min(0.3, 0.5 * pull * 4.0);  // limited to the floor and to 2 s
+      const double distance = std::min(0.3, 0.5 * pull * 4.0);  // at most 0.3 m, and at most 2 s
       INFO("step " << h << " slope " << slope);
       CHECK(slide(slope, std::sqrt(2.0 * distance / pull), 0.0, h).distance ==
             Approx(distance).epsilon(slope < 0.31 ? 0.04 : 0.02));
@@ -119,9 +119,9 @@ TEST_CASE("the predicted slip grows by its last gain, never shrinks and at most 
   const Vec3 s(1e-4, 0, 0), u(2e-4, 0, 0);
   CHECK(sped_up(s, u, Vec3(5e-5, 3e-5, 0), 1000.0, 0.1) == Vec3(2.5e-4, 0, 0));
   CHECK(sped_up(s, u, Vec3(9e-4, 0, 0), 1000.0, 0.1) == Vec3(4e-4, 0, 0));
-  CHECK(sped_up(s, u, Vec3(-9e-5, 0, 0), 1000.0, 0.1) == u);   // decelerates
-  CHECK(sped_up(s, u, Vec3(5e-5, 0, 0), 1000.0, 0.4) == u);    // sticks
-  CHECK(sped_up(-s, u, Vec3(5e-5, 0, 0), 1000.0, 0.01) == u);  // reverses
+  CHECK(sped_up(s, u, Vec3(-9e-5, 0, 0), 1000.0, 0.1) == u);   // the slip decelerates
+  CHECK(sped_up(s, u, Vec3(5e-5, 0, 0), 1000.0, 0.4) == u);    // the contact sticks
+  CHECK(sped_up(-s, u, Vec3(5e-5, 0, 0), 1000.0, 0.01) == u);  // the slip reverses
 }
 
 TEST_CASE("a moving floor carries a block along") {

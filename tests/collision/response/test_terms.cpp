@@ -92,7 +92,7 @@ TEST_CASE(
     }
   }
   CHECK(contact_force(xi, xi, k).force == 0.0);
-  // Force, stiffness and energy are continuous between the stages.
+  // Force, stiffness and energy are continuous where two pieces of the contact law join.
   const double hair = 1e-12;
   for (const double d : {0.5 * xi, 0.75 * xi}) {
     const ContactForce above = contact_force(d + hair, xi, k),
@@ -101,7 +101,7 @@ TEST_CASE(
     CHECK(above.stiffness == Approx(below.stiffness).epsilon(1e-6));
     CHECK(above.energy == Approx(below.energy).epsilon(1e-6));
   }
-  // At the thickness, all three begin at 0.
+  // When the gap falls below the thickness, all three start at 0.
   const ContactForce first = contact_force(xi - hair, xi, k);
   CHECK(first.stiffness < 1e-6 * k);
   CHECK(first.force < 1e-12 * k * xi);
@@ -364,7 +364,7 @@ TEST_CASE("contacts become stiffer where forces press taut cloth together") {
     const double pressing = 8.0 * std::abs(contacts[c].normal.z());
     CHECK(stiffer[c] == Approx(std::max(k, 16.0 / 3.0 * pressing / 4e-3 - k)));
   }
-  // The law resists 1 N, because 3/8 k xi is 1.5 N.
+  // Stiffening begins at a force of 3/8 k xi = 1.5 N, which exceeds the 1 N per vertex here.
   for (const double each : stiffness(forces / 8.0)) CHECK(each == k);
   // Forces that pull the sheets apart do not count, nor do forces on prescribed vertices.
   for (const double each : stiffness(-forces)) CHECK(each == k);
@@ -377,7 +377,7 @@ TEST_CASE("a contact that would close is stiffened until its gap stays open unde
   const Points& x = scene.x;
   const Index n = static_cast<Index>(x.rows());
   CollisionStage stage(scene.model);
-  // Only contacts at right angles to the sheets, with a gap of half the thickness.
+  // Keeps only contacts whose normals are perpendicular to the sheets; their gap is xi / 2.
   const double gap = 2e-3, thickness = 4e-3, k = scene.model.contact_stiffness;
   std::vector<Contact> contacts = stage.proximity(Team{1}, x, {});
   std::erase_if(contacts, [&](const Contact& c) { return c.distance > gap + 1e-9; });
@@ -386,8 +386,8 @@ TEST_CASE("a contact that would close is stiffened until its gap stays open unde
   ExtraTerms terms;
   const ContactTerms made = stage.terms(inputs, contacts, {}, terms);
   REQUIRE(terms.size() > 20);
-  // The upper sheet sinks by a share of the gap. Up to three quarters of it, the terms stay the
-  // same.
+  // The upper sheet sinks by the fraction `sunk` of the gap. Up to three quarters, the terms do not
+  // change.
   for (const double sunk : {0.5, 0.7, 0.8, 1.5, 3.0}) {
     Points moved = still;
     moved.bottomRows(36).col(2).array() -= sunk * gap;
@@ -403,7 +403,7 @@ TEST_CASE("a contact that would close is stiffened until its gap stays open unde
         CHECK(secant == Approx(tangent).epsilon(1e-12));
         continue;
       }
-      // The force plus k xi/8 is inversely proportional to the gap.
+      // In the stiffened law, the force plus k xi / 8 is inversely proportional to the gap.
       const double share = tangent * gap * gap / (k * 0.25 * thickness * thickness);
       const double offset = share * k * thickness / 8.0;
       const double predicted = force + tangent * sunk * gap;

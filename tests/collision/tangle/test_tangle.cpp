@@ -26,7 +26,8 @@ TestScene bump(double moved) {
        })}});
 }
 
-// A flat sheet, and a tilted sheet that cuts through it. The contour runs from border to border.
+// A flat sheet, and a tilted sheet that cuts through it. The contour of the intersection runs from
+// border to border.
 TestScene leaning() {
   const TriangleMesh flat = grid_cells(0.2, 0.2, 12, 12);
   return make_scene({{flat},
@@ -34,7 +35,8 @@ TestScene leaning() {
                                    [](double x, double y) { return 0.5 * (x + y) + 0.04; })}});
 }
 
-// Two sheets of the same size. The contour enters both at a border, and neither is cut in two.
+// Two sheets of the same size. The contour of their intersection enters each sheet at a border, and
+// neither sheet is cut in two.
 TestScene crossed(int cells, double degrees) {
   const TriangleMesh flat = grid_cells(0.2, 0.2, cells, cells);
   const Mat3 turn =
@@ -137,7 +139,7 @@ TEST_CASE("terms and impulses that untangle have neither sum nor torque") {
     }
   CHECK(size > 1.0);
   CHECK(sum.norm() < 1e-13 * size);
-  CHECK(torque.norm() < 1e-13 * size);  // lever arms of 0.1 m
+  CHECK(torque.norm() < 1e-13 * size);  // rounding of torques with lever arms of 0.1 m
 
   FreeBodies none;
   Impulses impulses(scene.model, scene.inverse_mass, none);
@@ -157,7 +159,7 @@ TEST_CASE("terms and impulses that untangle have neither sum nor torque") {
     size += moved.norm();
   }
   CHECK(size > 1e-3);
-  // The tolerance allows for displacements of 1e-4 m that are differences of coordinates of 0.1 m.
+  // The tolerance covers rounding: displacements of 1e-4 m are differences of coordinates of 0.1 m.
   CHECK(sum.norm() < 1e-12 * size);
   CHECK(torque.norm() < 1e-12 * size);
 }
@@ -174,7 +176,7 @@ TEST_CASE("sheets that cross from edge to edge retract, the smaller part first")
       const double at = 0.02 + 0.01 / std::tan(degrees * std::numbers::pi / 180.0);
       const double half_width = 0.1 - 0.01 / std::sin(degrees * std::numbers::pi / 180.0);
       CHECK(std::abs(retraction.point.x() - at) < 1e-9);
-      // One edge: the cut continues to the border along edges.
+      // The cut continues to the border along edges, so the tolerance is one edge length.
       CHECK(std::abs(retraction.depth - std::min(0.1 - std::abs(at), half_width)) < 0.2 / cells);
       int inner = 0;
       for (std::size_t v = 0; v < tangle.came_through.size(); ++v) inner += tangle.came_through[v];
@@ -201,8 +203,8 @@ TEST_CASE("surfaces retract without changing momentum and angular momentum") {
   }
   CHECK(size > 1.0);
   CHECK(force.norm() < 1e-13 * size);
-  CHECK(torque.norm() < 1e-13 * size);  // lever arms of 0.1 m
-  // The contour's points part along the way out of the smaller part.
+  CHECK(torque.norm() < 1e-13 * size);  // rounding of torques with lever arms of 0.1 m
+  // At each point of the contour, the surfaces separate along the way out of the smaller part.
   const Retraction& retraction = tangle.retractions[0];
   for (const Piercing& p : tangle.piercings) {
     if (!std::binary_search(retraction.inner.begin(), retraction.inner.end(), p.vertices[0]))

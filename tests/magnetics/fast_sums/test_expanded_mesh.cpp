@@ -35,7 +35,7 @@ std::shared_ptr<const MeshMagnet> ring() {
   return std::make_shared<MeshMagnet>(TriangleMesh(x, t), Vec3(0.3, -0.1, 0.6));
 }
 
-// Random points at a distance from the surface of the torus, inside or outside.
+// Random points at the given distance from the surface of the torus, inside or outside.
 Points beside(double distance, bool inside) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> angle(0.0, 2.0 * 3.141592653589793);

@@ -12,11 +12,11 @@ using namespace loomstone;
 
 namespace {
 
-// Relative to the size of fluxes and forces. Interpolation at 6 x 6 nodes has errors of about 1e-6
-// between the nearest far clusters. They partly cancel in forces.
+// Tolerances relative to the size of fluxes and forces. Interpolation at 6 x 6 nodes has errors of
+// about 1e-6 between the nearest far clusters. In forces, these errors partly cancel.
 constexpr double flux_tolerance = 3e-6, force_tolerance = 1e-6;
 
-// Two grids of a flat cuboid, or one grid of a cylinder.
+// Panels of a flat cuboid in a coarse and a fine grid.
 PanelSet flat_cuboid(double share) {
   std::vector<FlatPanel> panels = cuboid_panels(Vec3(3, 2, 0.4), 4, 0.0);
   const auto coarse = static_cast<Index>(panels.size());
@@ -30,7 +30,7 @@ PanelSet cylinder() {
   return {std::move(panels), 3, {{0, all, 1.0}}};
 }
 
-// Smooth charges with a random part.
+// Returns charges that vary smoothly, plus a random part.
 Vector charges_of(const PanelSet& set, int seed) {
   std::mt19937 random(seed);
   Vector charges(set.panels.size());
@@ -41,7 +41,7 @@ Vector charges_of(const PanelSet& set, int seed) {
   return charges;
 }
 
-// Fluxes as sums over all panels of the grids that interact.
+// Computes the fluxes directly, by sums over all panels of the grids that interact.
 Vector all_fluxes(const PanelSet& on, const RigidPose& pose, const PanelSet& by,
                   const Vector& charges) {
   Vector fluxes = Vector::Zero(on.panels.size());
@@ -83,7 +83,7 @@ Wrench all_forces(const PlacedCharges& on, const PlacedCharges& by) {
   return sum;
 }
 
-// Poses with gaps of a tenth to two heights, parallel and at an angle.
+// Parallel and tilted poses with gaps of 0.1 to 2 heights of the cuboid.
 const std::vector<RigidPose> poses = {{Vec3(0, 0, 0.44), Vec4(1, 0, 0, 0)},
                                       {Vec3(0.3, -0.2, 0.5), Vec4(1, 0, 0, 0)},
                                       {Vec3(2.1, 0.4, 1.1), Vec4(0.8, 0.2, 0.4, -0.4)},
@@ -98,7 +98,7 @@ TEST_CASE("fluxes between bodies equal sums over all panels") {
     const PanelSet &on, &by;
     RigidPose pose;
   };
-  // Grids with equal shares, with different shares, and curved surfaces.
+  // The cases have grids with equal shares, grids with different shares, and curved surfaces.
   std::vector<Case> cases = {{cuboid, other, poses[1]},
                              {round, cuboid, {Vec3(0.2, 0.1, 0.8), Vec4(1, 0, 0, 0)}},
                              {cuboid, round, {Vec3(0.2, 0.1, 0.8), Vec4(1, 0, 0, 0)}},
@@ -124,8 +124,8 @@ TEST_CASE("forces between bodies equal sums over all panels and are opposite") {
                  back = panel_wrench(by, on);
     CHECK((found.force - wanted.force).norm() < force_tolerance * wanted.force.norm());
     CHECK((found.torque - wanted.torque).norm() < force_tolerance * wanted.force.norm());
-    // Samples on one body in the field of the other are not exactly the reverse. The charges have
-    // jumps between coarse panels, which the samples resolve to 1e-4.
+    // The two forces are sampled on different bodies, so they are not exactly opposite. The charges
+    // jump between coarse panels, and the samples resolve these jumps to 1e-4.
     CHECK((found.force + back.force).norm() < 2e-4 * wanted.force.norm());
   }
 }

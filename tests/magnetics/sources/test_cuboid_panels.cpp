@@ -47,7 +47,7 @@ TEST_CASE("the panels of a cuboid cover its surface and mirror those of an octan
         area += panels[i].area;
         sum += panels[i].area * panels[i].normal;
         const Vec3 mirror(i / n & 1 ? -1 : 1, i / n & 2 ? -1 : 1, i / n & 4 ? -1 : 1);
-        // Only rounding, because sums over corners have another order.
+        // The centres differ by rounding, because their corners are summed in a different order.
         CHECK((panels[i].centre - panels[i % n].centre.cwiseProduct(mirror)).norm() < 1e-14);
       }
       CHECK(area == Approx(faces));

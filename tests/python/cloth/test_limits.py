@@ -264,7 +264,7 @@ def raster(mesh: ls.TriangleMesh, x: np.ndarray, cells: int = 5) -> np.ndarray:
 def test_irregular_meshes_strain_as_regular_ones(limit):
     """Compares strain on regular and irregular meshes of a cloth that hangs in its own plane.
 
-    Freely falling cloth is chaotic. Cloth that is held at two corners and damped by air shows the
+    Freely falling cloth is chaotic. Cloth that is pinned at two corners and damped by air shows the
     influence of the mesh alone.
     """
 

@@ -51,7 +51,7 @@ def derivative(p: Polynomial) -> Polynomial:
 
 
 def remainder(a: Polynomial, b: Polynomial) -> Polynomial:
-    """Remainder of a divided by b, times a positive number."""
+    """Returns the remainder of a divided by b, up to a positive factor."""
     a, lead = list(a), b[-1]
     while len(a) >= len(b):
         top, shift = a[-1], len(a) - len(b)
@@ -166,7 +166,7 @@ class Hull:
         self.dot = {(i, j): dot(corners[i], corners[j]) for i, j in self.cross}
 
     def holds_origin(self, time: Time) -> bool:
-        """Tests by Caratheodory's theorem; the corners and the origin are coplanar at this time."""
+        """Uses Caratheodory's theorem. The corners and the origin must be coplanar at `time`."""
         if any(all(time.sign_of(x) == 0 for x in corner) for corner in self.corners):
             return True
         known: dict[tuple[int, int, int], int] = {}
@@ -203,7 +203,7 @@ def whole_numbers(query: np.ndarray) -> list[list[int]]:
 
 
 def exact_verdict(kind: str, query: np.ndarray) -> Fraction | None:
-    """Returns an upper bound of the first contact time, within 2^-60, or None without a contact."""
+    """Returns an upper bound of the first contact time, within 2^-60, or None without contact."""
     points = whole_numbers(query)
     pairs = [(0, 1), (0, 2), (0, 3)] if kind == "vertex-face" else [(0, 2), (1, 2), (0, 3), (1, 3)]
     corners = []

@@ -42,13 +42,13 @@ def test_mutual_inductances_are_those_of_their_circles():
             of_circles(a, b, distance), rel=1e-10
         )
     x, w = np.polynomial.legendre.leggauss(40)
-    # The coils overlap, which limits the accuracy of the rule to about 1e-6.
+    # The coils overlap, which limits the accuracy of this quadrature to about 1e-6.
     heights = np.abs(0.02 * x[:, None] - 0.02 * x - 0.03)
     wanted = 200 * 100 / 4 * np.einsum("i,j,ij->", w, w, of_circles(0.05, 0.04, heights))
     one, two = M.solenoid(**ONE, current=1.0), M.solenoid(**TWO, current=1.0).moved((0, 0, 0.03))
     assert M.mutual_inductance(one, two) == pytest.approx(wanted, rel=1e-5)
     assert M.mutual_inductance(one, two.rotated((np.pi, 0, 0))) == pytest.approx(-wanted, rel=1e-5)
-    # Force and inductance come from different integrals.
+    # Force and inductance come from different integrals, which must agree.
     beside, step = two.moved((0.07, 0.02, 0)).rotated((0.5, 0.2, 0)), 1e-5
     ends = [
         M.mutual_inductance(one, beside.moved((s * step, 0, 0)), tolerance=1e-11) for s in (1, -1)
@@ -192,8 +192,8 @@ RADIUS, TURNS, MOMENT, SPEED = 0.02, 50, 0.5, 3.0
 
 
 def scripted(**what) -> ls.Scene:
-    """A dipole and a loop on one stand each, one of which is moved by script. A distant weight, on
-    which no force acts, is the only rigid body.
+    """A dipole and a loop, each on its own stand. One of the stands is moved by script. A distant
+    weight, on which no force acts, is the only rigid body.
     """
     stands = {"magnet": {}, "loop": {}} | what.pop("scripts")
     obstacles = [
@@ -269,7 +269,7 @@ def test_the_charge_that_a_passing_magnet_moves_is_the_change_of_flux_over_the_r
         5e-4,
     )
     charge, before = 0.0, 0.0
-    # The magnet stops in the middle after 0.05 s.
+    # The magnet moves for 0.05 s and stops in the middle of the loop.
     for _ in range(160):
         sim.step()
         charge, before = charge + 5e-4 * 0.5 * (before + sim.current), sim.current
@@ -301,7 +301,7 @@ def test_a_loop_turned_by_script_in_a_uniform_field_is_a_generator():
 def series_force(radius: float, distance: float, ball: float, chi: float, current: float) -> float:
     """Axial force [N] on a linearly magnetisable ball by a multipole series.
 
-    The ball is on the axis of a loop, at a distance below its plane.
+    The ball is on the axis of a loop, at `distance` [m] below the plane of the loop.
     """
     s = np.hypot(radius, distance)
     n = np.arange(60)

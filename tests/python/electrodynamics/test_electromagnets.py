@@ -116,8 +116,8 @@ def test_a_bar_is_drawn_into_a_solenoid_as_its_inductance_grows():
 
 
 def falling(magnets=(), **given) -> ls.Scene:
-    """A soft ball flies through a loop with a circuit. A carrier of magnets and an optional second
-    coil is next to them. All bodies are free.
+    """A soft ball flies through a loop with a circuit. Next to them is a body that carries magnets
+    and an optional second coil. All bodies are free.
     """
     places = {  # the loop is far from the box that carries it
         "ball": (0, 0, 0),
@@ -154,7 +154,7 @@ def falling(magnets=(), **given) -> ls.Scene:
 
 
 def moving(steps: int, of: int, **what) -> ls.Simulation:
-    """Runs `steps` of the `of` steps into which 8 ms are divided."""
+    """Runs the first `steps` of `of` equal steps that divide 8 ms."""
     sim = simulation(falling(**what), 8e-3 / of)
     for _ in range(steps):
         sim.step()
@@ -360,7 +360,7 @@ def test_forces_by_currents_are_among_the_magnetic_forces():
     felt = masses[:, None] * (np.asarray(sim.state.body_velocities) - before) / 1e-5
     assert np.abs(forces).max() > 0.01 and forces == pytest.approx(
         felt, abs=0.06 * np.abs(felt).max()
-    )  # tolerance: the current changes by 1/20
+    )  # the tolerance covers the change of the current within a step, which is 1/20
 
 
 def test_a_picture_has_no_field_lines_before_the_current_begins():

@@ -426,7 +426,7 @@ def test_a_failed_step_does_not_change_the_motion_of_bodies():
         )
         for i, p in enumerate([(0, 0, 0.01), (0, 0.1, 0.01), (0, 0.1, 0.03)])
     ]
-    arm = np.array((0.5, 0, 0))  # keeps the stand itself out of the way
+    arm = np.array((0.5, 0, 0))  # from the stand to its dipole; keeps the stand away from the cubes
     magnets = [
         ls.Magnet(body=name, source=dipole((0, 0, 0.1)).moved(at))
         for name, at in (("cube 0", (0, 0, 0)), ("far", arm))

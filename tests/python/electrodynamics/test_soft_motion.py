@@ -63,14 +63,15 @@ def test_a_magnet_floats_above_a_superconducting_plate():
         c for c in cases("v_levitation_above_plane") if c["angle_from_vertical_deg"] == 90.0
     )
     rest, frequency = resting_place(case)
-    # The plate is only four heights wide and has 8 cells. Its force is 5 % weaker than that of an
-    # infinite plane, so the height is lower by slightly more than a quarter of 5 %.
+    # The plate has 8 cells, and its width is only four times the height of the magnet above it. Its
+    # force is 5 % weaker than that of an infinite plane, so the height is lower by slightly more
+    # than a quarter of 5 %.
     assert rest == pytest.approx(case["equilibrium_height_of_centre"], rel=0.02)
     assert frequency == pytest.approx(case["vertical_frequency_Hz"], rel=0.035)
     places, _ = heights(floating(case, "superconductor", rest + 2e-4), 110)
     z = places[:, 2] - rest
-    # The scene computes the force on the ball, and `rest` is based on the force on the panels. They
-    # differ by 2e-3, which changes the height by 6 um.
+    # The scene computes the force on the ball, and `rest` is based on the force on the panels.
+    # These forces differ by 2e-3, which changes the height by 6 um.
     assert 1.5e-4 < np.abs(z).max() < 2.4e-4, "it swings about its place"
     turns = np.flatnonzero(np.diff(np.sign(z)) != 0)
     crossings = turns + z[turns] / (z[turns] - z[turns + 1])

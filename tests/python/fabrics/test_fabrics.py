@@ -259,9 +259,6 @@ def test_the_command_refuses_what_it_cannot_measure():
         assert done.returncode == 1 and said in done.stderr and done.stdout == ""
 
 
-# --- bending rigidity by direction ---
-
-
 def test_strips_cut_at_three_angles_have_the_rigidities_that_were_measured():
     random = np.random.default_rng(3)
     for _ in range(50):

@@ -40,8 +40,8 @@ def test_curves_of_the_model_are_recovered_exactly_with_their_limits():
         assert ls.fabrics.strip_rigidity(fabric, angle_degrees=angle) == pytest.approx(
             rigidity, rel=1e-12
         )
-    # Error of linear interpolation between points 0.005 apart: half the squared distance times the
-    # curvature over the slope.
+    # The limits are interpolated linearly between points 0.005 apart. The error is half the squared
+    # distance times the curvature over the slope.
     assert tension(1200, fabric.limits[0]) == pytest.approx(LOAD, rel=1e-4)
     assert tension(3000, fabric.limits[1]) == pytest.approx(LOAD, rel=1e-3)
     assert fabric.limits[2] == 0.1 and fabric.name == "twill" and fabric.caveats == ()
@@ -79,7 +79,7 @@ def test_a_curve_that_stiffens_is_limited_at_the_load_and_fitted_below_it():
         curves(warp=(strain, 40.0 * np.expm1(30.0 * strain))), density=0.15, shear_limit=0.1
     )
     limit = math.log1p(LOAD / 40.0) / 30.0
-    assert fabric.limits[1] == pytest.approx(limit, rel=1e-4)  # error of linear interpolation
+    assert fabric.limits[1] == pytest.approx(limit, rel=1e-4)  # error of the linear interpolation
     assert 40 * 30 < fabric.warp_stiffness < LOAD / limit
     assert 0.02 < fabric.fits["warp"].misfit < 0.2
 

@@ -55,7 +55,7 @@ def test_the_specimen_is_a_disc_with_a_ring_of_vertices_on_the_edge_of_the_clamp
 
 def test_a_shadow_is_the_area_of_the_union_seen_from_above():
     flat = ls.grid(size=(0.2, 0.1), cells=(8, 4))
-    # The area has an error of one pixel along the edge.
+    # The error of the area is that of one row of pixels along the edge.
     assert shadow_area(flat.vertices, flat.triangles) == pytest.approx(0.02, rel=5e-3)
     folded = flat.vertices * [1, 1, 0] + [0, 0, 0]
     folded[:, 0] = np.abs(folded[:, 0])  # folded in half
@@ -80,7 +80,7 @@ def test_a_shadow_gets_exact_with_small_pixels():
         abs(shadow_area(mesh.vertices, mesh.triangles, pixel=pixel) / exact - 1)
         for pixel in (2e-3, 2.5e-4)
     ]
-    # This is at most 0.02 percentage points of the drape coefficient.
+    # An error of 2e-4 is at most 0.02 percentage points of the drape coefficient.
     assert errors[1] < errors[0] and errors[1] < 2e-4
 
 
@@ -101,8 +101,8 @@ def test_the_elastica_is_a_beam_where_it_hardly_sags_and_spans_two_bending_lengt
         assert overhang_of_elastica(degrees) ** 3 / 8 == pytest.approx(
             np.tan(np.radians(degrees)), rel=1e-3
         )
-    # At this angle, the overhang is twice the bending length, so standards take half of the
-    # overhang.
+    # At this angle, the overhang is twice the bending length. Therefore standards define the
+    # bending length as half of the overhang.
     assert overhang_of_elastica(41.5) == pytest.approx(2.0, rel=1e-3)
     with pytest.raises(ls.InvalidInput, match=r"chord_degrees must be in \(0, 88\), got"):
         overhang_of_elastica(95.0)
@@ -118,13 +118,15 @@ def test_strips_along_weft_and_warp_hang_out_as_the_elastica_of_their_rigidity(n
 
 
 def test_strips_on_the_bias_hang_out_as_plate_theory_says_in_the_limit_of_no_width():
-    """The clamp prevents twisting. It stiffens strips in proportion to width (5 % at 25 mm)."""
+    """The clamp prevents twisting and thereby stiffens strips in proportion to their width (5 % at
+    25 mm).
+    """
     wide, narrow = (
         cantilever(ls.fabrics["t-shirt"], angle_degrees=45, width=width).error
         for width in (0.006, 0.003)
     )
-    assert narrow < 0.65 * wide < 0.65 * 0.025  # measured 1.1 and 2.0 %
-    assert 2 * narrow - wide == pytest.approx(0.0, abs=0.005)  # measured 0.2 %
+    assert narrow < 0.65 * wide < 0.65 * 0.025  # measured: 1.1 % and 2.0 %
+    assert 2 * narrow - wide == pytest.approx(0.0, abs=0.005)  # measured: 0.2 %
 
 
 def test_strips_that_are_turned_with_their_material_hang_alike():
@@ -193,7 +195,7 @@ def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_clo
     coefficient = [np.mean([r.drape_coefficient for r in results]) for results in (loose, tight)]
     assert coefficient[1] == pytest.approx(coefficient[0], rel=0.1)
     folds = [np.mean([r.folds for r in results]) for results in (loose, tight)]
-    assert folds[1] == pytest.approx(folds[0], rel=0.1)  # 11.75 and 12.0 were measured
+    assert folds[1] == pytest.approx(folds[0], rel=0.1)  # measured: 11.75 and 12.0
 
 
 def test_conforming_triangles_do_not_lock_at_limits_of_a_hundredth_in_stretch_and_compression():

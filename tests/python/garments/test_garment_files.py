@@ -39,8 +39,8 @@ def skirt(gap: float = 2.0) -> dict:
         "front": rectangle((0, 100, gap / 2)),
         "back": rectangle((0, 100, -gap / 2), clockwise=True),
     }
-    # Edges as seen from the front: front 0 hem, 1 right, 2 waist, 3 left; back 0 hem, 1 left, 2
-    # waist, 3 right.
+    # Numbers of the edges, as seen from the front. Front: 0 hem, 1 right, 2 waist, 3 left. Back: 0
+    # hem, 1 left, 2 waist, 3 right.
     stitches = [
         [{"panel": "front", "edge": 1}, {"panel": "back", "edge": 3}],
         [{"panel": "front", "edge": 3}, {"panel": "back", "edge": 1}],
@@ -81,7 +81,7 @@ def test_a_garmentcode_pattern_is_sewn_in_metres_with_z_up(tmp_path):
 def test_curvatures_are_relative_to_the_edge(tmp_path):
     panel = rectangle()
     r = 25.0
-    # A small arc to the right of the direction of the hem, which is below the hem.
+    # The hem becomes a minor arc to the right of its direction, which is below the straight hem.
     panel["edges"][0]["curvature"] = {
         "type": "circle",
         "params": [r, 0, 1],
@@ -238,9 +238,10 @@ def test_seams_close_round_a_body_and_weld_without_intersections():
     points = np.concatenate([shirt.mesh.vertices, trunk.vertices])
     triangles = np.concatenate([shirt.mesh.triangles, trunk.triangles + shirt.mesh.n_vertices])
     assert ls.collision.intersecting_pairs(points, triangles) == []
-    # Moving vertices closes gaps of at most half an edge, and relaxation spreads the stretch.
+    # The last gaps, of at most half an edge, are closed by moving vertices. Relaxation spreads the
+    # stretch that this causes.
     assert shirt.stretches().max() < 1.1 and shirt.stretches().min() > 0.9
-    # The cut is the same as that of a garment welded at once.
+    # The panels are cut as for a garment that is welded from the start.
     at_once = g.tshirt(800)
     assert np.array_equal(shirt.mesh.triangles, at_once.mesh.triangles)
     # A simulation can start: nothing intersects.

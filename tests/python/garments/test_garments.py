@@ -214,7 +214,7 @@ def test_the_tshirt_has_four_openings(tshirt):
 
 
 def test_both_start_free_of_intersections_and_nearly_free_of_strain(dress, tshirt):
-    # Cones and straight straps are developable, so only the chords of curves cause strain. The
+    # Cones and straight straps are developable, so strain comes only from the chords of curves. The
     # sleeve caps are eased in.
     for garment, most in ((dress, 1.04), (tshirt, 1.06)):
         assert ls.collision.intersecting_pairs(garment.mesh.vertices, garment.mesh.triangles) == []

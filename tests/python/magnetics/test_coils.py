@@ -82,13 +82,13 @@ def test_a_magnet_falls_through_a_coil_as_in_the_table(case):
         before = sim.body_centres[0, 2]
     speed = -sim.state.body_velocities[0, 2]
     late = (case["end_z"] - before) / speed
-    # Time and speed at the end of the path, far from the coil, by extrapolation from the last step.
+    # Time and speed are extrapolated from the last step to the end of the path, far from the coil.
     time, speed = (
         sim.time - late,
         speed - case["gravity"] * late,
     )
-    # A current sheet replaces the turns. The steps only partly resolve the rates R/L = 25,000/s and
-    # G G/mR = 700/s.
+    # A current sheet replaces the turns. The steps only partly resolve the rates R / L = 25,000/s
+    # and G^2 / (m R) = 700/s.
     assert time == pytest.approx(case["time"], rel=2e-3)
     assert speed == pytest.approx(case["end_speed"], rel=5e-3)
     assert sim.circuit_heat == pytest.approx(case["joule_heat"], rel=5e-3)
@@ -105,8 +105,8 @@ def test_energy_balances_with_second_order(case):
         for _ in range(round(0.1 / step)):
             sim.step()
         errors.append(abs(balance(sim) - start))
-    # Each kick balances exactly, and the error between kicks is of second order. The magnet's fall
-    # in uniform gravity has no error.
+    # Each kick satisfies the balance exactly, and the error between kicks is of second order. The
+    # magnet's fall in uniform gravity has no error.
     assert errors[1] < 1e-3 * case["joule_heat"] + 1e-12
     assert errors[1] < 0.3 * errors[0] + 1e-9
 
@@ -119,8 +119,8 @@ def test_motors_follow_the_table(case):
     assert found["angle"] < 2e-3 * max(case["theta"])
     assert found["speed"] < 5e-3 * np.abs(case["omega"]).max()
     assert found["place"] < 1e-12, "the bearing holds it"
-    # Each kick balances to the last bit. Between kicks, the torque turns by a few hundredths of a
-    # radian, and the error is the square of this angle.
+    # Each kick satisfies the balance to the last bit. Between kicks, the torque turns by a few
+    # hundredths of a radian, and the relative error is the square of this angle.
     assert found["missing"] < 5e-3 * found["turned over"]
 
 
@@ -143,7 +143,7 @@ def test_a_current_pushes_magnet_and_coil_with_opposite_forces():
     a = ls.magnetics.solenoid(radius=0.01, length=0.01, turns=50, current=2.0)
     b = magnet.moved((0.01, 0, 0.03))
     wanted = ls.magnetics.force(on=b, by=a).force
-    momenta = 1e-3 * sim.state.body_velocities  # 1 g each
+    momenta = 1e-3 * sim.state.body_velocities  # each body has 1 g
     assert momenta[1] / 1e-4 == pytest.approx(wanted, rel=1e-3)
     assert np.abs(momenta.sum(axis=0)).max() < 1e-15
     assert sim.circuit_supply == pytest.approx(sim.report.energy.body_kinetic, rel=1e-9)

@@ -20,8 +20,8 @@ def test_lines_of_a_dipole_are_r_over_sine_squared_and_errors_follow_the_toleran
         errors.append(np.abs(r - 0.05 * (points[:, 0] / r) ** 2)[r > 0.002].max() / 0.2)
         assert found.begins == [m.LineEnd.body] and found.ends == [m.LineEnd.body]
         assert r[[0, -1]] == pytest.approx(0.001, rel=1e-9)  # on the surface
-    # The errors of about forty steps add up, and cubic interpolation between their ends has a lower
-    # order.
+    # The errors of about forty steps add up. Between the ends of steps, cubic interpolation is of
+    # lower order.
     assert errors[0] < 1e-4 and errors[1] < 1e-5 and errors[2] < 1e-6
 
 
@@ -43,7 +43,7 @@ def test_seeds_share_the_flux():
     n = 2000
     found = m.field_lines(m.sphere(radius=0.01, polarization=(0, 0, 1)), n, length=1e-6)
     cosine = np.array([line[0, 2] for line in found.lines]) / 0.01
-    # The flux through the northern cap with cosine above c is 1 - c^2 of the hemisphere's.
+    # The cap with cosines above c has the fraction 1 - c^2 of the northern hemisphere's flux.
     for c in (0.9, 0.7, 0.5, 0.2):
         assert (cosine > c).sum() / n == pytest.approx(1 - c * c, abs=2.0 / np.sqrt(40 * n))
 
@@ -59,9 +59,9 @@ def test_every_line_of_two_magnets_leaves_north_and_enters_south_or_leaves_the_e
         chords = np.diff(x, axis=0)
         unit = chords / np.linalg.norm(chords, axis=1)[:, None]
         turns = np.arccos(np.clip((unit[1:] * unit[:-1]).sum(axis=1), -1, 1))
-        # Shorter chords end on surfaces, where B has a kink.
+        # Chords that end on a surface, where B has a kink, are shorter and are left out.
         long = np.linalg.norm(chords, axis=1) > 1e-4
-        # One step turns by 0.1 rad on average.
+        # A line turns by 0.1 rad per step on average.
         assert turns[long[1:] & long[:-1]].max(initial=0.0) < 0.3
 
 

@@ -144,7 +144,7 @@ def test_figure_6_7_cells_converge_to_the_exact_force_from_a_distance():
             forces, _ = M.dipole_forces(
                 points + (0, 0, 0.01 + 1e-3 * gap), moments, points, moments
             )
-            # Tree and lattice agree.
+            # The treecode agrees with the lattice sum.
             assert found.force[2] == pytest.approx(forces[:, 2].sum(), rel=1e-11)
         assert errors[3] < errors[2] < errors[1] and errors[3] < 5e-3, (gap, errors)
     # In contact, cells do not converge. The error is +40 % for any number of cells.
@@ -168,7 +168,7 @@ def test_fronts_refine_towards_the_other_body_and_save_cells():
     assert sizes[near].max() == pytest.approx(sizes.min()) and sizes[~near].max() > 3 * sizes.min()
     far, _ = M.cell_front(long, other.moved((1.0, 0, 0)))
     assert len(far) == 1
-    # Fronts change the force by less than 1 % of that of all leaves.
+    # Using fronts changes the force by less than 1 % compared with using all leaves.
     every = [
         M.cells(M.cuboid(size=size, polarization=(0, 0, 1)), density=8e6, separation=1e6)
         for size in ((0.1, 0.01, 0.01), (0.01, 0.01, 0.01))
@@ -189,7 +189,8 @@ def test_cells_keep_momentum_near_far_and_overlapping():
         on_b, on_a = M.force(on=b, by=a), M.force(on=a, by=b)
         assert np.isfinite(on_b.force).all() and np.linalg.norm(on_b.force) < 1e4
         assert np.array_equal(on_b.force, -on_a.force)
-        # Forces could be opposite by construction, so both fronts are also summed independently.
+        # The engine could make forces opposite by construction. Therefore both fronts are also
+        # summed independently.
         (xa, ma), (xb, mb) = M.cell_front(a, b), M.cell_front(b, a)
         if np.linalg.norm(offset) > 0.02:
             fa, ta = M.dipole_forces(xa, ma, xb, mb)
@@ -210,8 +211,8 @@ def test_cells_of_a_cylinder_converge_to_the_magnet():
     for density in (6.4e7, 5.12e8, 4.1e9):
         found = M.force(on=b, by=a, engine="cells", density=density)
         errors.append(np.linalg.norm(found.force - exact.force) / np.linalg.norm(exact.force))
-    # The margin omits a shell of half a cell, so the cells lie too close to the axis and
-    # convergence is of first order.
+    # No cell centre lies within half a cell of the surface, so the centres are too close to the
+    # axis, and convergence is of first order.
     assert errors[2] < errors[1] < errors[0] and errors[2] < 0.01
     assert np.linalg.norm(found.torque - exact.torque) < 0.02 * np.linalg.norm(exact.torque)
 
@@ -276,5 +277,5 @@ def test_the_estimated_error_of_cells_is_of_the_size_of_the_true_one():
             np.linalg.norm(found.torque - exact.torque) / upper.radius,
         )
         ratios.append(found.error / true)
-    # Half and ten times the true error in nine of ten cases.
+    # In nine of ten cases, the estimate is between half and ten times the true error.
     assert np.mean((np.array(ratios) > 0.5) & (np.array(ratios) < 10.0)) >= 0.9

@@ -363,7 +363,7 @@ def test_the_flux_of_b_through_a_closed_surface_is_zero_and_the_circulation_of_h
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
     for name, body in sources().items():
         flux = np.einsum("ij,ij->i", M.field(body, corners.mean(axis=1)), normals)
-        assert abs(flux.sum()) < 2e-3 * np.abs(flux).sum(), name  # the triangles are flat
+        assert abs(flux.sum()) < 2e-3 * np.abs(flux).sum(), name  # error of the flat triangles
     phi = 2 * np.pi * (np.arange(400) + 0.5) / 400
     path = np.stack([0.01 + 0.004 * np.cos(phi), 0 * phi, 0.004 * np.sin(phi)], axis=1)
     step = 0.004 * 2 * np.pi / 400 * np.stack([-np.sin(phi), 0 * phi, np.cos(phi)], axis=1)

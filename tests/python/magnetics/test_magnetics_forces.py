@@ -280,8 +280,8 @@ def test_far_apart_bodies_are_dipoles():
         b = b.at((3.0, 5.0, -4.0), b.orientation)
         found = M.force(on=b, by=a, tolerance=1e-8)
         force, torque = M.dipole_forces([b.position], [b.moment], [a.position], [a.moment])
-        # The next multipole is smaller by (size / distance)^2 = 1e-5. Rounding of cancelling
-        # charges is 1e-16 * 500.
+        # The next multipole is smaller by the factor (size / distance)^2 = 1e-5. Rounding of
+        # cancelling charges is 1e-16 * 500.
         assert error(found, force[0], torque[0], b.radius) < 1e-4, kind
 
 

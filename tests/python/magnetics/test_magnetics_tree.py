@@ -39,8 +39,8 @@ def off(found, expected):
     return np.linalg.norm(found - expected) / np.linalg.norm(expected)
 
 
-# The treecode controls its error at 128 observers. They give the root mean square to a few tenths
-# of its value, and less accurately if the error has heavy tails (a dipole near another).
+# The treecode controls its error at 128 observers. Their root mean square is accurate to a few
+# tenths of its value, and less accurate if the error has heavy tails (a dipole near another).
 SAMPLED = 2.0
 
 
@@ -94,7 +94,7 @@ def test_momentum_is_kept_to_rounding_whatever_the_tolerance(tolerance):
     points, moments = shaken_lattice()
     forces, torques = M.dipole_forces(points, moments, tolerance=tolerance)
     arms = points - points.mean(axis=0)
-    # Tolerance: n rounding errors relative to the forces.
+    # The tolerance covers n rounding errors, relative to the forces.
     assert np.abs(forces.sum(axis=0)).max() < 1e-13 * np.abs(forces).sum()
     assert (
         np.abs((torques + np.cross(arms, forces)).sum(axis=0)).max() < 1e-13 * np.abs(torques).sum()

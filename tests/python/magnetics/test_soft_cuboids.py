@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from loomstone import magnetics as M
 
-# Ratios of edges, susceptibilities, and cells for the reference.
+# Ratios of the edges, susceptibilities, and number of cells of the reference.
 SHAPES = [
     ((1, 1, 1), (0.1, 30.0, 1e5), 32),
     ((1.5, 1, 1.2), (3.0, 1000.0), 32),
@@ -13,7 +13,7 @@ SHAPES = [
     ((3, 2, 0.4), (1e6,), 20),
     ((10, 5, 1), (100.0,), 20),
 ]
-CELLS = {16: 1e-3, 24: 1e-4}  # with the documented errors
+CELLS = {16: 1e-3, 24: 1e-4}  # number of cells: documented relative error
 
 
 def magnets_beside(size, count, rng):
@@ -37,7 +37,7 @@ def wrenches(shape, susceptibility, magnets):
 
 
 def difference(found, wanted, radius):
-    """Returns the larger difference of force and torque / radius [N]."""
+    """Returns the larger of the differences in force and in torque / radius [N]."""
     force, torque = found.force - wanted.force, found.torque - wanted.torque
     return max(np.linalg.norm(force), np.linalg.norm(torque) / radius)
 
@@ -48,7 +48,7 @@ def size_of(wrench, radius):
 
 @pytest.fixture(scope="module")
 def sample():
-    """Returns relative errors, and estimated over true errors, by the number of cells."""
+    """Returns relative errors and the ratios of estimated to true errors, by number of cells."""
     errors, ratios = ({cells: [] for cells in CELLS} for _ in range(2))
     rng = np.random.default_rng(7)
     for edges, susceptibilities, most in SHAPES:
@@ -76,7 +76,7 @@ def test_forces_on_cuboids_beside_magnets_have_the_documented_error(sample, cell
 
 
 def test_the_estimated_error_of_soft_cuboids_is_of_the_size_of_the_true_one(sample):
-    # Half and ten times the true error in nine of ten cases.
+    # In nine of ten cases, the estimate is between half and ten times the true error.
     ratios = np.array(sample[1][16])
     assert np.mean((ratios > 0.5) & (ratios < 10.0)) >= 0.9
 
@@ -88,7 +88,7 @@ def test_forces_between_several_bodies_have_the_sum_of_the_estimated_errors():
     (induced,) = M.induce(soft.moved((0, 0, 0.01)), by=[magnet, other]).bodies
     found = M.forces([magnet, induced, other], tolerance=1e-8)
     pairs = [M.force(on=induced, by=by, tolerance=1e-8).error for by in (magnet, other)]
-    assert found.errors[1] == pytest.approx(sum(pairs), rel=1e-3)  # the rest is integration
+    assert found.errors[1] == pytest.approx(sum(pairs), rel=1e-3)  # up to the integration error
     assert found.errors[0] == pytest.approx(M.force(on=magnet, by=induced).error, rel=1e-3)
 
 
@@ -141,7 +141,7 @@ def test_bodies_that_magnetise_each_other_have_the_same_bits_on_any_number_of_th
 def test_forces_on_two_equal_cuboids_above_each_other_are_symmetric():
     pair = flat_pair((0.0, 0.0, 0.006))
     first, second = (body.moment for body in pair.bodies)
-    # The residual of the linear system, and the interpolation between the bodies.
+    # The tolerance covers the residual of the linear system and interpolation between the bodies.
     np.testing.assert_allclose(first, second, rtol=0.0, atol=1e-5 * np.linalg.norm(first))
     found = M.force(on=pair.bodies[0], by=pair.bodies[1])
     back = M.force(on=pair.bodies[1], by=pair.bodies[0])
@@ -149,8 +149,8 @@ def test_forces_on_two_equal_cuboids_above_each_other_are_symmetric():
 
 
 def test_bodies_close_to_each_other_are_solved_in_few_iterations():
-    # Grid by grid, all eigenvalues of the coupling are below one. There are 42 iterations if each
-    # grid receives the field of the extrapolated charge.
+    # If bodies are coupled grid by grid, all eigenvalues of the coupling are below one. If each
+    # grid received the field of the extrapolated charge instead, 42 iterations would be needed.
     assert flat_pair((0.003, 0.002, 0.0044)).iterations <= 15
 
 
@@ -162,5 +162,5 @@ def test_flat_cuboids_that_magnetise_each_other_have_the_documented_error():
 
     found, wanted = wrench(8), wrench(16)
     radius = 0.5 * np.linalg.norm([0.03, 0.02, 0.004])
-    # At a gap of one height; docs/experiments/magnetics.md has 16 cells, whose error is smaller.
+    # The gap is one height. docs/experiments/magnetics.md uses 16 cells, whose error is smaller.
     assert difference(found, wanted, radius) < 1e-3 * size_of(wanted, radius)

@@ -10,7 +10,7 @@ from scipy.special import ellipe, ellipk, ellipkm1
 
 
 def polarizability(body, volume, axis):
-    """Returns moment along an axis / (volume * field strength) [1]."""
+    """Returns the moment along an axis, divided by volume and field strength [1]."""
     (induced,) = M.induce(body, field=M.MU0 * np.eye(3)[axis]).bodies
     across = np.delete(induced.moment, axis)
     assert np.abs(across).max() < 1e-12 * np.abs(induced.moment[axis]), "by symmetry"
@@ -22,8 +22,8 @@ def conductor(radius, inner, height, axis, segments=80):
 
     The surface of a body of revolution is an equipotential in a field of 1 A/m. Its charge consists
     of rings, uniform or proportional to the cosine of the azimuth. Collocation solves the integral
-    equation of the first kind. Each line of the section has `segments` segments, graded towards its
-    ends.
+    equation of the first kind. Each side of the cross-section has `segments` segments, graded
+    towards its ends.
     """
     half = 0.5 * height
     corners = [(inner, -half), (radius, -half), (radius, half), (inner, half)] + (
@@ -71,7 +71,7 @@ def conductor(radius, inner, height, axis, segments=80):
     )
 
 
-# Radius, inner radius, height, cells, and the measured error, rounded up.
+# Each row: radius, inner radius, height, number of cells, and the measured error, rounded up.
 @pytest.mark.parametrize(
     ("radius", "inner", "height", "cells", "error"),
     [
@@ -106,8 +106,8 @@ def test_weak_magnetisation_has_the_demagnetising_factors_of_uniform_cylinders(s
             polarizability(M.soft_cylinder(radius=1, height=2 * t, susceptibility=c), volume, axis)
             for c in (chi, -chi)
         ]
-        # The moment is chi (1 - N chi + ...). The sum over both signs leaves the second order in
-        # chi.
+        # The moment is chi (1 - N chi + ...). In the sum over both signs of chi, only the term of
+        # second order remains.
         assert -sum(both) / (2 * chi * chi) == pytest.approx(factor, rel=2e-3)
 
 

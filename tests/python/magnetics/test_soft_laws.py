@@ -42,7 +42,7 @@ def test_a_magnet_floats_above_a_superconducting_ball_as_its_table_says():
         slope = (
             lift(ball, magnet, place + step).force[2] - lift(ball, magnet, place - step).force[2]
         ) / (2 * step)
-        # The difference quotient is of second order, with a squared step of 1e-8.
+        # The difference quotient has an error of second order in the step, about 1e-8.
         assert -slope == pytest.approx(case["vertical_stiffness"], rel=1e-6)
 
 
@@ -108,7 +108,7 @@ def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
     assert pull.image_pull(0.0, size) == pytest.approx(force, rel=5e-3), "that of the largest"
     gaps = np.array((0.0, 1e-5, 1e-4, 5e-4, 1e-3, 2e-3, 4e-3))
     images = np.array([pull.image_pull(gap) for gap in gaps])
-    # The plate is five magnets wide.
+    # The plate is five times as wide as the magnet.
     assert pull.plate_pull(gaps, susceptibility=1e5) == pytest.approx(images, rel=2e-3)
     # This plate has few panels, and the edges of the pole run across them.
     plate = M.soft_cuboid(size=pull.PLATE, susceptibility=1e5, cells=8)
@@ -170,7 +170,7 @@ def test_hard_magnets_have_no_stable_place_and_superconductors_do():
         return M.force(on=there, by=M.induce(plate, by=there).bodies[0]).force
 
     size = np.linalg.norm(by_hard(place)) / 0.01
-    assert abs(stiffness_sum(by_hard, place)) < 1e-5 * size  # error 1e-10 / step and second order
+    assert abs(stiffness_sum(by_hard, place)) < 1e-5 * size  # errors: 1e-10 / step; second order
     assert (
         stiffness_sum(by_superconductor, place)
         < -0.1 * np.linalg.norm(by_superconductor(place)) / 0.01
@@ -259,7 +259,7 @@ def test_a_ball_of_panels_near_a_box_answers_as_the_exact_ball():
         for ball in (exact, panels)
     ]
     forces = [M.force(on=ball, by=box).force for box, ball in found]
-    assert away(forces[1], forces[0]) < 0.02  # 1280 triangles lack 0.6 % of the volume
+    assert away(forces[1], forces[0]) < 0.02  # 1280 triangles lack 0.6 % of the ball's volume
 
 
 @pytest.mark.parametrize("susceptibility", [-1.0, -0.5, -1e-5, 1e-5, 1.0, 1e5, np.inf])
@@ -271,8 +271,8 @@ def test_every_susceptibility_converges_and_leaves_no_net_charge(susceptibility)
     point = np.array([[0.3, 1.0, 0.5]])
     moments = [b.moment for b in induced.bodies]
     dipole = M.field(M.dipoles([b.position for b in induced.bodies], moments), point)
-    # Terms beyond the dipoles are (size / distance)^2 = 1e-4. A net charge of 1e-6 of the charge on
-    # a face would be detected.
+    # Terms beyond the dipoles are (size / distance)^2 = 1e-4 of the field. A net charge of 1e-6 of
+    # the charge on a face would be detected.
     assert away(M.field(induced.bodies, point), dipole) < 1e-3
 
 

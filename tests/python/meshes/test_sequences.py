@@ -16,8 +16,8 @@ FRAMES = (
 
 
 def write(kind, folder):
-    """Writes the frames as files of the given kind. Returns the path and further arguments that
-    read them.
+    """Writes the frames as files of the given kind. Returns the path and the further arguments with
+    which the files are read.
     """
     path = folder / f"ball.{kind}"
     if kind == "obj":

@@ -59,7 +59,7 @@ def same(one, other):
 
 
 def stopped_after(frames, scene, out, **options):
-    """Starts a run that is killed after some frames."""
+    """Starts a run that is killed after the given number of frames."""
 
     def kill(sim):
         if sim.time > (frames - 1) * 0.04 + 1e-6:

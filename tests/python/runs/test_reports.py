@@ -99,7 +99,7 @@ def test_a_run_describes_its_account_of_energy(falling, euler, tmp_path, capsys)
         ("largest_contact_balance", "account.contact_balance"),
     ):
         assert report[name] == pytest.approx((steps[column] * kinetic).max() / kinetic.max())
-    # Energy at the end less that at the start is work less losses.
+    # The change of energy since the start is the work minus the losses.
     account = report["account_at_end"]
     work = account["scripts"] + account["loads"]
     losses = sum(account[name] for name in ("friction", "damping", "limits", "withheld", "lost"))

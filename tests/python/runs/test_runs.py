@@ -130,7 +130,7 @@ def test_a_box_rides_on_an_obstacle_that_deforms_and_a_prolonged_run_ends_in_the
     floor = ls.meshes.floor(size=1.0, cells=4)
     times = np.linspace(0.0, 0.4, 41)
     waves = np.repeat(np.asarray(floor.vertices)[None], len(times), axis=0)
-    # The surface tilts while it rises, at 4 m/s^2.
+    # The surface tilts while it rises with an acceleration of 4 m/s^2 at x = 0.
     waves[:, :, 2] = 2.0 * times[:, None] ** 2 * (1.0 + waves[:, :, 0])
     scene = ls.Scene(
         bodies=[
@@ -405,7 +405,7 @@ def test_a_signal_does_not_wait_long_for_a_step_that_can_be_saved(tmp_path, monk
 def test_a_damaged_table_of_steps_is_reported_with_its_line(run):
     path = run / "steps.csv"
     whole = path.read_text()
-    path.write_text(whole[:-40])  # as after a kill
+    path.write_text(whole[:-40])  # as if the run had been killed while it wrote a line
     assert len(read_steps(run)["step"]) == 29
     lines = whole.splitlines()
     for content, said in [

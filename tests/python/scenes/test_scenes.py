@@ -77,7 +77,7 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
     while sim.time < duration:
         sim.step()
         most = max(most, np.abs(energies() - start).max())
-        if name not in ("halbach", "motor"):  # these scenes have no table
+        if name not in ("halbach", "motor"):  # in these scenes, nothing can fall onto a table
             assert sim.body_centres[:, 2].min() > 1e-3, (
                 "a ball on the table below the bowl has its centre at 0"
             )
@@ -91,7 +91,7 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
         assert sim.body_centres[0, 2] > 0.04 and gained > 3e-3
         circuit = sim.report.circuits.energy + sim.circuit_heat - sim.circuit_supply
         assert gained + circuit == pytest.approx(0.0, abs=0.01 * gained)
-    elif name not in ("figures", "lift", "pull"):  # there, scripted motion does mechanical work
+    elif name not in ("figures", "lift", "pull"):  # in these, scripted motion does mechanical work
         # Leapfrog's energy oscillates by 1e-3 of the exchanged energy, and contacts only dissipate.
         assert energies().sum() - start.sum() < 0.01 * most
 
@@ -129,7 +129,7 @@ def test_the_superconducting_cube_keeps_its_energy_and_turns_as_it_swings():
         sim.step()
         moving = max(moving, sim.report.energy.body_kinetic)
     assert np.linalg.norm(sim.state.body_angular_velocities[0]) > 1.0  # a ball would not turn
-    assert abs(energy() - start) < 0.01 * moving  # a cube's panels give forces to 1e-3
+    assert abs(energy() - start) < 0.01 * moving  # forces on a cube are accurate to 1e-3
 
 
 @pytest.mark.parametrize("name", sorted(SMALL | APART))

@@ -1,6 +1,6 @@
 """All kernels give the same bits with every instruction set.
 
-LOOMSTONE_INSTRUCTIONS restricts the choice.
+The environment variable LOOMSTONE_INSTRUCTIONS restricts the sets that may be chosen.
 """
 
 import os

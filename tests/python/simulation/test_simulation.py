@@ -301,8 +301,8 @@ def test_a_failed_step_says_where_and_keeps_the_last_good_state(hanging):
 
 @pytest.mark.parametrize("element", ["mid-edge", "hinge"])
 def test_damped_bending_takes_energy_at_any_step(element):
-    # At this step, explicit bending would be stable with stiffness alone. With damping, it would
-    # gain energy.
+    # Explicit bending would be stable at this step without damping. With damping, it would gain
+    # energy.
     material = ls.ClothMaterial(bending_weft=1e-5, bending_warp=1e-5, bending_damping=0.1)
     mesh = ls.grid(size=(0.2, 0.2), cells=(8, 8))
     scene = ls.Scene(
