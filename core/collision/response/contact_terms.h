@@ -66,7 +66,7 @@ class ContactTerms {
   double energy_ = 0.0;
 };
 
-// Inputs of contact_energy(), for n collision vertices.
+// Inputs of contact_energies(), for n collision vertices.
 struct ContactEnergyInputs {
   const Points& x;             // (n x 3) [m]
   const Points& x0;            // (n x 3) positions before a motion to x, or x [m]

@@ -44,7 +44,7 @@ Result limited(const LimitedCloth& cloth, const Points& x, const LimitOptions& o
 }  // namespace
 
 TEST_CASE(
-    "every kind of sweep brings a sheet within its limits and keeps its momenta; Gauss-Seidel "
+    "every kind of sweep brings a sheet within its limits and keeps its momentum; Gauss-Seidel "
     "takes fewer than Jacobi") {
   const TriangleMesh mesh = irregular();
   const LimitedCloth cloth = sheet(mesh, limits_of(0.05, 0.03, 0.04));
@@ -59,9 +59,6 @@ TEST_CASE(
     CHECK(strain.col(1).maxCoeff() <= 0.031 + 1e-12);
     CHECK(strain.col(2).cwiseAbs().maxCoeff() <= 0.041 + 1e-12);
     CHECK(momentum(cloth.mass, r.x - x).norm() < 1e-13);
-    // Each correction conserves angular momentum about the positions at that moment, which earlier
-    // corrections of the sweep have changed.
-    CHECK(angular_momentum(cloth.mass, r.x, r.x).norm() < 1e-13);
     sweeps[i++] = r.report.sweeps;
   }
   CHECK(sweeps[0] < sweeps[2]);
