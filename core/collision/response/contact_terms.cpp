@@ -1,6 +1,7 @@
 #include "core/collision/response/contact_terms.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/collision/model/rigid_motion.h"
 #include "core/collision/response/contacts.h"
@@ -28,16 +29,43 @@ Vec3 weighted(const Contact& contact, const Points& field) {
   return sum;
 }
 
-// Evaluates the force law at a signed gap. Below a tenth of the thickness, or below a smaller start
-// distance, the law is extended linearly. An iterate that has passed through the surface is then
-// pushed back by a finite force.
-ContactForce force_at_gap(const ContactLaw& law, double gap, double stiffness) {
-  const double least = std::min(0.1 * law.thickness, law.distance);
-  if (gap >= least) return contact_force(gap, law.thickness, stiffness);
-  const ContactForce at = contact_force(least, law.thickness, stiffness);
-  const double depth = least - gap;
+// Largest slope of a normal force, in units of the mass over the square of the step. The sums of
+// the solver in single precision remain positive definite with it, and the contact gives way by a
+// millionth of the motion that it prevents.
+constexpr double rigid = 1e6;
+
+// Gaps of the force law: a signed gap, and the gap below which the law is extended linearly [m].
+struct Gaps {
+  double signed_gap, linear;
+};
+
+ContactForce extended_force(const Gaps& gaps, double thickness, double stiffness) {
+  const auto [gap, linear] = gaps;
+  if (gap >= linear) return contact_force(gap, thickness, stiffness);
+  const ContactForce at = contact_force(linear, thickness, stiffness);
+  const double depth = linear - gap;
   return {at.force + at.stiffness * depth, at.stiffness,
           at.energy + (at.force + 0.5 * at.stiffness * depth) * depth};
+}
+
+// Returns the gap below which the slope of the law would exceed the steepest one [m].
+double steepest_gap(double thickness, double stiffness, double steepest) {
+  return 0.5 * thickness * std::sqrt(std::min(1.0, stiffness / steepest));
+}
+
+// Evaluates the force law at the signed gap of an iterate. An iterate that has passed through the
+// surface is pushed back by a finite force, because the law is linear below a tenth of the
+// thickness, or below a smaller distance at the start.
+ContactForce force_at_gap(const ContactLaw& law, double gap) {
+  const double tenth = std::min(0.1 * law.thickness, law.distance);
+  const double linear =
+      std::max(tenth, steepest_gap(law.thickness, law.normal_stiffness, law.steepest));
+  return extended_force({gap, linear}, law.thickness, law.normal_stiffness);
+}
+
+ContactForce force_at_start(const ContactLaw& law) {
+  const double linear = steepest_gap(law.thickness, law.normal_stiffness, law.steepest);
+  return extended_force({law.distance, linear}, law.thickness, law.normal_stiffness);
 }
 
 // Returns the secant stiffness of the force law between the start and the gap at which the law
@@ -51,7 +79,16 @@ double secant_stiffness(const ContactLaw& law, const ContactForce& start, double
     return law.normal_stiffness * half * half / (force + offset);
   };
   const double from = law.distance > half ? law.distance : gap(start.force);
-  return (predicted - start.force) / (from - gap(predicted));
+  return std::min((predicted - start.force) / (from - gap(predicted)), law.steepest);
+}
+
+// Returns the largest slope of the normal force of a contact [N/m].
+double steepest_slope(const Contact& contact, const ContactInputs& inputs) {
+  double inverse_mass = 0.0;
+  for (int i = 0; i < 4; ++i)
+    inverse_mass +=
+        contact.weights[i] * contact.weights[i] * inputs.inverse_mass[contact.vertices[i]];
+  return rigid / (inputs.step * inputs.step * std::max(inverse_mass, 1e-300));
 }
 
 // Change of the distance of a contact from x0 to x [m].
@@ -79,16 +116,21 @@ ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inp
                            ExtraTerms& terms)
     : shares_(contact_shares(contacts, model, inputs.x0)),
       slips_(anchored_slips(contacts, model, state)),
-      stiffness_(contact_stiffness(contacts, model, inputs.inverse_mass, inputs.forces)),
+      forces_(contacts.size(), 0.0),
       tangential_(model.contact_stiffness),
       n_cloth_(inputs.n_cloth) {
   const double step = inputs.step;
+  const std::vector<double> normal_stiffness =
+      contact_stiffness(contacts, model, inputs.inverse_mass, inputs.forces);
   laws_.reserve(contacts.size());
   terms.reserve(terms.size() + contacts.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
+    const double steepest = steepest_slope(contact, inputs), k = normal_stiffness[c];
+    const Gaps gaps{contact.distance, steepest_gap(contact.thickness, shares_[c] * k, steepest)};
+    const ContactForce normal = extended_force(gaps, contact.thickness, k);
+    forces_[c] = normal.force;
     if (shares_[c] <= 0.0) continue;
-    const ContactForce normal = contact_force(contact.distance, contact.thickness, stiffness_[c]);
     ExtraTerm term;
     set_entries(model, contact.vertices, contact.weights, inputs, term);
     if (term.n_entries == 0) continue;
@@ -107,7 +149,7 @@ ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inp
     term.hessian = shares_[c] * normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;
     terms.push_back(term);
     laws_.push_back({n, contact.distance, contact.thickness, shares_[c], contact.friction,
-                     slips_[c], limit, shares_[c] * stiffness_[c]});
+                     slips_[c], limit, shares_[c] * k, steepest});
     energy_ += shares_[c] * normal.energy + 0.5 * stiffness * slips_[c].squaredNorm();
   }
 }
@@ -119,7 +161,7 @@ double ContactTerms::at(const Team& team, const Points& displacement, double tim
     ExtraTerm& term = terms[i];
     const Vec3 moved = term.relative_displacement(displacement, time);
     const double along = law.normal.dot(moved), k = law.share * tangential_;
-    const ContactForce normal = force_at_gap(law, law.distance + along, law.normal_stiffness);
+    const ContactForce normal = force_at_gap(law, law.distance + along);
     const Mat3 tangent = tangent_projector(law.normal);
     if (request == TermRequest::NewLimits) law.limit = law.friction * normal.force;
     const FrictionState friction =
@@ -145,7 +187,7 @@ double ContactTerms::friction_at(const Team& team, const Points& displacement, d
         ExtraTerm& term = terms[i];
         const Vec3 &n = law.normal, moved = term.relative_displacement(displacement, time);
         const double along = n.dot(moved), k = law.share * tangential_;
-        ContactForce normal = contact_force(law.distance, law.thickness, law.normal_stiffness);
+        ContactForce normal = force_at_start(law);
         // A contact near the onset of the law is too soft to stop even a gentle motion within the
         // step, and therefore does not count as closing.
         const bool resists =
@@ -192,7 +234,7 @@ std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& mo
   anchors.reserve(contacts.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
-    const double force = contact_force(contact.distance, contact.thickness, stiffness_[c]).force;
+    const double force = forces_[c];
     const Vec3 moved = weighted(contact, x1) - weighted(contact, x0);
     const Vec3 actual = moved - contact.normal * contact.normal.dot(moved);
     Vec3 slip = slip_after(slips_[c], actual, tangential_, contact.friction * force);

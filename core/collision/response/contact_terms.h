@@ -19,6 +19,7 @@ struct ContactLaw {
   Vec3 slip;                   // anchor slip at the start [m]
   double limit;                // largest friction force, mu N [N]
   double normal_stiffness;     // stiffness in the normal direction times the share [N/m]
+  double steepest;             // largest slope of the normal force [N/m]
 };
 
 // Contact terms of one step, in the order of the contacts. They must be the first terms in the
@@ -57,11 +58,11 @@ class ContactTerms {
                                             const Points& x1) const;
 
  private:
-  std::vector<ContactLaw> laws_;   // one for each term
-  std::vector<double> shares_;     // share of each contact [1]
-  std::vector<Vec3> slips_;        // anchor slip of each contact at the start [m]
-  std::vector<double> stiffness_;  // stiffness of each contact in the normal direction [N/m]
-  double tangential_ = 0.0;        // stiffness of the anchor of a contact with share 1 [N/m]
+  std::vector<ContactLaw> laws_;  // one for each term
+  std::vector<double> shares_;    // share of each contact [1]
+  std::vector<Vec3> slips_;       // anchor slip of each contact at the start [m]
+  std::vector<double> forces_;    // normal force of each contact with share 1 at the start [N]
+  double tangential_ = 0.0;       // stiffness of the anchor of a contact with share 1 [N/m]
   Index n_cloth_ = 0;
   double energy_ = 0.0;
 };
