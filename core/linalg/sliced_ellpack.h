@@ -24,7 +24,7 @@ class SlicedEllpack {
   static Index first_slice(Index begin) { return begin / 8; }
   static Index last_slice(Index end) { return (end + 7) / 8; }
 
-  std::vector<Index> rows;           // (slices x 8) row of each lane; n_rows() if empty
+  std::vector<Index> rows;           // (slices x 8) row of each lane; n_rows() for an empty lane
   std::vector<Index> place;          // (rows) position of each row: 8 slice + lane
   std::vector<Index> slot_start{0};  // (slices + 1) first slot of each slice
   std::vector<Index> columns;        // (slots x 8) column of each block; the row itself in padding

@@ -70,8 +70,8 @@ Vec3 rounded_normal(const Points& normals, const std::array<Index, 4>& v,
 }
 
 // Returns whether `other` replaces `contact`. This is the case if the face of `other` is nearer and
-// contains the edge or corner on which the closest point of `contact` lies. The normal of such a
-// contact would rotate faster than a step can follow.
+// contains the edge or corner on which the closest point of `contact` lies. On an edge or corner,
+// the normal of `contact` would rotate faster than a step can follow.
 bool outdone(const CollisionModel& model, const Contact& contact, const Contact& other) {
   if (contact.distance < other.distance ||
       (contact.distance == other.distance && contact.b < other.b))
