@@ -20,16 +20,16 @@ struct StepError {
   double energy = 0.0;
 };
 
-// Evaluates the error of steps. Each rank evaluates an equal share of the triangles, and block sums are
-// added in order. Results are therefore bitwise independent of the number of threads and ranks.
+// Evaluates the error of steps. Each rank evaluates an equal share of the triangles, and block sums
+// are added in order. Results are therefore bitwise independent of the number of threads and ranks.
 class DisplacementError {
  public:
   // `gravity` is the magnitude of the gravitational acceleration [m/s^2].
   DisplacementError(const ClothModel& cloth, const Membrane& membrane, double gravity,
                     const RowLayout& layout);
 
-  // Returns the error of a step of length h [s] that moves the vertices from `start` to `end` (n x 3
-  // each) [m]. Collective.
+  // Returns the error of a step of length h [s] that moves the vertices from `start` (n x 3) [m] to
+  // `end` (n x 3) [m]. Collective.
   StepError over(const Team& team, const Points& start, const Points& end, double h);
   // Like over(), for the displacement h v with velocities v (n x 3) [m/s].
   StepError at(const Team& team, const Points& v, double h);

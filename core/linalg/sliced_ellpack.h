@@ -13,8 +13,8 @@ namespace loomstone {
 
 class SlicedEllpack {
  public:
-  // Builds the slices for the rows of `matrix`, which may be null, and for the rows that follow them
-  // up to n_rows. Returns false if the slices were already built for the same pattern.
+  // Builds the slices for the rows of `matrix`, which may be null, and for the rows that follow
+  // them up to n_rows. Returns false if the slices were already built for the same pattern.
   bool set_pattern(const BlockMatrix* matrix, Index n_rows);
 
   Index n_rows() const { return n_rows_; }

@@ -20,7 +20,8 @@ struct Ring {
   Index n;
 };
 
-// Adds the vertices of a ring, rotated by half a segment if `turned`. Returns the index of the first one.
+// Adds the vertices of a ring, rotated by half a segment if `turned`. Returns the index of the
+// first one.
 Index add_ring(MeshBuilder& builder, const Ring& ring, bool turned) {
   const Index first = static_cast<Index>(builder.vertices.size());
   for (Index k = 0; k < ring.n; ++k) {
