@@ -20,25 +20,25 @@ struct StepError {
   double energy = 0.0;
 };
 
-// Evaluates the error. Each rank evaluates an equal share of the triangles, and block sums are
-// added in order. Results are therefore bitwise independent of the number of threads and ranks.
+// Evaluates the error of steps. Each rank evaluates an equal share of the triangles, and block sums
+// are added in order. Results are therefore bitwise independent of the number of threads and ranks.
 class DisplacementError {
  public:
-  // `gravity` is the magnitude of the acceleration [m/s^2].
+  // `gravity` is the magnitude of the gravitational acceleration [m/s^2].
   DisplacementError(const ClothModel& cloth, const Membrane& membrane, double gravity,
                     const RowLayout& layout);
 
-  // Returns the error of the displacement end - start (n x 3 each) [m] in the time h [s].
-  // Collective.
+  // Returns the error of a step of length h [s] that moves the vertices from `start` (n x 3) [m] to
+  // `end` (n x 3) [m]. Collective.
   StepError over(const Team& team, const Points& start, const Points& end, double h);
   // Like over(), for the displacement h v with velocities v (n x 3) [m/s].
   StepError at(const Team& team, const Points& v, double h);
-  // Returns the rate at which implicit Euler removes energy from free motion, relative to the
-  // energy of the cloth, for the cloth with the largest rate [1/s]. The energy removed in the time
-  // h [s] is 1/2 m (v1 - v0)^2. The energy of the cloth is the sum of its kinetic energy, its
-  // membrane energy and 1/2 m g L, where L is the square root of its area. A cloth does not count
-  // if the step does not resolve its motion, for example that of wrinkles that snap. Positions at
-  // the end and velocities at both ends are (n x 3). Collective.
+  // Returns the largest rate at which implicit Euler removes energy from the free motion of a
+  // cloth, relative to the energy of that cloth [1/s]. In the time h [s], implicit Euler removes
+  // 1/2 m (v1 - v0)^2. The energy of the cloth is the sum of its kinetic energy, its membrane
+  // energy and 1/2 m g L, where L is the square root of its area. Cloths whose motion the step does
+  // not resolve, such as that of wrinkles that snap, are left out. x1 (n x 3) are the positions at
+  // the end, and v0 and v1 (n x 3) the velocities at the start and at the end. Collective.
   double dissipation(const Team& team, const Points& x1, const Points& v0, const Points& v1,
                      double h);
 
@@ -56,7 +56,7 @@ class DisplacementError {
   };
   struct Scales {
     double mass = 0.0, mass_of_prescribed = 0.0;  // [kg]
-    double height = 0.0;                          // 1/2 m g L [J]
+    double height = 0.0;                          // 1/2 m g L, where L^2 is the area [J]
   };
 
   // The displacement is (end - start) * time, where start may be null.
@@ -67,8 +67,10 @@ class DisplacementError {
   // Sets the sums of all blocks. Collective.
   template <class OfBlock>
   void gather(const Team& team, OfBlock&& of_block);
-  Sums total(std::size_t& block) const;  // of one cloth; moves `block` to the next cloth
-  double kinetic(const Sums& sums, const Scales& scales) const;  // of velocities u [J]
+  // Returns the sums of the cloth that begins at `block`, and moves `block` to the next cloth.
+  Sums total(std::size_t& block) const;
+  // Returns the kinetic energy [J] in the moving frame. The sums must be those of velocities u.
+  double kinetic(const Sums& sums, const Scales& scales) const;
 
   const ClothModel& cloth_;
   const Membrane& membrane_;

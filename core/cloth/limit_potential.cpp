@@ -10,8 +10,8 @@ namespace {
 // Modulus that the second phase adds, as a multiple of the membrane's modulus. Our choice: with
 // smaller values more stretch remains, and larger values require shorter steps.
 constexpr double stiffening = 30.0;
-// Strain at which the third phase begins, as a multiple of the limit. Our choice: only triangles at
-// prescribed vertices that carry a whole cloth reach this strain.
+// Strain at which the third phase begins, as a multiple of the limit. Our choice: triangles reach
+// this strain only next to prescribed vertices from which a whole cloth hangs.
 constexpr double third_begins = 1.5;
 
 // Green strain of a line element with the engineering strain e >= -1.
@@ -40,8 +40,8 @@ LimitModes element_modes(const StrainLimit& limit, const MembraneConstants& m,
   limit_extension(bounded(limit.warp, bound), modes[1]);
   limit_compression(limit.weft_min, modes[0]);
   limit_compression(limit.warp_min, modes[1]);
-  // If a square is sheared at constant side length, its Green strain E12 equals e12 up to third
-  // order.
+  // The limit is for the shear of the strain U - I. If a square is sheared at constant side length,
+  // the Green strain E12 equals this shear except for terms of third order.
   modes[2].high = bounded(limit.shear, bound);
   modes[2].low = limit.shear_min.value_or(-modes[2].high);
   modes[2].far_high = third_begins * modes[2].high;

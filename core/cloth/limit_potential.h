@@ -1,6 +1,6 @@
-// Strain limits as a potential: stiff phases of the membrane beyond each limit. Unlike the phases
-// of implicit steps (limits/limit_phase.h), they are a fixed law, so explicit steps conserve their
-// energy.
+// Strain limits as a potential: the membrane has stiff phases beyond each limit. Unlike the phases
+// of implicit steps (limits/limit_phase.h), these phases follow a fixed law, so explicit steps
+// conserve energy.
 #pragma once
 
 #include <optional>

@@ -1,16 +1,21 @@
 // A kick computes the wrenches on bodies, including those of coils and bearings, and advances the
 // circuit currents.
 //
-// Let G be the force per ampere on a coil. With current i the coil feels i G, and its partners feel
-// -i G by conservation of momentum. The back-EMF is the same G times the velocities, so bodies gain
-// exactly the energy that a circuit loses, up to rounding. In a kick of duration tau positions are
-// constant. With new values (prime) and midpoint values (subscript m),
-//   L (i' - i) = tau (V - R i_m - G v_m),   m (v' - v) = tau (F + G i_m).
-// With several circuits, L is the matrix of self and mutual inductances, and the EMF M di/dt of the
-// given currents is added. The G of each circuit then depends on the currents of the others. The
-// interaction of circuits in a kick is evaluated at i_m, by iteration. Half of its energy is stored
-// in L as the bodies move. The same applies to the action of a circuit on itself through bodies
-// that it magnetises (circuit_response.h). Their flux adds to L. The velocities of scripted
+// Let G be the force per ampere on a coil. At the current i, the coil feels the force i G. By
+// conservation of momentum, its partners feel -i G. The back-EMF is G times the velocity v, so
+// bodies gain exactly the energy that a circuit loses, up to rounding. Positions are constant in a
+// kick. A kick of duration tau solves
+//   L (i' - i) = tau (V - R i_m - G v_m),   m (v' - v) = tau (F + G i_m)
+// for the new values i' and v'. The subscript m denotes the mean of the old and new values. L is
+// the inductance, R the resistance, V the source voltage, m the mass, and F the force without
+// circuits.
+//
+// With several circuits, L is the matrix of self and mutual inductances. The mutual inductances M
+// with coils of given current i_g add the EMF M di_g/dt. The G of a circuit depends on the currents
+// of the other circuits and is evaluated at their i_m, by iteration. Half of the energy that this
+// part of the back-EMF takes from the circuits does work on bodies. The other half is stored in L
+// as the bodies move. The same applies to the action of a circuit on itself through bodies that it
+// magnetises (circuit_response.h). The flux of these bodies adds to L. The velocities of scripted
 // obstacles also enter G v. These obstacles feel no force, and their work counts as supply.
 #pragma once
 
@@ -26,8 +31,8 @@ namespace loomstone {
 // All actions on the carriers at one instant.
 struct Actions {
   CarrierWrenches magnets;  // wrenches among magnets, without circuit currents
-  // Part of `magnets` that is due to magnetisation by given currents, or empty. Its work is done by
-  // the sources of these currents.
+  // Part of `magnets` that is due to magnetisation by given currents, or empty. The sources of
+  // these currents supply the work of this part.
   CarrierWrenches magnetised;
   CoilForces coils;
   Inductances inductances;

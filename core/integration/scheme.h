@@ -19,9 +19,9 @@ struct SchemeCoefficients {
   double history = 0.0;
 };
 
-// `ratio` (r in the formula, for BDF-2 only) is h divided by the length of the last step. For
-// y' = f, BDF-2 is
-//   y+ = y + b (y - y_) + B h f+ with b = r^2 / (1 + 2 r) and B = (1 + r) / (1 + 2 r).
+// `ratio` (for BDF-2 only) is r = h / h_, where h_ is the length of the last step. For y' = f(y),
+// BDF-2 computes the value y+ at the end of the step from y at its start and y_ one step earlier:
+//   y+ = y + b (y - y_) + B h f(y+) with b = r^2 / (1 + 2 r) and B = (1 + r) / (1 + 2 r).
 inline SchemeCoefficients coefficients(Scheme scheme, double h, double ratio = 1.0) {
   switch (scheme) {
     case Scheme::BackwardEuler:
@@ -36,11 +36,12 @@ inline SchemeCoefficients coefficients(Scheme scheme, double h, double ratio = 1
 }
 
 // Scaling of the rows of free bodies in the linear system. For every scheme, bodies move by
-// symplectic Euler: they receive the impulse h f and move by h v+. Forces on a body are to be
-// evaluated at its displacement d v+, where d is the `time` of the scheme, but the system evaluates
-// them at (c_k / sigma) y in a row with unknown y. The unknown of a body is therefore
-// y = (sigma d / c_k) dv. The system stays symmetric if the mass of the body is multiplied
-// by c_k / (h d).
+// symplectic Euler: they receive the impulse h f of the force f, and then move by h v+ at the new
+// velocity v+. Let d be the `time` of the scheme. Forces on a body must be evaluated at its
+// displacement d v+, but the system evaluates them at the displacement (c_k / sigma) y in a row
+// with the unknown y. The unknown of a body is therefore y = (sigma d / c_k) dv, where dv is its
+// change of velocity. The system stays symmetric if the mass of the body is multiplied by
+// c_k / (h d).
 struct BodyRows {
   double mass_share;      // factor of masses in the system
   double velocity_share;  // dv = velocity_share * y

@@ -1,5 +1,5 @@
-// Rows that ranks must exchange before a product, for a fixed block pattern and for the terms of
-// one solve.
+// Rows that ranks must exchange before a matrix-vector product: those that a fixed block pattern
+// couples, and those that the terms of one solve couple.
 #pragma once
 
 #include "core/linalg/block_matrix.h"

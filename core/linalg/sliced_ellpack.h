@@ -13,8 +13,8 @@ namespace loomstone {
 
 class SlicedEllpack {
  public:
-  // Builds the slices for the rows of `matrix` (may be null) and for the rows after them, up to
-  // n_rows. Returns false if the layout already has this pattern.
+  // Builds the slices for the rows of `matrix`, which may be null, and for the rows that follow
+  // them up to n_rows. Returns false if the slices were already built for the same pattern.
   bool set_pattern(const BlockMatrix* matrix, Index n_rows);
 
   Index n_rows() const { return n_rows_; }
@@ -24,7 +24,7 @@ class SlicedEllpack {
   static Index first_slice(Index begin) { return begin / 8; }
   static Index last_slice(Index end) { return (end + 7) / 8; }
 
-  std::vector<Index> rows;           // (slices x 8) row of each lane; n_rows() if empty
+  std::vector<Index> rows;           // (slices x 8) row of each lane; n_rows() for an empty lane
   std::vector<Index> place;          // (rows) position of each row: 8 slice + lane
   std::vector<Index> slot_start{0};  // (slices + 1) first slot of each slice
   std::vector<Index> columns;        // (slots x 8) column of each block; the row itself in padding

@@ -1,6 +1,7 @@
 // Surfaces built from rings of vertices: capsule, cylinder, wave bar and funnel. Adjacent rings are
-// joined along the shorter diagonals. They are rotated by half a segment relative to each other, so
-// that triangles are nearly equilateral, except in the cylinder, which is a prism.
+// joined along the shorter diagonals. Every other ring is rotated by half a segment, so that
+// triangles are nearly equilateral. The rings of the cylinder are not rotated, because it is a
+// prism.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -19,7 +20,8 @@ struct Ring {
   Index n;
 };
 
-// Adds the vertices of a ring, rotated by half a segment if `turned`. Returns the first vertex.
+// Adds the vertices of a ring, rotated by half a segment if `turned`. Returns the index of the
+// first one.
 Index add_ring(MeshBuilder& builder, const Ring& ring, bool turned) {
   const Index first = static_cast<Index>(builder.vertices.size());
   for (Index k = 0; k < ring.n; ++k) {

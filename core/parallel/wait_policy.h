@@ -1,5 +1,5 @@
-// Waiting of threads between two parallel loops, which the environment variables OMP_WAIT_POLICY
-// and GOMP_SPINCOUNT control. The Python package sets GOMP_SPINCOUNT before it loads this code
+// How threads wait between two parallel loops. The environment variables OMP_WAIT_POLICY and
+// GOMP_SPINCOUNT control this. The Python package sets GOMP_SPINCOUNT before it loads this code
 // (loomstone/base/waiting.py).
 #pragma once
 

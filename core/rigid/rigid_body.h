@@ -156,8 +156,8 @@ class RigidWorld {
   void restore(const RigidState& state);
   // Applies impulses [N s] and angular impulses [N m s] about the centres of mass (b x 3), then
   // advances by `step` [s]. `obstacles` are the positions at the end of the step, which determine
-  // the velocities of the obstacles. If `touched` is given, it is set to 1 for bodies that did not
-  // move freely and to 0 for the others (b).
+  // the velocities of the obstacles. If `touched` (b) is given, it is set to 1 for bodies that did
+  // not move freely and to 0 for the others.
   void advance(double step, const Points& impulses, const Points& angular_impulses,
                const ObstaclePlaces& obstacles, RigidState& state,
                std::vector<std::uint8_t>* touched = nullptr);
@@ -166,8 +166,8 @@ class RigidWorld {
   // Returns an array (b) that is 1 for bodies with a contact point closer than Bullet's contact
   // breaking threshold, which is a few hundredths of their size.
   std::vector<std::uint8_t> touching() const;
-  // Returns an array (b) that is 1 for bodies that were pressed on an obstacle in the last step,
-  // directly or through other bodies.
+  // Returns an array (b) that is 1 for bodies that were pressed against an obstacle in the last
+  // step, directly or through other bodies.
   std::vector<std::uint8_t> supported() const;
   // Writes the manifolds to `state`. A run that restore() continues from `state` is bitwise
   // identical.

@@ -1,5 +1,5 @@
-"""Tests on drapes at several mesh sizes whether conforming triangles lock if weft, warp and shear
-are all limited to 1 %.
+"""Drapes a knit at several mesh sizes, to test whether conforming triangles lock when weft, warp
+and shear are all limited to 1 %.
 
     python tests/benchmarks/locking.py --triangles 900 1800 3600 7200 --seeds 1 2 3
 

@@ -24,8 +24,8 @@ TEST_CASE("with the exact Jacobian Newton's residual is squared from one iterati
   const std::string method = GENERATE("backward-euler", "nonlinear-midpoint");
   const std::string element = GENERATE("mid-edge", "hinge");
   CAPTURE(method, element);
-  // A spinning sheet under tension, rolled to hinge angles of about 0.5 rad. At these angles,
-  // bending moments are as large as the bending stiffness.
+  // A spinning sheet under tension, rolled to hinge angles of about 0.5 rad. At these angles, the
+  // part of the bending stiffness that is due to moments is comparable to the elastic part.
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 5, 5, 0.2, 3);
   IntegratorOptions o = exact_options(method.c_str(), 5e-3);
   o.implicit()->bending = BendingInStep::Implicit, o.newton()->newton_tolerance = 1e-13;

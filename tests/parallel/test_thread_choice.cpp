@@ -16,7 +16,7 @@ TEST_CASE("one thread is used beside other programs, and all of them are tried a
   ThreadChoice choice(4, false);
   choice.judge(0.02, 0.01);
   CHECK(choice.threads() == 1);
-  // While other programs interrupt the thread, the other threads are not tried again.
+  // One thread remains the choice as long as other programs displace the calling thread.
   for (int step = 0; step < 100; ++step) choice.judge(0.02, 0.012);
   CHECK(choice.threads() == 1);
   choice.judge(0.02, 0.02);

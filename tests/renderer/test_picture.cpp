@@ -70,7 +70,7 @@ TEST_CASE("a square of cloth covers the pixels that perspective gives it", "[ren
 TEST_CASE("cloth that reaches behind the eye is drawn up to the edge of the picture",
           "[renderer]") {
   // The cloth lies flat 0.1 m below the eye, with half of it behind the eye. The lowest rays meet
-  // it 0.2 m ahead, where the picture is 0.36 m wide.
+  // it 0.2 m ahead, where the view is 0.36 m wide and thus narrower than the cloth.
   DrapedScene scene = flat_scene();
   scene.frame.positions.col(1) = scene.frame.positions.col(2);
   scene.frame.positions.col(2).setConstant(-0.1);

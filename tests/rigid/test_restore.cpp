@@ -50,8 +50,8 @@ struct Pile {
                          quaternion_from_rotation_vector(Vec3(0, 0, 0.1 * t))};
     world.advance(step, none, none, ObstaclePlaces({pose}), state);
   }
-  // Takes the steps from `first` to `last` - 1, with a rebuild every 40 steps. The state must be
-  // complete at the start and is complete at the end.
+  // Takes the steps from `first` to `last` - 1, and rebuilds the world every 40 steps. `state` must
+  // contain the manifolds at the start, and contains them at the end.
   void run(RigidWorld& world, RigidState& state, int first, int last) const {
     for (int i = first; i < last; ++i) {
       if (i % 40 == 0) {

@@ -1,5 +1,6 @@
-// The mid-edge bending element. Each triangle has the energy 1/2 kappa^T W kappa with curvature
-// kappa = C (theta - rest). midedge_setup computes C and W.
+// The mid-edge bending element. Each triangle has the energy 1/2 kappa^T W kappa. Its curvature is
+// kappa = C (theta - rest), where theta and rest contain the current angles and the rest angles of
+// up to nine hinges. midedge_setup computes C and W.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -67,7 +68,8 @@ class MidedgeBending final : public Bending {
   // For each hinge, the entries of element_moments_ whose sum is the moment of the hinge, with
   // triangles in ascending order.
   std::vector<Index> slot_start_, slots_;
-  AlignedDoubles elastic_, viscous_;  // (pairs of hinges) sums of C^T W C and of C^T beta W C
+  // Sums of C^T W C and of beta C^T W C for each pair of hinges, where beta is the damping [s].
+  AlignedDoubles elastic_, viscous_;
 
   // Scratch memory, recomputed on use.
   mutable HingeStiffness assembler_;
@@ -75,8 +77,8 @@ class MidedgeBending final : public Bending {
   struct Selection {  // everything that the forces on rows [begin, end) depend on
     Index begin = -1, end = -1;
     std::vector<Index> hinges;            // hinges whose moments act on the rows
-    std::vector<Index> triangle_batches;  // triangles that contribute to these moments
-    std::vector<Index> hinge_batches;     // hinges that enter the curvature of these triangles
+    std::vector<Index> triangle_batches;  // triangles that contribute to the moments of `hinges`
+    std::vector<Index> hinge_batches;     // hinges that enter the curvature of those triangles
   };
   mutable Selection selection_;
   mutable HingeValues values_;

@@ -28,7 +28,8 @@ struct CollisionSurface {
 
 // Row of the linear system that determines the motion of each collision vertex.
 struct VertexRows {
-  // Cloth row, or translation row of the body. -1: the motion is prescribed.
+  // A vertex of cloth has its own row, and a vertex of a body has the row of the body's
+  // translation. A vertex with prescribed motion has -1.
   std::vector<Index> row;
   std::vector<std::uint8_t> is_body;
 };

@@ -114,8 +114,8 @@ Impact test(const MovingPoints& q, double largest_floor, FloorOf&& floor_of) {
     if (closest.distance > 0.0)
       next = differences.advance(closest.difference / closest.distance, time, floor);
     if (next < 1.0) {
-      // For tiny gaps, the difference of the closest points suffers from cancellation. The
-      // perpendicular is then a better direction.
+      // In a tiny gap, the difference of the closest points suffers from cancellation. The
+      // perpendicular of the face, or of both edges, is then a better direction.
       Vec3 perpendicular = Kind::perpendicular(p);
       const double perpendicular_length = perpendicular.norm();
       if (perpendicular_length > 0.0) {

@@ -70,8 +70,8 @@ Vec3 rounded_normal(const Points& normals, const std::array<Index, 4>& v,
 }
 
 // Returns whether `other` replaces `contact`. This is the case if the face of `other` is nearer and
-// contains the edge or corner on which the closest point of `contact` lies. The normal of such a
-// contact would rotate faster than a step can follow.
+// contains the edge or corner on which the closest point of `contact` lies. On an edge or corner,
+// the normal of `contact` would rotate faster than a step can follow.
 bool outdone(const CollisionModel& model, const Contact& contact, const Contact& other) {
   if (contact.distance < other.distance ||
       (contact.distance == other.distance && contact.b < other.b))
@@ -116,7 +116,7 @@ void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& c
   contacts = std::move(kept);
 }
 
-// Returns the contacts of all ranges, sorted by (kind, a, b).
+// Joins the contacts that were found in separate ranges of pairs, sorted by (kind, a, b).
 std::vector<Contact> in_order(const std::vector<std::vector<Contact>>& of_range) {
   std::vector<const Contact*> order;
   for (const std::vector<Contact>& range : of_range)
@@ -153,7 +153,8 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    NeighbourLists& lists) {
   const Points normals = smooth_normals(model, x);
-  // Returns the distance of a pair. Adds a contact if the distance is below the thickness.
+  // Returns the distance between the two features of a pair. Adds a contact if this distance is
+  // below the thickness.
   const auto look = [&](Index i, ContactKind kind, PairKey key, std::vector<Contact>& out) {
     const std::array<Index, 4> v = pair_vertices(model, kind, key);
     FourPoints p;

@@ -23,12 +23,12 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
 std::vector<double> contact_shares(const std::vector<Contact>& contacts,
                                    const CollisionModel& model, const Points& x0);
 
-// Returns the stiffness of each contact in the normal direction [N/m]. Let F be the force that
-// presses the surfaces together: the larger of the forces on the two sides. If F is at most 3/8 k
-// xi, the force of the law at half the thickness, the stiffness is the model's stiffness k. For a
-// larger F, it is 16/3 F / xi - k; otherwise, taut cloth would move through its contacts in every
-// step and hook into them. `forces` (rows x 3) [N] act on the cloth. If it has 0 rows, the
-// stiffness is k everywhere.
+// Returns the stiffness of each contact in the normal direction [N/m]. Let k be the stiffness of
+// the model, xi the thickness, and F the larger of the forces that press the two sides together. At
+// half the thickness, the force law gives 3/8 k xi. If F is at most this force, the stiffness is k.
+// If F is larger, the stiffness is 16/3 F / xi - k. Taut cloth would otherwise
+// move through its contacts in every step and hook into them. `forces` (rows x 3) [N] act on the
+// cloth. If `forces` has 0 rows, the stiffness is k everywhere.
 std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
                                       const CollisionModel& model, const Vector& inverse_mass,
                                       const Points& forces);

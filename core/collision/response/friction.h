@@ -20,10 +20,11 @@ struct FrictionResponse {
 FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, const Mat3& tangent,
                                    double stiffness, double limit);
 
-// Extrapolates the tangential displacement `predicted` of a sliding contact, to at most twice its
-// value. `gained` is its increase over the last step. Without extrapolation, the secant stiffness
-// lags one step behind an accelerating contact. After a sliding time t, friction would then be too
-// large by the fraction h / t.
+// Returns `predicted`, extrapolated if the contact slides. `gained` is the increase of the
+// tangential displacement over the last step. Extrapolation adds the component of `gained` along
+// `predicted`, and at most doubles `predicted`. Without extrapolation, the secant stiffness lags
+// one step behind an accelerating contact. After a sliding time t, friction would then be too large
+// by the fraction h / t, where h is the step.
 Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double stiffness,
              double limit);
 
@@ -39,7 +40,8 @@ struct FrictionState {
 FrictionState friction_at(const Vec3& slip, const Vec3& moved, const Mat3& tangent,
                           double stiffness, double limit, bool secant);
 
-// Returns the slip after a step with actual displacement u: s + u, clipped to length limit / k.
+// Returns the slip after a step: slip + actual, scaled down to the length limit / stiffness if it
+// is longer. `actual` is the actual tangential displacement in the step [m].
 Vec3 slip_after(const Vec3& slip, const Vec3& actual, double stiffness, double limit);
 
 // Returns the slip of each contact at the start of the step, projected onto its tangent plane. The

@@ -40,7 +40,7 @@ struct ImpulseContact {
 
   // Set by prepare().
   std::array<double, 5> factor{};  // w / m of the cloth vertices [1/kg]
-  // Body of one side, or -1. The other side is cloth, so a contact has at most one free body.
+  // Index of the free body in the contact, or -1. The side opposite a body is always cloth.
   Index body = -1;
   double body_weight = 0.0;          // sum of the weights of body vertices
   Vec3 arm = Vec3::Zero();           // from the body's centre to the point of the impulse [m]

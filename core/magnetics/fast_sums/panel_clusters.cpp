@@ -10,9 +10,9 @@ namespace loomstone {
 
 namespace {
 
-// Number of nodes in each direction, and the largest sum of radii of far clusters in units of the
-// distance between their centres. With these values, the error of forces and fluxes is about 1e-6
-// (docs/experiments/magnetics.md).
+// A cluster has `n_nodes` nodes in each direction. Two clusters are far apart if the sum of their
+// radii is at most `opening` times the distance between their centres. With these values, the error
+// of forces and fluxes is about 1e-6 (docs/experiments/magnetics.md).
 constexpr int n_nodes = 6;
 constexpr double opening = 0.5;
 constexpr int points_a_direction = 3;  // sample points in each direction of a panel
@@ -220,7 +220,7 @@ ClusterPairs::ClusterPairs(const PanelClusters& on, const RigidPose& pose, const
     const double distance = (pose.position + rotation * to.centre - from.centre).norm();
     const double panels = static_cast<double>(to.end - to.begin) * (from.end - from.begin);
     const double nodes = static_cast<double>(to.nodes.rows() * from.nodes.rows());
-    // If the clusters are apart, the point-charge field of each panel is also valid; see
+    // The second condition ensures that the field of each panel is that of point charges; see
     // PanelSet::near.
     const bool apart = to.radius + from.radius <= opening * distance &&
                        PanelSet::near * from.reach <= distance - to.radius - from.radius;

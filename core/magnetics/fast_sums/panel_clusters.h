@@ -43,7 +43,8 @@ class PanelClusters {
 
   // Returns for each cluster the charges at its nodes that represent the given charge densities.
   std::vector<Vector> node_charges(const Vector& densities) const;
-  // Returns the flux through each panel of the field at the nodes of each cluster (nodes x 3).
+  // Returns the flux through each panel [T m^2]. `fields` is the field at the nodes of each cluster
+  // (nodes x 3) [T].
   Vector fluxes(std::vector<Points> fields) const;
 
  private:
@@ -55,16 +56,18 @@ class PanelClusters {
   std::vector<Index> roots_;
 };
 
-// Grids of two bodies that interact. Charges on the grids are multiplied by `share`.
+// A grid of one body and a grid of another body that interact. The charges on both grids contain
+// the factor `share` of Richardson extrapolation.
 struct GridPair {
   PanelGrid one, other;
   double share = 1.0;
 };
-// Returns the pairs of grids through which two bodies interact. If their grids have equal shares in
-// Richardson extrapolation, corresponding grids interact, and the extrapolation applies to the
-// coupled bodies. Otherwise, all grids interact as one, and each grid receives the field of the
-// extrapolated charge. GMRES then needs more iterations, because charge that only some grids
-// resolve is multiplied by shares of up to 3.6.
+// Returns the pairs of grids through which two bodies interact. If the grids of both bodies have
+// equal shares in Richardson extrapolation, each grid interacts only with the corresponding grid of
+// the other body, and the solutions of the coupled problem are extrapolated. Otherwise, the grids
+// of each body are combined into one, and every grid receives the field of the extrapolated charge.
+// GMRES then needs more iterations, because charge that only some grids resolve is multiplied by
+// shares of up to 3.6.
 std::vector<GridPair> interacting_grids(const PanelSet& one, const PanelSet& other);
 
 // For each cluster of `on`, `far` lists the clusters of `by` with which it interacts by nodes. For

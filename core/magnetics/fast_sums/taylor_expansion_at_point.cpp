@@ -1,5 +1,6 @@
-// Evaluates a local expansion at one point, with powers of x in lanes. Nested sums over powers of
-// z, y and x yield the polynomial's first and second derivatives along all axes in one pass.
+// Evaluates a local expansion at one point. Each SIMD lane handles a different power of x. Nested
+// sums over powers of z, y and x yield the polynomial's first and second derivatives along all axes
+// in one pass.
 #include "core/magnetics/fast_sums/taylor_expansion.h"
 #include "core/magnetics/sources/lane_math.h"
 

@@ -70,7 +70,8 @@ std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
   return pieces;
 }
 
-// Returns pieces of the triangles between a closed line and the mean of its vertices.
+// Returns pieces of a surface within a closed line. The surface is a fan of triangles from the mean
+// of the line's vertices to its segments.
 std::vector<Piece> fan_pieces(const std::vector<Panel>& segments, int n) {
   std::vector<Panel> fan;
   for (const Panel& segment : segments) {

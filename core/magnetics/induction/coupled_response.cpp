@@ -6,8 +6,8 @@ namespace loomstone {
 
 namespace {
 
-// Tolerance of the force for the part of the field that varies within panels. The measured error is
-// a tenth of the tolerance.
+// Tolerance of applied_field(), relative to the force. Panels are bisected until they resolve the
+// applied field to this tolerance. The measured error is a tenth of the tolerance.
 constexpr double refinement = 3e-3;
 
 }  // namespace

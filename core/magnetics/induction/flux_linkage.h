@@ -14,8 +14,8 @@ namespace loomstone {
 struct BesideWinding {
   bool in_bore = false, outside = false;
 };
-// `body` must be solid. Its surface is tested if it consists of polygons. Otherwise, its bounding
-// sphere is tested.
+// Locates a solid body relative to a winding, by the edges of its surface if the surface consists
+// of polygons, and by its bounding sphere otherwise.
 BesideWinding beside_winding(const MagneticBody& coil, const MagneticBody& body);
 
 // Returns the flux [Wb] of dipoles or of an induced body through all turns of a loop or solenoid

@@ -80,8 +80,8 @@ void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody
     turned[pair.i] = turned[pair.k] = true;
     const Vec3 axis = (soft[pair.k].pose.position - soft[pair.i].pose.position).normalized();
     const Vec3 half = axis.z() >= 0.0 ? Vec3(axis + Vec3::UnitZ()) : Vec3(Vec3::UnitZ() - axis);
-    // A half turn about the bisector of z and the line of centres, or its opposite, maps one onto
-    // the other.
+    // A half turn about the bisector of the z axis and the line of centres maps one onto the other.
+    // The line is directed so that it points to positive z.
     const Vec3 about = half.normalized();
     result[pair.i].pose.orientation = result[pair.k].pose.orientation =
         Vec4(0.0, about.x(), about.y(), about.z());
@@ -105,16 +105,18 @@ std::vector<Vector> parted(const Vector& all, const std::vector<Vector>& like) {
   return parts;
 }
 
-// Updates the effective susceptibility of a saturating body from the demagnetisation factor that
-// its volume means imply. Returns true if the susceptibility changes.
+// Updates the effective susceptibility of a saturating body. The demagnetisation factor of the body
+// follows from the volume means of the applied field and of the magnetisation. Returns true if the
+// susceptibility changes.
 bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, const Vec3& moment,
               double tolerance) {
   if (original.saturation == 0.0) return false;
   const double polarization = mu0 * moment.norm() / now.shape->volume();
   if (polarization == 0.0) return false;
   const double chi = original.shape->susceptibility(), field = applied.dot(moment.normalized());
-  // H = H_0 - N M and M = chi H / (1 + chi H / M_s) give N x^2 - (1/chi + N + h) x + h = 0, where
-  // x = M / M_s and h = H_0 / M_s.
+  // Let H_0 be the applied field and N the demagnetisation factor. H = H_0 - N M and
+  // M = chi H / (1 + chi H / M_s) give N x^2 - (1/chi + N + h) x + h = 0, where x = M / M_s and
+  // h = H_0 / M_s.
   const double n = (field - polarization / now.shape->susceptibility()) / polarization;
   const double h = field / original.saturation, b = 1.0 / chi + n + h;
   const double x = 2.0 * h / (b + std::sqrt(std::max(b * b - 4.0 * n * h, 0.0)));
@@ -143,9 +145,9 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
   const bool saturates = std::any_of(soft.begin(), soft.end(),
                                      [](const SoftBody& body) { return body.saturation > 0.0; });
   for (int round = 0; round < most_rounds; ++round) {
-    // Block Gauss-Seidel: each body responds to the new charge of the bodies before it in the list
-    // and to the given charge of those after it. This takes fewer iterations than if all bodies
-    // responded to given charges.
+    // One sweep of block Gauss-Seidel. Each body responds to the new charge of the bodies before it
+    // in the list and to the old charge of those after it. GMRES then takes fewer iterations than
+    // if all bodies responded to old charge.
     const auto swept = [&](std::vector<Vector> charges, bool driven) {
       for (std::size_t i = 0; i < soft.size(); ++i) {
         Vector received = coupling.received(i, charges);
@@ -204,8 +206,8 @@ void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBo
         for (Eigen::Index k = 0; k < world.rows() && !overlap; ++k)
           overlap =
               other.source->depth(in_axes(other.pose, world.row(k).transpose())) > rounding * size;
-      // If a source has no interior or lies inside the body, its centre or its dipoles reveal the
-      // overlap.
+      // No sample of the body lies inside a source that has no interior or that the body encloses.
+      // The centre of the source or its dipoles are therefore tested, too.
       const SourcePtr solid = soft[i].shape->solid();
       const auto inside = [&](const Vec3& point) {
         return solid->depth(in_axes(soft[i].pose, point)) > rounding * soft[i].shape->radius();

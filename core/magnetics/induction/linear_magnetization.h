@@ -12,15 +12,15 @@
 namespace loomstone {
 
 struct Induction {
-  std::vector<MagneticBody> bodies;  // with their charge; spheres may have rotated axes
+  std::vector<MagneticBody> bodies;  // with their charge; spheres may be rotated
   double residual = 0.0;             // relative residual of the linear system [1]
   int iterations = 0;                // number of GMRES iterations
 };
 
 // Magnetises `soft` in the field of `hard` and a uniform field [T] to a relative residual of
 // `tolerance`. The tolerance also determines the degree of spheres. The volume means of a body with
-// saturation satisfy M = chi H / (1 + chi |H| / M_s). Its effective susceptibility is the single
-// number chi (1 - |M| / M_s). Throws SolverFailure if no equilibrium is found.
+// saturation satisfy M = chi H / (1 + chi |H| / M_s). The effective susceptibility of such a body
+// is the single number chi (1 - |M| / M_s). Throws SolverFailure if no equilibrium is found.
 Induction induce(const Team& team, const std::vector<SoftBody>& soft,
                  const std::vector<MagneticBody>& hard, const Vec3& field, double tolerance);
 

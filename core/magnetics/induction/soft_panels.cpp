@@ -71,15 +71,15 @@ class SoftPanels final : public SoftShape {
   SourcePtr source(const Vector& charges) const override {
     return std::make_shared<ChargedPanels>(form_->set, charges, form_->solid);
   }
-  // On a flat face, the local part of the charge, sigma = n.H / (1/chi + 1/2), varies as rapidly as
-  // the applied field. It is assigned to the samples and leaves of the finest grid. The remainder
-  // is the response to charge on other faces. It is smooth and stays on the panels of all grids.
+  // On a flat face, the applied field H directly induces the charge sigma = n.H / (1/chi + 1/2),
+  // which varies as rapidly as H. The samples and bisected panels of the finest grid carry it. The
+  // rest is due to charge on other faces. It is smooth and stays on the panels of all grids.
   SourcePtr source(const Vector& charges, const AppliedField& applied) const override {
     const double slope = 1.0 / (1.0 / susceptibility_ + 0.5);
     const PanelSet& set = *form_->set;
     Vector rest = charges;
     Eigen::Index at = 0, finest = 0;
-    double mean = 0.0;  // mean normal field, the quadrature error of Gauss' law [T]
+    double mean = 0.0;  // mean normal field [T]; 0 by Gauss' law, except for quadrature errors
     for (const Grid& grid : form_->grids) {
       finest = at;
       const auto n = static_cast<Eigen::Index>(grid.panels.size());
@@ -177,8 +177,8 @@ std::vector<int> three_grids(int cells) {
   return {cells / 2, 2 * static_cast<int>(std::lround(0.35 * cells)), cells};
 }
 
-// Returns the weights of Richardson extrapolation from grids with given numbers of cells. It
-// cancels errors of the given orders in 1 / cells, one order fewer than there are grids.
+// Returns the weights of Richardson extrapolation from n grids with the given `counts` of cells.
+// The extrapolation cancels errors of the n - 1 given `orders` in 1 / cells.
 Vector extrapolation(const std::vector<int>& counts, const std::vector<int>& orders) {
   const auto n = static_cast<Index>(counts.size());
   DenseMatrix powers = DenseMatrix::Ones(n, n);
@@ -188,8 +188,8 @@ Vector extrapolation(const std::vector<int>& counts, const std::vector<int>& ord
 }
 
 // grids_of() returns the grids of a body, coarsest first. Extrapolation from three grids cancels
-// errors of second and third order, from two grids only those of second order. The error is
-// estimated as the difference from an extrapolation that assumes the last order to be one higher.
+// errors of orders 2 and 3, and extrapolation from two grids cancels errors of order 2. The error
+// is estimated as the difference from an extrapolation for orders 2 and 4, or for order 3.
 using MakePanels = std::function<std::vector<FlatPanel>(int cells)>;
 using MakeElements = std::unique_ptr<BoundaryElements> (*)(const Team&,
                                                            const std::vector<FlatPanel>&);
@@ -237,8 +237,8 @@ SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibili
   check_cells(cells, "cuboid");
   if (!(focus >= 0.0) || !std::isfinite(focus))
     fail<InvalidInput>("focus must be >= 0 [m], got {}", focus);
-  // With a focus, the nearby magnet covers about half of the cells. Errors are of second order only
-  // on grids with at least three quarters of `cells`.
+  // A focus places about half of the cells of an edge opposite the magnet. Errors are then of
+  // second order only on grids with at least three quarters of `cells`, so two such grids are used.
   std::vector<int> counts = three_grids(cells);
   if (focus > 0.0) counts = {2 * static_cast<int>(std::lround(0.375 * cells)), cells};
   const auto panels = [&](int count) { return cuboid_panels(size, count, focus); };

@@ -18,13 +18,14 @@ class SoftShape {
   virtual ~SoftShape() = default;
   // Returns the points at which the applied field is needed (n x 3) [m].
   virtual const Points& samples() const = 0;
-  // Reduces the applied mu0 H at the samples (n x 3) [T] to the vector to which the body responds.
-  // The map is linear.
+  // Returns the excitation of the body by an applied field, given as mu0 H at samples() (n x 3)
+  // [T]. The excitation is linear in `field`.
   virtual Vector received(const Points& field) const = 0;
-  // Returns the induced charge, a vector of the same size. It is linear in `received`.
+  // Returns the charge that the excitation `received` induces, a vector of the same size. The
+  // charge is linear in `received`.
   virtual Vector response(const Vector& received) const = 0;
   virtual SourcePtr source(const Vector& charges) const = 0;
-  // Returns the source with charge that varies within panels in the same way as the applied field.
+  // Like source(charges), but the charge also varies within each panel, as the applied field does.
   // Bodies without panels ignore `applied`.
   virtual SourcePtr source(const Vector& charges, const AppliedField& applied) const;
   // Returns the volume mean of the applied field [T].
@@ -62,10 +63,11 @@ void check_susceptibility(double susceptibility);
 // `degree` is the degree of the solid harmonics. If it is 0, induce() chooses it from the distances
 // to other bodies.
 SoftShapePtr soft_sphere(double radius, double susceptibility, int degree);
-// Returns the degree at which the relative error of the force on a sphere is `tolerance` if the
-// nearest source is at `distance` from its centre.
+// Returns the degree of the solid harmonics at which the relative error of the force on a sphere is
+// `tolerance` if the nearest source is at `distance` from the sphere's centre.
 int sphere_degree(double radius, double distance, double tolerance);
-// Returns the degree for the force between two soft spheres whose centres are `distance` apart.
+// Returns the degree of the solid harmonics at which the relative error of the force between two
+// soft spheres is `tolerance` if their centres are `distance` apart.
 int sphere_degree(double radius, double other_radius, double distance, double tolerance);
 
 // Returns a cuboid. `cells` is the number of panels along the shortest edge of the finest of three
@@ -82,8 +84,8 @@ SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibili
 SoftShapePtr soft_cylinder(const Team& team, double radius, double height, double inner_radius,
                            double susceptibility, int cells);
 
-// A closed mesh about its centre of volume, and the pose of this centre. Its triangles are bisected
-// until there are at least `panels` of them.
+// Shape of a closed mesh whose origin is moved to the mesh's centre of volume, and the pose of this
+// origin. soft_mesh() bisects the triangles until there are at least `panels` of them.
 struct SoftMesh {
   SoftShapePtr shape;
   RigidPose pose;

@@ -12,8 +12,8 @@ namespace loomstone {
 // body. Closer points are evaluated at that distance.
 inline constexpr double on_face = 1e-12, on_edge = 1e-15;
 
-// Terms of a straight edge. The argument of its logarithm is sum / defect, computed without
-// cancellation on and near the line of the edge.
+// Terms of a straight edge, which contributes the logarithm of sum / defect to the field of a face.
+// Both are computed without cancellation on and near the line of the edge.
 template <class Lanes>
 struct EdgeTerms {
   Lanes3<Lanes> r0, r1;  // from the two ends to the point
@@ -28,8 +28,8 @@ LOOMSTONE_INLINE EdgeTerms<Lanes> edge_terms(const Lanes3<Lanes>& p, const T* e,
   t.r1 = {p.x - e[3], p.y - e[4], p.z - e[5]};
   const T l = e[6], inverse = 1.0 / l, ux = (e[3] - e[0]) * inverse, uy = (e[4] - e[1]) * inverse,
           uz = (e[5] - e[2]) * inverse;
-  // t0 and t1 are coordinates along the edge from its two ends. The squared distance from its line
-  // is computed from the nearer end.
+  // t0 and t1 are the coordinates of the point along the edge, relative to the two ends. The
+  // squared distance of the point from the line of the edge is computed from the nearer end.
   const Lanes t0 = ux * t.r0.x + uy * t.r0.y + uz * t.r0.z;
   const Lanes t1 = ux * t.r1.x + uy * t.r1.y + uz * t.r1.z;
   const MaskOf<Lanes> first = lanes_abs(t0) < lanes_abs(t1);
@@ -59,8 +59,9 @@ LOOMSTONE_INLINE EdgeGradients<Lanes> edge_gradients(const EdgeTerms<Lanes>& t, 
   const T l = e[6], lx = e[3] - e[0], ly = e[4] - e[1], lz = e[5] - e[2];
   const Lanes i0 = 1.0 / t.d0, i1 = 1.0 / t.d1;
   const Lanes outer = 1.0 / (t.sum * t.defect);  // 1 / ((d0 + d1)^2 - l^2)
-  // Gradient of the logarithm: -2 l (r0/d0 + r1/d1) / ((d0 + d1)^2 - l^2). Gradient of the solid
-  // angle: -(l x r0) 2 (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2).
+  // Let s be the vector along the edge and l its length. The gradient of the logarithm is
+  // -2 l (r0/d0 + r1/d1) / ((d0 + d1)^2 - l^2). The gradient of the solid angle is
+  // -2 (s x r0) (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2).
   const Lanes a = -2.0 * l * outer, b = -2.0 * (i0 + i1) * outer;
   return {{a * (t.r0.x * i0 + t.r1.x * i1), a * (t.r0.y * i0 + t.r1.y * i1),
            a * (t.r0.z * i0 + t.r1.z * i1)},

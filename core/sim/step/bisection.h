@@ -37,7 +37,8 @@ class Bisection {
   bool done() const { return left_.empty(); }
   StepPart part() const { return left_.back(); }  // the part to attempt next
 
-  // Divides the next part into equal parts that are no longer than `longest` (at least 1).
+  // Splits the next part after its first 1/n, where n is the smallest number for which this first
+  // piece is no longer than `longest` >= 1 [1/64 step].
   void shorten(int longest);
 
   enum class Verdict { Accepted, Repeated };

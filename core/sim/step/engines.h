@@ -28,7 +28,7 @@ struct Engines {
   const Model& model;
   const RowLayout& layout;
   Team team;
-  std::vector<double> busy;  // (threads) time each spent in collision loops of this step [s]
+  std::vector<double> busy;  // (threads) time of each thread in collision loops of this step [s]
   Team collision_team;       // the same threads; their time is added to `busy`
   std::unique_ptr<Elasticity> elasticity;
   std::unique_ptr<Integrator> integrator;

@@ -55,7 +55,8 @@ def cell_level(body: MagneticBody, level: int) -> tuple[Floats, Floats]:
 def cell_front(body: MagneticBody, other: MagneticBody) -> tuple[Floats, Floats]:
     """Returns positions [m] and moments [A m^2], each (n, 3), of the cells that act on `other`.
 
-    These cells are the front of `body` towards `other`. Both bodies must be made by cells().
+    These are the coarsest cells of `body` that are far enough from `other` for their size. Both
+    bodies must be made by cells().
     """
     return _core.magnetic_cell_front(body, other)
 

@@ -40,7 +40,7 @@ Strip random_strip(double length, double width, Index across, unsigned seed, int
 
 Vector lumped_areas(const Points& vertices, const Triangles& triangles);  // [m^2]
 
-// Small deflections [m] of a flat sheet under a load of 1 N/m^2.
+// Returns the deflections [m] of a flat sheet under a load of 1 N/m^2, from a linear solve.
 Vector deflections(const Points& vertices, const Triangles& triangles,
                    const std::vector<std::uint8_t>& prescribed, const Bending& bending);
 // Mean deflection at the tip of a strip [m].

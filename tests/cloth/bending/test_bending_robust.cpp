@@ -179,7 +179,7 @@ TEST_CASE(
   for (Index t = 0; t < m; ++t)
     for (const Index e : edges.of_triangle[t])
       edge_of_mesh[t] = edge_of_mesh[t] || edges.triangles[e][1] < 0;
-  const double small = 1e-6;  // at this size, angles are linear in the height
+  const double small = 1e-6;  // curvatures [1/m] so small that angles are linear in z
   double sign = 0.0;
   int n_interior = 0;
   for (const Vec3& kappa :
@@ -229,7 +229,8 @@ TEST_CASE(
     ++n_valid;
     const auto bending = make_midedge_bending(flat_setup(x, mesh.triangles(), rigidity));
     n_averaged += bending->averaged_edges();
-    // Bound at unit density. The factor 16 is not proven, but no measured mesh exceeds it.
+    // The bound is for unit rigidity and density. Its factor of 16 is not proven, but no measured
+    // mesh exceeds it.
     CHECK(bending->largest_eigenvalue(lumped_areas(x, mesh.triangles())) <=
           16.0 / std::pow(least_height, 4));
   }

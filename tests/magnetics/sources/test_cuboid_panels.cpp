@@ -9,7 +9,7 @@ using namespace loomstone;
 
 namespace {
 
-// Returns the positions of the panels' edges along an axis, from the middle to the end.
+// Returns the nonnegative coordinates of the panels' corners along an axis, in ascending order.
 std::set<double> edges_along(const std::vector<FlatPanel>& panels, int axis) {
   std::set<double> edges;
   for (const FlatPanel& panel : panels)

@@ -65,7 +65,7 @@ def test_the_inductance_of_a_loop_with_itself_is_refused_because_it_is_infinite(
     for other in (loop, loop.rotated((np.pi, 0, 0)), M.loop(radius=0.1, current=2.0)):
         with pytest.raises(ls.InvalidInput, match="thin wire with itself is infinite"):
             M.mutual_inductance(loop, other)
-    # A solenoid with itself, and loops that are close, have a finite inductance.
+    # A solenoid has a finite self-inductance, and close loops a finite mutual inductance.
     winding = M.solenoid(radius=0.1, length=0.05, current=1.0, turns=100)
     assert np.isfinite(M.mutual_inductance(winding, winding))
     assert M.mutual_inductance(loop, loop.moved((0, 0, 1e-4))) > 0
@@ -127,7 +127,7 @@ def test_a_changing_given_current_drives_a_nearby_circuit():
     wave = 2 / 400 * (current * np.exp(-2j * np.pi * frequency * time)).sum()
     omega = 2 * np.pi * frequency
     wanted = -1j * omega * MUTUAL / (0.5 + 1j * omega * 4e-3) * -1j
-    assert abs(wave - wanted) < 2e-3 * abs(wanted)  # errors: (omega h)^2 and linear interpolation
+    assert abs(wave - wanted) < 2e-3 * abs(wanted)  # steps of h: errors of order (omega h)^2
     assert abs(balance(sim)) < 1e-12
 
 

@@ -1,5 +1,5 @@
-// Claims about collisions at events within asynchronous steps, docs/method.md, "Asynchronous
-// steps".
+// Claims about collisions at events within asynchronous steps (see "Asynchronous steps" in
+// docs/method.md).
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
