@@ -28,9 +28,9 @@ Vec3 weighted(const Contact& contact, const Points& field) {
   return sum;
 }
 
-// Evaluates the force law at a signed gap. Below a tenth of the thickness, or below a smaller start
-// distance, the law is extended linearly. An iterate that has passed through the surface is then
-// pushed back by a finite force.
+// Evaluates the force law at a signed gap. Below a tenth of the thickness, or below the distance at
+// the start if that is smaller, the law is extended linearly. An iterate that has passed through
+// the surface is then pushed back by a finite force.
 ContactForce force_at_gap(const ContactLaw& law, double gap, double stiffness) {
   const double least = std::min(0.1 * law.thickness, law.distance);
   if (gap >= least) return contact_force(gap, law.thickness, stiffness);
@@ -54,9 +54,10 @@ double secant_stiffness(const ContactLaw& law, const ContactForce& start, double
   return (predicted - start.force) / (from - gap(predicted));
 }
 
-// Change of the distance of a contact from x0 to x [m].
+// Change of the distance of a contact from x0 to x [m]. `prescribed` is due to vertices of
+// prescribed motion, and `free` to all other vertices.
 struct DistanceChange {
-  double prescribed = 0.0, free = 0.0;  // by vertices of prescribed motion, by all others
+  double prescribed = 0.0, free = 0.0;
 };
 
 DistanceChange distance_change(const Contact& contact, const CollisionModel& model,
