@@ -176,8 +176,8 @@ class LinearisedIntegrator final : public Integrator {
     });
   }
 
-  // Adds explicit bending forces. Second-order schemes extrapolate these forces to the time at
-  // which they evaluate forces.
+  // Adds explicit bending forces. Second-order schemes extrapolate these forces from the starts of
+  // the last step and of this one to SchemeCoefficients::time.
   void add_explicit_bending(const Step& step, ClothState& state) {
     if (elasticity_.implicit_bending()) return;
     const Index begin = step.begin(), end = step.end();

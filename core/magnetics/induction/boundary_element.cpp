@@ -161,8 +161,8 @@ class CuboidBoundaryElements final : public BoundaryElements {
   }
 
  private:
-  // Returns the sign of the charge on a mirror image. The bits of `symmetry` are the axes along
-  // which the charge is odd.
+  // Returns the sign of the charge on a mirror image. The bits of `mirror` are the axes along which
+  // the image is mirrored, and those of `symmetry` the axes along which the charge is odd.
   static double sign(int symmetry, int mirror) {
     const int odd = symmetry & mirror;
     return ((odd & 1) + (odd >> 1 & 1) + (odd >> 2 & 1)) % 2 == 0 ? 1.0 : -1.0;

@@ -45,7 +45,8 @@ double work_of_loads(const Loads& loads, const State& state, const Engines& engi
   });
 }
 
-// Elastic forces at x in owned rows, with viscous forces at the velocities v if given (n x 3) [N].
+// Returns the elastic forces at x in owned rows (n x 3) [N]. Includes the viscous forces at the
+// velocities v unless v is null.
 Points inner_forces(const Points& x, const Points* v, Engines& engines) {
   const Index n = engines.model.cloth.n_vertices;
   const Index begin = std::min(engines.layout.begin(), n), end = std::min(engines.layout.end(), n);
@@ -99,7 +100,7 @@ PartWork work_of_contacts(const StepContext& part, const Loads& loads, NearConta
   displacement.topRows(n) = state.cloth.x - loads.x0.topRows(n);
   displacement.bottomRows(model.n_rows() - n) = part.h * solved.body_velocity;
   ExtraTerms terms = near.terms;
-  // Forces are those at the time at which the scheme evaluates them.
+  // Forces are evaluated at the same time within the step as in the scheme.
   const double time = engines.integrator->time_of_forces();
   const bool newton = engines.integrator->asks_energy();  // the scheme solves with the exact law
   if (newton)

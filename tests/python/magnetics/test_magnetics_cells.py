@@ -22,8 +22,8 @@ def lattice(n):
 @pytest.mark.parametrize(
     ("name", "m1", "m2", "force", "torque1", "torque2"),
     [
-        # m2 is at +x of m1. The numbers are the signs of the force on 2 along x and y, and of the
-        # torques about z.
+        # m2 is at +x of m1. The numbers are the signs of the force on m2 along x and y, and of the
+        # torques on m1 and m2 about z.
         ("A1, side by side, parallel: repelled", (0, 1, 0), (0, 1, 0), (1, 0), 0, 0),
         ("A2, side by side, antiparallel: attracted", (0, 1, 0), (0, -1, 0), (-1, 0), 0, 0),
         ("B1, in line, parallel: attracted", (1, 0, 0), (1, 0, 0), (-1, 0), 0, 0),
@@ -108,8 +108,8 @@ def test_every_level_carries_the_whole_moment_and_leaves_keep_their_margin():
         else:
             depth = np.minimum(0.01 - rho, 0.01 - np.abs(leaves[:, 2]))
             depth = np.minimum(depth, rho - 0.005) if name == "ring" else depth
-        # A leaf lies at least half its diameter below the surface. The last subdivision is a
-        # bisection, so leaves have up to twice the given density, and the bound uses 1e8.
+        # The centre of a leaf lies at least half a diameter below the surface. The last subdivision
+        # is a bisection, so leaves have up to twice the given density, and the bound uses 1e8.
         slack = 1e-12 if name != "mesh" else 2e-4  # the mesh lies inside its sphere
         assert depth.min() >= 0.5 * (1 / 1e8) ** (1 / 3) - slack, name
 
@@ -190,8 +190,8 @@ def test_cells_keep_momentum_near_far_and_overlapping():
         on_b, on_a = M.force(on=b, by=a), M.force(on=a, by=b)
         assert np.isfinite(on_b.force).all() and np.linalg.norm(on_b.force) < 1e4
         assert np.array_equal(on_b.force, -on_a.force)
-        # The engine could make forces opposite by construction. Therefore both fronts are also
-        # summed independently.
+        # Opposite forces prove little, because the engine could set one from the other. Therefore,
+        # the force and torque on a are also compared with a direct sum over both fronts.
         (xa, ma), (xb, mb) = M.cell_front(a, b), M.cell_front(b, a)
         if np.linalg.norm(offset) > 0.02:
             fa, ta = M.dipole_forces(xa, ma, xb, mb)
