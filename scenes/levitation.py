@@ -3,8 +3,8 @@
 
 It is released beside and above its equilibrium, oscillates about it and never touches the ring. The
 field vanishes at a point on the axis, and a superconductor is driven towards weaker fields. The
-cube also turns, because its corners are driven out first. A permanent magnet would fall or flip
-(`material="magnet"`). Red is north and blue is south.
+cube also turns, because its corners are driven there first. With `material="magnet"`, a permanent
+magnet takes its place and falls or flips. Red is north and blue is south.
 """
 
 from typing import Any
@@ -65,8 +65,8 @@ def balance(material: str = "superconductor", density: float = 6000.0) -> float:
 
 
 def scene(material: str = "superconductor", shape: str = "ball") -> ls.Scene:
-    """material: superconductor | magnet (J = 0.05 T, parallel to that of the ring); shape: ball |
-    cube (of the same volume, slightly rotated).
+    """material: superconductor | magnet (J = 0.05 T, parallel to J of the ring); shape: ball |
+    cube (of the volume of the ball, slightly rotated).
     """
     if shape not in ("ball", "cube") or material not in ("superconductor", "magnet"):
         raise ls.InvalidInput(

@@ -71,9 +71,10 @@ void check_response(const Magnet& magnet, const std::string& where) {
 }
 
 // Replaces the exact fields of meshes and cells by expansions if many spheres are in these fields.
-// An expansion pays off only over many evaluations. At the bound `most_exact`, building that of a
-// mesh takes as long as about twenty evaluations of all its faces. For 100 spheres, building that
-// of cells takes as long as about 1,400 evaluations of all cells, for any number of cells.
+// An expansion pays off only over many evaluations, each of which is the exact field at all
+// spheres. At the bound `most_exact`, building the expansion of a mesh takes as long as about
+// twenty evaluations. With 100 spheres, building the expansion of cells takes as long as about
+// 1,400 evaluations, for any number of cells.
 void expand_fields(MagneticModel& model) {
   constexpr std::size_t most_exact = 20000, few_spheres = 100;
   constexpr Index few_cells = 1000;
@@ -132,7 +133,8 @@ void add_magnets(const MagneticScene& scene, MagneticModel& model) {
 }
 
 double pole_at(const MagneticModel& model, Index carrier, const Vec3& point) {
-  // Distance up to which a magnet counts as near, in its radii. It includes enclosing bodies.
+  // `nearest` is the smallest distance to a magnet so far, divided by the radius of the magnet. The
+  // limit 1.3 includes points on a body that encloses its magnet.
   double nearest = 1.3, pole = 0.0;
   for (const CarriedMagnet& magnet : model.magnets) {
     if (magnet.carrier != carrier || !magnet.source || magnet.source->moment().isZero(0.0))

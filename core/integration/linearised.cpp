@@ -136,8 +136,8 @@ class LinearisedIntegrator final : public Integrator {
     displace_rows_of_others(step, state, body_velocity);
   }
 
-  // Sets u0 in those rows of other ranks that this rank reads: all rows if there are terms, and
-  // otherwise the halo of the matrix.
+  // Sets u0 (displacement_) in the rows of other ranks that this rank reads. If there are terms,
+  // these are all rows, and otherwise the halo of the matrix.
   void displace_rows_of_others(const Step& step, const ClothState& state,
                                const Points& body_velocity) {
     const RowLayout& layout = step.layout;
@@ -176,8 +176,8 @@ class LinearisedIntegrator final : public Integrator {
     });
   }
 
-  // Adds explicit bending forces. Second-order schemes extrapolate these forces to the time at
-  // which they evaluate forces.
+  // Adds explicit bending forces. Second-order schemes extrapolate these forces from the starts of
+  // the last step and of this one to SchemeCoefficients::time.
   void add_explicit_bending(const Step& step, ClothState& state) {
     if (elasticity_.implicit_bending()) return;
     const Index begin = step.begin(), end = step.end();
@@ -269,9 +269,9 @@ class LinearisedIntegrator final : public Integrator {
   Elasticity& elasticity_;
   double tolerance_;
   // True if the stress in the geometric term of the Jacobian excludes the strain that the last step
-  // neglected. This requires steps with a bounded error; otherwise wrinkles that snap would lose
-  // their damping. It is not used with BDF-2, which would gain energy: a swinging triangle would
-  // gain 30 % of its energy in steps of 8 ms.
+  // neglected. It is false for steps without a bounded error, in which snapping wrinkles would lose
+  // their damping. It is also false for BDF-2, with which a swinging triangle would gain 30 % of
+  // its energy in steps of 8 ms.
   bool corrects_stress_;
   StepSolve solver_;
   SolveMemory memory_;  // reused storage; no results carry over between steps

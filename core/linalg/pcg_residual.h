@@ -11,11 +11,12 @@ double true_residual(PcgSolve& solve, const Points& b, bool x_is_zero);
 
 // Like true_residual(), but uses PcgMemory::matrix_times_x of the last solve instead of a matrix
 // product. Since that solve, only b and the extra terms may have changed. The result is accurate to
-// single precision, like the iteration of that solve. Collective.
+// single precision, like the residuals of that solve. Collective.
 double known_residual(PcgSolve& solve, const Points& b);
 
-// Keeps the iteration of a solve that stopped early, so that the next solve can continue it.
-// Computes matrix_times_x from the single-precision residual of the iteration. Collective.
+// Prepares the memory of a solve that stopped early, so that the next solve can continue from its
+// last iteration. Computes matrix_times_x from the single-precision residual of this iteration.
+// Collective.
 void keep_iteration(PcgSolve& solve, const Points& b);
 
 }  // namespace loomstone

@@ -56,7 +56,8 @@ LOOMSTONE_INLINE Row inverse_times(const float* m, const Row& v) {
 
 // Forward and backward sweep. Returns r . z. A block A is stored by its cyclic diagonals
 // d = (00 11 22), b = (01 12 20) and c = (02 10 21):
-//   A v = d v + b yzx(v) + c zxy(v),   A^T v = d v + yzx(c v) + zxy(b v).
+//   A v = d v + b yzx(v) + c zxy(v),   A^T v = d v + yzx(c v) + zxy(b v),
+// where products are taken entry by entry, and yzx(v) = (v_y, v_z, v_x), zxy(v) = (v_z, v_x, v_y).
 template <class, class Scalar>
 LOOMSTONE_INLINE double sweep(Tables s, const Scalar* r, Scalar* z, Scalar* t, Scalar* u) {
   using Row = std::conditional_t<std::is_same_v<Scalar, float>, FloatQuad, Quad>;

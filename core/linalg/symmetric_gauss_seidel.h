@@ -31,7 +31,7 @@ class SymmetricGaussSeidel {
   // start_ (rows + 1) is the first block of each row, and column_ (blocks of L) the column of each
   // block, both in the row order.
   std::vector<Index> start_, column_;
-  std::vector<Index> source_;  // (blocks of L) block of the matrix
+  std::vector<Index> source_;  // (blocks of L) index of each block among those of the matrix
   // Scratch memory of one solve.
   std::vector<float> lower_;    // (9 x blocks of L + 3) entries 00 11 22 01 12 20 02 10 21
   std::vector<float> inverse_;  // (rows x 12) S^-1 in the row order

@@ -30,7 +30,9 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
     } while (edge != start);
   }
   const bool polyhedron = hull.vertices.size() <= most_polyhedron_vertices;
-  constexpr int most_reduced = 2000;  // the cost is quadratic in faces; larger hulls count as round
+  // Hulls with more vertices count as round, because finding their true corners takes time
+  // proportional to the square of the number of faces.
+  constexpr int most_reduced = 2000;
   if (!polyhedron && hull.vertices.size() <= most_reduced) {
     const std::vector<Vec3> corners = Polyhedron(vertices, faces).corners();
     if (corners.size() >= 4 && corners.size() <= most_polyhedron_vertices)

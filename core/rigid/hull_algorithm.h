@@ -22,7 +22,8 @@ class HullAlgorithms {
 
  private:
   struct Create : btCollisionAlgorithmCreateFunc {
-    btCollisionAlgorithmCreateFunc* others = nullptr;  // Bullet's, for hulls with no Polyhedron
+    // Creates Bullet's algorithm, for hulls without a Polyhedron.
+    btCollisionAlgorithmCreateFunc* others = nullptr;
     btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
                                                    const btCollisionObjectWrapper* first,
                                                    const btCollisionObjectWrapper* second) override;

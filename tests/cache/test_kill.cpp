@@ -43,7 +43,7 @@ bool kill_after(unsigned microseconds, const Work& work) {
   return WIFSIGNALED(status);
 }
 
-// Checks every frame and report of a run, and returns their numbers.
+// Checks every frame and report of a run. Returns how many frames and how many reports there are.
 std::pair<int, int> check_run(const std::string& directory, const FrameTopology& topology) {
   const FrameReader reader(directory);
   CHECK(same(reader.topology(), topology));

@@ -18,8 +18,7 @@ TEST_CASE("rotation vector, quaternion and matrix represent the same rotation") 
   for (const Vec3& v : vectors) {
     const Vec4 q = quaternion_from_rotation_vector(v);
     CHECK(q.norm() == Approx(1.0).epsilon(1e-15));
-    // The error is the rounding of cos and sin. It is relative to the vector, even if the vector is
-    // tiny.
+    // The tolerance allows for the rounding of cos and sin.
     CHECK((rotation_vector(q) - v).norm() <= 1e-15 + 4e-16 * v.norm());
     const Mat3 expected = v.norm() > 0
                               ? Eigen::AngleAxisd(v.norm(), v.normalized()).toRotationMatrix()

@@ -69,7 +69,7 @@ class LimitElements {
     return corners_.data() + 24 * static_cast<std::size_t>(slot / 8) + slot % 8;
   }
 
-  // Holds these vertices, in addition to the prescribed ones, until the next call.
+  // Holds these vertices in addition to the prescribed ones, and releases those of the last call.
   void hold(const std::vector<Index>& vertices);
 
   limit::Tables tables() const;

@@ -169,8 +169,8 @@ int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   const double permanent = std::abs(ux) * (std::abs(vw_x) + std::abs(wv_x)) +
                            std::abs(uy) * (std::abs(vw_y) + std::abs(wv_y)) +
                            std::abs(uz) * (std::abs(vw_z) + std::abs(wv_z));
-  // Shewchuk's error bound is (7 + 56 e) e times `permanent` with e = epsilon / 2. This bound is
-  // larger.
+  // Shewchuk's error bound is (7 + 56 e) e times `permanent` with e = epsilon / 2. The bound used
+  // here is larger.
   if (std::abs(determinant) > 8.0 * std::numeric_limits<double>::epsilon() * permanent)
     return sign(determinant);
   return exact_orientation(a, b, c, d);

@@ -91,9 +91,10 @@ double steepest_slope(const Contact& contact, const ContactInputs& inputs) {
   return rigid / (inputs.step * inputs.step * std::max(inverse_mass, 1e-300));
 }
 
-// Change of the distance of a contact from x0 to x [m].
+// Change of the distance of a contact from x0 to x [m]. `prescribed` is due to vertices of
+// prescribed motion, and `free` to all other vertices.
 struct DistanceChange {
-  double prescribed = 0.0, free = 0.0;  // by vertices of prescribed motion, by all others
+  double prescribed = 0.0, free = 0.0;
 };
 
 DistanceChange distance_change(const Contact& contact, const CollisionModel& model,

@@ -42,12 +42,13 @@ class ContactTerms {
   double at(const Team& team, const Points& displacement, double time, TermRequest request,
             ExtraTerms& terms);
 
-  // Linearises the terms again about the start of the step, with friction for the given
-  // displacement. The friction limit follows from the predicted normal force, and the secant
-  // stiffness from the slip. Contacts that would close get the secant stiffness of their normal
-  // force. Returns the sum of the errors that the friction in `terms` had on entry, relative to the
-  // sum of the limits [1], or 1 if any contact would close. The inverse masses of cloth rows [1/kg]
-  // serve to predict the slip of contacts whose friction was too large.
+  // Linearises the terms again about the start of the step. `displacement` determines the normal
+  // force, from which the friction limit follows, and the slip, from which friction and its secant
+  // stiffness follow. If a contact would close, its normal stiffness is also a secant stiffness.
+  // Returns the error that friction had in `terms` before the call, summed over all contacts and
+  // divided by the sum of their friction limits [1]. Returns 1 if any contact would close. The
+  // inverse masses of cloth rows [1/kg] serve to predict the slip of contacts whose friction was
+  // too large.
   double friction_at(const Team& team, const Points& displacement, double time,
                      const Vector& inverse_mass, ExtraTerms& terms) const;
 
@@ -70,15 +71,16 @@ class ContactTerms {
 // Inputs of contact_energies(), for n collision vertices.
 struct ContactEnergyInputs {
   const Points& x;             // (n x 3) [m]
-  const Points& x0;            // (n x 3) positions before a motion to x, or x [m]
+  const Points& x0;            // (n x 3) start of the motion that ends at x, or x itself [m]
   const Vector& inverse_mass;  // as in ContactInputs
   const Points& forces;        // as in ContactInputs
-  int n_parts = 1;             // number of equal parts of this motion
+  int n_parts = 1;             // number of equal parts of the motion from x0 to x
 };
 
 // Returns the energy of the normal forces and of the friction anchors of contacts at the end of
-// each part of the motion [J], as if vertices of prescribed motion stayed at x0. It is an estimate
-// for all parts but the last: distances change linearly, and anchors slip from zero.
+// each part of the motion [J], as if vertices of prescribed motion stayed at x0. The energies of
+// all parts but the last are estimates. They assume that distances change linearly and that the
+// slip of anchors grows linearly from zero.
 std::vector<double> contact_energies(const CollisionModel& model, const ContactEnergyInputs& inputs,
                                      const std::vector<Contact>& contacts,
                                      const ContactState& state);

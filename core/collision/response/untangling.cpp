@@ -8,9 +8,9 @@ namespace loomstone {
 
 namespace {
 
-// Relative speed along `way_out` [thickness/s], and largest motion in one step [thickness]. The
-// speed is low compared with free motion, so that surfaces are not thrown apart. A sheet that has
-// passed through by 50 thicknesses returns within half a second.
+// Speed of a piercing edge relative to the triangle [thickness/s], and its largest motion in one
+// step [thickness]. The speed is low compared with free motion, so that surfaces are not thrown
+// apart. A sheet that has passed 50 thicknesses through another returns within half a second.
 constexpr double speed = 100.0, longest = 0.5;
 
 // Returns the distance by which the edge moves along `way_out` relative to the triangle in this

@@ -12,10 +12,10 @@ namespace {
 // Width of the zone around a contour, as a number of edges. In it, pairs with the part that has
 // passed through are ignored.
 constexpr int rounds_around = 2;
-// A part is retracted together with its surface under three conditions. The contour is at least
-// `least_length` times as long as the square root of the surface's area. The part has at least the
-// fraction `least_share` of this area. The length of the vector sum of its ways out is more than
-// `least_agreement` times the sum of their lengths. Other parts move back alone.
+// Three conditions under which the whole surface of a part that has passed through is retracted.
+// The contour is at least `least_length` times as long as the square root of the surface's area.
+// The part has at least the fraction `least_share` of this area. The mean of Piercing::way_out
+// along the contour is longer than `least_agreement`. Otherwise, the part moves back alone.
 constexpr double least_length = 0.5, least_share = 0.02, least_agreement = 0.5;
 
 Vec3 point(const Points& x, Index vertex) { return x.row(vertex).transpose(); }
@@ -73,9 +73,9 @@ void TangleFinder::cut_off(const Points& x, Tangle& tangle) const {
   drop_opposed(tangle);
 }
 
-// Removes retractions of the same two surfaces in opposite directions, because they would not move
-// the surfaces apart. An example is a cloth with a board through its middle. The piercings of these
-// contours then have no way out.
+// Removes retractions of the same two surfaces in opposite directions, because together they would
+// not move the surfaces apart. An example is a cloth with a board through its middle. Sets
+// Piercing::way_out to zero on the contours of the removed retractions.
 void TangleFinder::drop_opposed(Tangle& tangle) {
   const auto opposed = [](const Retraction& a, const Retraction& b) {
     const double along = a.direction.dot(b.direction);
@@ -128,8 +128,8 @@ void TangleFinder::cut_along(const Points& x, std::span<Piercing* const> contour
   retract(x, contour, area, cut, tangle);
 }
 
-// Adds the retraction of the smallest part that the contour cuts off, if it is a large part of its
-// surface and all of it returns in about the same direction.
+// Adds the retraction of the smallest part that the contour cuts off, if the three conditions at
+// `least_length` hold and the contour lies between two surfaces that are not connected.
 void TangleFinder::retract(const Points& x, std::span<Piercing* const> contour,
                            const std::vector<double>& area, const Cut& cut, Tangle& tangle) const {
   const int part = smallest_part(contour, cut);
@@ -166,9 +166,9 @@ void TangleFinder::retract(const Points& x, std::span<Piercing* const> contour,
   tangle.retractions.push_back(std::move(retraction));
 }
 
-// Vertex areas assume that the contour halves each edge. Corrects the sizes of parts by the strips
-// between the midpoints of the edges and the contour, so that sizes change smoothly as the contour
-// moves.
+// Corrects the sizes of parts, which are sums of vertex areas and thus assume that the contour
+// halves each edge that it crosses. The correction is the strip between the midpoints of these
+// edges and the contour. With it, sizes change smoothly as the contour moves.
 void TangleFinder::refine_sizes(const Points& x, std::span<Piercing* const> contour, Cut& cut) {
   double length = 0.0;
   std::map<int, int> n_edges;  // number of edges of each part

@@ -33,8 +33,8 @@ constexpr Setting settings[] = {{3, 0.7, 2e-2},  {4, 0.65, 7e-3},   {5, 0.6, 2.5
 constexpr int n_settings = 12;
 constexpr double spare = 0.75;  // safety factor for sets with slightly larger errors
 // Minimum number of observers for which a setting is first tested on the leaves that contain
-// samples. The test saves a whole pass if the setting is not accurate enough, which happens in a
-// tenth of the cases. It takes a tenth of a pass at 100,000 observers and less with more.
+// samples. At 100,000 observers, the test takes a tenth of the time of a pass, and less with more.
+// In a tenth of the cases, the setting is not accurate enough, and the test saves a whole pass.
 constexpr Index worth_a_look = 200000;
 
 // Marks the cells that contain any of the rows.
@@ -123,8 +123,8 @@ bool controlled(double tolerance, const PointTree& observers, const std::vector<
   return false;
 }
 
-// Buffers for the points of a leaf. They contain field and gradient, or the force on the moments
-// `own`.
+// Buffers for the points of a leaf. `own` are the moments at these points. `field` and `gradient`
+// are due to far cells, `near` and `near_force` to near leaves.
 struct LeafValues {
   alignas(64) double points[3 * leaf_size], own[3 * leaf_size], field[3 * leaf_size],
       gradient[6 * leaf_size], near[6 * leaf_size], near_force[3 * leaf_size];

@@ -17,8 +17,8 @@ void add_force(const Vec3& position, double charge, const Vec3& field, Wrench& s
   sum.torque += position.cross(force);
 }
 
-// Two bodies on one pair of grids. The charges mu0 sigma [T] are in the order of the clusters.
-// There is one wrench for each set of charges on `on`.
+// Forces between two bodies through a single grid of each. The charges mu0 sigma [T] are in the
+// order of the clusters. There is one wrench for each set of charges on `on`.
 struct GridWrenches {
   const PanelClusters &on, &by;
   const RigidPose& pose;  // of `on` in the axes of `by`

@@ -1,6 +1,7 @@
-// Forces between two bodies with uniformly charged panels, in N log N time. Near panels act at the
-// samples of the other body, and far clusters at their nodes; see panel_clusters.h. Richardson
-// extrapolation applies to the force of bodies that interact grid by grid.
+// Forces between two bodies with uniformly charged panels, in N log N time. The field of near
+// panels is evaluated at the sample points of the other body, and the field of far clusters at the
+// nodes of that body's clusters; see panel_clusters.h. If the bodies interact grid by grid,
+// Richardson extrapolation applies to the force.
 #pragma once
 
 #include <optional>
@@ -11,16 +12,16 @@
 
 namespace loomstone {
 
-// Panels at a pose, with charges mu0 sigma [T] that include the shares of their grids.
+// Panels at a pose. The charges mu0 sigma [T] are already multiplied by PanelGrid::share.
 struct PlacedCharges {
   const PanelSet& set;
   const Vector& charges;
   const RigidPose& pose;
 };
 
-// Returns the mean charges of the panels of an induced body, for forces between induced bodies. The
-// part that varies within panels responds only to magnets, and its field is expensive. There is no
-// value for sources without panels.
+// Returns the panels of a body with the mean charge of each, for forces between induced bodies.
+// Returns nullopt for sources without panels. The variation of charge within panels is left out,
+// because only magnets cause it, and its field is expensive.
 std::optional<PlacedCharges> mean_charges(const MagneticBody& body);
 
 // panel_wrench() returns the wrench on `on`. panel_wrenches() returns one wrench for each set of

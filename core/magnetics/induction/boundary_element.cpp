@@ -16,15 +16,16 @@ namespace {
 // points.
 constexpr double near = 3.0;
 
-// Returns log(r - u) without cancellation, where r^2 = u^2 + rest. Where the logarithm is infinite,
-// the factors that multiply it vanish.
+// Returns log(r - u) without cancellation, where r^2 = u^2 + rest. For r = u, it returns a finite
+// value in place of -infinity, because the kernels below then multiply it by zero.
 double log_below(double r, double u, double rest) {
   return std::log(std::max(u > 0.0 ? rest / (r + u) : r - u, 1e-300));
 }
 
-// Fourfold integrals of the normal field component, which is w / r^3 between parallel and u / r^3
-// between perpendicular rectangles [Akoun1984]. v is the coordinate along the edge direction that
-// perpendicular rectangles share.
+// Integrals of the normal component of the field over two rectangles [Akoun1984]. u, v and w are
+// coordinate differences between two corners. For parallel rectangles, w is along their normal, and
+// the component is w / r^3. For perpendicular rectangles, u is along the normal of the rectangle in
+// the field, v along the edge direction of both, and the component is u / r^3.
 double parallel_kernel(double u, double v, double w) {
   const double r = std::sqrt(u * u + v * v + w * w);
   return -u * w * log_below(r, u, v * v + w * w) - v * w * log_below(r, v, u * u + w * w) +
@@ -160,8 +161,8 @@ class CuboidBoundaryElements final : public BoundaryElements {
   }
 
  private:
-  // Returns the sign of the charge on a mirror image. The bits of `symmetry` are the axes along
-  // which the charge is odd.
+  // Returns the sign of the charge on a mirror image. The bits of `mirror` are the axes along which
+  // the image is mirrored, and those of `symmetry` the axes along which the charge is odd.
   static double sign(int symmetry, int mirror) {
     const int odd = symmetry & mirror;
     return ((odd & 1) + (odd >> 1 & 1) + (odd >> 2 & 1)) % 2 == 0 ? 1.0 : -1.0;

@@ -22,8 +22,8 @@ namespace loomstone {
 
 using DenseMatrix = Eigen::MatrixXd;
 
-// The matrix K of a shape: the flux of a unit charge density on each panel through all panels
-// (targets x sources) [m^2].
+// The matrix K of a shape (targets x sources) [m^2]. K_ij is the flux through panel i of a unit
+// charge density on panel j.
 class BoundaryElements {
  public:
   virtual ~BoundaryElements() = default;
@@ -38,7 +38,8 @@ class BoundaryElements {
 };
 
 // Returns the matrix for rectangles in the order of cuboid_panels(), from closed forms [Akoun1984].
-// Each of the eight symmetry classes of the body has its own equation of an eighth of the size.
+// The charge is a sum of eight parts, each of which is even or odd along each axis. Every part has
+// its own equation, with an eighth of the unknowns.
 std::unique_ptr<BoundaryElements> cuboid_boundary_elements(const Team& team,
                                                            const std::vector<FlatPanel>& panels);
 // Returns the matrix for triangles of a closed surface, from exact fields at quadrature points.

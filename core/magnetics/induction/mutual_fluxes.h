@@ -13,7 +13,8 @@ class MutualFluxes {
  public:
   // `pose` is the pose of `on` in the axes of `by`.
   MutualFluxes(const Team& team, const PanelSet& on, const RigidPose& pose, const PanelSet& by);
-  // Adds the fluxes [T m^2] of charges mu0 sigma [T], which include the shares of their grids.
+  // Adds the fluxes of `charges` to `fluxes` [T m^2]. The charges mu0 sigma [T] are already
+  // multiplied by PanelGrid::share.
   void add(const Team& team, const Vector& charges, Vector& fluxes) const;
 
  private:

@@ -42,7 +42,8 @@ struct Path {
 };
 
 // Adds the integral of the vector potential of `by` along one circle of the path at the height z.
-// The midpoint rule has `around` points, each of which represents `share` of the winding [A m].
+// The midpoint rule has `around` points. `share` is the current of the winding times the length
+// that each point represents [A m].
 void add_circle(const Path& path, double z, int around, double share, const Source& by,
                 Linkage& sum) {
   alignas(64) double x[3 * points_per_block], a[3 * points_per_block];
@@ -85,7 +86,7 @@ Linkage linkage(const Winding& on, const RigidPose& pose, const Winding& by, int
   return sum;
 }
 
-// Returns whether two loops coincide, up to rounding of the integral.
+// Returns whether two loops coincide, with a tolerance of 1e-7 of the radius for rounding errors.
 bool coincide(const Winding& a, const Winding& b, const RigidPose& between) {
   const double near = 1e-7 * a.radius;
   const Vec3 axis = rotation_matrix(between.orientation).col(2);
@@ -97,7 +98,8 @@ bool coincide(const Winding& a, const Winding& b, const RigidPose& between) {
 
 double mutual_inductance(const MagneticBody& a, const MagneticBody& b, double tolerance) {
   const Winding wa = winding_of(a), wb = winding_of(b);
-  // The path is the shorter winding, or a loop if there is one.
+  // The potential is integrated along the shorter winding. Loops have the length 0. Of two windings
+  // of equal length, the one with the smaller radius is taken.
   const bool along_a = wa.length != wb.length ? wa.length < wb.length : wa.radius <= wb.radius;
   const MagneticBody &on = along_a ? a : b, &by = along_a ? b : a;
   const RigidPose pose = relative_pose(on.pose, by.pose);

@@ -43,7 +43,8 @@ LOOMSTONE_INLINE void take(const MaskOf<Lanes>& where, LoopTerms<Lanes>& into,
   into.dz_br = lanes_select(where, from.dz_br, into.dz_br);
 }
 
-// Terms of a loop near its wire, from elliptic integrals. beyond = rho - 1.
+// Returns the field of a loop and its derivatives near the wire, from elliptic integrals.
+// beyond = rho - 1.
 template <class Lanes>
 LOOMSTONE_INLINE LoopTerms<Lanes> loop_near(const Lanes& rho, const Lanes& beyond,
                                             const Lanes& zeta) {
@@ -64,8 +65,8 @@ LOOMSTONE_INLINE LoopTerms<Lanes> loop_near(const Lanes& rho, const Lanes& beyon
   return out;
 }
 
-// Terms of a loop near its axis and far away, by the midpoint rule. Integrals with cos phi are
-// integrated by parts to avoid cancellation.
+// Returns the field of a loop and its derivatives near the axis and far away, by the midpoint rule.
+// Integrals with cos phi are integrated by parts to avoid cancellation.
 template <class Lanes>
 LOOMSTONE_INLINE LoopTerms<Lanes> loop_smooth(const Lanes& rho, const Lanes& beyond,
                                               const Lanes& zeta) {
@@ -75,7 +76,7 @@ LOOMSTONE_INLINE LoopTerms<Lanes> loop_smooth(const Lanes& rho, const Lanes& bey
   for (int i = 0; i < n_azimuths; ++i) {
     const double c = azimuths.c[i], s = azimuths.s[i], sine2 = 4.0 * s * c;
     const Lanes i2 = 1.0 / (zeta2 + sum2 * c + beyond2 * s), i3 = i2 * lanes_sqrt(i2), i5 = i3 * i2;
-    // Integrands of the integrals of cos phi / D^3 and cos phi / D^5, both divided by rho.
+    // cos phi / D^3 and cos phi / D^5 after integration by parts, both divided by rho.
     const Lanes cosine = 3.0 * sine2 * i5;
     const Lanes cosine5 = 5.0 * sine2 * i5 * i2;
     bz += i3 - rho2 * cosine;
@@ -105,8 +106,8 @@ LOOMSTONE_INLINE LoopTerms<Lanes> loop_terms(const Lanes& rho, const Lanes& beyo
   return out;
 }
 
-// Contribution of one end of a sheet to bz, br and t, for points near that end. Their derivatives
-// along z are fields of loops.
+// Contribution of one end of a sheet to bz, br and t = A_phi / rho, for points near that end. The
+// derivatives of bz and br along z are the field of a loop at this end; see loop_terms().
 template <class Lanes>
 struct SheetEnd {
   Lanes bz, br, t;
@@ -120,7 +121,8 @@ LOOMSTONE_INLINE SheetEnd<Lanes> sheet_end(const Lanes& rho, const Lanes& beyond
               beta2 = lanes_max(zeta * zeta + beyond * beyond, lanes_all<Lanes>(1e-30));
   const Lanes kc = lanes_sqrt(beta2 / alpha2), inverse = 1.0 / lanes_sqrt(alpha2);
   Lanes a1[2] = {lanes_all<Lanes>(-1.0), p}, b1[2] = {lanes_all<Lanes>(1.0), lanes_all<Lanes>(1.0)};
-  elliptic<2>(kc, lanes_all<Lanes>(1.0), a1, b1);  // integrals of (s - c)/Delta and (p c + s)/Delta
+  // Integrals of (s - c) / Delta and (p c + s) / Delta over theta; see the top of this file.
+  elliptic<2>(kc, lanes_all<Lanes>(1.0), a1, b1);
   Lanes a2[2] = {lanes_all<Lanes>(1.0), lanes_all<Lanes>(1.0)},
         b2[2] = {ratio, lanes_all<Lanes>(1.0)};
   elliptic<2>(kc, p, a2, b2);
@@ -165,8 +167,8 @@ LOOMSTONE_INLINE SheetTerms<Lanes> sheet_smooth(const Lanes& rho, const Lanes& b
     const double c = azimuths.c[i], s = azimuths.s[i], sine2 = 4.0 * s * c;
     const Lanes q = sum2 * c + beyond2 * s;
     const Lanes d1 = lanes_sqrt(z12 + q), d0 = lanes_sqrt(z02 + q), i1 = 1.0 / d1, i0 = 1.0 / d0;
-    // `value` is Q, the difference of zeta / (q D) between the two ends. `slope` is
-    // R = -dQ / d(q/2).
+    // `value` is Q, the difference of zeta / (q D) between the two ends, with q = D^2 - zeta^2.
+    // `slope` is R = -dQ / d(q/2).
     const Lanes mixed = z1 * d0 + z0 * d1, inverse = i1 * i0;
     const Lanes cross = lanes_select(aside, mixed, lanes_all<Lanes>(1.0));
     const Lanes aside_q = length * middle * inverse / cross;

@@ -1,5 +1,6 @@
-// Interface of all field sources: magnets, currents and induced bodies. A source gives its field
-// and potentials in its own axes, its shape, and quadrature points for its charge or current.
+// Interface of all field sources: magnets, currents and induced bodies. A source computes its field
+// and potentials in its own axes. It also gives its shape and the quadrature points of its charge
+// or current.
 #pragma once
 
 #include <memory>

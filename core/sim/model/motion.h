@@ -14,7 +14,8 @@ namespace loomstone {
 // user. All other rows are the current positions.
 void pin_targets(const Model& model, const State& state, double time, double share, Points& target);
 
-// Returns the pose of an obstacle's mesh at `time`, from its keyframes or from the user.
+// Returns the pose of an obstacle's mesh at `time`. It follows from the keyframes, or from
+// `share` and the pose that the user has set.
 RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, double time,
                         double share);
 
@@ -22,8 +23,8 @@ RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, do
 void obstacle_vertices(const Model& model, const State& state, double time, double share,
                        Points& vertices);
 
-// Both functions return the obstacles for the rigid-body world. In rigid_obstacles(), `state` is
-// the state at `time`.
+// These two functions return the obstacles for the rigid-body world. In rigid_obstacles(), `state`
+// is the state at `time`.
 std::vector<RigidObstacle> rigid_obstacles(const Model& model, const State& state, double time);
 ObstaclePlaces obstacle_places(const Model& model, const State& state, double time, double share);
 
@@ -31,7 +32,8 @@ ObstaclePlaces obstacle_places(const Model& model, const State& state, double ti
 void body_vertices(const Model& model, const RigidState& rigid, int body,
                    Eigen::Ref<Points> vertices);
 
-// Computes the world positions of all collision vertices of a state: cloth rows, bodies, obstacles.
+// Computes the world positions of all collision vertices of a state. Cloth rows come first, then
+// bodies, then obstacles.
 void collision_vertices(const Model& model, const State& state, Points& vertices);
 
 }  // namespace loomstone

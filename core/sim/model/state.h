@@ -50,8 +50,8 @@ struct State {
   // (n) 1: the user has set a target, which replaces the script
   std::vector<std::uint8_t> pin_override;
   Points pin_target;  // (n x 3) [m], set by the user
-  // Poses set by the user in place of keyframes, one per obstacle: flag (1: set), position [m] and
-  // quaternion (w, x, y, z).
+  // Poses that the user has set, one per obstacle. Where pose_override is 1, they replace the
+  // keyframes. Positions are in [m], and orientations are quaternions (w, x, y, z).
   std::vector<std::uint8_t> pose_override;
   Points pose_position;
   Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> pose_orientation;

@@ -45,7 +45,8 @@ double work_of_loads(const Loads& loads, const State& state, const Engines& engi
   });
 }
 
-// Elastic forces at x in owned rows, with viscous forces at the velocities v if given (n x 3) [N].
+// Returns the elastic forces at x in owned rows (n x 3) [N]. Includes the viscous forces at the
+// velocities v unless v is null.
 Points inner_forces(const Points& x, const Points* v, Engines& engines) {
   const Index n = engines.model.cloth.n_vertices;
   const Index begin = std::min(engines.layout.begin(), n), end = std::min(engines.layout.end(), n);
@@ -56,8 +57,9 @@ Points inner_forces(const Points& x, const Points* v, Engines& engines) {
   return force;
 }
 
-// Viscous forces in owned rows (n x 3) [N]; no rows if no cloth is damped. In the middle of the
-// motion, the rate of strain is exactly its change over the part.
+// Returns the viscous forces in owned rows (n x 3) [N], or no rows if no cloth is damped. The
+// forces are those in the middle of the motion, where the rate of strain is exactly the change of
+// strain divided by the length of the part.
 Points viscous_forces(const StepContext& part, const Loads& loads, const Solved& solved,
                       Engines& engines) {
   if (!is_damped(engines.model.cloth)) return Points(0, 3);
@@ -66,7 +68,7 @@ Points viscous_forces(const StepContext& part, const Loads& loads, const Solved&
   return inner_forces(middle, &velocity, engines) - inner_forces(middle, nullptr, engines);
 }
 
-// Work on prescribed vertices, without that of contacts.
+// Work on prescribed vertices, without the work that they do through contacts.
 double work_of_pins(const Loads& loads, const Points& viscous, const State& state,
                     Engines& engines) {
   if (!pins_move(engines, loads, state)) return 0.0;
@@ -84,8 +86,8 @@ double work_of_pins(const Loads& loads, const Points& viscous, const State& stat
   });
 }
 
-// Work of scripted surfaces and prescribed vertices through contacts, work against friction, and
-// work of forces that untangle.
+// Returns the work that scripted surfaces and prescribed vertices do through contacts, the work
+// done against friction, and the work of forces that untangle.
 PartWork work_of_contacts(const StepContext& part, const Loads& loads, NearContacts& near,
                           const Solved& solved, const State& state, const Engines& engines) {
   PartWork work;
@@ -98,7 +100,7 @@ PartWork work_of_contacts(const StepContext& part, const Loads& loads, NearConta
   displacement.topRows(n) = state.cloth.x - loads.x0.topRows(n);
   displacement.bottomRows(model.n_rows() - n) = part.h * solved.body_velocity;
   ExtraTerms terms = near.terms;
-  // Forces are those at the time at which the scheme evaluates them.
+  // Forces are evaluated at the same time within the step as in the scheme.
   const double time = engines.integrator->time_of_forces();
   const bool newton = engines.integrator->asks_energy();  // the scheme solves with the exact law
   if (newton)

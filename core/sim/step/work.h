@@ -1,4 +1,4 @@
-// Work in a part of a step: that of scripts and loads, and that against friction and viscosity.
+// Work of scripted motion and loads in a part of a step, and work against friction and viscosity.
 #pragma once
 
 #include "core/sim/step/near_contacts.h"
@@ -15,7 +15,7 @@ struct Solved {
 };
 
 struct PartWork {
-  double scripts = 0.0;   // done by scripts
+  double scripts = 0.0;   // done by scripted motion
   double loads = 0.0;     // done by air, the user's forces and forces that untangle
   double friction = 0.0;  // done against friction of contacts in the solve
   double damping = 0.0;   // done against viscosity and damping of bending

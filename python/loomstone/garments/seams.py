@@ -64,7 +64,7 @@ class Pattern:
         return self.panel(panel).edge(edge)
 
     def placed(self, places: Mapping[str, Placement]) -> Pattern:
-        """Returns the pattern with the given placements in place of those of the named panels."""
+        """Returns the pattern with new placements of the named panels."""
         for name in places:
             self.panel(name)
         return Pattern(

@@ -38,8 +38,8 @@ def soft_sphere(
 
     chi = inf is ideal iron, chi = -1 a superconductor. The response is exact for solid harmonics up
     to `degree`. With degree 0, `induce` chooses the degree (up to 400) from its tolerance and the
-    distance of other bodies. Scenes then use degree 1, a point dipole. saturation: mu0 M_s [T], 0:
-    none; see `induce`.
+    distance of other bodies, whereas scenes use degree 1, a point dipole. saturation: mu0 M_s [T],
+    0: none; see `induce`.
     """
     return _core.soft_sphere(
         radius=radius, susceptibility=susceptibility, saturation=saturation, degree=degree

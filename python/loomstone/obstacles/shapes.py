@@ -180,8 +180,9 @@ def funnel(
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
-    """Funnel: a cone from z = 0 to z = `height` on top of a tube, with walls; lengths in [m].
+    """Funnel whose walls have a thickness `wall`; lengths in [m].
 
+    A cone from z = 0 to z = `height` stands on a tube.
     centre : position of the centre of the circle in which cone and tube meet [m]
     """
     surface = meshes.funnel(

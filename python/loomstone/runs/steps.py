@@ -107,7 +107,7 @@ def summary_of_steps(path: Path) -> dict[str, Any]:
 
 
 def _balances(rows: list[dict[str, str]]) -> dict[str, float]:
-    """Returns balances of energy, in parts of the largest kinetic energy of the whole run."""
+    """Returns the run's largest kinetic energy [J] and balances of energy relative to it [1]."""
     kinetic = [float(r["account.largest_kinetic"]) for r in rows]
     largest = max(kinetic)
 

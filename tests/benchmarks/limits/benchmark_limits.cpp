@@ -58,7 +58,7 @@ double sweep(const LimitedCloth& cloth, const Points& x, const char* method, int
   return (best[1] - best[0]) / 8;
 }
 
-// Time [s] of a call that has nothing to correct: of one sweep and the evaluation of the excess.
+// Time [s] of a call that finds nothing to correct. It takes one sweep and evaluates the excess.
 double idle(const LimitedCloth& cloth, const Points& x, const char* method) {
   StrainLimiter limiter(cloth, sweeping(method));
   double best = 1e9;

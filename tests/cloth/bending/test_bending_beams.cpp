@@ -21,7 +21,8 @@ struct Cantilever {
   double width = 0.2;
 };
 
-// Tip deflection under a uniform load q, divided by q L^4 / (8 B), the result of beam theory.
+// Returns the tip deflection under a uniform load q, divided by the deflection q L^4 / (8 b) of
+// beam theory for the flexural rigidity b.
 double deflection_ratio(const Cantilever& c, double b) {
   const Strip strip = make_strip(c.pattern, 1.0, c.width, c.across);
   BendingSetup setup = flat_setup(strip.vertices, strip.triangles, c.rigidity, c.angle);
@@ -65,7 +66,8 @@ TEST_CASE(
     "the deflection of a simply supported plate converges with the square of the element's size") {
   const std::string pattern = GENERATE("alternating", "jittered", "diagonal");
   CAPTURE(pattern);
-  // w B / (q a^4) at the centre for nu = 0.3 (Timoshenko and Woinowsky-Krieger).
+  // Deflection of the centre of a simply supported square plate for nu = 0.3, in units of
+  // q a^4 / B (Timoshenko and Woinowsky-Krieger).
   const double exact = 0.0040624;
   std::vector<double> errors;
   for (const Index n : {6, 12, 24}) {
@@ -115,9 +117,9 @@ TEST_CASE("a strip cut on the bias sags by the rigidity that weft, warp and twis
   d.diagonal() << 1.0, 3.0, 0.8;
   d(0, 1) = d(1, 0) = coupling;
   const Mat3 s = d.inverse();
-  // Moments across the strip and twisting moments vanish, so 1 / B = (S11 + S22 + 2 S12 + S33) / 4
-  // at 45 degrees. The clamp prevents twisting, which stiffens the strip. This effect decreases
-  // with the width, which is a tenth of the length here.
+  // Moments across the strip and twisting moments vanish, so at 45 degrees the rigidity B follows
+  // from 1 / B = (S11 + S22 + 2 S12 + S33) / 4 with S = D^-1. The clamp prevents twisting, which
+  // stiffens the strip. A narrow strip (width 0.1, length 1) keeps this effect small.
   const double compliance = 0.25 * (s(0, 0) + s(1, 1) + 2.0 * s(0, 1) + s(2, 2));
   CHECK(deflection_ratio({"midedge", pattern, 6, d, M_PI / 4, 0.1}, 1.0 / compliance) ==
         Approx(1.0).epsilon(0.02));
@@ -136,8 +138,8 @@ TEST_CASE("the hinge's rigidity along the axes of a grid is within 25 percent of
 TEST_CASE(
     "the hinge's rigidity in strips of smoothed irregular mesh is within 12 percent of B at 16 "
     "elements across, 18 at 6") {
-  // Boundary edges have no hinge, so narrow strips are softer. The worst ratio of four seeds is
-  // 0.833 at 6 elements across, 0.871 at 10 and 0.883 at 16.
+  // Boundary edges have no hinge, so narrow strips are softer. The smallest rigidity of four seeds
+  // is 0.833 B at 6 elements across, 0.871 B at 10 and 0.883 B at 16.
   const auto [across, bound] = GENERATE(table<Index, double>({{6, 0.18}, {10, 0.14}, {16, 0.12}}));
   for (unsigned seed = 1; seed <= 4; ++seed) {
     const Strip strip = random_strip(1.0, 0.2, across, seed, 30);
@@ -150,7 +152,7 @@ TEST_CASE(
 }
 
 TEST_CASE("the hinge's rigidity at 45 degrees to a grid differs from B by more than 20 percent") {
-  // Measured: 2.04 B with diagonals along the strip, 0.75 B with diagonals across it.
+  // Measured rigidities: 2.04 B if diagonals run along the strip, 0.75 B if they run across it.
   for (const std::string pattern : {"along", "across"}) {
     const double ratio = 1.0 / deflection_ratio({"hinge", pattern, 8, isotropic(1.0, 0.0)}, 1.0);
     CHECK(std::isfinite(ratio));

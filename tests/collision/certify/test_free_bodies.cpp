@@ -88,7 +88,7 @@ TEST_CASE(
       angular += Vec3((scene.x.row(v) + share * (given.row(v) - scene.x.row(v))).transpose())
                      .cross(change);
     }
-    // The tolerance covers coordinates of 0.1 m, which are rounded to 1e-17 m.
+    // The tolerance 1e-17 allows for the rounding of coordinates of 0.1 m.
     CHECK(linear.norm() < 1e-14 * (mass * body.moved.norm()) + 1e-17);
     CHECK(angular.norm() <= 1e-12 * size);
   }

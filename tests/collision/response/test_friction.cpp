@@ -9,9 +9,9 @@ using Kind = CollisionSurface::Kind;
 
 namespace {
 
-// Moves a small sheet as a rigid block on a floor under tilted gravity. The block starts at the gap
-// at which its vertex contacts carry its weight, each with a force of 2 k depth^2 / xi. Its
-// vertices share one velocity, computed by semi-implicit Euler.
+// Moves a small sheet as a rigid block on a floor under tilted gravity. All vertices have the same
+// velocity, computed by semi-implicit Euler. The block starts with its weight on vertex contacts of
+// force 2 k depth^2 / xi, where k is the contact stiffness and xi the thickness.
 struct Slide {
   double distance, speed;
 };
@@ -78,7 +78,8 @@ TEST_CASE(
   CHECK(sticking.hessian == 100.0 * tangent);
   const Vec3 s(1e-4, 2e-4, 0), u(9e-4, -1e-4, 0);
   const FrictionResponse slipping = friction_response(s, u, tangent, 100.0, 0.03);
-  // At the predicted end of the step, the force lies on the friction cone along s + u.
+  // With the displacement u predicted for the step, the slip s becomes s + u. The force then lies
+  // on the friction cone in the direction of s + u.
   CHECK((slipping.gradient + slipping.hessian * u).norm() == Approx(0.03));
   CHECK((slipping.gradient + slipping.hessian * u).normalized().dot((s + u).normalized()) ==
         Approx(1.0));
@@ -90,17 +91,17 @@ TEST_CASE(
 TEST_CASE("a block on a slope sticks below the friction angle and slides above it") {
   const Slide held = slide(0.295, 2.0), sliding = slide(0.305, 2.0);
   CHECK(held.speed < 1e-6);
-  CHECK(held.distance < 2e-4);  // elastic displacement of the friction spring: m g sin / k
+  CHECK(held.distance < 2e-4);  // only the elastic displacement of the friction springs
   CHECK(sliding.speed > 0.05);
   CHECK(sliding.distance > 0.05);
 }
 
 TEST_CASE("long slides follow Coulomb's law at every slope above the friction angle") {
-  // Each step repeats its solve with the slip and normal force of this step. With the slip of the
-  // previous step instead, friction would be too large by the fraction h / t after a time t. The
-  // distance would change by 26 % at slope 0.305 and by 3 % at 0.5. At slope 0.305 the net force is
-  // 1.6 % of the friction, so an error of 4 % in the distance is 0.07 % of the friction. Steps of
-  // 4 ms overestimate the distance by h / t = 1 % even without friction.
+  // The tolerances allow for steps of 4 ms, which overestimate the distance by h / t = 1 % even
+  // without friction. At slope 0.305 the net force is 1.6 % of the friction, so the tolerance of
+  // 4 % in the distance is 0.07 % of the friction. Each step repeats its solve with the slip of
+  // this step. With the slip of the previous step, friction would be too large by the fraction
+  // h / t after a time t, and the distance would change by 26 % at slope 0.305 and 3 % at 0.5.
   for (const double h : {1e-3, 4e-3})
     for (const double slope : {0.305, 0.35, 0.5}) {
       const double angle = std::atan(slope),

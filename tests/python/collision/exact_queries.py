@@ -123,7 +123,7 @@ class Time:
 def divided(p: Polynomial, numerator: int, bits: int) -> Polynomial:
     """Removes all factors (t - numerator / 2^bits) from p, up to a positive factor."""
     while p and sign_at(p, numerator, bits) == 0:
-        # (2^bits t - numerator) divides p after a scaling that keeps all steps integer.
+        # Long division by (2^bits t - numerator). Scaling p first keeps all numbers integer.
         quotient, rest = [], 0
         for c in reversed([c << (bits * (len(p) - 1)) for c in p]):
             rest = (c + numerator * rest) >> bits if quotient else c >> bits
@@ -166,7 +166,7 @@ class Hull:
         self.dot = {(i, j): dot(corners[i], corners[j]) for i, j in self.cross}
 
     def holds_origin(self, time: Time) -> bool:
-        """Uses Caratheodory's theorem. The corners and the origin must be coplanar at `time`."""
+        """Returns whether the origin, coplanar with all corners, is in the hull (Caratheodory)."""
         if any(all(time.sign_of(x) == 0 for x in corner) for corner in self.corners):
             return True
         known: dict[tuple[int, int, int], int] = {}
@@ -211,7 +211,7 @@ def exact_verdict(kind: str, query: np.ndarray) -> Fraction | None:
         start = [a - b for a, b in zip(points[i], points[j], strict=True)]
         end = [a - b for a, b in zip(points[4 + i], points[4 + j], strict=True)]
         corners.append([trimmed([s, e - s]) for s, e in zip(start, end, strict=True)])
-    # Quick rejection of most free motions: one coordinate, or the volume, keeps its sign.
+    # There is no contact if one coordinate of all corners, or their triple product, keeps its sign.
     for k in range(3):
         ends = [
             s for corner in corners for s in (sign_at(corner[k], 0, 0), sign_at(corner[k], 1, 0))
@@ -227,7 +227,7 @@ def exact_verdict(kind: str, query: np.ndarray) -> Fraction | None:
     hull = Hull(corners)
     if volume:
         times = roots(volume)
-    else:  # in one plane at all times: contact begins at 0 or where a sign changes
+    else:  # always coplanar: contact begins at 0 or at a root of a coordinate or cross product
         events = [x for corner in corners for x in corner] + [
             c for normal in hull.cross.values() for c in normal
         ]

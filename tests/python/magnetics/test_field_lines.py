@@ -20,8 +20,8 @@ def test_lines_of_a_dipole_are_r_over_sine_squared_and_errors_follow_the_toleran
         errors.append(np.abs(r - 0.05 * (points[:, 0] / r) ** 2)[r > 0.002].max() / 0.2)
         assert found.begins == [m.LineEnd.body] and found.ends == [m.LineEnd.body]
         assert r[[0, -1]] == pytest.approx(0.001, rel=1e-9)  # on the surface
-    # The errors of about forty steps add up. Between the ends of steps, cubic interpolation is of
-    # lower order.
+    # The bounds exceed the tolerances, because the errors of about forty steps add up, and because
+    # the cubic interpolation between the ends of steps is of lower order.
     assert errors[0] < 1e-4 and errors[1] < 1e-5 and errors[2] < 1e-6
 
 
@@ -33,7 +33,8 @@ def test_lines_round_a_wire_are_circles_that_close():
     found = m.field_lines(wire, seeds=[[0.01, 0, 0]], extent=0.1, tolerance=1e-7)
     radii = np.linalg.norm(found.lines[0][:, :2], axis=1)
     assert found.ends == [m.LineEnd.closed]
-    assert radii == pytest.approx(0.01, rel=1e-3)  # the other three sides deform the circle by 1e-4
+    # The other three sides of the rectangular wire deform the circle by 1e-4.
+    assert radii == pytest.approx(0.01, rel=1e-3)
     assert np.linalg.norm(np.diff(found.lines[0], axis=0), axis=1).sum() == pytest.approx(
         2 * np.pi * 0.01, rel=2e-3
     )
@@ -43,7 +44,8 @@ def test_seeds_share_the_flux():
     n = 2000
     found = m.field_lines(m.sphere(radius=0.01, polarization=(0, 0, 1)), n, length=1e-6)
     cosine = np.array([line[0, 2] for line in found.lines]) / 0.01
-    # The cap with cosines above c has the fraction 1 - c^2 of the northern hemisphere's flux.
+    # The polar cap where the cosine of the polar angle exceeds c has the fraction 1 - c^2 of the
+    # northern hemisphere's flux.
     for c in (0.9, 0.7, 0.5, 0.2):
         assert (cosine > c).sum() / n == pytest.approx(1 - c * c, abs=2.0 / np.sqrt(40 * n))
 

@@ -1,5 +1,5 @@
-"""Magnets as hierarchies of dipole cells: figures 6.5 and 6.7, consistent levels, fronts by (6.19),
-and conservation of momentum.
+"""Magnets as hierarchies of dipole cells: figures 6.5 and 6.7 of [Thomaszewski2010], consistent
+levels, fronts by (6.19), and conservation of momentum.
 """
 
 import loomstone as ls
@@ -22,8 +22,8 @@ def lattice(n):
 @pytest.mark.parametrize(
     ("name", "m1", "m2", "force", "torque1", "torque2"),
     [
-        # m2 is at +x of m1. The numbers are the signs of the force on 2 along x and y, and of the
-        # torques about z.
+        # m2 is at +x of m1. The numbers are the signs of the force on m2 along x and y, and of the
+        # torques on m1 and m2 about z.
         ("A1, side by side, parallel: repelled", (0, 1, 0), (0, 1, 0), (1, 0), 0, 0),
         ("A2, side by side, antiparallel: attracted", (0, 1, 0), (0, -1, 0), (-1, 0), 0, 0),
         ("B1, in line, parallel: attracted", (1, 0, 0), (1, 0, 0), (-1, 0), 0, 0),
@@ -52,7 +52,7 @@ def test_the_six_arrangements_of_figure_6_5(name, m1, m2, force, torque1, torque
         return M.cuboid(size=size, polarization=direction)
 
     a, b = bar(m1), bar(m2).moved((0.06, 0, 0))
-    # A density of 1e3 gives a single cell each.
+    # With a density of 1e3, each magnet is a single cell.
     for engine, density in (
         ("cells", 1e3),
         ("cells", 8e6),
@@ -108,8 +108,8 @@ def test_every_level_carries_the_whole_moment_and_leaves_keep_their_margin():
         else:
             depth = np.minimum(0.01 - rho, 0.01 - np.abs(leaves[:, 2]))
             depth = np.minimum(depth, rho - 0.005) if name == "ring" else depth
-        # The diameters of leaves lie between those of cells of the given density and of twice that
-        # density, because the last subdivision is a bisection.
+        # The centre of a leaf lies at least half a diameter below the surface. The last subdivision
+        # is a bisection, so leaves have up to twice the given density, and the bound uses 1e8.
         slack = 1e-12 if name != "mesh" else 2e-4  # the mesh lies inside its sphere
         assert depth.min() >= 0.5 * (1 / 1e8) ** (1 / 3) - slack, name
 
@@ -147,7 +147,8 @@ def test_figure_6_7_cells_converge_to_the_exact_force_from_a_distance():
             # The treecode agrees with the lattice sum.
             assert found.force[2] == pytest.approx(forces[:, 2].sum(), rel=1e-11)
         assert errors[3] < errors[2] < errors[1] and errors[3] < 5e-3, (gap, errors)
-    # In contact, cells do not converge. The error is +40 % for any number of cells.
+    # If the magnets touch, the force of the cells does not converge. It is 40 % too large for any
+    # number of cells.
     for n in (4, 8):
         points, moments = lattice(n)
         forces, _ = M.dipole_forces(points + (0, 0, 0.01), moments, points, moments)
@@ -189,8 +190,8 @@ def test_cells_keep_momentum_near_far_and_overlapping():
         on_b, on_a = M.force(on=b, by=a), M.force(on=a, by=b)
         assert np.isfinite(on_b.force).all() and np.linalg.norm(on_b.force) < 1e4
         assert np.array_equal(on_b.force, -on_a.force)
-        # The engine could make forces opposite by construction. Therefore both fronts are also
-        # summed independently.
+        # Opposite forces prove little, because the engine could set one from the other. Therefore,
+        # the force and torque on a are also compared with a direct sum over both fronts.
         (xa, ma), (xb, mb) = M.cell_front(a, b), M.cell_front(b, a)
         if np.linalg.norm(offset) > 0.02:
             fa, ta = M.dipole_forces(xa, ma, xb, mb)
@@ -211,8 +212,8 @@ def test_cells_of_a_cylinder_converge_to_the_magnet():
     for density in (6.4e7, 5.12e8, 4.1e9):
         found = M.force(on=b, by=a, engine="cells", density=density)
         errors.append(np.linalg.norm(found.force - exact.force) / np.linalg.norm(exact.force))
-    # No cell centre lies within half a cell of the surface, so the centres are too close to the
-    # axis, and convergence is of first order.
+    # Convergence is only of first order, because no cell centre lies within half a cell of the
+    # surface, and the centres are therefore too close to the axis on average.
     assert errors[2] < errors[1] < errors[0] and errors[2] < 0.01
     assert np.linalg.norm(found.torque - exact.torque) < 0.02 * np.linalg.norm(exact.torque)
 

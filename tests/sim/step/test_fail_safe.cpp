@@ -93,8 +93,8 @@ TEST_CASE("a heavy ball that hits a small drum at a large step is caught without
     }
     CHECK(one.positions() == three.positions());
     CHECK(one.body_centres() == three.body_centres());
-    CHECK(lowest < 0.0);                              // it reached the cloth
-    CHECK(one.body_centres()(0, 2) > lowest + 0.02);  // and the force that stopped it threw it back
+    CHECK(lowest < 0.0);                              // the ball reached the cloth
+    CHECK(one.body_centres()(0, 2) > lowest + 0.02);  // the cloth threw the ball back
   }
 }
 
@@ -123,7 +123,7 @@ TEST_CASE("a light ball squeezed between cloth and floor stays between them") {
     REQUIRE(sim.report().contacts.unresolved == 0);
     for (const auto& pair : sim.intersecting_pairs())
       REQUIRE(pair[0] >= 200);  // only body and floor may touch
-    // The ball is not pressed into the floor, which bears the load. Bullet allows a slight overlap.
+    // The floor bears the load. Bullet allows the ball to overlap it slightly, up to 0.2 mm here.
     CHECK(sim.body_centres()(0, 2) > 0.0298);
     CHECK(sim.body_centres()(0, 2) < 0.0302);
   }
@@ -133,8 +133,8 @@ TEST_CASE(
     "plates that leave the cloth room never make it intersect, at any gap and with or without "
     "rotation") {
   for (const bool turning : {false, true})
-    // Gaps above and below the thickness. Contact forces yield below it, but certification does
-    // not.
+    // Gaps above and below the thickness. In the smaller gaps, contact forces give way, and only
+    // certification prevents intersections.
     for (const double gap : {3e-3, 0.6e-3, 1e-4, 5e-5}) {
       Simulation sim(press(gap, 0.02, turning, 0.02), step_of(0.01), 1);
       for (int i = 0; i < 8; ++i) {
@@ -190,7 +190,7 @@ TEST_CASE(
     Scene scene = press(1e-4, 0.02, true, 0.02);
     scene.gravity = Vec3(0, 0, -9.81);
     if (body) {
-      // The ball rolls on a corner of the lower plate, so that Bullet has contacts to carry over.
+      // The ball rolls on a corner of the lower plate. Thus Bullet keeps contacts between steps.
       scene.bodies.push_back(ball(0.02, 500.0, Vec3(0.12, 0.1, 0.1), Vec3(0.1, 0.2, 0)));
       scene.rigid_rebuild_interval = 2;
     }
@@ -227,8 +227,8 @@ TEST_CASE("poses and pins that the user has set are reached through the parts of
     plate.positions.resize(0, 3);
   }
   Simulation sim(scene, step_of(0.02), 1);
-  // The plates turn by 0.4 rad in opposite directions and close to 0.1 mm in one step. The pinned
-  // corner moves down with them.
+  // In one step, the plates turn by 0.4 rad in opposite directions and approach each other to a gap
+  // of 0.1 mm. The pinned corner moves down with them.
   Points targets = sim.positions();
   targets(0, 2) = 0.0;
   sim.set_pin_targets(targets);

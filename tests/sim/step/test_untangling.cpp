@@ -125,7 +125,7 @@ TEST_CASE("untangling ends in the same bits on any number of threads, and after 
 }
 
 TEST_CASE("sheets that cross from edge to edge part within half a second") {
-  // Ten starts and finer meshes: tests/benchmarks/crossed.py.
+  // tests/benchmarks/crossed.py runs ten starts and finer meshes.
   for (const int start : {1, 2, 3, 4}) {
     INFO("start " << start);
     Simulation sim(crossed(15, start), integrator_named("semi-implicit-euler"), 1);
