@@ -31,7 +31,7 @@ struct LineSeeds {
 };
 
 struct FieldLines {
-  Points points;             // points of all lines, line by line in the direction of B [m]
+  Points points;  // points of all lines, line by line in the direction of B [m]
   // (lines + 1) First row of each line in `points`, followed by the number of rows.
   std::vector<Index> first;
   std::vector<LineEnd> begins, ends;

@@ -25,7 +25,7 @@ struct ConstrainInputs {
   // false: the limits are those of edges. They are enforced once, before certification, and are not
   // checked after it.
   bool limits_hold = true;
-  std::vector<Index> loaded;  // cloth vertices that limiting must not move
+  std::vector<Index> loaded;            // cloth vertices that limiting must not move
   CollisionStage* collision = nullptr;  // null: nothing collides
   const Tangle* tangle = nullptr;       // tangle at x0; required with `collision`
   // Contacts that impulses resolve; null: the implicit solve resolves contacts.

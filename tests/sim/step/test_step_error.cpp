@@ -51,7 +51,7 @@ IntegratorOptions step_with(double h, std::optional<double> accuracy) {
 }
 
 struct Fall {
-  double stretch = 1.0;       // largest over all steps
+  double stretch = 1.0;  // largest over all steps
   // Largest increase of the energy without contacts, divided by the largest kinetic energy.
   double gain = 0.0;
   double contact_gain = 0.0;  // the same with the energy of contacts
