@@ -13,8 +13,8 @@ namespace loomstone {
 const std::vector<std::string>&
 scalar_field_names();  // the values that color_by accepts besides "cloth"
 std::string scalar_field_title(const std::string& name);
-// Splits names joined by +, the format of the options color_by (rows of the picture from the top)
-// and hidden.
+// Splits a string of names joined by "+". The options color_by (one name per row of the picture,
+// from the top) and hidden have this format.
 std::vector<std::string> names_in(const std::string& joined);
 
 // Names of the fields shown on the left and right half of each cloth. They differ only for
@@ -31,7 +31,8 @@ Vector scalar_field(const std::string& name, const FrameTopology& topology, cons
 // is empty if both halves show the same field.
 std::array<Vector, 2> row_fields(const std::string& row, const FrameTopology& topology,
                                  const Frame& frame);
-// Minimum and maximum over both fields; 0 and 2 for contact, 0 and 1 if there are no values.
+// Returns the smallest and the largest value of both fields. For the field contact, the range is
+// always 0 to 2. If there are no values, it is 0 to 1.
 ColorRange value_range(const std::string& row, const std::array<Vector, 2>& fields);
 // Range given in the options, or else the range of the values. For a diverging map, the range of
 // the values is made symmetric about the neutral value: 1 for stretch, otherwise 0. The range is

@@ -47,7 +47,9 @@ struct CarriedMagnet {
   SoftShapePtr soft;        // shape of an induced body; null for a sphere treated as a point dipole
   double saturation = 0.0;  // saturation polarization of `soft` [T]
   Points cells;             // positions of the cells of an explicit response [m]
-  RigidPose local;  // relative to the body's centre of mass or the obstacle's origin, in mesh axes
+  // Pose in mesh axes. It is relative to the centre of mass if the carrier is a body, and to the
+  // origin of the mesh if it is an obstacle.
+  RigidPose local;
   Index carrier = 0;  // body index, or number of bodies plus obstacle index
 };
 
@@ -59,7 +61,8 @@ struct CarriedCoil {
   Index carrier = 0;
 
   bool circuit() const { return coil.resistance > 0.0; }  // false: given current
-  // Returns whether the flux of magnetised bodies through the coil has an effect.
+  // Returns false if the given current is constant. The flux of magnetised bodies through the coil
+  // then has no effect.
   bool wants_flux() const { return circuit() || !coil.times.empty(); }
 };
 
@@ -75,7 +78,8 @@ struct MagneticModel {
   double tolerance = 1e-4, substep = 0.15;            // as in MagneticScene
   std::vector<CarriedMagnet> magnets;
   std::vector<CarriedCoil> coils;
-  std::vector<std::size_t> given, circuits;  // indices of coils: given currents, circuits
+  // Indices of the coils with given currents, and of the coils in circuits.
+  std::vector<std::size_t> given, circuits;
   std::vector<MagneticRotor> bodies;
   Index n_obstacles = 0;
 

@@ -12,7 +12,8 @@ struct Magnetised {
   // Magnets in the order of the model. Induced dipoles are expressed in world axes.
   std::vector<MagneticBody> magnets;
   std::vector<KnownField> known;  // fields of hard magnets at induced dipoles, reused for forces
-  Points moments;  // (k x 3) induced dipole moments, or the guess if there are none [A m^2]
+  // (k x 3) Moments of the induced dipoles. If there are none, the initial guess of at() [A m^2].
+  Points moments;
 };
 
 // Computes magnetisation, wrenches and energy. Contains only constant tables of the model.

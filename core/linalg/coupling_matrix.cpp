@@ -54,9 +54,9 @@ LOOMSTONE_INLINE bool is_scalar(const Lanes r[9]) {
   return !lanes_any(~scalar);
 }
 
-// Copies the blocks of a slice to `values`. Computes the row sums R by adding them to the diagonal
-// blocks in `sums`, and writes R to `out`. Returns true if each R is a multiple of the identity. In
-// this case, `out` contains only the factors.
+// Copies the blocks of a slice to `values`. Writes the row sums R to `out`; each R is the diagonal
+// block in `sums` plus the copied blocks of the row. Returns true if each R is a multiple of the
+// identity. In this case, `out` contains only the factors.
 template <class Lanes, class Scalar>
 LOOMSTONE_INLINE bool copy_slice(Index n, const Index* sources, const double* matrix,
                                  const double* sums, Scalar* values, Scalar* out) {

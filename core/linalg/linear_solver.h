@@ -1,5 +1,6 @@
-// Solves (A + scale sum_terms J^T H J + body blocks) x = b on free rows. Fixed rows keep their
-// given value of x (exact constraints by filtering, [Baraff1998]).
+// Solves (A + term_scale sum_terms J^T H J + body blocks) x = b on free rows. J and H are the
+// Jacobian and the stiffness of a term (extra_terms.h). Fixed rows keep their given value of x
+// (exact constraints by filtering, [Baraff1998]).
 #pragma once
 
 #include <array>
@@ -31,8 +32,8 @@ struct LinearSystem {
 
 struct LinearReport {
   int iterations = 0;
-  // sqrt(r . D^-1 r) relative to its value for x = 0 on free rows, where D consists of the diagonal
-  // blocks [1]. The direct solver reports |r| / |b|.
+  // sqrt(r . D^-1 r) divided by its value for x = 0 [1]. r is the residual on free rows, and D
+  // consists of the diagonal blocks. The direct solver reports |r| / |b|.
   double residual = 0.0;
   bool converged = true;
 };

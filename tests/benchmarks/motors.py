@@ -99,8 +99,8 @@ def follow(case: dict[str, Any], until: float, step: float) -> dict[str, Any]:
     """Runs a motor and returns its largest deviations of angle [rad] and speed [rad/s] from the
     table.
 
-    Also returns the error of the energy balance and the total energy that sources supply and losses
-    dissipate [J], and the rotor's largest final coordinate [m].
+    Also returns the error of the energy balance [J], the sum of the energies that sources supply
+    and losses dissipate [J], and the largest coordinate of the rotor's centre at the end [m].
     """
     scene, angle = scene_of(case, until)
     sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=step), threads=1)

@@ -21,8 +21,9 @@ HingeSet make_hinge_set(const BendingSetup& setup, const EdgeTable& edges);
 std::vector<Index> all_of(Index n);
 
 // Returns the largest eigenvalue of M^-1 K in the rest shape, computed by power iteration [1/s^2].
-// moments(values, out) must compute Q times the rates in `values`, one entry per hinge. Prescribed
-// vertices do not move.
+// M is the mass matrix, and K is the bending stiffness. moments(values, out) must multiply the
+// rates in `values` by the matrix of hinge moments per hinge angle, and store one product per
+// hinge. Prescribed vertices do not move.
 double power_iteration(const HingeSet& hinges, const Points& rest_positions,
                        const std::vector<std::uint8_t>& prescribed, const Vector& mass,
                        const std::function<void(const HingeValues&, AlignedDoubles&)>& moments);

@@ -162,7 +162,8 @@ LOOMSTONE_INLINE Lanes gather(const Index* hinges, const double* values) {
   return lanes_of<Lanes>([&](int l) LOOMSTONE_INLINE_LAMBDA { return values[hinges[l]]; });
 }
 
-// Returns kappa = C (difference + beta rate).
+// Returns the curvature C (difference + beta rate) of each triangle of a batch. `c` contains C, the
+// curvature per hinge angle. `rate` may be null.
 template <class Lanes>
 LOOMSTONE_INLINE Curvature<Lanes> curvature(const Index* hinges, const double* c, const Lanes& beta,
                                             const double* difference, const double* rate) {

@@ -47,24 +47,27 @@ void add_moments(HingeList list, const double* moment, const double* gradient, I
 
 namespace loomstone::midedge {
 
-inline constexpr int n_slots = 9;  // largest number of hinges in the curvature of a triangle
+inline constexpr int n_slots = 9;  // most hinges that the curvature of a triangle depends on
 inline constexpr int hinge_stride = n_slots * 8, curvature_stride = 3 * n_slots * 8,
                      rigidity_stride = 7 * 8;
 
 // Constant tables of all batches of triangles.
 struct Tables {
   const Index* hinges;      // (batches x 9 x 8) hinges of triangles
-  const double* curvature;  // (batches x 9 x 3 x 8) C: curvature per angle [1/m]
-  const double* rigidity;   // (batches x 7 x 8) W = area times condensed D, entries 00 01 02 11 12
-                            // 22 [N m^3], then damping beta [s]
+  const double* curvature;  // (batches x 9 x 3 x 8) C, the curvature per hinge angle [1/m]
+  // (batches x 7 x 8) Entries 00 01 02 11 12 22 of W, the rest area times the condensed rigidity of
+  // midedge_setup.h [N m^3], and then the damping time beta [s].
+  const double* rigidity;
 };
 
 // Computes the moments (batches x 9 x 8) C^T W C (difference + beta rate) of each triangle [N m].
-// rate may be null.
+// C, W and beta are those of Tables. `difference` and `rate` are those of hinge::Output; `rate` may
+// be null.
 void moments(const Tables& tables, const Index* batches, Index n, const double* difference,
              const double* rate, double* out);
 
-// Computes the energies (batches x 8) 1/2 difference^T C^T W C difference of each triangle [J].
+// Computes the energies (batches x 8) 1/2 difference^T C^T W C difference of each triangle [J],
+// with the symbols of moments().
 void energies(const Tables& tables, const Index* batches, Index n, const double* difference,
               double* out);
 

@@ -1,4 +1,6 @@
-// Assembles K = sum of q_ef u_e u_f^T over pairs of hinges (e, f) into a block matrix, row by row.
+// Assembles the stiffness K = sum of q_ef u_e u_f^T over pairs of hinges (e, f) into a block
+// matrix, row by row. u_e is the gradient of the angle of hinge e, and q_ef is the stiffness that
+// couples the angles of e and f [N m].
 #pragma once
 
 #include <cstdint>
@@ -34,8 +36,8 @@ class HingeStiffness {
   // Pairs of coupled vertices (i, j) with i < j, in ascending order.
   std::vector<std::pair<Index, Index>> couplings(const HingeSet& hinges) const;
 
-  // Adds the products to rows [begin, end) of `matrix`. Hinges are added in ascending order for
-  // each block, so the result is bitwise identical for any number of threads and any row range.
+  // Adds the sum over pairs to rows [begin, end) of `matrix`. Hinges are added in ascending order
+  // for each block, so the result is bitwise identical for any number of threads and any row range.
   // Block positions are determined once per matrix pattern and row range.
   void add(const Team& team, const HingeProducts& products, Index begin, Index end,
            BlockMatrix& matrix);
@@ -56,8 +58,8 @@ class HingeStiffness {
   // For each row, each of its hinges and each vertex of the hinge's stencil, the index of the block
   // within the row.
   std::vector<Index> block_;
-  // For each row and each of its hinges, where the hinge's moment gradients begin within those of
-  // the chunk, counted in vertices.
+  // For each row and each of its hinges, the place of the hinge's first moment gradient in the list
+  // of the chunk. The list has one moment gradient for each vertex of each stencil.
   std::vector<Index> offset_;
   std::vector<Index> chunk_start_, chunk_;  // hinges that touch each chunk of rows, ascending
 };

@@ -104,8 +104,8 @@ template <class Real>
 struct Element {
   Real g0x, g0y, g1x, g1y;      // gradients of the shape functions of corners 0 and 1 [1/m]
   Real x0, y0, x1, y1, x2, y2;  // rest coordinates of corners relative to the centre [m]
-  // Sum over corners of mass fraction times X X^T [m^2]. If two corners are held, X X^T of the
-  // height vector instead.
+  // Sum over corners of mass fraction times X X^T, where X are the rest coordinates [m^2]. If two
+  // corners are held, it is instead h h^T with the height vector h over the held edge.
   Symmetric<Real> moments;
 };
 inline constexpr int element_numbers = 13, element_gradients = 4;  // gradients come first
@@ -143,8 +143,9 @@ LOOMSTONE_INLINE Polar<Real> stretch(const Element<Real>& e, const Space<Real>& 
   return p;
 }
 
-// R = (F + cof F) / tr U with cof F = (f2 x n, n x f1) and the unit normal n. For d near zero n is
-// any unit vector normal to the longer column of F.
+// R = (F + cof F) / tr U with cof F = (f2 x n, n x f1), where f1 and f2 are the columns of F and n
+// is the unit normal. If f1 and f2 are nearly parallel, n is any unit vector normal to the longer
+// one.
 template <class Real>
 LOOMSTONE_INLINE void rotation(const Polar<Real>& p, Space<Real>& r1, Space<Real>& r2) {
   Space<Real> n = p.normal;
@@ -184,7 +185,8 @@ LOOMSTONE_INLINE Symmetric<Real> excess(const Bounds& b, const Symmetric<Real>& 
   return {back(0, strain.a11), back(1, strain.a22), back(2, strain.a12)};
 }
 
-// w of the affine field (E + w J) X from conservation of angular momentum.
+// Returns w such that the displacement R (E + w J) X conserves angular momentum. `m` contains the
+// moments M, `u` the stretch U, and `e` is E (symbols as at the top of this file).
 template <class Real>
 LOOMSTONE_INLINE Real spin(const Symmetric<Real>& m, const Symmetric<Real>& u,
                            const Symmetric<Real>& e) {
@@ -195,13 +197,14 @@ LOOMSTONE_INLINE Real spin(const Symmetric<Real>& m, const Symmetric<Real>& u,
   return q / (-1e-300 - (um11 + um22));
 }
 
-// w for two held corners, from a least-squares fit of the strain tensor: w = (h x E h) / |h|^2.
+// Returns w = (h x E h) / |h|^2, the least-squares fit of the strain tensor for two held corners.
+// h is the height vector over the held edge, and `m` is h h^T.
 template <class Real>
 LOOMSTONE_INLINE Real spin_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
   return ((m.a11 - m.a22) * e.a12 + m.a12 * (e.a22 - e.a11)) / (m.a11 + m.a22 + 1e-300);
 }
-// Size of the part of E that can be corrected while two corners are held: its components along the
-// height h and perpendicular to it.
+// Returns the size of the part of E that can be corrected while two corners are held. It is the
+// larger of the components of E h / |h| along h and perpendicular to h (symbols of spin_of_two()).
 template <class Real>
 LOOMSTONE_INLINE Real reach_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
   const Real along =
@@ -209,7 +212,8 @@ LOOMSTONE_INLINE Real reach_of_two(const Symmetric<Real>& m, const Symmetric<Rea
   return greater(size(along), size(spin_of_two(m, e)));
 }
 
-// Columns of R (E + w J). A corner with rest coordinates X moves by g1 X_x + g2 X_y.
+// Computes the columns g1 and g2 of R (E + w J), where J is the rotation by 90 degrees. A corner
+// with rest coordinates X moves by g1 X_x + g2 X_y.
 template <class Real>
 LOOMSTONE_INLINE void field(const Space<Real>& r1, const Space<Real>& r2, const Symmetric<Real>& e,
                             const Real& w, Space<Real>& g1, Space<Real>& g2) {

@@ -327,7 +327,7 @@ void NeighbourLists::cover(const Team& team, const Points& x1) {
 }
 
 // Returns the indices of the lists for which `ends` is true. First makes a surface pair unlisted if
-// the change of more than a quarter of its lists exceeds the largest slack.
+// more than a quarter of its lists have a `change` above the largest slack.
 template <class Ends>
 std::vector<Index> NeighbourLists::ended(const Team& team, Ends&& ends) {
   constexpr Index grain = 1024;

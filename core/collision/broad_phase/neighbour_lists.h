@@ -51,8 +51,8 @@ class NeighbourLists {
   void update(const Team& team, const Points& x);
   bool updated_at(const Points& x) const;
 
-  // Extends the lists so that they contain all pairs that come closer than the gap floor while
-  // vertices move from the positions of the last update() to x1.
+  // Extends the lists so that they contain all pairs that come closer than
+  // CollisionModel::gap_floor while vertices move from the positions of the last update() to x1.
   void cover(const Team& team, const Points& x1);
 
   std::vector<NeighbourList>& lists() { return lists_; }
@@ -85,7 +85,8 @@ class NeighbourLists {
   std::vector<Index> ended(const Team& team, Ends&& ends);
   void make(const Team& team, const std::vector<Index>& which);
   void make(NeighbourList& list, PairSearch::Slots& slots) const;
-  // Returns by how much the reach of a list exceeds the gap floor when all its slack is used [m].
+  // Returns the base distance minus the gap floor [m]. Even a list whose slack is used up contains
+  // all pairs closer than the base distance.
   double spare(Index pair) const { return base_[pair] - 1.01 * model_.gap_floor; }
 
   const CollisionModel& model_;

@@ -56,8 +56,8 @@ std::array<Curve, 4> integer_points(const MovingPoints& q) {
   return points;
 }
 
-// Tests whether the set of differences contains the origin at a time when the origin lies in the
-// plane of the set.
+// Tests whether the triangle or parallelogram of the differences a - b contains the origin, at a
+// time when the origin lies in its plane.
 struct Inside {
   // One vector per side, perpendicular to the plane. If the signs of any coordinate disagree among
   // the vectors (0 agrees with both), the origin is outside. If they agree and are not all 0, it is
@@ -119,8 +119,8 @@ bool exactly_meet_vertex_face(const MovingPoints& points) {
 bool exactly_meet_edge_edge(const MovingPoints& points) {
   const std::array<Curve, 4> p = integer_points(points);
   const Curve a = p[1] - p[0], b = p[3] - p[2], w = p[0] - p[2], wa = p[1] - p[2], wb = p[0] - p[3];
-  // The edges meet where w + s a - t b = 0, with s = (b x w) / (a x b) and t = (a x w) / (a x b).
-  // In the same way, 1 - s and 1 - t give the other two sides.
+  // The lines of the edges meet where w + s a - t b = 0. This gives s = (b x w) / (a x b) and
+  // t = (a x w) / (a x b). The vectors of the four sides are the numerators of s, 1 - s, t, 1 - t.
   const Inside inside{{cross(b, w), cross(wa, b), cross(a, w), cross(wb, a)},
                       {w, wa, wb, p[1] - p[3]}};
   return meet(dot(w, cross(a, b)), inside);

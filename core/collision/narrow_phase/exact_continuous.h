@@ -17,8 +17,8 @@ struct ExactImpact {
   double time = 1.0;  // lower bound of the first contact time [1]
 };
 
-// Both functions decide in floating point if rounding errors permit a proof, and in integer
-// arithmetic otherwise.
+// Both functions use floating point where rounding errors are small enough to prove the result, and
+// exact integer arithmetic otherwise.
 ExactImpact exact_continuous_vertex_face(const MovingPoints& points);
 ExactImpact exact_continuous_edge_edge(const MovingPoints& points);
 

@@ -27,7 +27,8 @@ struct Polygon {
 template <class Lanes>
 using Registers = std::conditional_t<std::is_same_v<Lanes, Lanes512>, Lanes256, Lanes>;
 
-// Bernstein coefficients of the sides, c0 (1-t)^2 + c1 2t(1-t) + c2 t^2, and of the cubic volume.
+// Bernstein coefficients of the sides, c0 (1-t)^2 + c1 2t(1-t) + c2 t^2, and of the volume that the
+// corners 0, 1 and 2 of the polygon span, which is cubic in t.
 template <class Lanes>
 struct Curves {
   Lanes side[3][n_packs];
@@ -65,8 +66,8 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves<Lanes>& curves) {
     for (int i = 0; i < 3; ++i) curves.side[i][pack] = lanes_load<Lanes>(side[i] + n_lanes * pack);
     curves.side_error[pack] = lanes_load<Lanes>(error + n_lanes * pack);
   }
-  // The volume is c_2 . (c_0 x c_1), where c_k are the corners. For edges, corners 0, 1 and 2 span
-  // the parallelogram.
+  // The volume is c_2 . (c_0 x c_1), where c_k are the corners of the polygon. Three corners
+  // determine the plane of a parallelogram, too.
   double s[3][2];  // coefficients of c_0 x c_1, times the start and the end of c_2
   for (int i = 0; i < 3; ++i) {
     s[i][0] = side[i][0] * p.start[2][0] + side[i][4] * p.start[2][1] + side[i][8] * p.start[2][2];
@@ -177,7 +178,8 @@ LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
       return first_open < 1.0 ? Decision{Proof::Open, first_open} : Decision{Proof::Apart, 1.0};
     width = begin & (~begin + 1);  // the widest aligned piece that starts at `begin`
   }
-  return {Proof::Open, std::min(low, first_open)};  // all pieces before `low` are apart or open
+  // The features are apart until the first open piece, or until `low` if no piece was left open.
+  return {Proof::Open, std::min(low, first_open)};
 }
 
 LOOMSTONE_INLINE void set(Polygon& polygon, int corner, const MovingPoints& q, int i, int j) {

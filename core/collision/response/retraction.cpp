@@ -7,8 +7,8 @@ namespace loomstone {
 
 namespace {
 
-// The part that has passed through moves back at the speed from which `deceleration` would stop it
-// within its depth. It reaches this speed with at most `largest_acceleration`. Both are in m/s^2.
+// The part that has passed through moves back at the speed sqrt(2 deceleration depth), and reaches
+// this speed with at most `largest_acceleration`. Both constants are in m/s^2.
 // Our choice: if half of a sheet of 0.2 m has passed through, it is back after 0.3 s.
 constexpr double deceleration = 4.0, largest_acceleration = 15.0;
 

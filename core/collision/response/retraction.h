@@ -12,8 +12,9 @@ namespace loomstone {
 // Both arrays have 0 rows if nothing is retracted.
 struct RetractedMotion {
   Points acceleration{0, 3};  // (n x 3) acceleration of each vertex [m/s^2]
-  // (n x 3) Velocity of each vertex at the end of the step if its surface moved rigidly. For
-  // vertices of surfaces that are not retracted, it is the velocity at the start [m/s].
+  // (n x 3) Velocity that each vertex of a retracted surface would have at the end of the step if
+  // the surface were rigid. For all other vertices, it is the velocity at the start of the step
+  // [m/s].
   Points velocity{0, 3};
 };
 

@@ -40,7 +40,7 @@ struct TaylorTables {
   std::vector<int> rows;                 // all places, sorted by powers of y, z, x
   std::vector<Derivative> derivatives;   // for slim places
   std::vector<Trace> derivative_traces;  // for places with a z exponent of 2
-  std::vector<std::uint16_t> products;   // place of n + m for pairs n, m of slim places
+  std::vector<std::uint16_t> products;   // place of n + m for multi-indices n and m in `slim`
   std::vector<Trace> traces;             // for all places that are not slim, sorted by z exponent
   std::vector<Shift> moment_shifts, local_shifts;
 };

@@ -20,7 +20,7 @@ struct LineOptions {
   Vec3 centre = Vec3::Zero();   // centre of the bounding sphere of the lines [m]
   double extent = 0.0;          // radius of that sphere [m]; 0: four times the radius of the bodies
   double tolerance = 1e-5;      // error of a step divided by the extent [1]
-  double length = 0.0;          // maximum length of a line [m]; 0: 20 extents
+  double length = 0.0;          // maximum length of a line [m]; 0: 20 times `extent`
 };
 
 // Starting points of lines (n x 3) [m], and the directions in which they are traced: 1 along the
@@ -31,8 +31,9 @@ struct LineSeeds {
 };
 
 struct FieldLines {
-  Points points;             // points of all lines, line by line in the direction of B [m]
-  std::vector<Index> first;  // (lines + 1) first row in `points` of each line; last: number of rows
+  Points points;  // points of all lines, line by line in the direction of B [m]
+  // (lines + 1) First row of each line in `points`, followed by the number of rows.
+  std::vector<Index> first;
   std::vector<LineEnd> begins, ends;
 };
 

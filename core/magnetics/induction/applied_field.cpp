@@ -12,9 +12,11 @@ namespace {
 
 constexpr int order = 3, per_leaf = AppliedField::points;
 static_assert(order * order == per_leaf);
-// Largest number of leaves. It suffices for a force error of 1e-3 in contact at any angle.
+// Number of leaves at which bisection stops. It suffices for a relative force error of 1e-3 between
+// bodies in contact at any angle.
 constexpr std::size_t most_leaves = 4000;
-constexpr double worst = 0.1;  // parts above this fraction of the largest error are bisected
+// Panels and leaves are bisected if their error is at least this fraction of the largest error.
+constexpr double worst = 0.1;
 
 using Leaf = AppliedField::Leaf;
 
@@ -24,9 +26,10 @@ struct Judged {
   double whole() const { return error[0] + error[1]; }
 };
 
-// Returns the error of the three-point rule in one direction. The rule is exact up to degree 5. Its
-// error is the Legendre coefficient of degree 6 of `sums`, the sums over the other direction. This
-// coefficient is estimated from that of degree 2 by assuming geometric decay.
+// Returns the error of the three-point rule in one direction of a panel. `sums` contains the
+// integrand at the three points, summed over the other direction. The rule is exact up to degree 5,
+// so its error is the Legendre coefficient of degree 6. This coefficient is estimated from that of
+// degree 2 by assuming geometric decay.
 double rule_error(const Vec3* sums) {
   const GaussRule& rule = gauss_rule(order);
   double largest = 0.0, last = 0.0;

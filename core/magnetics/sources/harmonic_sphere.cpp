@@ -218,10 +218,10 @@ Vec3 HarmonicSphere::moment() const {
               coefficients_[SphericalHarmonics::slot(1, 0)]);
 }
 
-// The norms of the terms of successive degrees decay geometrically, and the forces on the terms
-// decay by the ratio r, the square of the ratio of the norms. The error is the term of the last
-// degree times r / (1 - r), the sum of the terms that would follow, and times the degree, a factor
-// found by measurement. If there is no previous degree, the error is the last term itself.
+// The omitted terms are estimated as a geometric series. Its ratio r is the squared ratio of the
+// norms of the terms of the last two degrees, because the forces on the terms decay with the square
+// of the norms. The error is the last term times r / (1 - r), the sum of the series, and times the
+// degree, a factor found by measurement. If there is only one degree, the error is its term.
 Vector HarmonicSphere::charge_errors() const {
   const int last = series_->degree();
   const auto at = [](int l) { return SphericalHarmonics::slot(l, 0); };

@@ -1,7 +1,7 @@
 // Surface charge on a sphere about the origin as a series of solid harmonics
-// (spherical_harmonics.h). The series is the exact response of a linear sphere to any applied
-// field. Coefficients L of the field induce the charge coefficients c = -l chi / (l chi + 2 l + 1)
-// L.
+// (spherical_harmonics.h). The series is the exact response of a linear sphere with susceptibility
+// chi to any applied field. A coefficient L of degree l of the field induces the charge coefficient
+// c = -L l chi / (l chi + 2 l + 1).
 #pragma once
 
 #include <vector>

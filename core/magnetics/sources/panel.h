@@ -26,8 +26,8 @@ struct Panel {
   double height0 = 0.0, height1 = 0.0;  // range along z [m]
   Vec3 magnetization = Vec3::Zero();    // [A/m]; its normal component is the charge density
   double sign = 1.0;                    // sign of the outward normal: -1 on bores and lower faces
-  // Current of a line [A], or current per height of a side [A/m]. On circles and sides, it is
-  // positive towards larger azimuth.
+  // Current of a segment or circle [A], or current per height of a cylinder's side [A/m]. On
+  // circles and sides, a positive current flows towards larger azimuth.
   double current = 0.0;
 
   bool line() const { return shape == Shape::segment || shape == Shape::circle; }

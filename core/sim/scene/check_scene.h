@@ -10,9 +10,9 @@ namespace loomstone {
 // Checks the numbers, names and array sizes of a scene. Throws InvalidInput.
 void check_scene(const Scene& scene);
 
-// Returns the name of a surface in reports and files: the given name or, without one, the kind and
-// index, such as "cloth0". If another surface has this name, the index is increased by `count`
-// until the name is unique.
+// Returns the name of a surface in reports and files. It is `given` or, if that is empty, the kind
+// and index, such as "cloth0". While another surface has this name, the index is increased by
+// `count`, the number of surfaces of this kind.
 std::string name_of(const Scene& scene, const char* kind, std::size_t index, std::size_t count,
                     const std::string& given);
 

@@ -22,8 +22,10 @@ struct ConstrainInputs {
   const Team* collision_team = nullptr;
   const ClothModel* cloth = nullptr;
   StrainLimiter* limiter = nullptr;  // null: strains have no limits
-  bool limits_hold = true;           // false: only edge limits, enforced once before certification
-  std::vector<Index> loaded;         // cloth vertices that limiting must not move
+  // false: the limits are those of edges. They are enforced once, before certification, and are not
+  // checked after it.
+  bool limits_hold = true;
+  std::vector<Index> loaded;            // cloth vertices that limiting must not move
   CollisionStage* collision = nullptr;  // null: nothing collides
   const Tangle* tangle = nullptr;       // tangle at x0; required with `collision`
   // Contacts that impulses resolve; null: the implicit solve resolves contacts.
@@ -32,7 +34,8 @@ struct ConstrainInputs {
   double h = 0.0;              // length of the step [s]
   const Points* x0 = nullptr;  // (all vertices x 3) positions at the start of the step [m]
   const Vector* inverse_mass = nullptr;  // (all vertices) 0: prescribed motion [1/kg]
-  // Energy of cloth that ends at x1, without that of contacts [J]; required with `limiter`.
+  // Returns the energy of the cloth if the step ends at x1, without the energy of contacts [J].
+  // Required with `limiter`.
   std::function<double(const Points& x1)> energy;
 };
 

@@ -8,14 +8,15 @@ namespace loomstone {
 
 namespace {
 
-// Energy that contacts may make from nothing up to the end of a part, in parts of the largest
-// kinetic energy, times the accuracy. Our choice: towels that meet a floor then gain at most 0.04,
-// as much as the shortest parts allow.
+// Energy that contacts may make from nothing by the end of a part, divided by the accuracy and by
+// the largest kinetic energy so far. Our choice: towels that meet a floor then gain at most 0.04 of
+// their largest kinetic energy. The shortest parts do not permit a smaller gain.
 constexpr double gain_tolerance = 0.02;
 // A part that is repeated aims at this fraction of the tolerated energy.
 constexpr double aim = 0.5;
 
-// Energy of everything but contacts. Circuits count with what they have received and lost [J].
+// Returns the energy of everything but contacts [J]. It includes what circuits and bearings have
+// lost since the start, minus what the sources of coils have supplied.
 double total_energy(const StepReport& report) {
   const EnergyReport& e = report.energy;
   const CircuitReport& c = report.circuits;
@@ -42,7 +43,8 @@ double lost_after_solve(const Solved& solved, const Engines& engines, const Stat
   return lost;
 }
 
-// Energy less work, over that at the start, without contacts [J].
+// Returns the energy of everything but contacts, minus that at the start and minus the work of
+// scripted motion and loads [J].
 double gain_of(const EnergyAccount& account, const StepReport& report) {
   return total_energy(report) - account.start - account.scripts - account.loads;
 }
@@ -67,7 +69,7 @@ void add_to_account(const PartWork& work, const Solved& solved, const AfterSolve
   account.friction += work.friction, account.damping += work.damping;
   account.limits += after.limited;
   const double lost = lost_after_solve(solved, engines, state) - after.limited;
-  // Only forces that untangle and scripted motion give energy.
+  // Energy can increase after the solve only by untangling forces or by scripted motion.
   if (lost < 0.0 && after.untangles)
     account.loads -= lost;
   else if (lost < 0.0 && after.surfaces_move)

@@ -15,14 +15,15 @@ class UserWrites {
   // Starts comparing the tables before every step, because users now have views of them.
   void watch(const State& state);
   bool watching() const { return watching_; }
-  // Kinds of writes since the last step. Each kind includes the previous ones.
+  // What users have written since the last step. Of several kinds, only the last in this list
+  // counts.
   enum Kind { Nothing, Table, Velocities, Positions };
   void note(Kind kind) { written_ = std::max(written_, kind); }  // records a write by a call
 
   // Throws InvalidInput for the first invalid entry.
   void check(const Model& model, const State& state) const;
   // Gathers every row from the rank that owns it, and broadcasts overrides and poses from rank 0.
-  // Returns the largest kind of write on any rank. Collective.
+  // Returns the kind that counts for the writes on all ranks together. Collective.
   Kind settle(const RowLayout& layout, State& state);
   void forget() { written_ = Nothing; }  // after all of the state was replaced
   void remember(const State& state);     // copies the state after a step for later comparison

@@ -23,11 +23,11 @@ def check(
         typer.Option(help="picture (PNG) of the start, vertices of intersecting triangles marked"),
     ] = None,
 ) -> None:
-    """Checks a scene before it is run, or the claims of a run.
+    """Checks a scene before it is run, or checks a run.
 
-    A scene is checked for whether it can be simulated, and for triangles that intersect at its
-    start. A run is checked for triangles that intersect in any frame, and by check() of its scene
-    file. The exit code is 1 if a check fails.
+    A scene fails if it cannot be simulated, for example because triangles intersect at its start.
+    A run fails if triangles of cloth intersect in any frame, or if check() of its scene file fails.
+    The exit code is 1 if the scene or run fails.
 
     \b
         loomstone check scenes/drape.py --render start.png

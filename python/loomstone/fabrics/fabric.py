@@ -33,8 +33,8 @@ class ModeFit:
 class Fabric(ClothMaterial):
     """A ClothMaterial with its strain limits and the source of its numbers.
 
-    Its use is Cloth(material=fabric) or, with strain limits, Cloth(material=fabric,
-    strain_limit=fabric.strain_limit).
+    It is passed to a cloth as Cloth(material=fabric) or, with strain limits, as
+    Cloth(material=fabric, strain_limit=fabric.strain_limit).
 
     name, use, composition, construction : descriptive texts
     limits : largest strain along weft and warp, and largest shear strain e12 [1]; inf if unknown
@@ -106,7 +106,10 @@ class Fabric(ClothMaterial):
 
     @property
     def limits(self) -> tuple[float, float, float]:
-        """Largest strain U - I along weft and warp, and largest e12 [1]; inf if unknown."""
+        """Largest strain along weft and warp, and largest shear strain e12 [1]; inf if unknown.
+
+        The strain is U - I with the right stretch tensor U.
+        """
         limits: tuple[float, float, float] = self._about["limits"]
         return limits
 

@@ -295,7 +295,7 @@ def _strap(cone: _Cone, bar_radius: float, chord: float) -> tuple[Floats, Floats
     circle = np.c_[np.full(17, x), over * np.cos(turn), over * np.sin(turn)]
     leg = np.linspace(np.array([x, -depth, -rise]), circle[0], 9)[:-1]
     path = np.concatenate([leg, circle, (leg * (1, -1, 1))[::-1]])
-    # The width direction lies in the bodice at both joints, and along the bar on top of it.
+    # The direction across is tangent to the bodice at the joints, and parallel to the bar above it.
     twist = angle * np.concatenate([np.linspace(1, 0, 8), np.zeros(17), np.linspace(0, -1, 8)])
     across = np.c_[np.cos(twist), np.sin(twist), np.zeros(33)]
     return path, across

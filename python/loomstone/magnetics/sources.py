@@ -40,7 +40,7 @@ def as_list(bodies: Bodies) -> list[MagneticBody]:
 
 
 def box_of(bodies: list[MagneticBody]) -> tuple[Floats, Floats]:
-    """Returns the lower and upper corners (3), (3) [m] of the box around the bodies' balls."""
+    """Returns the lower and upper corners (3), (3) [m] of the box around all bounding spheres."""
     places, radii = np.array([b.position for b in bodies]), np.array([b.radius for b in bodies])
     return (places - radii[:, None]).min(axis=0), (places + radii[:, None]).max(axis=0)
 

@@ -194,8 +194,8 @@ TEST_CASE(
   }
   CHECK(last < 1e-6);
   CHECK(last_force < 1e-4);
-  // NewLimits recomputes the friction limits from the displaced normal force; Derivative keeps the
-  // limits of the start.
+  // NewLimits computes the friction limits from the normal forces at the displaced positions.
+  // Derivative keeps the limits of the start.
   ExtraTerms limited = terms;
   made.at(Team{1}, moved, 1e-3, TermRequest::NewLimits, limited);
   CHECK((assembled(limited, n) - force).norm() > 1e-3 * force.norm());
@@ -366,7 +366,7 @@ TEST_CASE("contacts become stiffer where forces press taut cloth together") {
   }
   // Stiffening begins at a force of 3/8 k xi = 1.5 N, which exceeds the 1 N per vertex here.
   for (const double each : stiffness(forces / 8.0)) CHECK(each == k);
-  // Forces that pull the sheets apart do not count, nor do forces on prescribed vertices.
+  // Forces that pull the sheets apart stiffen no contacts, nor do forces on prescribed vertices.
   for (const double each : stiffness(-forces)) CHECK(each == k);
   const Vector held = Vector::Zero(n);
   for (const double each : contact_stiffness(contacts, scene.model, held, forces)) CHECK(each == k);
@@ -377,7 +377,7 @@ TEST_CASE("a contact that would close is stiffened until its gap stays open unde
   const Points& x = scene.x;
   const Index n = static_cast<Index>(x.rows());
   CollisionStage stage(scene.model);
-  // Keeps only contacts whose normals are perpendicular to the sheets; their gap is xi / 2.
+  // Keeps only contacts with normals perpendicular to the sheets. Their gap is thickness / 2.
   const double gap = 2e-3, thickness = 4e-3, k = scene.model.contact_stiffness;
   std::vector<Contact> contacts = stage.proximity(Team{1}, x, {});
   std::erase_if(contacts, [&](const Contact& c) { return c.distance > gap + 1e-9; });
@@ -386,8 +386,8 @@ TEST_CASE("a contact that would close is stiffened until its gap stays open unde
   ExtraTerms terms;
   const ContactTerms made = stage.terms(inputs, contacts, {}, terms);
   REQUIRE(terms.size() > 20);
-  // The upper sheet sinks by the fraction `sunk` of the gap. Up to three quarters, the terms do not
-  // change.
+  // The upper sheet sinks by the fraction `sunk` of the gap. Contacts are stiffened only if it
+  // sinks by more than three quarters of the gap.
   for (const double sunk : {0.5, 0.7, 0.8, 1.5, 3.0}) {
     Points moved = still;
     moved.bottomRows(36).col(2).array() -= sunk * gap;

@@ -12,8 +12,9 @@ using namespace loomstone;
 
 namespace {
 
-// Tolerances relative to the size of fluxes and forces. Interpolation at 6 x 6 nodes has errors of
-// about 1e-6 between the nearest far clusters. In forces, these errors partly cancel.
+// Tolerances relative to the size of fluxes and forces. Clusters that are far apart interact by
+// interpolation at 6 x 6 nodes. Its errors are largest, about 1e-6, for the closest of these pairs
+// of clusters. In forces, these errors partly cancel.
 constexpr double flux_tolerance = 3e-6, force_tolerance = 1e-6;
 
 // Panels of a flat cuboid in a coarse and a fine grid.
@@ -98,7 +99,8 @@ TEST_CASE("fluxes between bodies equal sums over all panels") {
     const PanelSet &on, &by;
     RigidPose pose;
   };
-  // The cases have grids with equal shares, grids with different shares, and curved surfaces.
+  // The cases combine sets whose coarse and fine grids have equal shares (weights of the grids),
+  // sets with different shares, and curved surfaces.
   std::vector<Case> cases = {{cuboid, other, poses[1]},
                              {round, cuboid, {Vec3(0.2, 0.1, 0.8), Vec4(1, 0, 0, 0)}},
                              {cuboid, round, {Vec3(0.2, 0.1, 0.8), Vec4(1, 0, 0, 0)}},

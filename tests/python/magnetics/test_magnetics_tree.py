@@ -30,7 +30,7 @@ def clustered(n=N):
 
 
 def aligned(n=N):
-    """Cells of a magnet, inside which forces cancel."""
+    """Equal dipoles on a lattice, like the cells of a magnet. Forces inside the lattice cancel."""
     points, _ = shaken_lattice(n)
     return points, np.tile((0.3e-3, 0, 1e-3), (n, 1))
 
@@ -39,8 +39,9 @@ def off(found, expected):
     return np.linalg.norm(found - expected) / np.linalg.norm(expected)
 
 
-# The treecode controls its error at 128 observers. Their root mean square is accurate to a few
-# tenths of its value, and less accurate if the error has heavy tails (a dipole near another).
+# Largest error, as a multiple of the tolerance. The treecode estimates its root mean square error
+# from a sample of 128 observers. The estimate is wrong by a few tenths of its value, and by more if
+# a few observers have much larger errors than the others (a dipole near another).
 SAMPLED = 2.0
 
 
@@ -123,7 +124,7 @@ def test_few_dipoles_are_summed_directly_and_lengths_do_not_matter():
         assert np.array_equal(a, b)
     points, moments = shaken_lattice()
     found = M.dipole_field(points, moments, points, tolerance=1e-7)
-    for scale in (1e-9, 1e9):  # derivatives of high degree neither overflow nor vanish
+    for scale in (1e-9, 1e9):  # derivatives of high degree neither overflow nor underflow
         scaled = M.dipole_field(scale * points, moments, scale * points, tolerance=1e-7)
         assert off(scaled * scale**3, found) < 1e-6
 

@@ -1,4 +1,6 @@
-"""Pictures of runs are independent of what else is drawn. They are never mixed and never lost."""
+"""The picture of a frame does not depend on what else is drawn. A directory never mixes pictures of
+different runs or options, and no picture is lost.
+"""
 
 import itertools
 import json
@@ -19,7 +21,7 @@ PLAIN = FIT.replace(camera=ls.Camera(fit=False, eye=(0.4, -0.5, 0.3), target=(0.
 
 @pytest.fixture(scope="module")
 def scene():
-    """A cloth that swings down from one side, so that cameras fitted to its frames differ."""
+    """A cloth that swings down from one side. Cameras fitted to different frames differ."""
     return ls.Scene(
         cloths=[ls.Cloth(mesh=ls.grid(size=(0.2, 0.2), cells=(4, 4)), pins=[0, 1, 2, 3, 4])]
     )

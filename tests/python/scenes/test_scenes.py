@@ -36,7 +36,8 @@ SMALL = {
     "twist": ({"triangles": 450}, 1.2, 1.3 * 1.75),
 }
 
-# Scenes that disable collisions; here they are enabled.
+# Parameters, simulated time [s] and largest stretch [1] of the scenes that disable collisions. The
+# test enables collisions in these scenes, too.
 APART = {
     "limit_scaling": ({"triangles": 200}, 0.6, 1.3),
     "swing": ({"columns": 11, "rows": 14}, 1.0, 1.2),
@@ -153,7 +154,7 @@ def test_no_cloth_intersects_in_any_frame(name):
 def test_a_step_whose_motion_would_be_withheld_is_taken_in_halves(speed, step):
     """A wall hits the edges of eight separate sheets.
 
-    Without halving, certification would withhold all motion of the first step.
+    If the step were not halved, certification would withhold all motion of the first step.
     """
     flat, random = ls.grid(size=(0.2, 0.2), cells=(8, 8)), np.random.default_rng(3)
     material = ls.ClothMaterial(

@@ -13,8 +13,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
 
-# Program that runs all kinds of kernels with points inside, near and far away. It prints one line
-# per part.
+# Program that runs all kinds of kernels and prints the hash of each result. Fields are evaluated
+# inside their sources, near them and far away.
 WORK = """
 import hashlib
 import numpy as np
@@ -158,7 +158,9 @@ def test_unknown_instructions_are_refused():
 
 
 def test_kernels_are_compiled_for_instruction_sets_only_by_the_dispatch_that_is_restricted():
-    """Clones whose set the loader chooses (target_clones, ifunc) would ignore the restriction."""
+    """The loader would choose the instruction set of clones made by target_clones or ifunc, and
+    would ignore LOOMSTONE_INSTRUCTIONS.
+    """
     sources = [p for kind in ("h", "cpp") for p in (ROOT / "core").rglob(f"*.{kind}")]
     text = {path.relative_to(ROOT).as_posix(): path.read_text() for path in sources}
     chosen_by_loader = [
