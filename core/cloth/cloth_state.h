@@ -20,8 +20,8 @@ struct ClothState {
   // writes it.
   double expected_step = 0.0;
   // Length of an automatic step that was shortened because contacts created energy [s]; 0: none.
-  // Later steps grow faster until one of them is as long or is limited by its error. The stepper
-  // writes it.
+  // Later steps grow faster until one of them is as long again or is limited by its error. The
+  // stepper writes it.
   double settled_step = 0.0;
   // (m) Longest step that each triangle may take [s]; empty if none has been computed. Entries
   // never grow. The asynchronous integrator writes them.

@@ -270,9 +270,9 @@ class NewtonIntegrator final : public Integrator {
     return energy;
   }
 
-  // Potential 1/2 |v+ - v|_M^2 - h f_ext.v+ + c psi(x_e), where psi is the energy of elasticity and
-  // terms. With c = 1 (backward Euler) or 4 (midpoint), its gradient without viscous forces is r.
-  // Every rank sums over all rows. Needed only if the residual does not decrease.
+  // Potential 1/2 |v+ - v|_M^2 - h f_ext.v+ + c psi(x_e) with the energy psi of cloth and terms.
+  // For c = 1 (backward Euler) or 4 (midpoint), its gradient without viscous forces is r. Every
+  // rank sums over all rows. The potential is needed only if the residual does not decrease.
   double potential(const Step& step, Iterate& it) {
     if (!std::isnan(it.potential)) return it.potential;
     const Index n = step.n;

@@ -1,6 +1,6 @@
 """Time integrators: one class for each method, and their base class Integrator.
 
-The C++ core defines their fields and defaults.
+The C++ core defines the fields of these classes and their defaults.
 
 >>> import loomstone as ls
 >>> ls.BDF2(step=2e-3).method

@@ -102,8 +102,8 @@ double driving_back(const Vec3& m, const Vec3& other, const Vec3& n) {
 
 // Number of values per soft sphere: position (3), radius, norm of the moment, mobility.
 constexpr int sphere_rows = 6;
-// If two spheres are farther apart than this multiple of the sum of their radii, the bound 24
-// mu0/4pi m m' / r^5 for any two dipoles m and m' replaces their largest restoring stiffness.
+// If two spheres are farther apart than this multiple of the sum of their radii, the bound
+// 24 mu0/4pi m m' / r^5 for any two dipoles m and m' replaces their largest restoring stiffness.
 constexpr double neighbours = 1.6;
 
 // Returns how much all spheres far from sphere i raise its squared frequency, by the bound for any

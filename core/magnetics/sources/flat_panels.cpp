@@ -101,8 +101,8 @@ struct HalfEdge {
   }
 };
 
-// Chooses the number and the growth of panels on each half edge. Multiples are integers, so that
-// the grids for extrapolation have the same ratio of panel numbers along all edges.
+// Chooses `multiple` and `growth` of each half edge. Multiples are integers, so that the panel
+// numbers of two grids have the same ratio along all edges, as extrapolation requires.
 std::array<HalfEdge, 3> half_edges(const Vec3& size) {
   // Largest width of panels far from the ends, relative to the width in the middle of the shortest
   // edge. With 1.9 instead, the largest error beside magnets is four times as large.

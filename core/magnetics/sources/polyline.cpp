@@ -13,8 +13,8 @@ namespace loomstone {
 
 namespace {
 
-// Terms of one segment, in the notation above: c = l x r0, i0 = 1/d0, i1 = 1/d1 and outer = 1 /
-// ((d0 + d1)^2 - l^2), which is computed without cancellation next to the wire.
+// Terms of one segment, in the notation above: c = l x r0, i0 = 1/d0, i1 = 1/d1 and
+// outer = 1 / ((d0 + d1)^2 - l^2), which is computed without cancellation next to the wire.
 template <class Lanes>
 struct Segment {
   Lanes3<Lanes> r0, r1, c;

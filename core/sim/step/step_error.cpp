@@ -10,11 +10,11 @@ namespace {
 // Our choice: a towel of 640 triangles that meets a floor at 4 m/s stretches by 7 % in steps of 4
 // ms and by 6 % in steps of 0.25 ms. With 0.05 the drape takes 1.7 times as long.
 constexpr double strain_tolerance = 0.1;
-// Tolerated energy of the neglected strain, as a fraction of the kinetic energy. Our choice: it
-// shortens the steps of stiff cloth, whose neglected strains are small.
+// Tolerated energy of the neglected strain, as a fraction of the kinetic energy. Our choice: this
+// bound shortens the steps of stiff cloth, whose neglected strains are small.
 constexpr double energy_tolerance = 0.2;
-// A part of a given step is divided before an attempt if its expected error exceeds the tolerance
-// by more than this factor. Our choice: the error is often smaller than that of the last part, and
+// A part of a given step is divided before an attempt if its expected error is more than this
+// multiple of the tolerance. Our choice: the error is often smaller than that of the last part, and
 // a part that is only slightly too long would be halved.
 constexpr double expected_in_parts = 2.0;
 // Expected error of automatic steps, divided by the tolerance. Our choice: a tenth of the attempts

@@ -8,8 +8,7 @@ using namespace loomstone;
 namespace {
 
 // Returns 1/2 dF^T dF of each triangle (m x 3: 11, 22, 12), where dF is the gradient of the
-// displacement u. It is computed from Green strains, because E(x + u) + E(x - u) - 2 E(x) = dF^T
-// dF.
+// displacement u. It follows from Green strains: E(x + u) + E(x - u) - 2 E(x) = dF^T dF.
 Points second_order_strains(Membrane& membrane, const Points& x, const Points& u) {
   Points ahead, behind, here;
   Vector stretch;

@@ -89,7 +89,7 @@ def test_a_magnet_falls_through_a_coil_as_in_the_table(case):
     )
     # The tolerances cover two errors. The simulation replaces the turns of the table by a current
     # sheet. Its steps only partly resolve the decay of the current at the rate R / L = 25,000/s and
-    # the magnetic braking at the rate G^2 / (m R) = 700/s, where G is the slope of the flux.
+    # the magnetic braking at the rate G^2 / (m R) = 700/s, with G = d(flux)/dz.
     assert time == pytest.approx(case["time"], rel=2e-3)
     assert speed == pytest.approx(case["end_speed"], rel=5e-3)
     assert sim.circuit_heat == pytest.approx(case["joule_heat"], rel=5e-3)

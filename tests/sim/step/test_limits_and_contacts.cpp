@@ -151,7 +151,7 @@ TEST_CASE(
       const double rest = (edged->vertices().row(a) - edged->vertices().row(b)).norm();
       longest = std::max(longest, (x.row(242 + a) - x.row(242 + b)).norm() / rest - 1.0);
     }
-  CHECK(longest < 0.05 + 0.02);  // 100 sweeps may leave an excess
+  CHECK(longest < 0.05 + 0.02);  // 0.02: excess that may remain after 100 sweeps
 }
 
 TEST_CASE(
@@ -177,8 +177,8 @@ TEST_CASE(
       CHECK(sim.broken_limits().empty());
       CHECK(worst(sim.report()) <= limit_margin(0.05));
       CHECK(sim.intersecting_pairs().empty());
-      // The ball stops only the tenth of the sheet that lies on it. With steps of 1 ms or less, 93
-      // % of the mean speed remains. The bounds allow the long first step to lose more.
+      // The ball stops only the tenth of the sheet that lies on it. With steps of 1 ms or less,
+      // 93 % of the mean speed remains. The bounds allow the long first step to lose more.
       if (i == 0 && speed == 6.0) CHECK(-sim.velocities().col(2).mean() > 0.9 * speed);
       if (i == 0 && speed == 12.0) CHECK(-sim.velocities().col(2).mean() > 0.75 * speed);
     }
