@@ -8,7 +8,7 @@
 
 namespace loomstone {
 
-// The larger of the two parts of an error, each as a fraction of its tolerance [1].
+// Returns the larger of error.strain and error.energy, each divided by its tolerance [1].
 double relative_error(const StepError& error);
 
 // Returns the error over the motion of cloth from the start of the part to its present positions.

@@ -193,9 +193,8 @@ def test_forces_follow_from_the_energy():
 
 @pytest.mark.parametrize("gap", [2e-3, 2e-4, 0.0])
 def test_the_energy_of_what_magnetises_is_that_of_the_magnets_dipoles(gap):
-    """Compares the energy with that of dipoles in the magnet's volume, also in contact. In contact,
-    the field of a charged face is unbounded, and its integral over the magnet's surface takes
-    minutes.
+    """Compares the energy with that of dipoles in the magnet's volume. In contact, an integral over
+    the magnet's surface would take minutes, because the field of a charged face is unbounded.
     """
     size, polarization = np.array((0.008, 0.006, 0.005)), np.array((0.2, 0, 1.2))
     magnet = M.cuboid(size=size, polarization=polarization).moved((0.001, 0.0005, 0.0055 + gap))
