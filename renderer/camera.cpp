@@ -68,7 +68,8 @@ View make_view(const Camera& camera, double aspect, const Framing& framing) {
   view.up = view.right.cross(view.forward);
   view.eye = camera.eye;
   if (camera.fit) {
-    // Maxima over the corners of -a - t c (low) and a - t c (high), horizontally and vertically.
+    // Maxima of -a - t c (low) and a - t c (high) over the corners of the box, with a, b, c and t
+    // as at the top of this file. The vertical direction has b in place of a.
     std::array<double, 2> low, high;
     low.fill(-std::numeric_limits<double>::infinity());
     high = low;

@@ -15,9 +15,9 @@ struct Framing {
   double radius() const { return 0.5 * (high - low).norm(); }
 };
 
-// Bounding box of cloth and bodies without floors, extended downwards to where the cloth may fall:
-// to the floor or, if that is higher, to one horizontal extent of the cloth below its top. A sheet
-// held at one side swings down by that extent (our choice).
+// Bounding box of cloth and bodies without floors, extended downwards by the fall of the cloth. The
+// fall ends one horizontal extent of the cloth below its top, or at the floor if the floor is
+// higher. Our choice: a sheet held at one side swings down by this extent.
 Framing make_framing(const FrameTopology& topology, const Frame& first);
 
 // Position, axes and field of view of the camera. Axes are unit vectors; `forward` points into the

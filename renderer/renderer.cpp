@@ -18,7 +18,7 @@
 namespace loomstone {
 namespace {
 
-// Per cloth: edge of a square with the area of its bounding box in uv [m]; 1 if the area is 0.
+// Returns the square root of the area of each cloth's bounding box in uv [m], or 1 if it is 0.
 std::vector<double> pattern_sizes(const FrameTopology& topology) {
   std::vector<double> sizes(topology.cloth_names.size(), 1.0);
   for (std::size_t cloth = 0; cloth < sizes.size(); ++cloth) {
@@ -77,7 +77,7 @@ FrameTopology shown(const FrameTopology& topology, const RenderOptions& options)
   return rest;
 }
 
-// Bounding rectangle of points [pixels]; the whole picture if any is nearer than the near plane.
+// Bounding rectangle of points [pixels], or the whole picture if a point is too near the eye.
 class Reach {
  public:
   Reach(const View& view, int width, int height) : view_(view), width_(width), height_(height) {}

@@ -45,8 +45,8 @@ class Elasticity {
     const Points* w;  // null: no product
     Points* y;        // y = (matrix - M) w on rows [begin, end)
   };
-  // Sets rows [begin, end) of the matrix to M + elastic K + viscous D with the factors in
-  // terms.scales, and computes `product`.
+  // Sets rows [begin, end) of the matrix to M + s K + t D, where s and t are the factors `elastic`
+  // and `viscous` of terms.scales. Also computes `product`.
   void assemble(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end,
                 Product product = {});
 

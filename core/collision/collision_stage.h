@@ -1,7 +1,7 @@
 // Collision handling of one step. Contacts are found at the start of the step. They enter an
 // implicit solve as extra terms, or impulses correct the motion after an explicit step.
-// Certification then removes impacts from the whole motion by continuous collision detection,
-// clean-up and withheld motion.
+// Certification then finds the impacts of the whole motion by continuous collision detection. It
+// removes them by impulses (clean-up) and, if some remain, by withholding motion.
 #pragma once
 
 #include <memory>

@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// Return the given current of a coil without a circuit [A], and the source voltage of a circuit
-// [V], at `time` [s].
+// given_current() returns the current of a coil without a circuit [A], and source_voltage() the
+// voltage of a circuit's source [V], at `time` [s].
 double given_current(const Coil& coil, double time);
 double source_voltage(const Coil& coil, double time);
 
@@ -23,8 +23,8 @@ Vector coil_currents(const MagneticModel& model, const CircuitState& circuits, d
 // Returns the current of the first circuit [A], or 0 if there is no circuit.
 double first_circuit_current(const MagneticModel& model, const CircuitState& circuits);
 
-// placed_coils() returns all coils, each with one ampere. carrying_coils() returns the coils whose
-// entry of `currents` (coils) [A] is not zero, each with its current.
+// placed_coils() returns all coils, each with a current of 1 A. carrying_coils() returns each coil
+// with its current from `currents` (coils) [A], and omits coils without current.
 std::vector<MagneticBody> placed_coils(const MagneticModel& model, const CarrierPlaces& places);
 std::vector<MagneticBody> carrying_coils(const MagneticModel& model, const CarrierPlaces& places,
                                          const Vector& currents);

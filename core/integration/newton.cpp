@@ -70,7 +70,7 @@ class NewtonIntegrator final : public Integrator {
     Index end() const { return std::min(layout.end(), n); }
   };
 
-  // A velocity at the end of the step, with its residual (-r) and its terms.
+  // A velocity at the end of the step, with its terms. `residual` contains -r.
   struct Iterate {
     Points velocity, residual;
     ExtraTerms terms;
@@ -270,9 +270,9 @@ class NewtonIntegrator final : public Integrator {
     return energy;
   }
 
-  // Potential 1/2 |v+ - v|_M^2 - h f_ext.v+ + c psi(x_e), with c = 1 for backward Euler and c = 4
-  // for midpoint. Its gradient is r if there are no viscous forces. Every rank sums over all rows.
-  // The potential is needed only if the residual does not decrease.
+  // Potential 1/2 |v+ - v|_M^2 - h f_ext.v+ + c psi(x_e) with the energy psi of cloth and terms.
+  // For c = 1 (backward Euler) or 4 (midpoint), its gradient without viscous forces is r. Every
+  // rank sums over all rows. The potential is needed only if the residual does not decrease.
   double potential(const Step& step, Iterate& it) {
     if (!std::isnan(it.potential)) return it.potential;
     const Index n = step.n;
@@ -346,7 +346,7 @@ class NewtonIntegrator final : public Integrator {
   Iterate now_, trial_;
   ExtraTerms secant_;
   double best_ = 0.0;    // smallest residual so far
-  double length_ = 1.0;  // length of the last tried step, relative to correction_
+  double length_ = 1.0;  // factor of correction_ in the last Newton step that was tried
   Points x_, cloth_, force_;
 };
 

@@ -10,8 +10,9 @@
 
 namespace loomstone {
 
-// The system (A + c_k sum J^T H J + body masses) x = rhs, where A is the matrix of `elasticity`.
-// Fixed rows keep their value of x.
+// The system (A + c_k sum J^T H J + body masses) x = rhs. A is the matrix of `elasticity`. The sum
+// is over the extra terms of `inputs`, with J and H as in core/linalg/extra_terms.h. Fixed rows
+// keep their value of x.
 struct StepSystem {
   const StepInputs& inputs;
   Elasticity& elasticity;

@@ -14,7 +14,8 @@ namespace loomstone {
 
 class TermRows {
  public:
-  // Copies the terms (may be null) that act on an owned row. `scale` multiplies every H.
+  // Copies the terms (may be null) that act on an owned row. Here and below, J and H are those of
+  // core/linalg/extra_terms.h. `scale` multiplies the matrix H of every term.
   void build(const ExtraTerms* terms, double scale, const RowLayout& layout);
   bool empty() const { return hessians_.empty(); }
   bool touches(Index row) const { return !empty() && row_start_[row + 1] > row_start_[row]; }
@@ -31,7 +32,7 @@ class TermRows {
   void evaluate(const Team& team, const Scalar* x);
   // Returns the sum of J^T force over the terms of an owned row.
   Vec3 force(Index row) const;
-  // Returns the sum of J^T (scale H) J over the terms of a row.
+  // Returns the sum of scale J^T H J over the terms of a row.
   Mat3 diagonal(Index row) const;
 
  private:

@@ -1,5 +1,5 @@
-// The only file that includes Bullet (double precision). Only source files of this directory may
-// include it. It also converts vectors and matrices between Bullet and Eigen.
+// Includes Bullet (double precision), and converts vectors and matrices between Bullet and Eigen.
+// No other file includes Bullet's headers, and only files of this directory may include this one.
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>

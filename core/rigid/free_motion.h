@@ -20,11 +20,13 @@ Rotor make_rotor(const Mat3& inertia);
 Vec3 angular_momentum(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_velocity);
 Vec3 angular_velocity(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum);
 
-// Returns the orientation after `step` [s] of free rotation. The kinetic energy
-//   L.L/2B + (1/A - 1/B) L_a^2/2 + (1/C - 1/B) L_c^2/2,
-// with the moments of inertia A, B and C about the principal axes a, b and c, is split into
-// rotations about L, about axis a and about axis c, in the symmetric order of [Dullweber1997]. The
-// method is reversible, of second order, and exact for bodies with two equal moments of inertia.
+// Returns the orientation after `step` [s] of free rotation with the angular momentum L. A, B and C
+// are the moments of inertia about the principal axes a, b and c. The three terms of the kinetic
+// energy
+//   L.L/2B + (1/A - 1/B) L_a^2/2 + (1/C - 1/B) L_c^2/2
+// cause rotations about L, about axis a and about axis c. These are applied in the symmetric order
+// of [Dullweber1997]. The method is reversible, of second order, and exact for bodies with two
+// equal moments of inertia.
 Vec4 freely_turned(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum,
                    double step);
 

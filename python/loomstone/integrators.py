@@ -1,6 +1,6 @@
 """Time integrators: one class for each method, and their base class Integrator.
 
-Fields and defaults are those of the C++ descriptions.
+The C++ core defines the fields of these classes and their defaults.
 
 >>> import loomstone as ls
 >>> ls.BDF2(step=2e-3).method

@@ -3,11 +3,14 @@
     python tests/benchmarks/impacts.py --triangles 400 1280 3000 --tilts 30 60 90 --speeds 2 4 8
     python tests/benchmarks/impacts.py --swing
 
-The first table lists for each towel and step: the largest stretch and its ratio to that of steps of
-0.25 ms; the gain of energy minus work since the start, divided by the largest kinetic energy, as
-its maximum without and with the energy of contacts and its value at the end; the number of parts of
-steps, the shortest part and the processor time. The second table lists the time until the free edge
-of a sheet, which is pinned at two corners and released flat, passes below these corners.
+The first table has a row for each towel and step. `ratio` compares the largest stretch with that of
+steps of 0.25 ms. The gain is the increase of energy minus work since the start, divided by the
+largest kinetic energy. `gain` and `contact` are its maxima without and with the energy of contacts,
+and `end` is its value at the end. `parts` is the number of parts of steps, `shortest` the length of
+the shortest part [ms], and `cpu` the processor time [s].
+
+The second table is about a sheet that is pinned at two corners and released flat. It lists the time
+until the free edge passes below these corners.
 """
 
 from __future__ import annotations

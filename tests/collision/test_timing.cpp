@@ -1,4 +1,5 @@
-// Excluded from the usual tests: test_collision "[timing]" prints milliseconds.
+// Times of the collision stages, printed by test_collision "[timing]" [ms]. The usual test run
+// excludes them.
 #include <catch2/catch.hpp>
 
 #include <chrono>

@@ -173,7 +173,7 @@ TEST_CASE("a hammock catches a falling body, without intersections at the end") 
   Simulation sim(hammock(), step_of(2e-3), 1);
   for (int i = 0; i < 400; ++i) sim.step();
   const double height = sim.body_centres()(0, 2);
-  // Under 0.1 kg, the cloth sags by centimetres only. In free fall, the body would reach -3 m.
+  // The body of 0.1 kg makes the cloth sag by centimetres. In free fall, it would reach -3 m.
   CHECK(height > -0.2);
   CHECK(height < 0.06);
   CHECK(sim.intersecting_pairs().empty());
@@ -228,7 +228,7 @@ TEST_CASE("a strip at rest carries the body attached to it, with any integrator"
     lambda -= (0.5 * 300.0 * lambda * (lambda * lambda - 1) - load) /
               (0.5 * 300.0 * (3 * lambda * lambda - 1));
   // As nu = 0, the strip does not contract laterally, so the clamps at its ends cause no error. The
-  // springs of 3e4 N/m per vertex add 1e-5 m.
+  // springs that attach the strip to the body (3e4 N/m per vertex) add 1e-5 m.
   CHECK(0.2 - sim.positions().row(0)(2) == Approx(0.4 * lambda).epsilon(2e-3));
 }
 
@@ -279,7 +279,7 @@ TEST_CASE("a released strip and the body attached to it fall together with g") {
   o.implicit()->linear_solver = LinearMethod::Direct;
   Simulation sim(scene, o, 1);
   for (int i = 0; i < 100; ++i) sim.step();
-  // All rows fall with velocity g t. The springs of 3e4 N/m amplify rounding errors.
+  // Cloth and body fall with velocity g t. Attachment springs of 3e4 N/m amplify rounding errors.
   const Points v = sim.velocities();
   for (Index i = 0; i < v.rows(); ++i) CHECK(v(i, 2) == Approx(-9.81 * 0.1).epsilon(1e-6));
   CHECK(sim.body_centres()(0, 2) == Approx(-0.22 - 0.5 * 9.81 * 0.1 * 0.101).epsilon(1e-6));
@@ -379,8 +379,8 @@ TEST_CASE("a step in which the Newton loop finds no solution is taken in halves"
     parts.push_back(sim.report().parts);
   }
   CHECK(*std::max_element(parts.begin(), parts.end()) > 1);
-  // Halved steps damp less, so the fall agrees with one in steps of 5 ms to 5 % of the cloth's
-  // length.
+  // The reference takes steps of 5 ms, which damp the fall less than longer ones. The tolerance is
+  // 5 % of the cloth's length.
   IntegratorOptions fine = o;
   fine.set_step(0.005), fine.newton()->max_newton_iterations = 50;
   Simulation judge(scene, fine, 1);
@@ -436,8 +436,8 @@ TEST_CASE("a draping cloth never has more energy than at the start") {
     highest = std::max(highest, energy());
     lowest = std::min(lowest, sim.report().energy.gravity);
   }
-  // Contacts are detected at the start of a step. A contact force can therefore add as much energy
-  // as the motion of one step exchanges.
+  // Contacts are detected at the start of a step, so their forces can add a little energy within
+  // one step. The tolerance is a thousandth of the gravitational energy that the fall releases.
   CHECK(highest - start < 1e-3 * (g - lowest));
 }
 

@@ -49,7 +49,8 @@ LOOMSTONE_INLINE void forces(const Tables& tables, const Index* batches, Index n
     if (v) {
       Lanes3<Lanes> d1, d2;  // columns of dF/dt
       gradient_columns(batch, v, d1, d2);
-      // E(x) - E(x - t v) = t sym(F^T dF/dt) - t^2 / 2 dF/dt^T dF/dt
+      // With t = rate_time and the deformation gradient F at x,
+      //   E(x) - E(x - t v) = t sym(F^T dF/dt) - t^2 / 2 dF/dt^T dF/dt.
       const double half = 0.5 * tables.rate_time;
       const Lanes r11 = dot(d1, f1) - half * dot(d1, d1), r22 = dot(d2, f2) - half * dot(d2, d2),
                   r12 = 0.5 * (dot(d1, f2) + dot(d2, f1)) - half * dot(d1, d2);
@@ -77,9 +78,9 @@ void forces(const Tables& tables, const Index* batches, Index n, const double* x
   LOOMSTONE_WIDEST(forces)(tables, batches, n, x, v, out);
 }
 
-// Largest strain of the past motion that is excluded from the geometric term. Our choice: this
-// suffices to keep stiff sheets from moving in slow motion, whereas excluding any larger strain
-// would take damping from wrinkles that snap.
+// Largest neglected strain of the past motion whose stress is excluded from the geometric term. Our
+// choice: a smaller bound makes stiff sheets move too slowly, and a larger one takes damping from
+// wrinkles that snap.
 constexpr double most_left_out = 0.01;
 
 template <class Lanes>

@@ -75,8 +75,8 @@ LOOMSTONE_INLINE MaskOf<Floats> meeting_slab(const SlabGroup& group, const AnyBo
          (lanes_load<Floats>(group.high[k]) >= box.low(k));
 }
 
-// Returns a bit mask of the lanes of `group` that overlap a box. Compares diagonals only if some
-// lane overlaps the box along all three axes.
+// Returns a bit mask of the lanes of `group` that overlap a box. Compares diagonal slabs only if
+// some lane overlaps the box along all three axes.
 template <class Floats, class AnyBox>
 LOOMSTONE_INLINE unsigned overlapping_lanes(const SlabGroup& group, const AnyBox& box) {
   MaskOf<Floats> meet = meeting_slab<Floats>(group, box, 0);

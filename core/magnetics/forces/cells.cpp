@@ -79,7 +79,7 @@ Index CellMagnet::build(const Source& magnet, const Vec3& low, const Vec3& high,
   if (1.0 / volume >= density * (1.0 - 1e-9)) {
     diameter_ = std::cbrt(volume);
     if (depth >= 0.5 * diameter_ * (1.0 - 1e-9))
-      return self;  // 1e-9 absorbs rounding in the outermost row
+      return self;  // 1e-9 keeps leaves that rounding places slightly too close to the surface
     cells_.pop_back();
     return -1;
   }

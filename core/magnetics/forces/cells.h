@@ -30,8 +30,8 @@ class CellMagnet final : public Source {
   // with longest edge e is used at distances of at least `separation` times e. `separation` [1]
   // equals r_0 rho_0^(1/3) in (6.19).
   CellMagnet(const Source& magnet, double density, double separation);
-  // Returns a copy whose field and gradient come from local expansions (expanded_field.h, with its
-  // tolerance) instead of sums over all leaves. Fronts and forces between cells are the same.
+  // Returns a copy whose field and gradient come from local expansions instead of sums over all
+  // leaves. `tolerance` is that of ExpandedField. Fronts and forces between cells are the same.
   CellMagnet expanded(double tolerance) const;
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
@@ -72,7 +72,8 @@ struct CellTable {
   Points positions, moments;  // (n x 3) [m], [A m^2]
 };
 // cell_level() returns all cells of one level, including leaves of coarser levels. cell_front()
-// returns the front of `body` towards `other`. Both throw InvalidInput if a body has no cells.
+// returns the cells that CellMagnet::front() chooses for `body` towards `other`. Both throw
+// InvalidInput if a body has no cells.
 CellTable cell_level(const MagneticBody& body, Index level);
 CellTable cell_front(const MagneticBody& body, const MagneticBody& other);
 

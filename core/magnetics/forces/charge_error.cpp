@@ -24,10 +24,10 @@ double relative_gap(const MagneticBody& induced, const MagneticBody& by) {
 }
 
 // Converts `difference`, the force on the estimated errors of the charge, into an estimated error
-// of `force`. For bodies with panels, the difference of two extrapolations is used. It exaggerates
-// large errors and misses part of the error near a magnet. The formula was fitted to true errors.
-// In nine of ten cases, the estimate is between half and ten times the true error
-// (docs/experiments/magnetics.md).
+// of `force`. The charge errors of panels are estimated by comparing two extrapolations. These
+// estimates exaggerate large errors and miss part of the error near a magnet. The formula was
+// therefore fitted to true errors. In nine of ten cases, its result is between half and ten times
+// the true error (docs/experiments/magnetics.md).
 double calibrated(double difference, double force, double gap) {
   if (!(force > 0.0)) return difference;
   return 0.044 * force * std::pow(difference / force, 0.8) * std::pow(gap, -0.6);

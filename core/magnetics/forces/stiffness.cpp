@@ -102,13 +102,13 @@ double driving_back(const Vec3& m, const Vec3& other, const Vec3& n) {
 
 // Number of values per soft sphere: position (3), radius, norm of the moment, mobility.
 constexpr int sphere_rows = 6;
-// Two spheres farther apart than this multiple of their contact distance use the bound for any two
-// dipoles.
+// If two spheres are farther apart than this multiple of the sum of their radii, the bound
+// 24 mu0/4pi m m' / r^5 for any two dipoles m and m' replaces their largest restoring stiffness.
 constexpr double neighbours = 1.6;
 
-// Returns the sum of the bound for any two dipoles over spheres far from sphere i, divided by the
-// moment of i and by mu0/4pi. `near` receives the indices of the spheres that are not far,
-// including i.
+// Returns how much all spheres far from sphere i raise its squared frequency, by the bound for any
+// two dipoles, divided by the moment of i and by mu0/4pi. `near` receives the indices of the
+// spheres that are not far, including i.
 template <class Lanes>
 LOOMSTONE_INLINE double far_kernel(const double* table, Index padded, Index i, Index* near,
                                    Index* n_near) {

@@ -30,16 +30,15 @@ struct Carrier {
 
 // Returns bounds of the squared angular frequency of every carrier [1/s^2]. `carrier` contains the
 // index of each magnet's carrier, and `field` is the norm of the uniform field [T]. Magnets on one
-// carrier do not interact. add_sphere_frequencies2() adds the forces between soft spheres and those
-// of fixed magnets on them.
+// carrier do not interact. The bounds omit the forces between soft spheres and the forces of fixed
+// magnets on soft spheres, which add_sphere_frequencies2() takes into account.
 std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets,
                                  const std::vector<RigidPose>& poses,
                                  const std::vector<Index>& carrier,
                                  const std::vector<Carrier>& carriers, double field);
 
-// A sphere that magnetises along the field (chi > 0). It experiences no torque. Only restoring
-// forces at constant moments are counted, because moments that follow the field further lower the
-// energy of any displacement.
+// A sphere that magnetises along the field (chi > 0). It experiences no torque. Its stiffness is
+// that at constant moments, because moments that follow the field only reduce it.
 struct SoftSphere {
   Index carrier;
   Vec3 position, moment;  // [m], [A m^2]
@@ -55,9 +54,10 @@ struct FixedMagnet {
   const RigidPose& pose;
   const Gradients& gradient;
 };
-// Adds the contribution of the force of a fixed magnet on soft spheres. The second derivative of a
-// field that falls as r^-3 is 4 / r times its gradient, and r is at least the radius of a sphere.
-// If the magnet has few dipoles, a sum over them is a second bound.
+// Adds the contribution of the force of a fixed magnet on soft spheres. The stiffness is the moment
+// of a sphere times the second derivative of the field. For a field that falls as r^-3, this
+// derivative is 4 / r times the gradient, and r is at least the sphere's radius. If the magnet has
+// few dipoles, a sum over them gives another bound, and the smaller one is used.
 void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres,
                              const FixedMagnet& by, const std::vector<Carrier>& carriers,
                              std::vector<double>& frequencies2);

@@ -101,8 +101,8 @@ class MutualField {
   }
 
  private:
-  // Number of groups of eight per task. The mutual fields of 256 spheres take about 30 us, as long
-  // as waking a thread.
+  // Number of groups of eight spheres per task. If threads sleep between loops, tasks have 256
+  // spheres, whose mutual fields take about 30 us, as long as waking a thread.
   Index grain() const { return threads_sleep() ? 32 : 8; }
 
   Index eights() const { return (static_cast<Index>(positions_.rows()) + n_lanes - 1) / n_lanes; }

@@ -15,14 +15,15 @@ namespace loomstone {
 double sphere_polarizability(double radius, double susceptibility);
 
 // Returns the moments (n x 3) [A m^2] of spheres at positions (n x 3) [m] with polarisabilities (n)
-// in an applied flux density (n x 3) [T]. GMRES solves m - alpha T m = alpha B to a relative
-// residual of `tolerance`, with a warm start from `start` if it has n rows. Throws SolverFailure if
-// 200 iterations do not suffice, which happens if spheres overlap deeply.
+// in an applied flux density (n x 3) [T]. GMRES solves m - alpha T m = alpha B, where T maps the
+// moments m to their fields at one another and B is the applied field. It stops at a relative
+// residual of `tolerance`, with a warm start from `start` if this has n rows. Throws SolverFailure
+// if 200 iterations do not suffice, which happens if spheres overlap deeply.
 Points induced_moments(const Team& team, const Points& positions, const Vector& polarizabilities,
                        const Points& applied, double tolerance, const Points& start = {});
 
 // Returns the moments like induced_moments(), but for given radii [m] and susceptibilities [1].
-// Throws InvalidInput.
+// Throws InvalidInput if an argument is out of range.
 Points sphere_moments(const Team& team, const Points& positions, const std::vector<double>& radii,
                       const std::vector<double>& susceptibilities, const Points& applied,
                       double tolerance);

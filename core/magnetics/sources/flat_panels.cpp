@@ -71,10 +71,10 @@ static double graded(double t, double width) {
 
 namespace {
 
-// Returns the number of panels between the end of an edge and the distance d from it. d is in units
-// of half the shortest edge, and the number in units of the panels on that half. Up to d = 1,
-// panels are refined towards the end. Beyond, they have equal widths, or grow in proportion to 1 +
-// growth (d - 1).
+// Returns how many panels lie within the distance d of the end of an edge. The unit of d is half of
+// the shortest edge, and the unit of the result is the number of panels on that half. Up to d = 1,
+// panels are refined towards the end. Beyond d = 1, the width of panels is constant, or grows in
+// proportion to 1 + growth (d - 1).
 double panels_from_end(double d, double growth) {
   if (d <= 1.0) return std::sqrt(d);
   return 1.0 + (growth > 0.0 ? 0.5 * std::log1p(growth * (d - 1.0)) / growth : 0.5 * (d - 1.0));
@@ -89,7 +89,7 @@ double distance_from_end(double panels, double growth) {  // inverse of panels_f
 // Panels on half of an edge of a cuboid.
 struct HalfEdge {
   double length = 1.0;  // in units of half of the shortest edge
-  int multiple = 1;     // number of panels in units of those on half of the shortest edge
+  int multiple = 1;     // number of panels, divided by that on half of the shortest edge
   double growth = 0.0;  // growth of the panel widths towards the middle; see panels_from_end()
 
   // Returns the position between the middle (0) and the end (1) below which a fraction t of the
@@ -101,13 +101,13 @@ struct HalfEdge {
   }
 };
 
-// Chooses the multiples of the edges. They are integers, so that the numbers of panels on grids for
-// extrapolation have the same ratio along all edges.
+// Chooses `multiple` and `growth` of each half edge. Multiples are integers, so that the panel
+// numbers of two grids have the same ratio along all edges, as extrapolation requires.
 std::array<HalfEdge, 3> half_edges(const Vec3& size) {
   // Largest width of panels far from the ends, relative to the width in the middle of the shortest
   // edge. With 1.9 instead, the largest error beside magnets is four times as large.
   constexpr double widest = 1.38;
-  // Largest number of panels in an octant, in units of those on one face of a cube's octant.
+  // Largest number of panels in an octant, divided by that on one face of the octant of a cube.
   constexpr int most_panels = 19;
   std::array<HalfEdge, 3> edges;
   for (int axis = 0; axis < 3; ++axis) {

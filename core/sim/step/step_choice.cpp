@@ -9,13 +9,15 @@ namespace loomstone {
 
 namespace {
 
-// Our choice: with longer steps, implicit Euler damps free motion visibly.
+// Largest step of implicit Euler [s]. Our choice: longer steps damp free motion visibly.
 constexpr double largest_of_euler = 10e-3;
-// Our choice, for second-order schemes and for scenes with rigid bodies: the error of the membrane
-// says nothing about contacts. Schemes without damping throw cloth back from contacts that a step
-// does not resolve, and bodies sink in and bounce.
+// Largest step of other schemes, and of all schemes in scenes with rigid bodies [s]. Our choice:
+// the error of the membrane, which shortens steps, says nothing about contacts. In contacts that a
+// step does not resolve, schemes without damping throw cloth back, and bodies sink in and bounce.
 constexpr double largest_otherwise = 1e-3;
-constexpr double share_of_stable = 0.5;  // stretched cloth is stiffer than at the start
+// Step of explicit schemes as a fraction of the stable step at the start. Our choice: stretched
+// cloth is stiffer than at the start.
+constexpr double share_of_stable = 0.5;
 
 }  // namespace
 

@@ -12,8 +12,8 @@ struct StepChoice {
   bool automatic = false;  // steps are shorter where their error requires it
 };
 
-// Chooses the lengths that options ask for. The state is that of the start. Throws InvalidInput if
-// the step is automatic but its error is not bounded.
+// Chooses the lengths of steps for the given options and the state at the start. Throws
+// InvalidInput if steps are automatic but no accuracy bounds their error.
 StepChoice choose_steps(const IntegratorOptions& options, const Model& model, const State& state);
 
 }  // namespace loomstone

@@ -7,32 +7,35 @@ namespace loomstone {
 
 namespace {
 
-// Our choice: a towel of 640 triangles that meets a floor at 4 m/s stretches by 7 % in steps of 4
-// ms and by 6 % in steps of 0.25 ms. With 0.05 the drape takes 1.7 times as long.
+// Tolerated neglected strain. Our choice: a towel of 640 triangles that meets a floor at 4 m/s then
+// stretches by 7 % in steps of 4 ms, and by 6 % in steps of 0.25 ms. With a tolerance of 0.05, the
+// drape scene takes 1.7 times as long.
 constexpr double strain_tolerance = 0.1;
-// Our choice: this bound shortens the steps of stiff cloth, whose neglected strains are small.
+// Tolerated energy of the neglected strain, as a fraction of the kinetic energy. Our choice: this
+// bound shortens the steps of stiff cloth, whose neglected strains are small.
 constexpr double energy_tolerance = 0.2;
-// Error to which parts of a given step are shortened before an attempt, in multiples of the
-// tolerance. Our choice: the error is often smaller than that of the last part, and a part that is
-// only slightly too long would be halved.
+// A part of a given step is divided before an attempt if its expected error is more than this
+// multiple of the tolerance. Our choice: the error is often smaller than that of the last part, and
+// a part that is only slightly too long would be halved.
 constexpr double expected_in_parts = 2.0;
-// The same for automatic steps. Our choice: of their attempts, a tenth is repeated.
+// Expected error of automatic steps, divided by the tolerance. Our choice: a tenth of the attempts
+// is then repeated.
 constexpr double expected_in_steps = 0.7;
 // A part that is repeated aims at less than the tolerated error.
 constexpr double safety = 0.8;
-// Automatic steps become longer by at most this factor at a time. Our choice: with 1.5 while
-// surfaces touch, a towel that meets a floor at 8 m/s stretches by 35 % where steps of 0.25 ms give
-// 15 %. Steps that became shorter because contacts gained energy regain their length, or that which
-// their error allows, by the largest factor.
+// Largest factors by which an automatic step is longer than the last one: without contacts, with
+// contacts, and after contacts that created energy have shortened steps (see
+// ClothState::settled_step). Our choice: with growth_in_contact = 1.5, a towel that meets a floor
+// at 8 m/s stretches by 35 %, compared with 15 % in steps of 0.25 ms.
 constexpr double growth = 1.5, growth_in_contact = 1.25, growth_to_settled = 2.0;
-// Energy that implicit Euler may take from free motion in automatic steps, per second, as a
-// fraction of the energy scale of DisplacementError::dissipation(). Our choice: a sheet that swings
-// takes steps of about 5 ms. Steps are not shortened below three tenths of the largest for this,
-// because motion that is not free, such as that of wrinkles that snap, shall lose its energy.
+// Largest DisplacementError::dissipation() in automatic steps of implicit Euler [1/s]. Our choice:
+// a sheet that swings then takes steps of about 5 ms. This bound does not shorten steps below three
+// tenths of the largest step, because other motion, such as that of wrinkles that snap, should lose
+// its energy.
 constexpr double dissipation_tolerance = 0.15;
 
-// Factor of the length of a part at which its error becomes `tolerated`. Strain grows with the
-// square of the length, its energy with the fourth power.
+// Returns the factor by which the length of a part must change for its error to become `tolerated`.
+// The strain is proportional to the square of the length, and its energy to the fourth power.
 double length_factor(const StepError& error, double tolerated) {
   return std::min(std::sqrt(tolerated * strain_tolerance / std::max(error.strain, 1e-300)),
                   std::pow(tolerated * energy_tolerance / std::max(error.energy, 1e-300), 0.25));

@@ -8,7 +8,7 @@
 
 namespace loomstone {
 
-// The larger of the two parts of an error, each as a fraction of its tolerance [1].
+// Returns the larger of error.strain and error.energy, each divided by its tolerance [1].
 double relative_error(const StepError& error);
 
 // Returns the error over the motion of cloth from the start of the part to its present positions.
@@ -18,25 +18,28 @@ StepError error_of_motion(const StepContext& part, const Loads& loads, const Sta
 // Returns whether the error of an attempt is too large and the part can be shortened.
 bool too_large(const StepContext& part, const StepError& error, const Engines& engines);
 
-// Result of an attempt at a part with too large an error: the length that the error allows.
+// Returns the result of an attempt at a part whose error is too large. It contains the length that
+// the error allows.
 PartResult shorter(const StepContext& part, const StepError& error, const Engines& engines);
 
-// Result of an attempt at a part that contacts shorten, because they have made energy from nothing.
+// Returns the result of an attempt in which contacts created energy. `longest` is the length of a
+// part in which they do not, in units of StepPart.
 PartResult shortened_for_contacts(int longest);
 
-// Length expected of the next part of a given step, in units of `part`. It is the length that the
-// error of the last part allows. If there is none, it is that of a motion with unchanged
-// velocities.
+// Returns the length that the error is expected to allow for the next part of a given step, in
+// units of StepPart. The error is that of the last part or, if it is unknown, that of a motion at
+// the present velocities.
 int expected_part(const StepContext& part, const State& state, Engines& engines);
 
-// Sets the length expected of the next part after `part`.
+// Sets the length that the error of `part` allows for the next part.
 void expect_part(const StepContext& part, const StepError& error, const Engines& engines,
                  ClothState& cloth);
 
 // Length of the next automatic step, at most `largest` [s].
 double automatic_step(double largest, const State& state, Engines& engines);
 
-// Sets the length expected of the next automatic step after one of length h [s] from `start`.
+// After an automatic step of length h [s] from `start`, limits the length of the next one by the
+// damping of implicit Euler and by the allowed growth.
 void expect_step(double largest, const State& start, double h, Engines& engines, State& state);
 
 // Adds the error of an accepted part to the report.

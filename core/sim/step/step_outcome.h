@@ -12,7 +12,7 @@
 
 namespace loomstone {
 
-// Positions of everything that collides at a time within a step.
+// Positions of all collision vertices at a time within a step.
 struct PathPoint {
   double share = 0.0;  // fraction of the step that has passed [1]
   Points vertices;     // (vertices x 3) [m]

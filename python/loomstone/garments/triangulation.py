@@ -67,9 +67,10 @@ class Boundary:
 def triangulated(
     boundary: Boundary, interior: int, *, seed: int, where: str
 ) -> tuple[Floats, Indices]:
-    """Returns points and boundary.triangles(interior) counter-clockwise triangles.
+    """Returns the points and the triangles of a mesh of the piece.
 
-    The boundary points come first, in order.
+    The boundary points come first, in order. There are boundary.triangles(interior) triangles,
+    which are oriented counter-clockwise.
 
     interior : number of interior points
     seed : seed of the initial points

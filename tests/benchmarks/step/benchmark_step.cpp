@@ -1,8 +1,9 @@
-// Time of a step without collisions (loads, forces, assembly, solve, motion) of a cloth draped over
-// a sphere: solvers and bending elements, growth with the mesh, and accuracy of the tolerance.
-// Every repetition starts from the same state, except that one vertex is displaced by 1 nm in every
-// second one. Times are minima. A fixed block product (7,396 rows, one thread) is timed between the
-// repetitions. Only the ratio to its time carries over to other machines.
+// Time of a step of a cloth draped over a sphere, without collisions (loads, forces, assembly,
+// solve, motion). Compares solvers and bending elements, mesh sizes, numbers of threads, and the
+// errors at several tolerances of the solver. Every repetition starts from the same state, except
+// that one vertex is displaced by 1 nm in every second one. The smallest time is printed. A
+// matrix-vector product of fixed size (7,396 block rows, one thread) is timed between the
+// repetitions. Step times depend on the machine, their ratio to the time of this product much less.
 //   benchmark_step [solvers] [growth [cells ...]] [accuracy] [threads]      (default: all; growth
 //   of 50 ... 400 cells; --smoke: one row of 10 cells)
 #include <algorithm>
@@ -142,7 +143,7 @@ void growth(const std::vector<Index>& cells) {
   for (const Index n : cells)
     for (const double h : {1e-3, 4e-3})
       for (const char* solver : {"pcg", "block-jacobi", "direct"}) {
-        // The growth of the direct solver is clear from the smaller meshes.
+        // The smaller meshes suffice to show how the time of the direct solver grows.
         if (std::string(solver) == "direct" && n > 130) continue;
         print({n, h, solver, h > 2e-3 ? "implicit" : "explicit"});
       }

@@ -7,8 +7,8 @@ using namespace loomstone;
 
 namespace {
 
-// Returns 1/2 dF^T dF of each triangle (m x 3: 11, 22, 12) for the displacement u. It follows from
-// Green strains: E(x + u) + E(x - u) - 2 E(x) = dF^T dF.
+// Returns 1/2 dF^T dF of each triangle (m x 3: 11, 22, 12), where dF is the gradient of the
+// displacement u. It follows from Green strains: E(x + u) + E(x - u) - 2 E(x) = dF^T dF.
 Points second_order_strains(Membrane& membrane, const Points& x, const Points& u) {
   Points ahead, behind, here;
   Vector stretch;
@@ -30,8 +30,8 @@ double contraction(const Vec3& s, const Vec3& e) {
   return s[0] * e[0] + s[1] * e[1] + 2.0 * s[2] * e[2];
 }
 
-// Returns u^T (A - B) u. A is the Jacobian of the forces with the full stress. B omits the stress
-// of the strain that is neglected over a past motion.
+// Returns u^T (A - B) u. A is the Jacobian of the forces at x. In B, the geometric term omits the
+// stress of the neglected strain of the motion `past`.
 double quadratic_difference(Sheet& s, const Points& x, const Points& u, PastMotion past) {
   const Index n = s.mesh.n_vertices();
   BlockMatrix whole = pattern(s.mesh), without = pattern(s.mesh);

@@ -1,6 +1,4 @@
-"""Magnetic sources in descriptions: compared by value, pickled, written as text, and refused if
-invalid.
-"""
+"""Magnetic sources are compared by value, pickled, written as text, and refused if invalid."""
 
 import json
 import pickle

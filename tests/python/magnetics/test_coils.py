@@ -41,7 +41,7 @@ def simulation(scene, step):
 def falling_magnet(case, tolerance=1e-4):
     """Scene of a magnet that falls through a coil.
 
-    The ball mesh only carries the magnet and gives it the mass of the table.
+    The ball mesh only carries the magnet and gives it the mass listed in the reference table.
     """
     radius = 0.004
     mesh = ls.meshes.sphere(radius=radius, subdivisions=2)
@@ -87,8 +87,9 @@ def test_a_magnet_falls_through_a_coil_as_in_the_table(case):
         sim.time - late,
         speed - case["gravity"] * late,
     )
-    # A current sheet replaces the turns. The steps only partly resolve the rates R / L = 25,000/s
-    # and G^2 / (m R) = 700/s.
+    # The tolerances cover two errors. The simulation replaces the turns of the table by a current
+    # sheet. Its steps only partly resolve the decay of the current at the rate R / L = 25,000/s and
+    # the magnetic braking at the rate G^2 / (m R) = 700/s, with G = d(flux)/dz.
     assert time == pytest.approx(case["time"], rel=2e-3)
     assert speed == pytest.approx(case["end_speed"], rel=5e-3)
     assert sim.circuit_heat == pytest.approx(case["joule_heat"], rel=5e-3)

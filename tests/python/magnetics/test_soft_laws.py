@@ -91,9 +91,9 @@ def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
 
 
 def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
-    """Compares the pull with an image force and a catalogue. With 1.24 T, the catalogue's flux
-    densities follow the same formula to 0.1 %. Its pulls are measured or follow rules of thumb, so
-    they deviate more.
+    """Compares the pull with an image force and a catalogue. The catalogue's flux densities are
+    those of blocks with a polarisation of 1.24 T, to 0.1 %. Its pulls are measured or follow rules
+    of thumb, so they deviate more.
     """
     spec = spec_from_file_location("pull", Path(__file__).parents[3] / "scenes" / "pull.py")
     assert spec is not None and spec.loader is not None
@@ -108,9 +108,9 @@ def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
     assert pull.image_pull(0.0, size) == pytest.approx(force, rel=5e-3), "that of the largest"
     gaps = np.array((0.0, 1e-5, 1e-4, 5e-4, 1e-3, 2e-3, 4e-3))
     images = np.array([pull.image_pull(gap) for gap in gaps])
-    # The plate is five times as wide as the magnet.
+    # The image is that of an infinite plate. This plate is five times as wide as the magnet.
     assert pull.plate_pull(gaps, susceptibility=1e5) == pytest.approx(images, rel=2e-3)
-    # This plate has few panels, and the edges of the pole run across them.
+    # This plate gets a larger tolerance, because the pole's edges run across its few panels.
     plate = M.soft_cuboid(size=pull.PLATE, susceptibility=1e5, cells=8)
     for gap, image in zip(gaps, images, strict=True):
         turned = (
@@ -180,7 +180,7 @@ def test_hard_magnets_have_no_stable_place_and_superconductors_do():
 def test_forces_follow_from_the_energy():
     ball = M.soft_sphere(radius=0.005, susceptibility=50.0)
 
-    def energy(x):  # half, because the other half is stored in the induced body
+    def energy(x):  # half of the interaction energy: magnetising the ball takes the other half
         there = ball.at((x, 0.002, 0.012))
         return 0.5 * M.energy(
             [MAGNET, *M.induce(there, by=MAGNET, tolerance=1e-9).bodies], tolerance=1e-9
@@ -193,9 +193,8 @@ def test_forces_follow_from_the_energy():
 
 @pytest.mark.parametrize("gap", [2e-3, 2e-4, 0.0])
 def test_the_energy_of_what_magnetises_is_that_of_the_magnets_dipoles(gap):
-    """Compares the energy with that of dipoles in the magnet's volume, also in contact. In contact,
-    the field of a charged face is unbounded, and its integral over the magnet's surface takes
-    minutes.
+    """Compares the energy with that of dipoles in the magnet's volume. In contact, an integral over
+    the magnet's surface would take minutes, because the field of a charged face is unbounded.
     """
     size, polarization = np.array((0.008, 0.006, 0.005)), np.array((0.2, 0, 1.2))
     magnet = M.cuboid(size=size, polarization=polarization).moved((0.001, 0.0005, 0.0055 + gap))
@@ -245,7 +244,7 @@ def test_bodies_of_all_kinds_keep_momentum_whatever_frame_and_threads():
     soft, magnet = several(turn)
     turned = M.induce(soft, by=magnet, field=turn.apply((0.01, 0, 0.02)), tolerance=1e-9)
     for a, b in zip(turned.bodies, induced.bodies, strict=True):
-        # The rotation changes which points are close to which panels.
+        # The rotation changes at which points the far field of a panel is used.
         assert away(a.moment, turn.apply(b.moment)) < 1e-6
 
 
@@ -259,7 +258,7 @@ def test_a_ball_of_panels_near_a_box_answers_as_the_exact_ball():
         for ball in (exact, panels)
     ]
     forces = [M.force(on=ball, by=box).force for box, ball in found]
-    assert away(forces[1], forces[0]) < 0.02  # 1280 triangles lack 0.6 % of the ball's volume
+    assert away(forces[1], forces[0]) < 0.02  # 1280 triangles lack 0.9 % of the ball's volume
 
 
 @pytest.mark.parametrize("susceptibility", [-1.0, -0.5, -1e-5, 1e-5, 1.0, 1e5, np.inf])
@@ -312,7 +311,7 @@ def test_the_explicit_response_is_that_of_lone_balls_to_the_magnets_alone():
         ).bodies
         for body in both:
             assert body.moment == pytest.approx((0, 0, share * 0.1 * volume / M.MU0), rel=1e-12)
-    # Near a magnet, the explicit response overestimates the force on a soft cube by 27 to 29 %.
+    # Near a magnet, the explicit response of a soft cube overestimates the force by 27 to 29 %.
     cube, magnet = (
         M.soft_cuboid(size=(0.01,) * 3, susceptibility=1e4),
         M.cuboid(size=(0.01,) * 3, polarization=(0, 0, 1)),

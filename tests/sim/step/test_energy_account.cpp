@@ -22,7 +22,7 @@ Scene sheet() {
   return scene;
 }
 
-// The sheet of `scene`, whose held edge is drawn along the motion [m] in 0.2 s, and back.
+// Returns `scene` with a script that moves the held edge by `motion` [m] in 0.2 s, and then back.
 Scene drawn(Scene scene, const Vec3& motion) {
   Cloth& cloth = scene.cloths[0];
   const Index n = static_cast<Index>(cloth.pins.size());
@@ -46,7 +46,7 @@ RigidBody cube(const Vec3& position) {
   return body;
 }
 
-// Largest distance of the balance from 0 in 0.4 s.
+// Returns the largest absolute energy balance (AccountReport::balance) within 0.4 s [1].
 double imbalance(const Scene& scene, const IntegratorOptions& options) {
   Simulation sim(scene, options, 1);
   double most = 0.0;
@@ -65,7 +65,8 @@ TEST_CASE("without losses, energy less work stays what it was, the better the sh
     options.implicit()->jacobian = JacobianKind::Exact;
     return options;
   };
-  // The held edge stays, is drawn along the sheet, and is moved across it.
+  // In the first scene, the held edge does not move. In the others, it moves in the plane of the
+  // sheet and perpendicular to it.
   for (const Scene& scene :
        {sheet(), drawn(sheet(), Vec3(-0.03, 0, 0)), drawn(sheet(), Vec3(0, 0, 0.1))}) {
     const double coarse = imbalance(scene, midpoint(2e-3)), fine = imbalance(scene, midpoint(5e-4));
@@ -143,7 +144,7 @@ TEST_CASE("what a damped sheet loses is its work against viscosity and damping o
     const double lost = start - energy();
     CAPTURE(bending, sim.report().account.lost);
     CHECK(lost > 0.01 * sim.report().account.largest_kinetic);
-    // At this step, the scheme keeps the elastic energy to 2 % of the loss.
+    // The tolerance covers the energy error of the scheme: 2 % of the loss at this step.
     CHECK(sim.report().account.damping == Approx(lost).epsilon(0.03));
   }
 }
@@ -167,7 +168,8 @@ TEST_CASE("strain limits account for the energy that their sweeps take") {
   const StepReport& report = sim.report();
   REQUIRE(report.limits.sweeps > 0);
   const double end = report.energy.kinetic + report.energy.membrane + report.energy.bending;
-  // The explicit scheme changes the energy by a part of this in so short a step.
+  // The tolerance covers the energy error of the explicit scheme, which is small in so short a
+  // step.
   CHECK(report.account.limits == Approx(start - end).epsilon(0.02));
   CHECK(std::abs(report.account.withheld) < 1e-3 * std::abs(start - end));
 }
@@ -182,7 +184,7 @@ TEST_CASE("certification accounts for the energy of a sheet that it stops") {
   Obstacle floor;
   floor.mesh = share(floor_square(2.0, 4).moved(Vec3(0, 0, -5.5e-3)));
   scene.obstacles.push_back(floor);
-  // Impulses stop the sheet; they are part of the stage that certifies.
+  // With an explicit scheme, impulses stop the sheet. Their loss is part of account.withheld.
   Simulation sim(scene, step_of(1e-3, "symplectic-euler"), 1);
   const double start = sim.report().energy.kinetic;
   while (sim.time() < 8e-3) sim.step();
@@ -205,7 +207,7 @@ TEST_CASE("a floor that carries a box along works on it through friction") {
   Simulation sim(scene, step_of(1e-3), 1);
   while (sim.time() < 0.9) sim.step();
   const StepReport& report = sim.report();
-  // The box ends at 1 m/s. Sliding loses as much energy as it gains.
+  // The box, at first at rest, ends at 1 m/s. Sliding loses as much energy as the box gains.
   CHECK(report.energy.body_kinetic == Approx(0.5).epsilon(1e-3));
   CHECK(report.account.scripts == Approx(1.0).epsilon(0.01));
   CHECK(report.account.lost == Approx(0.5).epsilon(0.02));
@@ -222,7 +224,9 @@ TEST_CASE("a floor that rises works against the weight of a box") {
   scene.obstacles.push_back(floor);
   Simulation sim(scene, step_of(1e-3), 1);
   while (sim.time() < 1.1) sim.step();
-  // The floor starts at 0.1 m/s at once, which takes m v^2; half of it is lost.
+  // The floor starts suddenly at v = 0.1 m/s, which takes the work m v^2 = 0.01 J. Half of it
+  // becomes kinetic energy, and half is lost. The other term is the work against the weight over
+  // 0.09 m.
   CHECK(sim.report().account.scripts == Approx(9.81 * 0.09 + 0.01).epsilon(0.02));
 }
 
