@@ -13,8 +13,8 @@ namespace loomstone {
 
 namespace {
 
-// Largest squared difference between the normals of a contact in consecutive steps. The value
-// corresponds to 18 degrees.
+// Contacts in consecutive steps count as the same contact if the squared difference between their
+// normals is below this value, which corresponds to 18 degrees.
 constexpr btScalar same_contact = 0.1;
 
 bool touched_before(const btPersistentManifold& manifold, const SphereContact& contact) {

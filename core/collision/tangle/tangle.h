@@ -18,8 +18,8 @@ namespace loomstone {
 struct Piercing {
   Index edge, triangle;
   std::array<Index, 5> vertices;  // ends of the edge, then corners of the triangle
-  // Weights of the common point, positive on the edge and negative on the triangle. On each side,
-  // their magnitudes sum to 1.
+  // Barycentric weights of the common point: those of the edge sum to 1, and those of the triangle
+  // are negative and sum to -1.
   std::array<double, 5> weights;
   int contour = -1;  // index of the first piercing of its contour
   // Unit direction in which the edge must move relative to the triangle, or zero if it is not
