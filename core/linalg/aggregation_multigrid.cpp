@@ -69,7 +69,7 @@ void AggregationMultigrid::set_pattern(const BlockMatrix& matrix) {
   lay_out();
 }
 
-// Builds all levels for the couplings of plain_ and of terms.
+// Builds all levels for the couplings of the matrix plain_ and of the terms.
 void AggregationMultigrid::lay_out() {
   const std::vector<Index>&start = plain_.row_start(), &columns = plain_.columns();
   Couplings couplings = couplings_;

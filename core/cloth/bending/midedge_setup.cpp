@@ -30,8 +30,8 @@ RestTriangle rest_triangle(const Corners2& corners) {
     const Vec2 p = x[(i + 1) % 3], q = x[(i + 2) % 3];
     const double l = (q - p).norm(), h = 2.0 * r.area / l;
     const Vec2 t = (q - p) / l, n(t.y(), -t.x());
-    // `a` is the position of corner i along the edge, relative to the midpoint of the edge. `b` is
-    // the coefficient of the curvature along the edge.
+    // The angle is h / 2 k_nn - a k_nt + b k_tt, with the curvature k in the directions normal and
+    // tangential to the edge. `a` is the position of corner i along t, relative to the midpoint.
     const double a = (x[i] - 0.5 * (p + q)).dot(t), b = (a * a - 0.25 * l * l) / (2.0 * h);
     const auto form = [](const Vec2& u, const Vec2& v) {
       return Row3(u.x() * v.x(), u.y() * v.y(), 0.5 * (u.x() * v.y() + u.y() * v.x()));

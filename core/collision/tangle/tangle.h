@@ -47,7 +47,7 @@ struct Tangle {
   std::array<std::vector<PairKey>, 2> ignored;
   std::vector<int> contour_of_vertex;      // (n) contour near the vertex, -1: none
   std::vector<int> part;                   // (n) surface part that contains the vertex
-  std::vector<std::uint8_t> came_through;  // (n) 1: in the smaller part, which has passed through
+  std::vector<std::uint8_t> came_through;  // (n) 1: in a part that has come through a surface
   std::vector<Retraction> retractions;
 
   bool empty() const { return piercings.empty(); }

@@ -57,8 +57,8 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
   }
 }
 
-// Takes the whole step at once, or in parts if this fails. An automatic step is shortened instead
-// as long as no part of it is complete.
+// Takes the whole step at once or, if this fails, in parts. An automatic step that fails is
+// shortened instead, as long as no part of it is complete.
 StepSpan Stepper::take_parts(State& state, StepOutcome& outcome) {
   StepSpan span = next_span(state);
   Bisection bisection(engines_.limits_in_solve);

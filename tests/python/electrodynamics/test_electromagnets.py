@@ -1,4 +1,4 @@
-"""Circuits with magnetisable bodies: inductance of cores, the forces that follow from it, and
+"""Circuits with magnetisable bodies: the inductance that cores add, the resulting forces, and
 balances of energy and momentum.
 """
 
@@ -119,7 +119,7 @@ def falling(magnets=(), **given) -> ls.Scene:
     """A soft ball flies through a loop with a circuit. Next to them is a body that carries magnets
     and an optional second coil. All bodies are free.
     """
-    places = {  # the loop is far from the box that carries it
+    places = {  # of the bodies; "coil" carries the loop at a distance of 6 cm
         "ball": (0, 0, 0),
         "coil": (0.06, 0, 0.02),
         "magnet": (0.03, 0, 0),
