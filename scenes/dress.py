@@ -51,8 +51,8 @@ def bar() -> ls.Obstacle:
 def scene(
     triangles: int = 8900, limited: bool = True, mesh: str = "", below: float = 0.048
 ) -> ls.Scene:
-    """mesh: file of another garment, which hangs from the bar by its neck, like a halter. In the
-    file's axes, the bar runs along y, `below` [m] under the highest point of the garment.
+    """mesh: file of a garment that replaces the dress and hangs from the bar by its neck, like a
+    halter. In the file's axes, the bar runs along y, `below` [m] under the garment's highest point.
     """
     if mesh:
         dress = ls.garments.read(mesh)

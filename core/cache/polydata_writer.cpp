@@ -1,5 +1,5 @@
-// The layout requires all of these items, even if they contain only zeros. If one is missing, VTK
-// silently shows an empty mesh, or step 0 at every step.
+// VTKHDF requires all groups, attributes and tables written here, even if they contain only zeros.
+// If one is missing, VTK silently shows an empty mesh, or step 0 at every step.
 #include <algorithm>
 #include <array>
 

@@ -14,8 +14,8 @@
 namespace loomstone {
 
 struct CircuitResponse {
-  // Quadratic part of the wrenches for one ampere in each of circuits j and k. If j == k, it is
-  // twice the part for one ampere in that circuit. j and k are indices in the list of circuits.
+  // Second derivatives of the wrenches with respect to the currents in circuits j and k, which are
+  // indices in the list of circuits.
   struct Pair {
     std::size_t j, k;
     CarrierWrenches wrenches;  // [N/A^2, N m/A^2]

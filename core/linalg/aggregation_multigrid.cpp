@@ -69,7 +69,7 @@ void AggregationMultigrid::set_pattern(const BlockMatrix& matrix) {
   lay_out();
 }
 
-// Builds all levels for the couplings of plain_ and of terms.
+// Builds all levels for the couplings of the matrix plain_ and of the terms.
 void AggregationMultigrid::lay_out() {
   const std::vector<Index>&start = plain_.row_start(), &columns = plain_.columns();
   Couplings couplings = couplings_;
@@ -243,8 +243,8 @@ void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   lay_out();
 }
 
-// Adds term_scale W_I W_J H to block (I, J) for each term. W_I is the sum of the term's weights in
-// aggregate I. Every rank knows all terms.
+// For each term, adds term_scale W_I W_J H to block (I, J) of the first level. H is the Hessian of
+// the term, and W_I is the sum of its weights in aggregate I. Every rank knows all terms.
 void AggregationMultigrid::add_terms(const LinearSystem& system) {
   if (!system.terms) return;
   BlockMatrix& first = levels_[0].matrix;

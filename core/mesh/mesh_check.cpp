@@ -14,8 +14,8 @@
 namespace loomstone {
 namespace {
 
-// A triangle counts as one of zero area if its height is at most the first fraction of its longest
-// edge, or at most the second fraction of the mesh's largest coordinate. Our choice: both are far
+// A triangle counts as one of zero area if its height is at most one of two bounds: a fraction of
+// its longest edge, or a fraction of the mesh's largest coordinate. Our choice: both bounds are far
 // below the heights of slivers from mesh generators and just above the rounding of collinear
 // points.
 constexpr double smallest_height_of_edge = 1e-9;

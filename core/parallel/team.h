@@ -27,8 +27,8 @@ struct Team {
 // process.
 int default_thread_count();
 
-// Throws Unsupported in a process that was forked after a parallel loop had run: in such a process,
-// libgomp would hang.
+// Throws Unsupported in a forked process if a parallel loop ran before the fork, because libgomp
+// would then hang.
 void check_not_forked();
 
 // Timer that adds its lifetime to the busy time of the calling thread.

@@ -16,7 +16,7 @@ namespace loomstone {
 struct FacetSurroundings {
   const Points* vertices;  // current vertices of all deforming obstacles
   std::array<Index, 3> corners;
-  std::vector<std::array<Index, 3>> others;  // triangles with a common corner
+  std::vector<std::array<Index, 3>> others;  // triangles that share a corner with this one
 };
 
 struct Facet {

@@ -9,7 +9,7 @@ namespace loomstone {
 
 namespace {
 
-constexpr double same_plane = 1e-4;  // sine of the angle below which directions are coplanar
+constexpr double same_plane = 1e-4;  // sine of the largest angle that counts as zero
 constexpr double turned_to =
     0.98;  // cosine of the largest angle between touching faces, 11 degrees
 
@@ -63,7 +63,7 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
     contacts.resize(4);
     return;
   }
-  // Sort by gap, so that the lower of two thin plate corners at nearly equal distances is kept.
+  // Sort by gap, so that the lower one of two nearly equally distant corners of a plate is chosen.
   for (std::size_t k = n + 1; k < contacts.size(); ++k)
     for (std::size_t j = k; j > n && contacts[j].gap < contacts[j - 1].gap; --j) swap(j, j - 1);
   for (std::size_t place = n; place < 4; ++place)
@@ -154,7 +154,7 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
   return best.gap > 0.0 || apart < 0.01 * near;
 }
 
-// Clips the edges of the hull to the prism above the triangle and adds contacts at their ends.
+// Adds contacts at the ends of the parts of hull edges that lie in the prism above the triangle.
 void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, double near) {
   const double turn =
       (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).dot(normal) > 0.0 ? 1.0 : -1.0;
@@ -215,7 +215,7 @@ void HullOnTriangles::touch(const Corners& triangle, const Vec3& normal, double 
     return;
   }
   Index face = axis.face;
-  if (face < 0) {  // the triangle's own plane; a face of the hull may lie on it
+  if (face < 0) {  // triangle's normal; a hull face may lie flat on the triangle
     const auto opposite = std::min_element(
         hull_->faces.begin(), hull_->faces.end(),
         [&](const auto& a, const auto& b) { return a.normal.dot(normal) < b.normal.dot(normal); });
@@ -245,9 +245,9 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
   return farthest;
 }
 
-// A triangle's axis of least overlap may be inadmissible, because other triangles reach farther
-// along it. If the overlap with all triangles along it is no larger than along the best admissible
-// axis, it is a candidate for a single contact. Otherwise contacts lie along the admissible axis.
+// A triangle's axis of least overlap is inadmissible if other triangles reach farther along it.
+// This axis still yields one contact if all triangles together overlap no more along it than the
+// triangle does along its best admissible axis. Otherwise contacts lie along the latter axis.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

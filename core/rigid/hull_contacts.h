@@ -33,9 +33,10 @@ class HullOnTriangles {
     std::size_t n_met;  // the first n_met triangles can have contacts; the rest share their corners
     double near;        // largest gap of a contact [m]
     std::size_t most;   // largest number of planes
-    const Contacts& before;  // of the last step, with `point` on the hull; preferred in ties
+    const Contacts& before;  // contacts of the last step, with `point` on the hull
   };
-  // Finds up to four well separated contacts in each plane. The deepest plane comes first.
+  // Finds the contacts and groups those with nearly parallel normals into planes. Keeps up to four
+  // well separated contacts in each plane. The plane with the deepest contact comes first.
   void find(const Query& query, std::vector<Contacts>& planes);
 
  private:
@@ -57,13 +58,13 @@ class HullOnTriangles {
   Vec3 farthest_corner(const Vec3& direction, const Vec3& from) const;
   // Determines two axes of least overlap: `best` among all axes, and `met` among the axes along
   // which contacts are admissible. The normal of the triangle is always admissible. Returns false
-  // if the gap along any axis exceeds `near`, or if hull and triangle are apart along some axis
-  // although they overlap along `best`.
+  // if there is no contact: the gap along any axis exceeds `near`, or hull and triangle overlap
+  // along `best` but are clearly apart along an axis that was not considered for `best`.
   bool least_overlap(const Corners& triangle, const Vec3& normal, double near, Axis& best,
                      Axis& met) const;
   // Fills contacts_ with the contacts of all triangles that can have contacts.
   void meet_triangles(const Query& query);
-  // Adds the contacts of a triangle along an axis.
+  // Adds the contacts between the hull and a triangle in the direction of `axis`.
   void touch(const Corners& triangle, const Vec3& normal, double near, const Axis& axis);
   void clip_hull(const Corners& triangle, const Vec3& normal, double near);
   void clip_triangle(const Corners& triangle, Index face, const Vec3& normal, double near);

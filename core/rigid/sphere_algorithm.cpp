@@ -13,8 +13,8 @@ namespace loomstone {
 
 namespace {
 
-// Largest squared difference between the normals of a contact in consecutive steps. The value
-// corresponds to 18 degrees.
+// Contacts in consecutive steps count as the same contact if the squared difference between their
+// normals is below this value, which corresponds to 18 degrees.
 constexpr btScalar same_contact = 0.1;
 
 bool touched_before(const btPersistentManifold& manifold, const SphereContact& contact) {
@@ -83,9 +83,9 @@ void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, co
   const double reach = radius(ball) + radius(other) + std::max(near, motion.norm());
   if ((at - past).squaredNorm() > reach * reach) return;
   const SphereContact contact = sphere_contact(at, radius(ball), past, radius(other));
-  // The contact at the start of the motion is kept if straight motion does not violate it, because
-  // the ball may be struck on its way. Otherwise the first contact on the path is used, if there is
-  // one.
+  // Uses the contact at the start of the motion if straight motion does not close its gap, because
+  // another body may strike the ball on its way. Otherwise uses the first contact on the path, if
+  // there is one.
   if (contact.gap <= 0.0 || -motion.dot(contact.normal) <= contact.gap)
     contacts.push_back(contact);
   else if (const auto ahead = contact_ahead(at, radius(ball), past, radius(other), motion))

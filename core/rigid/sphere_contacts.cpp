@@ -112,8 +112,9 @@ void SphereOnTriangles::find_near(const std::vector<std::array<Vec3, 3>>& triang
   }
 }
 
-// Returns true if the point of `at` is the closest point of every triangle that shares the feature
-// on which it lies, and `at` is the first of these triangles.
+// Returns true if the closest point of the triangle `at` is also the closest point of every other
+// triangle that shares the edge or corner on which this point lies. Of several such triangles, only
+// the first returns true.
 bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& triangles,
                                      const Near& at) const {
   if (at.closest == all_corners) return true;
@@ -131,8 +132,8 @@ bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& tri
   return true;
 }
 
-// Finds the first contacts along the motion. A contact counts only if the distance has a local
-// minimum at its point when the sphere touches.
+// Finds the first contacts along the motion. A contact counts only if its point is a local minimum
+// of the distance from the centre to the surface at the time of contact.
 void SphereOnTriangles::find_ahead(const std::vector<std::array<Vec3, 3>>& triangles,
                                    const MovingSphere& sphere, double exact) {
   const auto& [centre, radius, motion] = sphere;
@@ -185,7 +186,7 @@ void SphereOnTriangles::find(const std::vector<std::array<Vec3, 3>>& triangles,
   }
   std::stable_sort(touching_.begin(), touching_.end(),
                    [](const auto& a, const auto& b) { return a.gap < b.gap; });
-  Vec3 left = motion;  // part of the motion that touching contacts allow
+  Vec3 left = motion;  // the motion without the parts that touching contacts block
   for (int pass = 0; pass < 2; ++pass)
     for (const SphereContact& contact : touching_)
       left +=

@@ -261,7 +261,7 @@ Checkpoint Simulation::checkpoint() const {
         "= {} steps, this is step {}",
         data_->model.scene.rigid_rebuild_interval, data_->state.step);
   data_->settle();
-  // In previous_bending, only the rows of this rank are current.
+  // previous_bending is up to date only in the rows of this rank.
   gather_rows(*data_->layout, data_->state.cloth.previous_bending);
   Checkpoint made = to_checkpoint(data_->model, data_->state, data_->outcome);
   made.texts = data_->digests;

@@ -50,7 +50,7 @@ class Simulation {
   // Returns the internal tables, in the internal order, to read and write between steps. Writing
   // positions or velocities restarts multistep schemes. Every step first checks that all values are
   // finite. Every rank has all rows, which are current after every step. A rank should write only
-  // the rows that it owns. Overrides and poses of obstacles are taken from rank 0.
+  // the rows that it owns. `pin_override` and poses of obstacles are taken from rank 0.
   State& state();
   std::array<Index, 2> owned_rows() const;  // cloth rows of this rank, [first, end)
   void gather();  // Collective. Sends the rows that each rank wrote to all ranks.
@@ -82,8 +82,7 @@ class Simulation {
   Checkpoint checkpoint() const;
   // Restores a checkpoint. Throws CacheError if the scene or the integrator differs.
   void restore(const Checkpoint& checkpoint);
-  // Rebuilds all stages. If the last step allows a checkpoint, later results stay bitwise
-  // identical.
+  // Rebuilds all stages. Later results stay bitwise identical if may_checkpoint() is true.
   void rebuild_stages();
 
   // Returns the pairs of triangles (user numbering, all surfaces concatenated) that intersect after

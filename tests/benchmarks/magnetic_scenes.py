@@ -26,9 +26,9 @@ import numpy as np
 from loomstone import magnetics as M
 from smoke import SCENES, parsed
 
-# Leaves per cubic metre, chosen to give about as many cells as in the thesis.
+# Density of the cells [1/m^3], chosen to give about as many cells as in the thesis.
 DENSITY = {"toy_magnets": 7e7, "lift": 2.6e8, "figures": 2e7, "levitation": 3e7, "dragon": 1e7}
-# Values of the thesis (at 2.4 GHz): cells, magnetics [ms], rigid bodies [ms], gain.
+# Columns of the table in the thesis (at 2.4 GHz): cells, magnetics [ms], rigid [ms] and gain.
 THESIS = {
     "toy_magnets": (48, 0.29, 0.09, 1.30),
     "lift": (256, 3.9, 0.25, 3.76),
@@ -81,10 +81,7 @@ def least(function: object, repeats: int = 5, inner: int = 20) -> float:
 
 
 def gain(scene: ls.Scene, density: float) -> tuple[int, float]:
-    """Returns the number of leaves of all magnets and the gain at the initial poses.
-
-    The gain is the time of the sum over all pairs of leaves divided by that of the sum over fronts.
-    """
+    """Returns the columns "cells" and "gain" of the table (see the top of this file)."""
     places = {body.name: np.array(body.position) for body in scene.bodies}
     carriers = {body.name: body.mesh for body in (*scene.bodies, *scene.obstacles)}
     fronts, whole, leaves = [], [], 0

@@ -10,9 +10,9 @@ using namespace loomstone;
 
 namespace {
 
-// Computes the mass properties independently, about the origin. The second moments of each
-// tetrahedron follow from a quadrature over its corners and its centroid, with weights 1/20 and
-// 16/20, that is exact for quadratics.
+// Computes the mass properties independently, from the tetrahedra that the faces form with the
+// origin. Their second moments follow from a quadrature that is exact for quadratics. It has the
+// weight 1/20 at each corner and 16/20 at the centroid.
 MassProperties by_quadrature(const TriangleMesh& mesh, double density) {
   MassProperties result;
   Mat3 second = Mat3::Zero();

@@ -30,8 +30,8 @@ RestTriangle rest_triangle(const Corners2& corners) {
     const Vec2 p = x[(i + 1) % 3], q = x[(i + 2) % 3];
     const double l = (q - p).norm(), h = 2.0 * r.area / l;
     const Vec2 t = (q - p) / l, n(t.y(), -t.x());
-    // `a` is the position of corner i along the edge, relative to the midpoint of the edge. `b` is
-    // the coefficient of the curvature along the edge.
+    // The angle is h / 2 k_nn - a k_nt + b k_tt, with the curvature k in the directions normal and
+    // tangential to the edge. `a` is the position of corner i along t, relative to the midpoint.
     const double a = (x[i] - 0.5 * (p + q)).dot(t), b = (a * a - 0.25 * l * l) / (2.0 * h);
     const auto form = [](const Vec2& u, const Vec2& v) {
       return Row3(u.x() * v.x(), u.y() * v.y(), 0.5 * (u.x() * v.y() + u.y() * v.x()));
@@ -52,8 +52,8 @@ Mat3 turn(double alpha) {
 }
 
 // Null space and pseudo-inverse of a symmetric matrix. Eigenvalues below `threshold` times the
-// largest count as zero. The eigenvalues of S S^T are the squared singular values of S, so singular
-// values have the threshold sqrt(threshold).
+// largest eigenvalue count as zero. For a matrix S S^T, this means that singular values of S below
+// sqrt(threshold) times the largest one count as zero.
 struct Split {
   Mat3 vectors;
   Vec3 values;
@@ -144,8 +144,8 @@ Builder::Slope Builder::slope(Index e) const {
   const Hinge& h = hinges_[e];
   const Index first = h.triangles[0], second = h.triangles[1];
   const bool first_prescribed = prescribed(first), second_prescribed = prescribed(second);
-  // A triangle with three prescribed vertices has a given orientation. Its edges take its slope,
-  // which clamps the cloth there.
+  // If all vertices of a triangle are prescribed, its orientation is given. The slope at its edges
+  // is that of the triangle, so the cloth beyond these edges is clamped.
   if (first_prescribed && second_prescribed) return {{e}, {0.0}};
   if (first_prescribed || second_prescribed) return {{e}, {first_prescribed ? -0.5 : 0.5}};
 
@@ -168,13 +168,14 @@ Builder::Slope Builder::slope(Index e) const {
       }
     }
   }
-  // Only curvatures without moments across boundary edges have to be reproduced.
+  // Only curvatures without moments across boundary edges have to be reproduced. `kept` is the
+  // projector onto these curvatures.
   Mat3 moments = Mat3::Zero();
   for (const Row3& row : free) moments += row.transpose() * row;
   const Mat3 kept = Split(moments, 1e-13).null_space();
   const Row3 wanted = 0.5 * (rest_[first].angle[local_edge(first, h.edge)] -
                              rest_[second].angle[local_edge(second, h.edge)] * to_second);
-  // Weights p of least norm for which sum_k p_k angles_k = wanted for these curvatures.
+  // Weights p of least norm such that sum_k p_k angles_k equals `wanted` for these curvatures.
   Mat3 gram = Mat3::Zero();
   for (const Row3& angle : angles) gram += (angle * kept).transpose() * (angle * kept);
   const Vec3 dual = Split(gram, 1e-12).pseudo_inverse() * (wanted * kept).transpose();

@@ -25,7 +25,7 @@ struct Element {
 
 struct Elements {
   std::vector<Element> elements;  // one per triangle
-  Index n_averaged = 0;  // edges with the plain mean slope, because their weights would exceed 1
+  Index n_averaged = 0;           // edges that use the mean slope because a weight would exceed 1
 };
 
 // Makes the elements of a setup that check_bending_setup() has accepted.

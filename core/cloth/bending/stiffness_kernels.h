@@ -1,4 +1,6 @@
-// SIMD kernels that assemble the bending stiffness.
+// SIMD kernels that assemble the bending stiffness, which is the sum of q_ef u_e u_f^T over pairs
+// of hinges (e, f). u_e is the gradient of the angle of hinge e. The stencil of e contains the
+// vertices of all hinges f that are paired with e.
 #pragma once
 
 #include <cstddef>
@@ -11,14 +13,14 @@ namespace loomstone::stiffness {
 struct Tables {
   const Index* pair_start;     // (hinges + 1)
   const Index* pair_hinge;     // (pairs) second hinge f of each pair (e, f)
-  const std::uint8_t* place;   // (pairs x 4) positions of the vertices of f in the stencil of e
+  const std::uint8_t* place;   // (pairs x 4) where the stencil of e contains the vertices of f
   const Index* stencil_start;  // (hinges + 1)
   const double* q;             // (pairs) q_ef [N m]
   const double* gradient;      // (hinges x 4 x 4) u, fourth component zero [rad/m]
 };
 
-// Computes sum_f q_ef u_f at each vertex of the stencil of every listed hinge e. The output has 4
-// doubles per vertex, hinge by hinge.
+// Computes the moment gradient sum_f q_ef u_f of every listed hinge e. The output has 4 doubles for
+// each vertex of the stencil of e, hinge by hinge.
 void moment_gradients(const Tables& tables, const Index* list, Index n, double* out);
 
 // Hinges that contribute to one row of blocks.
@@ -30,8 +32,9 @@ struct Row {
   Index n_blocks;
 };
 
-// Adds scale * sum over items of u m^T to `values` (n_blocks x 9). `sums` is scratch memory of
-// row_scratch(n_blocks) doubles.
+// Adds scale * sum over items of u m^T to `values` (n_blocks x 9). u is the gradient of the item's
+// hinge at the row's vertex, and m is the hinge's moment gradient at each vertex of the stencil.
+// `sums` is scratch memory of row_scratch(n_blocks) doubles.
 void add_row(const Tables& tables, const Row& row, const double* moments, double scale,
              double* sums, double* values);
 inline std::size_t row_scratch(Index n_blocks) { return 16 * static_cast<std::size_t>(n_blocks); }

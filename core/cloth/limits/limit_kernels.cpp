@@ -67,8 +67,8 @@ LOOMSTONE_INLINE Symmetric<Real> rate(const Element<Real>& e, const Index* corne
   return {dot(r1, d1), dot(r2, d2), 0.5 * (dot(r1, d2) + dot(r2, d1))};
 }
 
-// True if the deformation gradient changes so slowly that no strain rate can exceed its bounds in
-// any frame. The polar decomposition is then skipped.
+// True if dF/dt is so small that the strain rate sym(R^T dF/dt) is within its bounds for every
+// rotation R. The polar decomposition, which determines R, is then skipped.
 template <class Lanes>
 LOOMSTONE_INLINE bool slow(const Element<Lanes>& e, const Index* corners, const Bounds& bounds,
                            const double* v) {

@@ -13,7 +13,7 @@ struct Tables {
   const Index* corners;     // (batches x 3 x 8) vertices
   const double* gradients;  // (batches x 4 x 8) gradients of Element; checks read no other numbers
   const double* numbers;    // (batches x 9 x 8) the other numbers of Element
-  // (slots) bit k: corner k may move; bit two_held: the other two are held; 0: nothing may move
+  // (slots) bit k: corner k may move; bit two_held: only one corner may move; 0: none may move
   const std::uint8_t* moves;
   const Index* bounds_of;  // (batches) index into bounds
   const Bounds* bounds;
@@ -47,8 +47,8 @@ struct Violations {
   double* strains;  // (batches x 3 x 8) strains, or strain rates, of batches with an excess
 };
 
-// Checks n batches: the entries of `batches` from index `first` on or, if `batches` is null, the
-// batches first, first + 1, and so on.
+// Finds excesses of strain, or of strain rate, in n batches. These are the entries of `batches`
+// from index `first` on. If `batches` is null, they are the batches first to first + n - 1.
 void check(const Tables& tables, const Motion& motion, const Index* batches, Index first, Index n,
            Violations out);
 

@@ -46,8 +46,8 @@ class BroadPhase {
   // the whole step and are inflated by `sweep.inflation`.
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    PairSink& sink);
-  // Like the other swept_pairs(), but stores in `found` the pairs that `keep` leaves in its
-  // argument. Threads call `keep` concurrently.
+  // Like the other swept_pairs(), but stores the pairs in `found`. `keep` is called for each batch
+  // and removes unwanted pairs. Threads call `keep` concurrently.
   using Keep = std::function<void(ContactKind, std::vector<PairKey>&)>;
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    const Keep& keep, std::vector<FeaturePairs>& found);

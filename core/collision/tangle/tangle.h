@@ -18,8 +18,8 @@ namespace loomstone {
 struct Piercing {
   Index edge, triangle;
   std::array<Index, 5> vertices;  // ends of the edge, then corners of the triangle
-  // Weights of the common point, positive on the edge and negative on the triangle. On each side,
-  // their magnitudes sum to 1.
+  // Barycentric weights of the common point: those of the edge sum to 1, and those of the triangle
+  // are negative and sum to -1.
   std::array<double, 5> weights;
   int contour = -1;  // index of the first piercing of its contour
   // Unit direction in which the edge must move relative to the triangle, or zero if it is not
@@ -47,7 +47,7 @@ struct Tangle {
   std::array<std::vector<PairKey>, 2> ignored;
   std::vector<int> contour_of_vertex;      // (n) contour near the vertex, -1: none
   std::vector<int> part;                   // (n) surface part that contains the vertex
-  std::vector<std::uint8_t> came_through;  // (n) 1: in the smaller part, which has passed through
+  std::vector<std::uint8_t> came_through;  // (n) 1: in a part that has come through a surface
   std::vector<Retraction> retractions;
 
   bool empty() const { return piercings.empty(); }

@@ -1,9 +1,9 @@
 // With G such that d^2/dx^2 d^2/dy^2 d^2/dz^2 G = 1/R, the force on cuboid 2 is
 //   F_k = - 1/(4 pi mu0) sum_ij J1_i J2_j sum over corners s1 s2 T_ijk(R),   T_ijk = d_i d_j d_k G.
 // R is the arm, the vector from a corner of cuboid 1 to a corner of cuboid 2. s1 and s2 are the
-// products of the signs of the corners' coordinates. For torques, the lever y_a about the centre of
-// cuboid 2 replaces T by y_a T - U, where dU/dR_a = T. On faces normal to axis a, the lever is
-// constant and there is no U.
+// products of the signs of the corners' coordinates. For torques, T is replaced by y_a T - U, where
+// y_a is the lever along axis a about the centre of cuboid 2 and dU/dR_a = T. On faces normal to
+// axis a (a = j), the lever is constant and U is zero.
 #include "core/magnetics/forces/cuboid_pair.h"
 
 #include <algorithm>
@@ -16,8 +16,8 @@ namespace loomstone {
 
 namespace {
 
-// Vectors between the corners of eight pairs (arms), with the logarithms L_x = arsinh(x / hypot(y,
-// z)) and angles A_x = arctan(y z / (x R)).
+// Arms of eight pairs of corners: components x, length R, logarithms L_x = arsinh(x / hypot(y, z))
+// and angles A_x = arctan(y z / (x R)).
 template <class Lanes>
 struct Arms {
   Lanes x[3], log[3], angle[3], r;
@@ -36,7 +36,7 @@ LOOMSTONE_INLINE Arms<Lanes> arms_of(const Lanes* x) {
   return a;
 }
 
-// Returns T_ijk, with cases for indices that are all equal, all different, or two equal.
+// Returns T_ijk. Its closed form depends on how many of the indices are equal.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes third(const Arms<Lanes>& a, int i, int j, int k) {
   if (i == j && j == k) {
@@ -54,7 +54,7 @@ LOOMSTONE_INLINE Lanes third(const Arms<Lanes>& a, int i, int j, int k) {
          0.5 * a.r * x;
 }
 
-// Returns the integral U of T_ijk along `axis`, which differs from j and k.
+// Returns U, the integral of T_ijk along `axis`. `axis` differs from j and k.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes integral(const Arms<Lanes>& a, int i, int j, int k, int axis) {
   if (i == j && j == k) {
@@ -88,7 +88,8 @@ LOOMSTONE_INLINE double sum_in_order(const Lanes& a) {
   return sum;
 }
 
-// Eight pairs of corners: arms, products of signs, and the corner of 2 relative to its centre.
+// Pairs of each of the eight corners of cuboid 1 with one corner of cuboid 2. `sign` is -s1 s2, and
+// y is the position of the corner of cuboid 2 relative to its centre [m].
 template <class Lanes>
 struct Corners {
   Arms<Lanes> arms;
@@ -185,8 +186,8 @@ std::optional<Wrench> parallel_cuboid_wrench(const MagneticBody& on, const Magne
   LOOMSTONE_WIDEST(corner_sums)(pair, force.data(), levers);
   const double scale = 1.0 / (4.0 * pi * mu0);
   const Vec3 torque(levers[5] - levers[7], levers[6] - levers[2], levers[1] - levers[3]);
-  // Rounding error of 64 terms. Their size is the square of the longest arm in the force and its
-  // cube in the torque.
+  // Rounding error of sums of 64 terms. Terms of the force grow with the square of the longest arm,
+  // and terms of the torque with its cube.
   const double arm = (pair.a + pair.b + pair.d.cwiseAbs()).norm();
   const double strength = scale * first->polarization.norm() * second->polarization.norm();
   const double rounding =

@@ -9,8 +9,8 @@
 
 namespace loomstone {
 
-// Returns the wrench on `on` exerted by `by`. Its error is the rounding error of the sums. There is
-// no value if either body is not a cuboid or if their edges are not parallel within 1e-12.
+// Returns the wrench on `on` exerted by `by`. Wrench::error is the rounding error of the sums.
+// Returns no value if either body is not a cuboid or if their edges are not parallel within 1e-12.
 std::optional<Wrench> parallel_cuboid_wrench(const MagneticBody& on, const MagneticBody& by);
 
 }  // namespace loomstone

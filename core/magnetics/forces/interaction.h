@@ -25,7 +25,7 @@ struct Wrench {
 Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double tolerance,
                        double least = 0.0);
 
-// Field of a body, evaluated at points in advance.
+// Precomputed field of a body at given points.
 struct KnownField {
   MagneticBody body;
   Points points;           // (n x 3) [m]
@@ -37,8 +37,8 @@ struct KnownField {
 // include spheres, interact by one direct sum. Their forces with another body follow from the field
 // of that body at all single dipoles. Sums have a fixed order. Bodies with the same `carrier`
 // (optional) exert no force on one another. Forces between single dipoles with the same carrier are
-// included, but cancel in the carrier's total. Using fields evaluated in advance, `known`, gives
-// bit-identical results.
+// included, but cancel in the carrier's total. Fields in `known` are not computed again; results
+// stay bit-identical.
 std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies,
                                       double tolerance, const std::vector<Index>& carrier = {},
                                       const std::vector<KnownField>& known = {});

@@ -10,8 +10,8 @@ namespace loomstone {
 
 inline constexpr double on_surface = 1e-12;  // tolerance in radii
 
-// Cylindrical coordinates: distance rho from the axis, beyond = rho - 1 and height z, all in radii,
-// and the cosine and sine of the azimuth. The azimuth is 0 on the axis.
+// Cylindrical coordinates. The distance rho from the axis, beyond = rho - 1 and the height z are in
+// units of the radius. The cosine and sine are those of the azimuth, which is 0 on the axis.
 template <class Lanes>
 struct Cylindrical {
   Lanes rho, beyond, cosine, sine, z;
@@ -109,8 +109,8 @@ LOOMSTONE_INLINE SheetPoint<Lanes> sheet_point(const double* points, Index n, In
   return s;
 }
 
-// Field of a cylinder with polarisation j. Inside the cylinder, `jump` is subtracted from B. It is
-// J for mu0 H and 0 for B.
+// Field of a cylinder with polarisation j: B if `jump` is 0, and mu0 H if `jump` is j. `jump` is
+// subtracted inside the cylinder.
 template <class Lanes>
 LOOMSTONE_INLINE void cylinder_field(Sheet sheet, const double* j, const double* jump,
                                      const double* points, Index n, double* out) {
@@ -141,9 +141,9 @@ LOOMSTONE_INLINE void cylinder_gradient(Sheet sheet, const double* j, const doub
     const Lanes jr = scale * (j[0] * p.cosine + j[1] * p.sine),
                 jp = scale * (j[1] * p.cosine - j[0] * p.sine);
     const double jz = scale * j[2];
-    // Third derivatives of Psi: the phi phi rho component is w, and phi phi z is b_rho / rho.
-    // Components rho zz and zzz follow from the loops at the ends, the others from Laplace's
-    // equation.
+    // Third derivatives of the potential Psi (axisymmetric.h): the component phi phi rho is w, and
+    // phi phi z is b_rho / rho. The components rho z z and z z z follow from the loops at the ends
+    // of the sheet, and the others from Laplace's equation.
     const Lanes rrz = -t.dz_bz - t.br_over_rho, rrr = -t.w - t.dz_br;
     CylindricalTensor<Lanes> g;
     g.rr = rrr * jr + rrz * jz;
@@ -180,8 +180,8 @@ LOOMSTONE_INLINE void cylinder_potential(Sheet sheet, const double* j, const dou
     const double jz = sheet.radius * j[2];
     const Lanes z_field = t.bz - lanes_select(s.inside, lanes_all<Lanes>(1.0), zero);
     const Lanes along = p.rho * ((t.t - t.bz) * jr + t.br * jz) + p.z * (t.br * jr + z_field * jz);
-    // The field of a unit charge density on both end faces equals the end terms of the sheet,
-    // without the jump inside the cylinder.
+    // The field of a unit charge density on both end faces is minus the sum of the contributions of
+    // both ends of the current sheet. `below` and `above` cancel their jump at the side.
     const SheetEnd<Lanes> e1 = sheet_end(p.rho, s.beyond, s.z1),
                           e0 = sheet_end(p.rho, s.beyond, s.z0);
     const Lanes below =
@@ -190,8 +190,8 @@ LOOMSTONE_INLINE void cylinder_potential(Sheet sheet, const double* j, const dou
                     lanes_select(s.z0 < -on_surface, lanes_all<Lanes>(-0.5), lanes_all<Lanes>(0.5));
     const Lanes ends_z = lanes_select(s.beyond < 0.0, below + above, zero) - e1.bz - e0.bz,
                 ends_r = -e1.br - e0.br;
-    // Field of a unit charge density on the side. The sum of rho times its radial component and the
-    // sheet's bz equals z1 ring1 - z0 ring0.
+    // For a unit charge density on the side, the radial field times rho is
+    // z1 ring1 - z0 ring0 - bz, where bz is the axial field of the current sheet.
     const Lanes ring1 = ring_potential(p.rho, s.beyond, s.z1),
                 ring0 = ring_potential(p.rho, s.beyond, s.z0);
     const Lanes c1 = 1.0 / lanes_sqrt(1.0 + s.z1 * s.z1), c0 = 1.0 / lanes_sqrt(1.0 + s.z0 * s.z0);
@@ -224,8 +224,8 @@ LOOMSTONE_INLINE void vector_potential(Sheet sheet, double strength, const doubl
   }
 }
 
-// Predicate for splitting blocks. It is true where the midpoint rule applies to a sheet, or to a
-// loop if half = 0. The criterion is that of sheet_terms().
+// Returns whether the midpoint rule applies to a sheet, or to a loop if half = 0, at a point. This
+// criterion of sheet_terms() splits blocks of points by method.
 struct Smooth {
   double radius, half;
   bool operator()(double x, double y, double z) const {

@@ -49,7 +49,8 @@ LOOMSTONE_INLINE void field_kernel(SurfaceTables surface, const double* j, const
       h.y += e[8] * log;
       h.z += e[9] * log;
     }
-    // The solid angles sum to -4 pi inside and 0 outside. For mu0 H, the caller passes j = 0.
+    // The solid angles of all faces sum to -4 pi inside and to 0 outside. j is added inside: it is
+    // the polarization for B, and 0 for mu0 H.
     const MaskOf<Lanes> inside = around < -2.0 * pi;
     lanes_store(out + i, h.x + lanes_select(inside, lanes_all<Lanes>(j[0]), Lanes{}));
     lanes_store(out + n + i, h.y + lanes_select(inside, lanes_all<Lanes>(j[1]), Lanes{}));
@@ -57,8 +58,8 @@ LOOMSTONE_INLINE void field_kernel(SurfaceTables surface, const double* j, const
   }
 }
 
-// Gradients need only the edges. The gradient of Omega is the field of a unit current along the
-// boundary of the face, and the gradient of L is a rational function.
+// Computes gradients from the edges alone, with Omega and L of polyhedron.h. The gradient of Omega
+// is the field of a unit current along the boundary of the face. That of L is a rational function.
 template <class Lanes>
 LOOMSTONE_INLINE void gradient_kernel(const double* edges, Index n_edges, double radius,
                                       const double* points, Index n, double* out) {

@@ -9,9 +9,10 @@
 // drop out. The potential of a face is sigma/4pi [sum of (m.s) L - (n.r) Omega]. Here r points from
 // a corner to the point, and s from the point to an end of the edge.
 //
-// At points closer than 1e-12 radii to a face, the field is the limit from outside. On an edge, it
-// is infinite. Points closer to it than 1e-15 radii are evaluated at that distance. Beyond 4 radii,
-// a multipole expansion is used, because the closed form loses digits with distance.
+// At points closer than 1e-12 radii to a face, the field is the limit from outside. The field is
+// infinite on an edge, so points closer than 1e-15 radii to an edge are evaluated at that distance.
+// Beyond 4 radii, a multipole expansion is used, because the closed form loses digits with
+// distance.
 #pragma once
 
 #include <mutex>
@@ -58,8 +59,9 @@ class Polyhedron : public Source {
   // (m x 16) Kernel data of each face: three corners, unit normal, twice the area, charge / 4 pi
   // [m, m^2, T]. The last two columns are unused.
   std::vector<double> faces_;
-  // (k x 14) Kernel data of each edge: two ends, length, sum of charge/4pi times m, and sum of
-  // charge/4pi times n signed by the edge's direction. The last column is unused.
+  // (k x 14) Kernel data of each edge: two ends, length, and two sums over the faces at the edge
+  // (m and n as above): charge/4pi times m, and charge/4pi times n with the sign of the edge's
+  // direction in the face. The last column is unused.
   std::vector<double> edges_;
   mutable std::once_flag once_;
   mutable std::optional<MultipoleExpansion> far_;

@@ -10,10 +10,10 @@
 
 namespace loomstone {
 
-// Returns hashes of the integrator's method and of each field of the scene and of the integrator's
-// options that differs from its default. The keys are names of fields ("scene.gravity"). Numbers
-// are hashed in single precision, and magnitudes below 1e-12 as zero, because the last digits of
-// sines may differ between machines.
+// Returns hashes of the integrator's method and of all fields that differ from their defaults, in
+// the scene and in the integrator's options. The keys are names of fields ("scene.gravity").
+// Numbers are hashed in single precision, and magnitudes below 1e-12 as zero, because the last
+// digits of sines may differ between machines.
 std::map<std::string, std::string> digests(const Scene& scene, const IntegratorOptions& options);
 
 // Throws a CacheError that lists the fields whose stored and current digests differ. A checkpoint

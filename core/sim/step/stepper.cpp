@@ -21,8 +21,8 @@ namespace {
 
 StepSpan span_of(double t0, double h) { return {t0, h, t0 + h}; }
 
-// Shortest automatic step for contacts that gain energy, as a fraction of the largest step. Our
-// choice: at 4 m/s, a towel of 3,000 triangles passes its thickness in 1/64 of 10 ms.
+// Ratio of the largest step to the shortest step that is tried if contacts gain energy. Our choice:
+// at 4 m/s, a towel of 3,000 triangles passes its thickness in 1/64 of 10 ms.
 constexpr double shortest_for_contacts = 256.0;
 
 }  // namespace
@@ -57,8 +57,8 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
   }
 }
 
-// Takes the whole step at once, or in parts if this fails. An automatic step is shortened instead
-// as long as no part of it is complete.
+// Takes the whole step at once or, if this fails, in parts. An automatic step that fails is
+// shortened instead, as long as no part of it is complete.
 StepSpan Stepper::take_parts(State& state, StepOutcome& outcome) {
   StepSpan span = next_span(state);
   Bisection bisection(engines_.limits_in_solve);
@@ -167,8 +167,8 @@ void Stepper::finish(const StepSpan& span, State& state, StepOutcome& outcome) {
   if (report.contacts.unresolved > 0) state.tangled = 2;
   if (engines_.collision && state.tangled) count_intersections(state, engines_, outcome);
   measure_contacts(engines_.model, state, span.h, outcome);
-  // Rebuilds the world from State at fixed steps, so that later results do not depend on
-  // checkpoints.
+  // Rebuilds the world from State after every rigid_rebuild_interval steps, so that later results
+  // do not depend on checkpoints.
   if (engines_.world && state.step % engines_.model.scene.rigid_rebuild_interval == 0) {
     engines_.world->save(state.rigid);
     engines_.world->restore(state.rigid);
@@ -177,7 +177,7 @@ void Stepper::finish(const StepSpan& span, State& state, StepOutcome& outcome) {
 
 StepSpan Stepper::next_span(const State& state) {
   if (steps_.automatic) return span_of(state.time, automatic_step(steps_.largest, state, engines_));
-  // The time of a fixed step has no accumulated rounding.
+  // The end of a fixed step follows from the number of steps, so rounding errors do not accumulate.
   return {state.time, steps_.largest, static_cast<double>(state.step + 1) * steps_.largest};
 }
 

@@ -1,6 +1,6 @@
 """Reads patterns of GarmentCode (pygarment): JSON with panels, edges, stitches and placements.
 
-The format is that of [Korosteleva2023]. Lengths are in units of 1/units_in_meter [m], y points up,
+The format is that of [Korosteleva2023]. The unit of length is (1 / units_in_meter) m, y points up,
 and rotations are in degrees about the fixed axes x, y and z, in this order. Control points of
 curved edges are given relative to the chord. No code of that project is used or needed.
 """

@@ -30,7 +30,8 @@ class Painter:
     first : frame to which a fitted camera is fitted; None: the first frame drawn
     lines : number of field lines, 0: none
     simulation : simulation of the scene, which provides the magnets; needed for field lines
-    value_ranges : (minimum, maximum) that automatic colours span in each row of color_by
+    value_ranges : for each field of color_by, the (minimum, maximum) that automatic colours span;
+        None: each frame has its own range
     """
 
     def __init__(

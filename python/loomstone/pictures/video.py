@@ -14,7 +14,7 @@ __all__ = ["encode"]
 
 @takes(rate="1/s")
 def encode(directory: Path, target: Path, *, frames: int, rate: float = 25.0) -> str:
-    """Makes a video of a directory of pictures by the ffmpeg of imageio-ffmpeg; returns its path.
+    """Makes a video of the pictures in a directory with imageio-ffmpeg. Returns the video's path.
 
     frames : number of pictures the directory must contain
     rate : pictures per second [1/s]

@@ -4,8 +4,8 @@
 // means over the middle tenth and over the last tenth of the time. Times are processor times of one
 // thread for the steps alone, per second of motion.
 //   benchmark_swing [cells [duration [rows]]]
-// Default: 16 cells along a side (512 triangles; 50: 5,000), 4 s, all rows of the table. --smoke: a
-// tiny size.
+// Default: 16 cells along a side (512 triangles; 50 cells: 5,000 triangles), 4 s, all rows of the
+// table. --smoke: a tiny size.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

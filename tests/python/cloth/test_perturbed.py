@@ -1,6 +1,6 @@
-"""Starts perturbed by a micrometre lead to different contacts, none of which may intersect.
+"""Cloth whose start is perturbed by a micrometre has other contacts but still does not intersect.
 
-tests/benchmarks/certify.py does the same at full size.
+tests/benchmarks/certify.py tests the same at full size.
 """
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Circuits with magnetisable bodies: inductance of cores, the forces that follow from it, and
+"""Circuits with magnetisable bodies: the inductance that cores add, the resulting forces, and
 balances of energy and momentum.
 """
 
@@ -107,8 +107,8 @@ def test_a_bar_is_drawn_into_a_solenoid_as_its_inductance_grows():
         mass = ls.meshes.mass_properties(scene.bodies[0].mesh, scene.bodies[0].density).mass
         force = mass * sim.state.body_velocities[0, 2] / 1e-6
         assert force < 0.0, "into the coil"
-        # Force and flux come from different integrals. They agree to the error of the grid (12
-        # panels per edge: 8e-3, 32: 1e-4).
+        # Force and flux come from different integrals. They differ by the error of the panels: 8e-3
+        # with cells=12, 1e-4 with cells=32. This test uses cells=20.
         assert 0.5 * 25.0 * (inductance(z + 1e-4) - inductance(z - 1e-4)) / 2e-4 == pytest.approx(
             force, rel=2e-3
         )
@@ -119,7 +119,7 @@ def falling(magnets=(), **given) -> ls.Scene:
     """A soft ball flies through a loop with a circuit. Next to them is a body that carries magnets
     and an optional second coil. All bodies are free.
     """
-    places = {  # the loop is far from the box that carries it
+    places = {  # of the bodies; "coil" carries the loop at a distance of 6 cm
         "ball": (0, 0, 0),
         "coil": (0.06, 0, 0.02),
         "magnet": (0.03, 0, 0),
@@ -154,7 +154,7 @@ def falling(magnets=(), **given) -> ls.Scene:
 
 
 def moving(steps: int, of: int, **what) -> ls.Simulation:
-    """Runs the first `steps` of `of` equal steps that divide 8 ms."""
+    """Divides 8 ms into `of` equal steps and runs the first `steps` of them."""
     sim = simulation(falling(**what), 8e-3 / of)
     for _ in range(steps):
         sim.step()
@@ -259,7 +259,7 @@ def half_ring(inner: float, outer: float, width: float, parts: int = 8) -> ls.Tr
 
 
 def test_a_bow_around_a_loop_is_outside_its_winding():
-    """The middle of the bow crosses the loop's axis, but no part of it is inside the loop."""
+    """The bow, half a ring of iron, crosses the plane of the loop outside the winding."""
 
     def added(z: float, winding: ls.magnetics.MagneticBody) -> float:
         mesh = half_ring(0.012, 0.018, 0.006).moved((0, 0, z))
@@ -360,7 +360,7 @@ def test_forces_by_currents_are_among_the_magnetic_forces():
     felt = masses[:, None] * (np.asarray(sim.state.body_velocities) - before) / 1e-5
     assert np.abs(forces).max() > 0.01 and forces == pytest.approx(
         felt, abs=0.06 * np.abs(felt).max()
-    )  # the tolerance covers the change of the current within a step, which is 1/20
+    )  # the tolerance covers the growth of the current by 1/20 in the step
 
 
 def test_a_picture_has_no_field_lines_before_the_current_begins():
@@ -413,7 +413,7 @@ def test_circuits_with_bodies_that_do_not_magnetise_linearly_are_refused():
         simulation(held(iron, loop.replace(source=M.loop(radius=0.008, turns=100))), 1e-4)
     mesh = horseshoe(0.01)
     iron = ls.Magnet(body="core", source=M.soft_mesh(mesh, susceptibility=100.0, panels=500))
-    # The winding surrounds one leg; the other leg is outside it.
+    # One leg of the horseshoe is inside the winding and the other outside.
     winding = M.solenoid(radius=0.012, length=0.01, turns=100).moved((0.005, 0, 0.02))
     coil = ls.Coil(body="coil", source=winding, resistance=1.0, inductance=1e-3)
     scene = held(iron, coil, mesh)

@@ -40,8 +40,8 @@ def test_curves_of_the_model_are_recovered_exactly_with_their_limits():
         assert ls.fabrics.strip_rigidity(fabric, angle_degrees=angle) == pytest.approx(
             rigidity, rel=1e-12
         )
-    # The limits are interpolated linearly between points 0.005 apart. The error is half the squared
-    # distance times the curvature over the slope.
+    # The limits are interpolated linearly between points h = 0.005 apart. The error of the load is
+    # at most h^2 / 8 times its second derivative: 9e-5 LOAD along weft and 2e-4 LOAD along warp.
     assert tension(1200, fabric.limits[0]) == pytest.approx(LOAD, rel=1e-4)
     assert tension(3000, fabric.limits[1]) == pytest.approx(LOAD, rel=1e-3)
     assert fabric.limits[2] == 0.1 and fabric.name == "twill" and fabric.caveats == ()

@@ -140,12 +140,12 @@ def test_strips_that_are_turned_with_their_material_hang_alike():
 def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
     """Linear plate theory with nu = 0: w = c0 + c1 r^2 + c2 ln r + c3 r^2 ln r + q r^4 / (64 B).
 
-    The sag is 0.13 mm.
+    Linear theory applies because the sag is only 0.13 mm.
     """
     bending, density = 3e-2, 0.2
     load, a, b = density * 9.81, DISC, SPECIMEN
 
-    def rows(r):  # value, slope, moment / B, shear / B of 1, r^2, ln r, r^2 ln r, r^4
+    def rows(r):  # value, slope, moment / B and shear / B (rows) of the terms of w (columns)
         log = np.log(r)
         return np.array(
             [
@@ -177,7 +177,7 @@ def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
 
 def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_cloth_comes_to_rest():
     # A limp knit that strains by 2 % if its limits allow it. The means of eight specimens are
-    # compared, because single specimens differ by 8 % and four folds.
+    # compared, because the coefficients of single specimens differ by 8 %, and their folds by four.
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
     limits = (ls.StrainLimit(0.05, 0.05, 0.05), ls.StrainLimit(0.01, 0.01, 0.05))
     loose, tight = (
@@ -199,8 +199,8 @@ def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_clo
 
 
 def test_conforming_triangles_do_not_lock_at_limits_of_a_hundredth_in_stretch_and_compression():
-    # At limits of 0.1 % they do lock, and the coefficient exceeds 65 %. docs/performance.md lists
-    # both limits over mesh sizes.
+    # At limits of 0.1 %, triangles lock, and the drape coefficient exceeds 65 %.
+    # docs/performance.md lists results with both limits for several mesh sizes.
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
     hundredth = ls.StrainLimit(0.01, 0.01, 0.01, weft_min=-0.01, warp_min=-0.01)
     free, limited = (
@@ -212,7 +212,7 @@ def test_conforming_triangles_do_not_lock_at_limits_of_a_hundredth_in_stretch_an
         assert result.rest.at_rest and result.intersections == 0
     assert max(np.abs(ls.limits.strain(r.positions, r.mesh)).max() for r in free) > 0.02
     coefficient = [np.mean([r.drape_coefficient for r in results]) for results in (free, limited)]
-    # Measured with six specimens: 30.5 and 30.7 %.
+    # The means of six specimens were 30.5 and 30.7 %.
     assert coefficient[1] == pytest.approx(coefficient[0], rel=0.1)
 
 

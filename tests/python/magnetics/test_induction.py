@@ -1,4 +1,4 @@
-"""Magnetisable spheres: moments of the table, forces as derivatives of energy, and levitation."""
+"""Magnetisable spheres: reference moments, forces as derivatives of the energy, and levitation."""
 
 import importlib.util
 from pathlib import Path

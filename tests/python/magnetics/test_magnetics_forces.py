@@ -34,8 +34,8 @@ def test_parallel_cuboids_agree_with_the_closed_form_at_every_gap_and_in_contact
     "offset", [(0.003, -0.002, 0.018), (-0.004, 0.014, 0.001), (0.011, 0.0, 0.0146), (0, 0, 0.0165)]
 )
 def test_the_closed_form_of_parallel_cuboids_is_what_integration_finds(offset):
-    """Covers all directions of magnetisation and quarter turns. An additional rotation of 1e-9 rad
-    makes the engine integrate.
+    """Compares quarter turns of a cuboid with all components of J. If it is rotated by another
+    1e-9 rad, M.force() integrates instead of using the closed form.
     """
     a = M.cuboid(size=(0.012, 0.01, 0.015), polarization=(0.4, -0.6, 0.8))
     for turn in ((0, 0, 0), (np.pi / 2, 0, 0), (0, 0, -np.pi / 2), (0, np.pi, 0)):
@@ -45,8 +45,8 @@ def test_the_closed_form_of_parallel_cuboids_is_what_integration_finds(offset):
             .rotated(turn)
         )
         closed = M.force(on=b, by=a, tolerance=1e-8)
-        # The tolerance covers the rotation of 1e-9 rad and a few times the tolerance of the
-        # integral, whose logarithms at aligned edges converge slowly.
+        # The tolerance covers the rotation of 1e-9 rad and three times the tolerance of the
+        # integral, which converges slowly because its integrand is logarithmic at aligned edges.
         integrated = M.force(on=b.rotated((1e-9, 1e-9, 1e-9)), by=a, tolerance=1e-7)
         assert error(closed, integrated.force, integrated.torque, b.radius) < 3e-7
         assert closed.error < 1e-10 * np.linalg.norm(closed.force)
@@ -146,8 +146,8 @@ KINDS = ["cuboid", "cylinder", "ring", "sphere", "mesh", "loop", "solenoid", "po
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_integration_over_either_body_gives_the_same_force(kind):
-    """Takes a cuboid first as the source of the field and then as dipoles in the field of the other
-    body. Newton's third law is not built in for dipoles.
+    """Compares the force of a cuboid on a body with the force of the body on dipoles that fill the
+    cuboid. For dipoles, Newton's third law is not built in.
     """
     a, b = pair("cuboid", kind)
     whole = M.force(on=b, by=a, tolerance=1e-9)
@@ -158,8 +158,8 @@ def test_integration_over_either_body_gives_the_same_force(kind):
     moments = share[:, None] * size.prod() * np.array((0.4, -0.7, 0.9)) / M.MU0
     cells = M.dipoles(np.stack([u, v, w], axis=1) * size, moments)
     on_cells = M.force(on=cells, by=b, tolerance=1e-9)
-    # b is within a third of the cuboid's length from it, where 16 points per axis have an error of
-    # 1e-5.
+    # With 16 Gauss points per axis, the quadrature error is 1e-5, because b is closer to the cuboid
+    # than a third of the cuboid's length.
     assert (
         error(on_cells, -whole.force, M.force(on=a, by=b, tolerance=1e-9).torque, a.radius) < 1e-5
     )
@@ -187,8 +187,8 @@ def test_linear_and_angular_momentum_are_kept_to_rounding(kind_a, kind_b):
     [("cuboid", "cuboid"), ("cuboid", "cylinder"), ("ring", "mesh"), ("cylinder", "sphere")],
 )
 def test_force_and_torque_are_minus_the_gradient_of_the_energy(kinds):
-    """Compares with E = - integral of J_b . H_a over b, summed over dipoles in b's volume. b is a
-    cuboid or cylinder filled with dipoles.
+    """The energy is E = - integral of J_b . H_a over the volume of b. The integral is a sum over
+    dipoles that fill b.
     """
     b, a = pair(*kinds)  # b is at the origin
     nodes, weights = np.polynomial.legendre.leggauss(14)
@@ -280,8 +280,8 @@ def test_far_apart_bodies_are_dipoles():
         b = b.at((3.0, 5.0, -4.0), b.orientation)
         found = M.force(on=b, by=a, tolerance=1e-8)
         force, torque = M.dipole_forces([b.position], [b.moment], [a.position], [a.moment])
-        # The next multipole is smaller by the factor (size / distance)^2 = 1e-5. Rounding of
-        # cancelling charges is 1e-16 * 500.
+        # The next multipole is smaller by the factor (size / distance)^2 = 1e-5. The forces on
+        # opposite charges cancel to size / distance = 1/500, so rounding errors are 500 * 1e-16.
         assert error(found, force[0], torque[0], b.radius) < 1e-4, kind
 
 
@@ -414,12 +414,12 @@ def test_forces_and_torques_are_minus_the_derivatives_of_the_energy(name):
 def test_the_field_strength_is_the_descent_of_the_potential(name):
     magnet = ENERGY_BODIES[name].moved((0.002, -0.001, 0.003)).rotated((0.3, -0.2, 0.5))
     random = np.random.default_rng(8)
-    # One point is near the centre, and the other is far away.
+    # One special point is near the centre, and the other is far away.
     special = magnet.position + np.array([[1e-9, 0, 0], [0, 0, 0.05]])
     points = np.vstack(
         (random.uniform(-0.015, 0.015, (200, 3)), random.uniform(-0.1, 0.1, (50, 3)), special)
     )
-    # Errors: rounding, 1e-16 size / step = 1e-11, and second order, about 1e-6 close to edges.
+    # Error of central differences: 1e-16 size / step = 1e-11 (rounding), 1e-6 near edges (step^2).
     step = 1e-7
     ends = [
         [ls.magnetics.potential(magnet, points + sign * step * axis) for sign in (-1, 1)]

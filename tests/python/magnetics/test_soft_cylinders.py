@@ -1,5 +1,5 @@
 """Magnetisable cylinders and rings agree with an independent solver and with closed forms. Forces
-in scenes agree with those of the functions.
+in scenes agree with those of loomstone.magnetics.
 """
 
 import loomstone as ls
@@ -18,12 +18,12 @@ def polarizability(body, volume, axis):
 
 
 def conductor(radius, inner, height, axis, segments=80):
-    """Polarizability [1] of ideal iron along z (axis 2) or across it.
+    """Polarizability [1] of ideal iron along the z axis (axis=2) or across it (axis=0).
 
     The surface of a body of revolution is an equipotential in a field of 1 A/m. Its charge consists
     of rings, uniform or proportional to the cosine of the azimuth. Collocation solves the integral
-    equation of the first kind. Each side of the cross-section has `segments` segments, graded
-    towards its ends.
+    equation of the first kind. Each side of the cross-section is divided into `segments` segments,
+    which become shorter towards the corners.
     """
     half = 0.5 * height
     corners = [(inner, -half), (radius, -half), (radius, half), (inner, half)] + (
@@ -60,18 +60,18 @@ def conductor(radius, inner, height, axis, segments=80):
             + (middle[:, None, 1] - ring[None, :, 1]) ** 2
         ) / d2
         around, m = ellipkm1(rest), 1 - rest
-        if axis != 2:  # the same integral with the cosine of the azimuth
+        if axis != 2:  # the same integral, weighted by the cosine of the azimuth
             around = (2 / m - 1) * around - 2 / m * ellipe(m)
         matrix += share * length * ring[:, 0] * around / (np.pi * np.sqrt(d2))
     along = middle[:, 1] if axis == 2 else middle[:, 0]
-    mean = 2 if axis == 2 else 1  # twice the mean of 1 or of the squared cosine
+    mean = 2 if axis == 2 else 1  # twice the azimuthal mean of 1 or of cos^2
     charge = np.linalg.solve(matrix, along)
     return (charge * mean * np.pi * middle[:, 0] * length * along).sum() / (
         np.pi * (radius**2 - inner**2) * height
     )
 
 
-# Each row: radius, inner radius, height, number of cells, and the measured error, rounded up.
+# Each row: radius, inner radius, height, number of cells, measured relative error (rounded up).
 @pytest.mark.parametrize(
     ("radius", "inner", "height", "cells", "error"),
     [
@@ -94,7 +94,7 @@ def test_ideal_iron_is_polarised_as_a_conductor_is(radius, inner, height, cells,
 
 @pytest.mark.parametrize("slenderness", [0.3, 1.0, 4.0])
 def test_weak_magnetisation_has_the_demagnetising_factors_of_uniform_cylinders(slenderness):
-    # Axial factor: [Joseph1966]; the three factors add up to 1.
+    # Axial demagnetising factor: [Joseph1966]. The factors along the three axes add up to 1.
     t = slenderness
     m = 1 / (1 + t * t)
     axial = 1 - 4 / (3 * np.pi * t) * (
