@@ -73,7 +73,7 @@ class StrainLimiter {
   // Scratch memory.
   std::vector<std::uint8_t> corrected_;  // (batches) lane bit masks
   std::vector<double> deltas_;
-  std::vector<Index> order_;        // slots of all elements in ascending order
+  std::vector<Index> order_;        // slots (8 batch + lane) of all elements, ascending
   std::vector<Index> n_corrected_;  // (n) number of corrected elements at each vertex
 };
 
