@@ -46,9 +46,9 @@ def test_a_curtain_gives_way_to_pins_that_jump_through_it(cells: int, hung: bool
 def test_limited_cloth_catches_a_ball_a_thousand_times_as_heavy(
     mass: float, corners: bool, drop: float, excess: float
 ) -> None:
-    # The cloth stops the ball within milliseconds, by forces of some hundred times its weight. For
-    # cloth that is pinned at its corners, the excess would exceed 0.1 if sweeps acted on the cloth
-    # or contacts closed.
+    # The cloth stops the ball within milliseconds, by forces of some hundred times the ball's
+    # weight. If sweeps acted on the cloth, or if gaps of contacts closed, the excess would be above
+    # 0.1 for cloth that is pinned at its corners.
     sim = ls.Simulation(caught(mass, corners, drop), threads=1)
     worst = 0.0
     while sim.time < 0.4:
