@@ -413,8 +413,8 @@ TEST_CASE("checking the true residual during a solve costs no iterations") {
     LinearReport coarse, fine;
     solved(system, {method, 1e-4, 2000}, 1, &coarse);
     solved(system, {method, 1e-8, 2000}, 1, &fine);  // several rounds of residual replacement
-    // At a constant rate of convergence, twice as many digits need twice the iterations. Search
-    // directions that lose their conjugacy between rounds would need three times as many.
+    // At a constant rate of convergence, twice as many digits need twice the iterations. If search
+    // directions lost their conjugacy when the residual is replaced, the factor would be three.
     CHECK(fine.iterations <= 2.3 * coarse.iterations);
   }
 }

@@ -166,7 +166,7 @@ void Membrane::add_forces(const Team& team, const Points& x, const Points* v, In
 }
 
 namespace {
-constexpr Index no_element = 0;  // a chunk's scratch memory begins with a block of zeros
+constexpr Index no_element = 0;  // offset of a block of zeros in a chunk's scratch memory
 constexpr Index first_element = 16;
 }  // namespace
 

@@ -15,8 +15,8 @@ namespace {
 // it.
 constexpr double much_withheld = 0.1;
 
-// Motion of each body for certification, from its pose at the start to its pose after the bodies'
-// stage.
+// Motion of each body that certification checks, from its pose at the start of the part to its pose
+// after the stage that moves bodies.
 FreeBodies free_bodies(const Loads& loads, const State& state, const Engines& engines) {
   const Model& model = engines.model;
   FreeBodies bodies(model.n_bodies());

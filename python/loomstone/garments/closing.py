@@ -70,8 +70,7 @@ def close_seams(
     pieces = cut(pattern, spacing=edge_for(total, count), triangles=count, seed=seed)
     if len(pieces.pairs) == 0:
         raise InvalidInput("the pattern has no seams to close")
-    # The contact distance during sewing is a tenth of an edge, which is also the default of a
-    # Cloth.
+    # The contact distance during sewing is a tenth of the mean edge, the default of Cloth.
     edge = edge_for(total, count)
     index, mesh = welded(pieces, pieces.placed, pieces.pairs[_closed_already(pieces, 0.1 * edge)])
     if material is None:

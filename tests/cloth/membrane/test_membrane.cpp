@@ -190,7 +190,8 @@ TEST_CASE("a strip cut along weft, warp or bias and pulled has the strain of its
 namespace {
 
 // Jacobian of the co-rotational model (2.36): the linear stiffness A B_i^T C B_k of every triangle,
-// rotated by the factor R (3 x 2) of F = R U.
+// rotated by the factor R (3 x 2) of F = R U. A is the area, C the elasticity matrix, and B_i the
+// matrix from displacements of corner i to strains.
 Eigen::MatrixXd corotational_jacobian(const TriangleMesh& mesh, const MembraneConstants& c,
                                       const Points& x) {
   Eigen::MatrixXd k = Eigen::MatrixXd::Zero(3 * x.rows(), 3 * x.rows());

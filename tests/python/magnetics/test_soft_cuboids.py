@@ -144,7 +144,8 @@ def test_bodies_that_magnetise_each_other_have_the_same_bits_on_any_number_of_th
 def test_forces_on_two_equal_cuboids_above_each_other_are_symmetric():
     pair = flat_pair((0.0, 0.0, 0.006))
     first, second = (body.moment for body in pair.bodies)
-    # The tolerance covers the residual of the linear system and interpolation between the bodies.
+    # The tolerance covers the residual of the linear system, and the interpolation by which distant
+    # panels of the two bodies interact.
     np.testing.assert_allclose(first, second, rtol=0.0, atol=1e-5 * np.linalg.norm(first))
     found = M.force(on=pair.bodies[0], by=pair.bodies[1])
     back = M.force(on=pair.bodies[1], by=pair.bodies[0])

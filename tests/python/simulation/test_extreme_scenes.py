@@ -29,7 +29,7 @@ def test_a_curtain_gives_way_to_pins_that_jump_through_it(cells: int, hung: bool
         assert report.withheld.motion <= 0.2 * report.withheld.requested
     assert recovered < 0.2
     assert sim.report.strain.stretch < 1.15  # it still swings
-    if cells != 18:  # with 18 cells, the worst step needs 26 times the median of the iterations
+    if cells != 18:  # with 18 cells, the worst step needs 26 times the median number
         assert max(iterations) <= 20 * np.median(iterations)
 
 
