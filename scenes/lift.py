@@ -49,7 +49,7 @@ def bowl(segments: int = 48, rings: int = 10) -> ls.TriangleMesh:
 
 
 def scene(spheres: int = 7, polarization: float = 0.66) -> ls.Scene:
-    """polarization: that of the magnet [T]."""
+    """polarization: polarization of the magnet [T]."""
     ball = ls.meshes.sphere(radius=BALL, subdivisions=2)
     turn = 2.399963  # golden angle [rad], which spreads the balls evenly
     bodies = []

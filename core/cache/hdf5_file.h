@@ -50,7 +50,7 @@ struct RowFormat {
 
 // State shared by a file and its datasets.
 struct Hdf5Shared {
-  std::string name;        // current name, also after renaming
+  std::string name;        // name, updated if the file is renamed
   bool unwritten = false;  // there are changes since the last successful flush
 };
 

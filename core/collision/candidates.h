@@ -1,5 +1,6 @@
 // Finds the candidate pairs of one surface. A candidate pair is a pair of features that may collide
-// during a motion. No scene is needed. All three engines return the same pairs.
+// during a motion. Works on arrays, without a scene. There are three search engines, which return
+// the same pairs.
 #pragma once
 
 #include <array>

@@ -33,8 +33,9 @@ struct ContactAnswer {
   RigidState state;
   std::vector<std::uint8_t> touched;  // (b) 1: did not move freely
 };
-// Resolves the contacts of a sub-step with a full kick by `wrenches`. `end` contains the positions
-// of the obstacles at the end of the sub-step.
+// Applies `wrenches` to copies of the bodies for the whole sub-step h [s], and advances the copies
+// by RigidWorld, which resolves contacts. `end` contains the positions of the obstacles at the end
+// of the sub-step.
 ContactAnswer answer_contacts(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
                               const ObstaclePlaces& end, const MovingBodies& bodies,
                               RigidWorld& world);

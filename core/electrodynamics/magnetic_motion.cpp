@@ -11,8 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// Returns the work [J] that scripted obstacles do in `duration` [s] against the forces of other
-// magnets on their magnets. Forces due to magnetisation by given currents are excluded.
+// Returns the work [J] that scripted obstacles do in `duration` [s] against the magnetic forces on
+// the magnets that they carry. Forces due to magnetisation by given currents are excluded.
 double work_of_obstacles(double duration, const std::vector<Twist>& twists,
                          const Actions& actions) {
   const std::size_t n_bodies = actions.magnets.size() - twists.size();

@@ -25,8 +25,8 @@ struct MagneticStep {
 struct MagneticEffort {
   int substeps = 0;
   double error = 0.0;  // estimate of the largest force error at the end [N]
-  // Work that scripted obstacles do on bodies through contacts and magnets [J]. Work through coils
-  // counts as supply of their circuits.
+  // Work that scripted obstacles do on bodies through contacts and magnets [J]. Work that they do
+  // through coils is part of the energy supplied to the circuits.
   double obstacle_work = 0.0;
 };
 
@@ -74,7 +74,7 @@ class MagneticMotion {
   };
 
   Cause cause_of(const Moment& moment) const;
-  // Computes forces and inductances at an instant, or returns last_ if its cause is the same.
+  // Computes forces and inductances at an instant. Returns last_ if it has the same inputs (Cause).
   // `moments` contains an initial guess of the induced dipole moments on entry, and the computed
   // moments on return.
   const Instant& arrive(const Team& team, const Moment& moment, Points& moments);

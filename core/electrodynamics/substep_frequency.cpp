@@ -15,8 +15,8 @@ namespace {
 // largest overlap is 0.08 mm, compared with 0.06 mm for sub-steps half as long.
 constexpr double touching_share = 1.0 / 16.0;
 
-// Factor for induced magnets, whose moments change along the path. The relative derivative of a
-// force proportional to r^-7 is 7/4 of that of a force proportional to r^-4.
+// Factor on the moments of induced magnets. These moments change with the distance r, so the force
+// can be proportional to r^-7 instead of r^-4. Its relative derivative is then 7/4 times as large.
 constexpr double induced_growth = 1.75;
 
 // Returns the sum of |charge| times distance from the origin over the surface [A m^2]. Unlike the
@@ -98,7 +98,8 @@ SubstepFrequency::Coarse SubstepFrequency::coarse(const Oscillators& now,
   return coarse;
 }
 
-// Adds the stiffness of spheres relative to each other, and to magnets and coils on obstacles.
+// Adds to `squares` the squared frequencies due to the forces on spheres from each other and from
+// magnets and coils on obstacles.
 void SubstepFrequency::add_spheres(const Team& team, const Oscillators& now, const Coarse& coarse,
                                    const std::vector<SoftSphere>& spheres,
                                    const std::vector<Carrier>& carriers,

@@ -13,7 +13,7 @@ namespace loomstone {
 // Input of the bound at one instant.
 struct Oscillators {
   const CarrierPlaces& places;
-  const std::vector<MagneticBody>& magnets;  // including their magnetisation by `currents`
+  const std::vector<MagneticBody>& magnets;  // with moments that also depend on `currents`
   const std::vector<KnownField>& known;      // fields of hard magnets at induced dipoles
   const Vector& currents;                    // (coils) [A]
   std::vector<std::uint8_t> touching;        // (b) bodies in contact
@@ -27,7 +27,7 @@ class SubstepFrequency {
   double at(const Team& team, const Oscillators& now) const;
 
  private:
-  // Magnets, followed by coils, approximated by dipoles at their poses.
+  // All magnets, then all coils, each approximated by dipoles, with its pose and its group.
   struct Coarse {
     std::vector<CoarseMagnet> magnets;
     std::vector<RigidPose> poses;

@@ -28,8 +28,9 @@ using TermsAt = std::function<double(const Points& displacement, double time, Te
                                      ExtraTerms& terms)>;
 
 // Sets the friction of `terms` to its value after the rows have moved by `displacement` in `time`
-// [s], and stiffens contacts that would close. The terms are linearised about the start of the
-// step. Returns the relative error of the forces that `terms` had before the call [1].
+// [s], and stiffens contacts whose gap would shrink too much. The terms are linearised about the
+// start of the step. Returns the relative error of the friction that `terms` had before the call
+// [1], or 1 if a contact was stiffened.
 using FrictionAt =
     std::function<double(const Points& displacement, double time, ExtraTerms& terms)>;
 
@@ -43,11 +44,12 @@ struct StepInputs {
   const ExtraTerms* terms = nullptr;
   // Called once per iterate by Newton schemes; null: the terms are linear.
   const TermsAt* terms_at = nullptr;
-  // Called after a linear solve. The solve is repeated if the forces were inaccurate. May be null.
+  // Called after a linear solve, which is repeated if the returned error of friction is too large.
+  // May be null.
   const FrictionAt* friction_at = nullptr;
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: prescribed motion
   const Points* target = nullptr;  // (n x 3) positions of fixed rows at the end [m]
-  // Collisions at events; asynchronous schemes with events_collide() only. May be null.
+  // Handles collisions at events. Used only by schemes with events_collide(). May be null.
   EventCollisions* collisions = nullptr;
   // (2 b) per body: mass times identity [kg], then inertia in world axes [kg m^2]
   const std::vector<Mat3>* body_mass = nullptr;

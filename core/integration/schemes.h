@@ -28,13 +28,13 @@ void prescribe_velocities(const StepInputs& inputs, const Points& x, Points& v);
 // Sets the positions of fixed rows exactly to their targets.
 void place_fixed(const StepInputs& inputs, Points& x);
 
-// Adds the forces of terms, -sigma J^T (g + H d), to the owned rows of `rhs`. Here
-// d = sum J displacement - time * drift, where sigma and time are those of the scheme.
+// Adds the forces of terms, -sigma J^T (g + H d), to the owned rows of `rhs`, with J, g and H as in
+// extra_terms.h. Here d = sum J displacement - time * drift. `c` contains sigma and time.
 void add_term_forces(const ExtraTerms& terms, const RowLayout& layout, const SchemeCoefficients& c,
                      const Points& displacement, Points& rhs);
 
-// Adds -sigma J^T g to the owned rows of `rhs`, for terms whose g already includes the effect of
-// the displacement.
+// Adds -sigma J^T g to the owned rows of `rhs`. The gradients g must already be those after the
+// displacement (see extra_terms.h).
 void add_term_gradients(const ExtraTerms& terms, const RowLayout& layout, double sigma,
                         Points& rhs);
 

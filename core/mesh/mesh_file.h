@@ -9,8 +9,9 @@
 namespace loomstone {
 
 // Reads a mesh. From OBJ files it reads the statements v, vt and f (v, v/vt, v//vn, v/vt/vn, also
-// with negative indices) and skips all others. PLY files may be text or binary. Their rest
-// coordinates are vertex properties (s t, u v or texture_u texture_v) or a face list texcoord.
+// with negative indices) and skips all others. PLY files may be text or binary. They contain rest
+// coordinates as vertex properties (s t, u v or texture_u texture_v) or as the list property
+// texcoord of each face.
 // Polygons are split into triangle fans from their first corner. If with_uv is false, rest
 // coordinates in the file are ignored: obstacles and bodies need none, and texture coordinates of
 // common files are often folded or degenerate. Throws CacheError with the position in the file if

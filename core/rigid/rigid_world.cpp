@@ -34,7 +34,7 @@ struct RigidWorld::Data {
   std::vector<Facet> facets;                                   // of deforming obstacles
   ObstaclePlaces start_places, places;  // initial and current positions of obstacles
   std::unique_ptr<BulletEngine> engine;
-  RigidState known;            // state of the engine without manifolds
+  RigidState known;            // last state of the bodies, without contact points
   double obstacle_work = 0.0;  // in the last step [J]
 
   void add_body(const RigidBody& body, const std::string& where);
@@ -279,7 +279,7 @@ std::vector<std::uint8_t> RigidWorld::touching() const {
   std::vector<std::uint8_t> result(data_->bodies.size(), 0);
   for (int m = 0; m < data_->engine->dispatcher.getNumManifolds(); ++m) {
     const btPersistentManifold& contact = data_->manifold(m);
-    bool near = false;  // contacts with larger gaps only anticipate motion
+    bool near = false;  // contact points beyond the threshold only anticipate contact
     for (int k = 0; k < contact.getNumContacts(); ++k)
       near |= contact.getContactPoint(k).getDistance() <= contact.getContactBreakingThreshold();
     if (!near) continue;

@@ -30,7 +30,7 @@ def force_by_offsets(n: int, distance: float) -> float:
     """
     h, moment = EDGE / n, EDGE**3 / M.MU0 / n**3
     k = np.arange(n)
-    weight = np.where(k == 0, 1.0, 2.0) * (n - k)  # number of pairs at offset +-k across the line
+    weight = np.where(k == 0, 1.0, 2.0) * (n - k)  # number of pairs at offset +-k
     square = (h * k) ** 2
     across = square[:, None] + square[None, :]
     weights = weight[:, None] * weight[None, :]

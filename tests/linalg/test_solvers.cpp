@@ -100,7 +100,7 @@ TEST_CASE("a solver used before gives the same bits as a new one") {
     solve(other, first);
     solve(system, again);
     CHECK(same_bits(again, solved(system, {method, 1e-5, 2000})));
-    // A different set of terms on the same matrix changes the pattern.
+    // With fewer terms on the same matrix, the solver must notice that the pattern is another.
     RandomSystem changed = random_system(20, 2, 60);
     changed.terms.resize(17);
     solve(changed, fewer);
@@ -209,12 +209,12 @@ TEST_CASE("a system too stiff for single precision is still solved") {
     LinearReport report;
     const Points x = solved(system, {method, 1e-6, 20000}, 1, &report);
     CHECK(report.converged);
-    // Checks the residual with the dense matrix. The solver's tolerance of 1e-6 holds in the norm
-    // of the diagonal (about 1e10), relative to the right-hand side.
+    // The solver's tolerance of 1e-6 is for a norm weighted with about the inverse of the diagonal.
+    // The diagonal varies tenfold, so the plain residual may be larger.
     const Eigen::MatrixXd a = testing::dense_matrix(system.view());
     const Vector b = Eigen::Map<const Vector>(system.b.data(), system.b.size());
     const Vector r = b - a * Eigen::Map<const Vector>(x.data(), x.size());
-    CHECK(r.norm() < 1e-5 * b.norm());  // the diagonal varies tenfold
+    CHECK(r.norm() < 1e-5 * b.norm());
   }
 }
 
@@ -265,7 +265,7 @@ TEST_CASE(
     LinearReport levels, jacobi;
     const Points x = solved(system, {LinearMethod::Pcg, 1e-6, 4000}, 1, &levels);
     const Points expected = solved(system, {LinearMethod::BlockJacobi, 1e-10, 4000}, 1, &jacobi);
-    // The smallest eigenvalue is the mass, 1e-5 of the diagonal, so the error exceeds the residual.
+    // The error may exceed the residual, because the smallest eigenvalue is 1e-5 of the diagonal.
     CHECK((x - expected).norm() < 1e-3 * expected.norm());
     solved(system, {LinearMethod::BlockJacobi, 1e-6, 4000}, 1, &jacobi);
     CHECK(levels.iterations < (tiles == 4 ? 0.6 : 0.35) * jacobi.iterations);
@@ -413,8 +413,8 @@ TEST_CASE("checking the true residual during a solve costs no iterations") {
     LinearReport coarse, fine;
     solved(system, {method, 1e-4, 2000}, 1, &coarse);
     solved(system, {method, 1e-8, 2000}, 1, &fine);  // several rounds of residual replacement
-    // At a constant rate of convergence, twice as many digits need twice the iterations. Search
-    // directions that lose their conjugacy between rounds would need three times as many.
+    // At a constant rate of convergence, twice as many digits need twice the iterations. If search
+    // directions lost their conjugacy when the residual is replaced, the factor would be three.
     CHECK(fine.iterations <= 2.3 * coarse.iterations);
   }
 }

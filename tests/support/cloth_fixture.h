@@ -90,7 +90,8 @@ inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material
   return run;
 }
 
-// Creates the stages. They refer to the model, so `run` must not be moved afterwards.
+// Creates the elasticity and the integrator. They refer to the model, so `run` must not be moved
+// afterwards.
 inline void start(ClothRun& run, const IntegratorOptions& options) {
   run.elasticity = std::make_unique<Elasticity>(run.model, bending_treatment(options, run.model));
   run.integrator = make_integrator(options, run.model, *run.elasticity);

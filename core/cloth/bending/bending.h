@@ -20,7 +20,7 @@ namespace loomstone {
 
 // Input from which either bending element is built.
 struct BendingSetup {
-  Points rest_positions;          // (n x 3) [m] defines the rest angles; flat cloth: any flat shape
+  Points rest_positions;          // (n x 3) [m] shape at rest; for flat cloth, any flat shape
   Triangles triangles;            // (m x 3)
   std::vector<Corners2> corners;  // (m) rest coordinates in weft/warp axes [m]
   std::vector<Mat3> rigidity;     // (m) bending stiffness D for (kxx, kyy, 2 kxy) [N m]
@@ -29,14 +29,15 @@ struct BendingSetup {
       prescribed;                   // (n) 1: prescribed vertex; see midedge_setup.cpp for clamping
   bool flat_rest = true;            // true: zero rest angles; false: angles of rest_positions
   std::vector<double> rest_angles;  // [rad] ordered as hinges(); empty: see flat_rest
-  // Mid-edge element only. If true, add_stiffness() replaces the Gauss-Newton matrix U^T Q U over
-  // pairs of hinges by U^T diag(q) U with q_e = 1/2 sum_f |Q_ef|. By Gershgorin's theorem, this is
-  // an upper bound of half the Gauss-Newton matrix, which suffices for stable linearly implicit
-  // steps. The lumped matrix has a third of the blocks. The bound is not taken from the literature.
+  // Mid-edge element only. The Gauss-Newton matrix is U^T Q U. Row e of U is the gradient of the
+  // angle of hinge e, and Q couples pairs of hinges. If true, add_stiffness() adds U^T diag(q) U
+  // instead, with q_e = 1/2 sum_f |Q_ef|. By Gershgorin's theorem, this is an upper bound of half
+  // the Gauss-Newton matrix, which suffices for stable linearly implicit steps. This lumped matrix
+  // has a third of the blocks. The bound is not taken from the literature.
   bool lumped_stiffness = false;
-  // (m) 0: the triangle has no energy, and only its shape matters to its neighbours. Empty: all
-  // triangles have energy. The energies of disjoint sets of triangles add up to that of their
-  // union.
+  // (m) 1: the triangle has energy; 0: it has none, and serves only to find the curvature of its
+  // neighbours. Empty: all triangles have energy. The energies of disjoint sets of triangles add up
+  // to the energy of their union.
   std::vector<std::uint8_t> acts;
 
   bool forces_only = false;  // true: the tables of the stiffness are not built
@@ -56,9 +57,9 @@ class Bending {
   virtual std::vector<std::pair<Index, Index>> couplings() const = 0;
 
   virtual double energy(const Team& team, const Points& x) const = 0;
-  // Adds the elastic and damping force (minus the energy gradient, minus beta Q theta_dot u) to
-  // rows [begin, end) of `force`. Contributions are summed per vertex in ascending order, so the
-  // result is bitwise identical for any number of threads and any row range.
+  // Adds the elastic force and the stiffness-proportional damping force to rows [begin, end) of
+  // `force`. Contributions are summed per vertex in ascending order, so the result is bitwise
+  // identical for any number of threads and any row range.
   virtual void add_forces(const Team& team, const Points& x, const Points& v, Index begin,
                           Index end, Points& force) const = 0;
   // Adds elastic K + viscous D (Gauss-Newton, positive semi-definite), with the factors in
@@ -73,8 +74,8 @@ class Bending {
   // steps need h <= 0.8 * 2 / sqrt(lambda).
   virtual double largest_eigenvalue(const Vector& mass) const = 0;
 
-  // Number of edges whose slope is the plain mean of the slopes of their two triangles, which is
-  // used where the triangles are slivers. Always 0 for the hinge element.
+  // Number of edges at which a triangle is a sliver. The slope there is the unweighted mean of the
+  // slopes of the two triangles. Always 0 for the hinge element.
   virtual Index averaged_edges() const = 0;
   // Number of hinges that exert no force because one of their triangles has zero area at x.
   virtual Index degenerate_hinges(const Team& team, const Points& x) const = 0;

@@ -23,8 +23,8 @@ struct BrokenLimit {
 
 // Cost of a call of the limiter, and the violations that remain.
 struct LimitReport {
-  int sweeps = 0;                // sweeps over all elements or over the active set
-  std::int64_t evaluations = 0;  // strain evaluations; work that ranks share or repeat counts once
+  int sweeps = 0;                   // sweeps over all elements or over the active set
+  std::int64_t evaluations = 0;     // strain evaluations, as many as a single rank would need
   std::array<double, 3> excess{};   // largest excess in weft, warp and shear
   std::int64_t beyond = 0;          // number of elements with an excess above the tolerance
   Index worst = -1;                 // element with the largest excess, -1: no limit is violated
@@ -49,7 +49,8 @@ class LimitCheck {
 
   // Largest excess among the elements of a batch; 0 if all are within their bounds.
   double excess(Index batch) const { return excess_[batch]; }
-  // Strains, or strain rates, of a batch with an excess (3 x 8).
+  // Strains, or strain rates, of the elements of a batch (3 x 8). Valid only if the batch has an
+  // excess.
   const double* strain(Index batch) const {
     return strains_.data() + 24 * static_cast<std::size_t>(batch);
   }

@@ -15,16 +15,18 @@ namespace {
 constexpr int bound_stride = 12 * n_lanes;
 constexpr Index batches_per_range = 32;
 
-// `stiffening` is the ratio of the second phase's modulus to the membrane's. `steeper` and
-// `steepest` are the ratios of the third and the fourth phase's modulus to the second's. The second
-// phase begins limit_margin() inside the limit, the third half-way from there to the limit, and the
-// fourth as far beyond the limit as the third begins inside it. Light loads reach only the second
-// phase. A triangle that entered the third phase at once would rebound and change phase every other
-// step. Under heavy loads, as at prescribed vertices, a second phase alone would permit strains far
-// beyond the limit. Under bodies much heavier than the cloth, so would a second and a third phase.
-// The first two values were tuned on scenes/swing_limits.py and limit_scaling.py with steps of 4
-// ms. The third value was tuned on balls of 40 kg in cloth of 40 g: strains exceed limits of 2 % by
-// 0.04 with a value of 100 and by 0.02 with a value of 400. docs/experiments/strain_limits.md lists
+// The second phase begins limit_margin() inside the limit. The third phase begins a fraction
+// `third_begins` of the way from there to the limit. The fourth phase begins as far beyond the
+// limit as the third begins inside it. `stiffening` is the ratio of the second phase's modulus to
+// the membrane's. `steeper` and `steepest` are the ratios of the third and the fourth phase's
+// modulus to the second's.
+//
+// Light loads reach only the second phase. If the third phase began at once, triangles would
+// rebound and change phase every other step. The third phase limits strain under heavy loads, as at
+// prescribed vertices, and the fourth under bodies much heavier than the cloth. `stiffening` and
+// `steeper` were tuned on scenes/swing_limits.py and limit_scaling.py with steps of 4 ms.
+// `steepest` was tuned on balls of 40 kg in cloth of 40 g: a value of 100 permits strains of 0.04
+// beyond limits of 2 %, and a value of 400 permits 0.02. docs/experiments/strain_limits.md lists
 // the results.
 constexpr double stiffening = 300.0, steeper = 10.0, steepest = 400.0, third_begins = 0.5;
 

@@ -11,7 +11,7 @@ namespace loomstone {
 namespace {
 
 constexpr Index batches_per_range = 16;
-constexpr Index listed = -1;  // in n_corrected_: vertex is listed, not yet counted
+constexpr Index listed = -1;  // entry of n_corrected_ for a vertex that corners_of() has listed
 
 // Random number generator splitmix64 [Steele2014].
 class Sequence {

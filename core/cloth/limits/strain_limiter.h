@@ -71,9 +71,9 @@ class StrainLimiter {
   std::unique_ptr<EdgeLimiter> edges_;  // null: no cloth is limited by edges
   bool by_elements_ = false;            // true if some cloth is limited by elements
   // Scratch memory.
-  std::vector<std::uint8_t> corrected_;  // (batches) lane bit masks
+  std::vector<std::uint8_t> corrected_;  // (batches) bit l is set if lane l was corrected
   std::vector<double> deltas_;
-  std::vector<Index> order_;        // slots of all elements in ascending order
+  std::vector<Index> order_;        // slots (8 batch + lane) of all elements, ascending
   std::vector<Index> n_corrected_;  // (n) number of corrected elements at each vertex
 };
 

@@ -166,7 +166,7 @@ void Membrane::add_forces(const Team& team, const Points& x, const Points* v, In
 }
 
 namespace {
-constexpr Index no_element = 0;  // a chunk's scratch memory begins with a block of zeros
+constexpr Index no_element = 0;  // offset of a block of zeros in a chunk's scratch memory
 constexpr Index first_element = 16;
 }  // namespace
 
@@ -202,7 +202,8 @@ void Membrane::locate_rows(const BlockMatrix& matrix, Index begin, Index end) {
                     rest = slots_[s] % membrane::force_stride;
         const Index corner = rest / (3 * lanes), lane = rest % lanes;
         for (const Index other : {(corner + 1) % 3, (corner + 2) % 3}) {
-          // Pair p stores block (p, p + 1); block (p + 1, p) is its transpose.
+          // A triangle stores one block for each pair of corners (p, p + 1). The block of
+          // (p + 1, p) is its transpose.
           const bool transposed = other == (corner + 2) % 3;
           const Index position =
               matrix.find(row, triangles_(batch * lanes + lane, other)) - first_block;

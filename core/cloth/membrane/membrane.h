@@ -49,8 +49,8 @@ class Membrane {
     phase_ = phase, in_phase_ = in_phase;
   }
 
-  // From now on, energy and forces include the potential of these modes (m). The Jacobian does not
-  // include it.
+  // Adds the potential that limits the strain modes of each triangle (m) to energy and forces, but
+  // not to the Jacobian.
   void add_limits(const std::vector<LimitModes>& modes);
 
   // Returns the batches that touch rows [begin, end), in ascending order. The list is valid until a
@@ -83,9 +83,9 @@ class Membrane {
     double energy = 0.0;   // [J]
     double elastic = 0.0;  // membrane energy at positions `end` [J]
   };
-  // Computes the neglected strain of the displacement end - start (n x 3 each; start may be null)
-  // for the triangles [first_triangle, last_triangle). `elastic` is meaningful only if `end`
-  // contains positions.
+  // Computes the neglected strain of the displacement end - start (n x 3 each) for the triangles
+  // [first_triangle, last_triangle). If `start` is null, `end` contains the displacement itself or
+  // positions. `elastic` has a meaning only for positions.
   Neglected neglected(const double* start, const double* end, Index first_triangle,
                       Index last_triangle) const;
 

@@ -204,7 +204,7 @@ void ClusterTree::rebuild(const Points& x) {
   const Index first = n > 0 ? triangles_.minCoeff() : 0,
               n_vertices = n > 0 ? triangles_.maxCoeff() - first + 1 : 0;
   std::vector<Index> start(n_vertices + 2, 0),
-      faces_of(3 * static_cast<std::size_t>(n));  // faces of vertex first + i begin at start[i]
+      faces_of(3 * static_cast<std::size_t>(n));  // faces of all vertices, sorted by vertex
   for (Index i = 0; i < triangles_.size(); ++i) ++start[triangles_.data()[i] - first + 2];
   for (Index i = 0; i < n_vertices; ++i) start[i + 2] += start[i + 1];
   for (Index i = 0; i < triangles_.size(); ++i)

@@ -48,7 +48,8 @@ struct Differences {
   LOOMSTONE_INLINE Lanes3<Lanes> middle(int k) const { return plus(start[k], end[k]); }
 
   LOOMSTONE_INLINE MaskOf<Lanes> separated_by(const Lanes3<Lanes>& n) const {
-    // Bounds the rounding error of a difference (1/2 epsilon) and of a sum of three products.
+    // Bound of the rounding errors of the dot products below. Relative to |n|_1 size, the
+    // differences contribute at most 1/2 epsilon, and products and sums at most 3/2 epsilon.
     const Lanes error = 4.0 * std::numeric_limits<double>::epsilon() *
                             (absolute(n.x) + absolute(n.y) + absolute(n.z)) * size +
                         1e-300;

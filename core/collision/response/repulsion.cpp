@@ -12,8 +12,9 @@ namespace {
 
 // Contacts come to rest just inside the thickness, so that they remain contacts.
 constexpr double rest_gap = 0.999;  // as a fraction of the thickness
-// Largest fraction of the missing gap that one step restores [Bridson2002]. A step restores less if
-// a spring with the contact stiffness would restore less.
+// A contact whose distance is below the gap at rest is pushed apart gradually. A step restores at
+// most this fraction of the missing distance [Bridson2002], and no more than a spring with the
+// contact stiffness would restore.
 constexpr double largest_restored = 0.1;
 constexpr int most_sweeps = 30;
 constexpr double tolerance = 1e-4;  // relative to the largest correction

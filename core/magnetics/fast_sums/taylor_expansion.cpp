@@ -16,7 +16,7 @@ using Shift = TaylorTables::Shift;
 constexpr int most_places = 680;  // number of multi-indices of order 14
 constexpr int most_slim = 225;
 
-// Computes x^k / k! for the multi-indices k at the first `n` places.
+// Computes x^k / k! for the first `n` multi-indices k in the order of TaylorTables.
 template <class Lanes>
 LOOMSTONE_INLINE void lane_powers(const Power* powers, int n, const Lanes3<Lanes>& x, Lanes* out) {
   const Lanes components[3] = {x.x, x.y, x.z};

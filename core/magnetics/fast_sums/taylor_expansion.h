@@ -21,8 +21,8 @@ class TaylorExpansion {
   explicit TaylorExpansion(int order) : tables_(order) {}  // order: 3 ... highest_order
 
   int order() const { return tables_.order; }
-  // Return the numbers of components, which are sorted by degree. Moments have z exponents of at
-  // most 1. Local coefficients have any z exponent.
+  // Return the number of components of an expansion. Moments have z exponents of at most 1, and
+  // local coefficients have any z exponent. Components are sorted by degree.
   int moments_size() const { return static_cast<int>(tables_.slim.size()); }
   int local_size() const { return static_cast<int>(tables_.powers.size()); }
 

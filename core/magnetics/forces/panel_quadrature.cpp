@@ -49,7 +49,7 @@ struct Integrand : PanelTask {
   }
 };
 
-// Part of a panel, with its integral and the error of the rule in each direction.
+// Part of a panel, with its integral and the quadrature error in each direction.
 struct Leaf {
   Index panel;
   double from[2], size[2];
@@ -57,8 +57,8 @@ struct Leaf {
   double error[2];
 };
 
-// Returns the error of the rule in one direction, from the Legendre coefficients of `sums`, the
-// sums over the other direction.
+// Returns the estimated error of a Gauss rule in one direction (see panel_quadrature.h). Each entry
+// of `sums` belongs to a point in this direction and is the integral over the other direction.
 double rule_error(const Vec6* sums, const GaussRule& rule) {
   double largest = 0.0, last = 0.0;
   for (int degree = 0; degree < rule.n; ++degree) {

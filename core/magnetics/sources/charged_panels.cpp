@@ -76,7 +76,8 @@ ChargedPanels::ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges
       fine_(std::move(fine)) {}
 
 ChargedPanels::FineTables ChargedPanels::make_tables() const {
-  // Smoothing length in units of the panel's reach. It is a quarter of the sample spacing.
+  // Smoothing length as a fraction of the largest distance of a corner from the panel's centre. It
+  // is about a quarter of the distance between neighbouring samples.
   constexpr double smoothing = 0.15;
   FineTables tables{PanelSet(fine_.parts, 1), {}};
   const auto add = [&](const Vec3& x, double charge, const FlatPanel& panel) {

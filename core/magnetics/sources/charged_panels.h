@@ -1,7 +1,6 @@
 // Surface charge of induced bodies. The charge is uniform on each of many flat panels. It can have
-// an additional part that varies within panels and is given at sample points. The field of a panel
-// has a closed form nearby. At more than `near` times the panel's reach, it is that of four point
-// charges.
+// an additional part that varies within panels and is given at sample points. Near a panel, its
+// field is computed in closed form. Farther away, four point charges replace the panel.
 #pragma once
 
 #include <memory>
@@ -62,8 +61,8 @@ class ChargedPanels final : public Source {
   // `charges` contains mu0 sigma on each panel [T]. `solid` is the body that the panels enclose, or
   // null.
   ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid = nullptr);
-  // Additional charge that varies within panels. It is given at the samples of the set and on parts
-  // of panels that have their own samples.
+  // Additional charge that varies within panels. It is given at the samples of the set, and also on
+  // parts of panels. Each part has its own samples.
   struct Fine {
     Vector at_samples;  // mu0 times the charge at each sample of the set [T m^2]
     std::vector<FlatPanel> parts;

@@ -140,8 +140,8 @@ struct FluxPoints {
   Index n;
 };
 
-// Adds the flux of a unit charge density on each panel through each point to the matrix `out`, in
-// the row of the point's panel.
+// Adds to the flux matrix `out` the flux of a unit charge density on each panel of `by` (columns)
+// through the area of each point of `on`, in the row of the point's panel.
 template <class Lanes>
 LOOMSTONE_INLINE void flux_kernel(PanelTables by, FluxPoints on, double* out) {
   for (Index i = 0; i < on.n; i += n_lanes) {
@@ -191,7 +191,8 @@ LOOMSTONE_INLINE void gradient_kernel(PanelTables by, const double* charges, con
   }
 }
 
-// Adds the fields q r / (r^2 + length^2)^(3/2) of smoothed point charges.
+// Adds the fields q r / (r^2 + s^2)^(3/2) of point charges q with smoothing lengths s. `charges`
+// contains five values for each: position, q and s^2.
 template <class Lanes>
 LOOMSTONE_INLINE void add_smoothed_field(const double* charges, Index count, const double* points,
                                          Index n, double* out) {

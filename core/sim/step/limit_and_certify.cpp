@@ -15,8 +15,8 @@ namespace {
 // it.
 constexpr double much_withheld = 0.1;
 
-// Motion of each body for certification, from its pose at the start to its pose after the bodies'
-// stage.
+// Motion of each body that certification checks, from its pose at the start of the part to its pose
+// after the stage that moves bodies.
 FreeBodies free_bodies(const Loads& loads, const State& state, const Engines& engines) {
   const Model& model = engines.model;
   FreeBodies bodies(model.n_bodies());
@@ -61,9 +61,9 @@ void move_bodies_with(const StepContext& part, const FreeBodies& bodies, RigidSt
   }
 }
 
-// Vertices of cloths that carry bodies: a body is attached to them or touches them, directly or
-// through other cloth. Sweeps know the mass of the cloth only and would push it into the body, so
-// only the limit phases of the solve act on these cloths.
+// Vertices of cloths that carry bodies: a body is attached to the cloth or touches it, directly or
+// through other cloth. Sweeps do not take the mass of the body into account and would push the
+// cloth into it. Only the limit phases of the solve limit the strain of these cloths.
 std::vector<Index> loaded_vertices(const Model& model, const std::vector<Contact>& contacts) {
   using Kind = CollisionSurface::Kind;
   const CollisionModel& collision = model.collision;

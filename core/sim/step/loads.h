@@ -27,8 +27,8 @@ struct Rows {
   Index begin, end;  // [begin, end)
 };
 
-// Sets the gravity, drag and user forces at `time` [s] on these cloth rows [N]. Other rows have the
-// user forces alone.
+// Sets `force` to the gravity, drag and user forces at `time` [s] in the cloth rows `rows`, and to
+// the user forces alone in all other rows [N].
 void find_cloth_forces(double time, const State& state, const Engines& engines, Rows rows,
                        Points& force);
 

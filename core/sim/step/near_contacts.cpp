@@ -53,8 +53,8 @@ void add_attachments(const Model& model, const State& state, ExtraTerms& terms) 
   }
 }
 
-// True if any contact has less than half of its thickness left, where the forces on cloth may
-// determine its stiffness.
+// True if any contact is closer than half its thickness. The stiffness of such contacts can depend
+// on the forces on the cloth.
 bool pressed(const std::vector<Contact>& contacts) {
   return std::any_of(contacts.begin(), contacts.end(),
                      [](const Contact& c) { return c.distance < 0.5 * c.thickness; });

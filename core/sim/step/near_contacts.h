@@ -10,15 +10,15 @@ namespace loomstone {
 
 struct NearContacts {
   std::vector<Contact> contacts;  // pairs closer than their thickness
-  // Contacts that impulses after the solve respond to: all, or those with rigid bodies if the
-  // integrator handles the others at events.
+  // Contacts that receive impulses after the solve. If the integrator handles collisions at events,
+  // these are only the contacts with rigid bodies.
   std::vector<Contact> repelled;
-  ExtraTerms terms;  // of contacts, then of intersections to untangle, then of attachments
+  ExtraTerms terms;  // sorted: contacts, intersections to untangle, attachments
   std::size_t n_attachments = 0;
   ContactTerms contact_terms;  // evaluates the terms of contacts during the solve
   Tangle tangle;               // intersections at the start
-  // (vertices x 3) predicted velocities of all collision vertices [m/s]; only with contacts in the
-  // solve or at events
+  // (vertices x 3) predicted velocities of all collision vertices [m/s]. They are set only if the
+  // solve includes contacts or the integrator handles them at events.
   Points v0;
   // (vertices x 3) change of velocity in the last step [m/s]. Contact terms assume that it repeats
   // in this step, which reduces the lag of sliding contacts.
@@ -28,10 +28,11 @@ struct NearContacts {
 void find_near_contacts(const StepContext& part, const Loads& loads, const State& state,
                         Engines& engines, NearContacts& near, StepReport& report);
 
-// Returns the energy of the contacts of a state at `time` [s], as the next part begins with it [J].
-// With x0, the energy is that without the motion of prescribed vertices from x0, and estimates at
-// the ends of equal parts of the motion precede it. All are 0 if contacts are not in the solve.
-// Every rank computes them by itself.
+// Returns the energy of the contacts of `state` at `time` [s], with the contacts that the next part
+// would find in this state [J]. If positions x0 are given, the energies at the ends of `n_parts`
+// equal parts of the motion from x0 are returned, as if prescribed vertices stayed at x0. All but
+// the last are estimates. All are 0 if contacts are not in the solve. Every rank computes them by
+// itself.
 std::vector<double> contact_energies(const State& state, double time, const Engines& engines,
                                      const Points* x0 = nullptr, int n_parts = 1);
 

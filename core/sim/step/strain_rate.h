@@ -1,4 +1,5 @@
-// Last stage: limits the change of strain per step that velocities cause. Positions do not change.
+// Last stage: corrects velocities that would change strains by more than the limit per step.
+// Positions do not change.
 #pragma once
 
 #include "core/sim/step/limit_and_certify.h"

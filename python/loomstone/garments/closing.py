@@ -24,10 +24,10 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 REACH = 0.03  # gap above which the force between two vertices stays constant [m]
-# Largest gap of a closed seam while gaps still shrink, and once they are at rest, relative to the
-# mean edge [1].
+# A seam is closed if its largest gap, divided by the mean edge, is at most SHUT, or at most
+# SHUT_AT_REST once gaps no longer shrink [1].
 SHUT, SHUT_AT_REST = 0.15, 0.5
-AT_REST = 0.1  # gaps are at rest if their sum shrinks by less than 1 % in this time [s]
+AT_REST = 0.1  # gaps no longer shrink if their sum falls by less than 1 % in this time [s]
 DRAG = 15.0  # damping rate of all vertices, which suppresses oscillation [1/s]
 
 
@@ -70,8 +70,7 @@ def close_seams(
     pieces = cut(pattern, spacing=edge_for(total, count), triangles=count, seed=seed)
     if len(pieces.pairs) == 0:
         raise InvalidInput("the pattern has no seams to close")
-    # The contact distance during sewing is a tenth of an edge, which is also the default of a
-    # Cloth.
+    # The contact distance during sewing is a tenth of the mean edge, the default of Cloth.
     edge = edge_for(total, count)
     index, mesh = welded(pieces, pieces.placed, pieces.pairs[_closed_already(pieces, 0.1 * edge)])
     if material is None:

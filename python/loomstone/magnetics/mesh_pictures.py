@@ -72,7 +72,7 @@ def draw_field(
 
 
 def magnet_of(path: Path, polarization: tuple[float, float, float]) -> MagneticBody:
-    """Reads a closed mesh file as a magnet."""
+    """Returns a magnet with the shape of the closed mesh in a file."""
     return sources.mesh(read(path, with_uv=False), polarization=polarization)
 
 

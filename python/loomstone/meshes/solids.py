@@ -64,5 +64,5 @@ def wave_bar(
 
 @takes(size="m")
 def floor(*, size: float = 4.0, cells: int = 8) -> TriangleMesh:
-    """Open square in the plane z = 0 with normal +z and edges `size` [m]."""
+    """Square in the plane z = 0 with normal +z and edges `size` [m]; not a closed surface."""
     return _core.floor_square(size, cells=cells)

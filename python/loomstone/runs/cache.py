@@ -122,7 +122,7 @@ class Run:
 
     @property
     def topology(self) -> FrameTopology:
-        """Data of the frames that stay constant over the run."""
+        """The data that all frames of the run have in common."""
         return self._reader.topology
 
     @property
@@ -136,7 +136,7 @@ class Run:
 
     @property
     def metadata_text(self) -> str:
-        """The metadata as the text that is stored."""
+        """The stored text of the metadata (JSON); empty if there is none."""
         return self._reader.metadata or ""
 
     @property

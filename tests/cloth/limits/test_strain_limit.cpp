@@ -141,7 +141,8 @@ TEST_CASE(
       const LimitedCloth cloth = one_triangle(shape, mass, limit);
       const Points x = strained(shape, Vec3(1.0, 0.1, -0.6) * scale, some_turn(3));
       const Points moved = corrected(cloth, x);
-      // Rotated back, the triangle lies in the x-y plane, where R = I.
+      // Undoes some_turn(3), the rotation R of x. For this rotation, the strain of the corrected
+      // triangle is the symmetric part of F - I.
       Mat2 dm, ds;
       dm << (shape.row(1) - shape.row(0)).transpose(), (shape.row(2) - shape.row(0)).transpose();
       Points flat = moved * some_turn(3);
@@ -176,7 +177,8 @@ TEST_CASE(
       cloth.prescribed[corner] = 1;
       const Points one = corrected(cloth, x);
       CHECK(one.row(corner) == x.row(corner));
-      // The error is of second order in the excess, which is 1e-3.
+      // The correction assumes a fixed rotation, but rotates the triangle by up to 1e-3. Strains of
+      // up to 0.05 therefore have errors of up to 2e-5.
       CHECK((strain_of(cloth, one).row(0).transpose() - Vec3(0.05, 0.02, 0.02))
                 .cwiseAbs()
                 .maxCoeff() < 2e-4);
@@ -248,6 +250,6 @@ TEST_CASE(
              after = strain_of(cloth, corrected(cloth, x)).row(0).transpose();
   CHECK((before - Vec3(pull / 2, pull / 2, before[2] > 0 ? pull / 2 : -pull / 2)).norm() < 1e-13);
   CHECK(std::abs(before[2]) == Approx(pull / 2));
-  // The result is exact, because U and the correction commute.
+  // The result is exact, because the correction does not rotate this triangle.
   CHECK((after - Vec3(pull / 2, pull / 2, before[2] > 0 ? most : -most)).norm() < 1e-13);
 }

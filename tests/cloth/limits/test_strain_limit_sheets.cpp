@@ -127,7 +127,7 @@ TEST_CASE(
   x.col(0) += 0.2 * mesh.vertices().col(1), x.col(1) += 0.2 * mesh.vertices().col(0);
   CHECK(limited(cloth, x, sweeping("gauss-seidel")).x == x);
   const Result edges = limited(cloth, x, sweeping("edges"));
-  // The sheet's shear of 0.2 is within the limit of 0.3, but edges reduce it.
+  // The sheet's shear of 0.2 is within the limit of 0.3, but edge-based limiting reduces it.
   CHECK(strain_of(cloth, edges.x).col(2).cwiseAbs().mean() < 0.15);
 }
 

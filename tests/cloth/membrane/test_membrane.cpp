@@ -1,4 +1,4 @@
-// Claims about the orthotropic membrane, equations (2.7) to (2.36).
+// Claims about the orthotropic membrane, equations (2.7) to (2.36) of the thesis.
 #include <catch2/catch.hpp>
 
 #include <Eigen/Eigenvalues>
@@ -179,7 +179,7 @@ TEST_CASE("a strip cut along weft, warp or bias and pulled has the strain of its
       else if (base.uv()(i, 0) < 0.1499)
         CHECK(force.row(i).norm() < 1e-12);  // no force inside the sheet or on the long sides
     }
-    const Vec2 traction = 0.1 * (u * (p * d));  // width times F S d
+    const Vec2 traction = 0.1 * (u * (p * d));  // width times F S d, with the stress S and F = U
     CHECK((pull - traction).norm() < 1e-12);
     // Along weft and warp, the moduli are those of the material.
     if (degrees == 0.0) CHECK(e(0, 0) == Approx(p / material.weft_stiffness).epsilon(1e-12));
@@ -190,7 +190,8 @@ TEST_CASE("a strip cut along weft, warp or bias and pulled has the strain of its
 namespace {
 
 // Jacobian of the co-rotational model (2.36): the linear stiffness A B_i^T C B_k of every triangle,
-// rotated by the factor R (3 x 2) of F = R U.
+// rotated by the factor R (3 x 2) of F = R U. A is the area, C the elasticity matrix, and B_i the
+// matrix from displacements of corner i to strains.
 Eigen::MatrixXd corotational_jacobian(const TriangleMesh& mesh, const MembraneConstants& c,
                                       const Points& x) {
   Eigen::MatrixXd k = Eigen::MatrixXd::Zero(3 * x.rows(), 3 * x.rows());

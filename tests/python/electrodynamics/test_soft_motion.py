@@ -70,8 +70,9 @@ def test_a_magnet_floats_above_a_superconducting_plate():
     assert frequency == pytest.approx(case["vertical_frequency_Hz"], rel=0.035)
     places, _ = heights(floating(case, "superconductor", rest + 2e-4), 110)
     z = places[:, 2] - rest
-    # The scene computes the force on the ball, and `rest` is based on the force on the panels.
-    # These forces differ by 2e-3, which changes the height by 6 um.
+    # The amplitude is the initial displacement of 2e-4, with a tolerance for the height at rest. It
+    # differs by 6 um, because the scene computes the force on the ball and `rest` follows from the
+    # force on the panels, and the two forces differ by 2e-3.
     assert 1.5e-4 < np.abs(z).max() < 2.4e-4, "it swings about its place"
     turns = np.flatnonzero(np.diff(np.sign(z)) != 0)
     crossings = turns + z[turns] / (z[turns] - z[turns + 1])

@@ -97,7 +97,7 @@ def test_a_measured_fabric_is_as_published_by_its_mapping(name, published):
 
 
 def stretched_load(at_rest, at_sixth):
-    """Returns the load per width at a strain. Stiffness is linear between two measurements."""
+    """Returns load per width against strain. Stiffness is linear between strains of 0 and 1/6."""
     return lambda e: (at_rest + (at_sixth - at_rest) * 6 * e) * (1 + e) * ((1 + e) ** 2 - 1) / 2
 
 
@@ -290,7 +290,7 @@ def test_an_isotropic_plate_bends_alike_in_every_direction_and_is_the_default():
 
 
 def test_a_strip_takes_the_shape_of_least_energy_under_its_moment():
-    """Compares the closed form with a minimisation over transverse curvature and twist."""
+    """Compares strip_rigidity() with a minimisation over transverse curvature and twist."""
     material = ls.ClothMaterial(
         bending_weft=8e-6, bending_warp=2e-5, bending_twist=3e-6, bending_coupling=2e-6
     )

@@ -167,9 +167,9 @@ def test_gradients_are_derivatives_of_fields(name, scale):
         np.median(np.linalg.norm(difference(h) - gradient, axis=(1, 2)) / size)
         for h in (step, step / 2)
     ]
-    assert errors[1] < 1e-8  # error of order h^4 at 5 % of a radius from the ball
-    # Fourth order, or rounding: 1e-13 of the field. For a distant polyline rounding is 1e-10,
-    # because the fields of its segments cancel.
+    assert errors[1] < 1e-8  # error of order h^4; the points are outside the bounding ball
+    # Halving h divides an error of fourth order by 16, unless rounding dominates. Fields have
+    # rounding errors of 1e-13, or of 1e-10 for a distant polyline, whose segments' fields cancel.
     assert errors[0] / errors[1] > 10 or errors[1] < (1e-9 if name == "polyline" else 1e-11)
     assert np.abs(np.trace(gradient, axis1=1, axis2=2) / size).max() < 1e-12  # div B = 0
     assert np.array_equal(gradient, gradient.transpose(0, 2, 1))
@@ -205,8 +205,8 @@ def test_far_fields_lose_no_digits(name):
         share = np.tile(share, 32) / 32
         volume = np.pi * (0.01**2 - inner**2) * 0.013
     moments = share[:, None] * volume * np.array(J) / M.MU0
-    # The distances are 3 to 1e4 times the size of the body. The formula changes between 3.7 and 7
-    # radii.
+    # The distances are 3 to 1e4 times the size of the body. Between 3.7 and 7 radii, sources switch
+    # to a formula for distant points.
     for distance in (
         0.05,
         0.1,
@@ -290,7 +290,7 @@ def test_b_and_h_differ_inside_by_the_polarization_alone():
 
 
 def test_normal_b_and_tangential_h_pass_through_surfaces():
-    h = 1e-9  # distance to the surface [m]; across it the field changes by 1e-7
+    h = 1e-9  # distance to the surface [m]; over this distance, fields change by 1e-7
     for name, point, normal in (
         ("cuboid", (0.01, 0.001, 0.002), (1, 0, 0)),
         ("cylinder", (0.006, 0.008, 0.002), (0.6, 0.8, 0)),
@@ -338,8 +338,8 @@ def test_values_on_faces_edges_corners_wires_and_axes_are_finite():
 
 
 def test_near_an_edge_the_field_grows_as_the_logarithm_of_the_distance():
-    """Two faces with charge density j.n meet at a right angle. When the distance shrinks by a
-    factor e, B along (1, 1, 0) grows by 2 j/(4 pi) sqrt 2.
+    """At an edge of a cuboid, two faces with charge density j.n meet at a right angle. When the
+    distance from the edge shrinks by a factor e, B along (1, 1, 0) grows by 2 j/(4 pi) sqrt 2.
     """
     distances = 10.0 ** -np.arange(4.0, 12.0)
     corner = np.array([0.01, 0.005, 0.0])

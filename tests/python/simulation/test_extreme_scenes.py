@@ -29,7 +29,7 @@ def test_a_curtain_gives_way_to_pins_that_jump_through_it(cells: int, hung: bool
         assert report.withheld.motion <= 0.2 * report.withheld.requested
     assert recovered < 0.2
     assert sim.report.strain.stretch < 1.15  # it still swings
-    if cells != 18:  # with 18 cells, the worst step needs 26 times the median of the iterations
+    if cells != 18:  # with 18 cells, the worst step needs 26 times the median number
         assert max(iterations) <= 20 * np.median(iterations)
 
 
@@ -46,9 +46,9 @@ def test_a_curtain_gives_way_to_pins_that_jump_through_it(cells: int, hung: bool
 def test_limited_cloth_catches_a_ball_a_thousand_times_as_heavy(
     mass: float, corners: bool, drop: float, excess: float
 ) -> None:
-    # The cloth stops the ball within milliseconds, by forces of some hundred times its weight. For
-    # cloth that is pinned at its corners, the excess would exceed 0.1 if sweeps acted on the cloth
-    # or contacts closed.
+    # The cloth stops the ball within milliseconds, by forces of some hundred times the ball's
+    # weight. If sweeps acted on the cloth, or if gaps of contacts closed, the excess would be above
+    # 0.1 for cloth that is pinned at its corners.
     sim = ls.Simulation(caught(mass, corners, drop), threads=1)
     worst = 0.0
     while sim.time < 0.4:

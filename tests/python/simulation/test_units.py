@@ -1,4 +1,4 @@
-"""Units: factors by definition, dimensions, and quantities in every description."""
+"""Units have exact factors, dimensions are checked, and descriptions accept quantities."""
 
 import math
 import re
