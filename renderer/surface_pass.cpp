@@ -11,7 +11,8 @@ namespace {
 
 using Rgb = Eigen::Vector3f;
 
-// Front colours of the cloths in linear RGB, used in rotation; the back is paler (our choice).
+// Front colours of the cloths in linear RGB (our choice). If there are more cloths, the colours
+// repeat. The back of a cloth is paler.
 const std::array<Rgb, 6> palette = {Rgb(0.055f, 0.135f, 0.27f), Rgb(0.50f, 0.155f, 0.085f),
                                     Rgb(0.245f, 0.31f, 0.185f), Rgb(0.56f, 0.36f, 0.11f),
                                     Rgb(0.25f, 0.115f, 0.215f), Rgb(0.60f, 0.55f, 0.455f)};

@@ -124,9 +124,9 @@ void set_x(PcgSolve& solve, const Points& guess, bool free_rows) {
   });
 }
 
-// Sets x, residual and b_norm. b_norm is the norm of the residual for x = 0 on free rows, to which
-// residuals are relative. The guess is used if the norm of its residual is smaller than b_norm.
-// Returns the norm of the residual.
+// Sets x, residual and b_norm. b_norm is the norm of the residual if x is 0 on all free rows.
+// Residuals are reported relative to b_norm. The guess is used if the norm of its residual is
+// smaller than b_norm. Returns the norm of the residual.
 double start(PcgSolve& solve, const Points& b, const Points& x) {
   PcgMemory& m = solve.memory;
   const Guess guess = look_at(solve, x);

@@ -63,7 +63,7 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
     contacts.resize(4);
     return;
   }
-  // Sort by gap, so that the lower one of two nearly equally distant corners of a plate is chosen.
+  // Sort by gap, because bring() chooses the first of contacts with nearly equal distances.
   for (std::size_t k = n + 1; k < contacts.size(); ++k)
     for (std::size_t j = k; j > n && contacts[j].gap < contacts[j - 1].gap; --j) swap(j, j - 1);
   for (std::size_t place = n; place < 4; ++place)
@@ -215,7 +215,7 @@ void HullOnTriangles::touch(const Corners& triangle, const Vec3& normal, double 
     return;
   }
   Index face = axis.face;
-  if (face < 0) {  // triangle's normal; a hull face may lie flat on the triangle
+  if (face < 0) {  // with the triangle's normal as axis, a hull face may lie flat on the triangle
     const auto opposite = std::min_element(
         hull_->faces.begin(), hull_->faces.end(),
         [&](const auto& a, const auto& b) { return a.normal.dot(normal) < b.normal.dot(normal); });
@@ -245,9 +245,9 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
   return farthest;
 }
 
-// A triangle's axis of least overlap is inadmissible if other triangles reach farther along it.
-// This axis still yields one contact if all triangles together overlap no more along it than the
-// triangle does along its best admissible axis. Otherwise contacts lie along the latter axis.
+// A triangle's axis of least overlap is inadmissible if other triangles reach farther along it. It
+// still yields one contact if all triangles together overlap along it by no more than this triangle
+// does along its best admissible axis. Otherwise, contacts lie along that admissible axis.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

@@ -30,7 +30,7 @@ class HullOnTriangles {
   struct Query {
     const Polyhedron& hull;
     const std::vector<Corners>& triangles;
-    std::size_t n_met;  // the first n_met triangles can have contacts; the rest share their corners
+    std::size_t n_met;  // the first n_met triangles can have contacts, others are only neighbours
     double near;        // largest gap of a contact [m]
     std::size_t most;   // largest number of planes
     const Contacts& before;  // contacts of the last step, with `point` on the hull
@@ -58,8 +58,9 @@ class HullOnTriangles {
   Vec3 farthest_corner(const Vec3& direction, const Vec3& from) const;
   // Determines two axes of least overlap: `best` among all axes, and `met` among the axes along
   // which contacts are admissible. The normal of the triangle is always admissible. Returns false
-  // if there is no contact: the gap along any axis exceeds `near`, or hull and triangle overlap
-  // along `best` but are clearly apart along an axis that was not considered for `best`.
+  // if there is no contact. This is the case if the gap along some axis exceeds `near`, or if hull
+  // and triangle overlap along `best` but are clearly apart along an axis that was not considered
+  // for `best`.
   bool least_overlap(const Corners& triangle, const Vec3& normal, double near, Axis& best,
                      Axis& met) const;
   // Fills contacts_ with the contacts of all triangles that can have contacts.

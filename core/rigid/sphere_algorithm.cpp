@@ -73,9 +73,9 @@ double radius(const btRigidBody& ball) {
   return static_cast<const btSphereShape*>(ball.getCollisionShape())->getRadius();
 }
 
-// Adds the contact between two balls, if there is one. `near` is the largest gap of touching
-// contacts. `motion` is the motion of `ball` relative to `other` in this step, and zero for balls
-// that bounce.
+// Adds the contact between two balls, if there is one. Balls at rest have a contact if their gap is
+// at most `near`. `motion` is the motion of `ball` relative to `other` in this step. It is zero for
+// balls that bounce.
 void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion,
               std::vector<SphereContact>& contacts) {
   const Vec3 at = from_bullet(ball.getWorldTransform().getOrigin()),
@@ -83,9 +83,9 @@ void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, co
   const double reach = radius(ball) + radius(other) + std::max(near, motion.norm());
   if ((at - past).squaredNorm() > reach * reach) return;
   const SphereContact contact = sphere_contact(at, radius(ball), past, radius(other));
-  // Uses the contact at the start of the motion if straight motion does not close its gap, because
-  // another body may strike the ball on its way. Otherwise uses the first contact on the path, if
-  // there is one.
+  // If the balls overlap, or if `motion` does not close the gap along the normal, this adds the
+  // contact at the start of the motion. In the second case, a third body may still push the ball
+  // against `other`. Otherwise, this adds the first contact on the path, if there is one.
   if (contact.gap <= 0.0 || -motion.dot(contact.normal) <= contact.gap)
     contacts.push_back(contact);
   else if (const auto ahead = contact_ahead(at, radius(ball), past, radius(other), motion))

@@ -7,9 +7,9 @@ namespace loomstone {
 
 // Replaces Bullet's algorithms, which create contacts between spheres only after they overlap,
 // create several contacts per pair, and let spheres get caught at internal edges of a flat surface.
-// Unless the bodies bounce, this algorithm also creates contacts ahead, on the path of the sphere
-// in the step. With these, the sphere moves until it touches, without overlapping first. A sphere
-// that is struck during the step leaves this path and may overlap for one step.
+// Unless the bodies bounce, this algorithm also creates the contacts that the sphere will reach on
+// its path in this step. The sphere then moves until it touches, without overlapping first. A
+// sphere that is struck during the step leaves this path and may overlap for one step.
 class SphereAlgorithms {
  public:
   // Bytes that a dispatcher's configuration must reserve per algorithm.

@@ -4,10 +4,10 @@
     python tests/benchmarks/impacts.py --swing
 
 The first table has a row for each towel and step. `ratio` compares the largest stretch with that of
-steps of 0.25 ms. The gain is the increase of energy minus work since the start, divided by the
-largest kinetic energy. `gain` and `contact` are its maxima without and with the energy of contacts,
-and `end` is its value at the end. `parts` is the number of parts of steps, `shortest` the length of
-the shortest part [ms], and `cpu` the processor time [s].
+steps of 0.25 ms. `gain` is the largest increase of the energy since the start, less the work done,
+divided by the largest kinetic energy. It leaves out the energy of contacts, which `contact`
+includes. `end` is like `gain`, but at the end of the run. `parts` is the number of parts of steps,
+`shortest` the length of the shortest part [ms], and `cpu` the processor time [s].
 
 The second table is about a sheet that is pinned at two corners and released flat. It lists the time
 until the free edge passes below these corners.

@@ -34,7 +34,7 @@ def fastest(function: Callable[[], np.ndarray], repeats: int) -> tuple[float, np
 
 
 def bodies() -> dict[str, tuple[M.MagneticBody, object]]:
-    """Maps names to pairs: the same source in this package and in magpylib."""
+    """Returns each source by name, as a pair of this package's source and magpylib's source."""
     j = (0.3, -0.5, 0.8)
     mesh = ls.meshes.sphere(radius=0.01, subdivisions=2)
     square = [[0, 0, 0], [0.01, 0, 0], [0.01, 0.01, 0], [0, 0.01, 0], [0, 0, 0]]

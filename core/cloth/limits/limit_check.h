@@ -43,7 +43,7 @@ class LimitCheck {
 
   // Checks all batches. Collective.
   void check_all(const Team& team, const limit::Tables& tables, const limit::Motion& motion);
-  // Rechecks the listed batches. Every rank checks all of them.
+  // Rechecks the listed batches. The work is not divided: every rank checks all of these batches.
   void check(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
              const std::vector<Index>& batches);
 

@@ -57,7 +57,8 @@ LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index*
     Lanes3<Lanes> f1, f2;
     membrane::gradient_columns(batch, x, f1, f2);
     const Lanes c11 = dot(f1, f1), c22 = dot(f2, f2), c12 = dot(f1, f2);
-    // U of the polar decomposition (element_limit.h), E = (U^2 - I) / 2, and the diagonal of dE/dU.
+    // Computes U of the polar decomposition (element_limit.h), the Green strain E = (U^2 - I) / 2
+    // and the diagonal of dE/dU.
     const Lanes d = lanes_sqrt(lanes_max0(c11 * c22 - c12 * c12));
     const Lanes trace = lanes_sqrt(c11 + c22 + 2.0 * d);
     const Lanes inverse = 1.0 / (trace + 1e-300);

@@ -78,9 +78,9 @@ void forces(const Tables& tables, const Index* batches, Index n, const double* x
   LOOMSTONE_WIDEST(forces)(tables, batches, n, x, v, out);
 }
 
-// Largest neglected strain of the past motion whose stress is excluded from the geometric term. Our
-// choice: a smaller bound makes stiff sheets move too slowly, and a larger one takes damping from
-// wrinkles that snap.
+// The stress of the strain 1/2 dF^T dF of the past motion is excluded from the geometric term. For
+// this purpose, a strain above this bound is scaled down to it. Our choice: a smaller bound makes
+// stiff sheets move too slowly, and a larger one takes damping from wrinkles that snap.
 constexpr double most_left_out = 0.01;
 
 template <class Lanes>
@@ -119,7 +119,8 @@ LOOMSTONE_INLINE void blocks(const Tables& tables, const Index* batches, Index n
     const double scale_k = terms.scales.elastic, scale_d = terms.scales.viscous;
     const Lanes k_area = scale_k * area;
     const Lanes s11 = s.t11 * k_area, s22 = s.t22 * k_area, s12 = s.t12 * k_area;
-    // dS/dE and dS/d(dE/dt) enter the same product, so their constants are summed first.
+    // The elastic moduli dS/dE and the viscous moduli dS/d(dE/dt) multiply the same derivatives of
+    // E, so they are summed first.
     const Lanes lambda = scale_d * batch.constant(5), mu = scale_d * batch.constant(6);
     const Lanes a11 = area * (scale_k * m.a11 + lambda + 2.0 * mu);
     const Lanes a22 = area * (scale_k * m.a22 + lambda + 2.0 * mu);

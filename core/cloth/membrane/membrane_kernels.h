@@ -29,8 +29,8 @@ struct Tables {
   // (batches x 3 x 2) Bit masks for the second and the third phase of each mode; may be null.
   // forces() sets the bits of the lanes whose mode is in that phase.
   std::uint8_t* entered = nullptr;
-  // Time over which viscous forces average the strain rate [s]; 0: no average. During this time,
-  // the cloth has moved to x at the constant velocity v.
+  // Time over which viscous forces average the strain rate [s]; 0: no average. The average assumes
+  // that the cloth has moved to x at the constant velocity v during this time.
   double rate_time = 0.0;
 };
 

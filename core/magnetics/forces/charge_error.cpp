@@ -33,8 +33,8 @@ double calibrated(double difference, double force, double gap) {
   return 0.044 * force * std::pow(difference / force, 0.8) * std::pow(gap, -0.6);
 }
 
-// Returns the wrenches on the charge of an induced body and on its estimated errors, about
-// `centre`.
+// Returns two wrenches about `centre`. The first acts on the charge of an induced body, the second
+// on the estimated errors of this charge.
 std::vector<Wrench> wrenches(const MagneticBody& induced, const MagneticBody& by,
                              const Vec3& centre) {
   if (const auto mine = mean_charges(induced), others = mean_charges(by); mine && others) {

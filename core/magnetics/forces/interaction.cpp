@@ -189,7 +189,7 @@ void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bo
   }
 }
 
-// Returns the pairs i < k of bodies that exert forces on one another, except bodies in `done`.
+// Returns the pairs i < k of bodies that exert forces on one another and are both not in `done`.
 std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& bodies,
                                               const std::vector<Index>& carrier,
                                               const std::vector<bool>& done) {

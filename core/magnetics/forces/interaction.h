@@ -19,9 +19,9 @@ struct Wrench {
   double error = 0.0;
 };
 
-// Returns the wrench on `on` exerted by `by`. The error is at most `tolerance` times the larger of
-// the force and `least` [N]. For this bound, torques are divided by the radius of the body that is
-// integrated over.
+// Returns the wrench on `on` exerted by `by`. The error is at most `tolerance` times the largest of
+// the force, torque / radius and `least` [N], where the radius is that of the body whose charge or
+// current is integrated. The error is that of the force or of torque / radius, if that is larger.
 Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double tolerance,
                        double least = 0.0);
 

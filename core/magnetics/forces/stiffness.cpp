@@ -75,8 +75,8 @@ bool fixed(const Carrier& carrier) {
   return carrier.inverse_mass == 0.0 && carrier.inverse_inertia == 0.0;
 }
 
-// Returns an upper bound of the mobility of a point of a carrier, its acceleration per force
-// [1/kg].
+// Returns an upper bound of the mobility of a point of a carrier: the acceleration of the point per
+// force at the point [1/kg].
 double yielding(const Carrier& carrier, const Vec3& point) {
   return carrier.inverse_mass + (point - carrier.centre).squaredNorm() * carrier.inverse_inertia;
 }
@@ -106,9 +106,9 @@ constexpr int sphere_rows = 6;
 // 24 mu0/4pi m m' / r^5 for any two dipoles m and m' replaces their largest restoring stiffness.
 constexpr double neighbours = 1.6;
 
-// Returns how much all spheres far from sphere i raise its squared frequency, by the bound for any
-// two dipoles, divided by the moment of i and by mu0/4pi. `near` receives the indices of the
-// spheres that are not far, including i.
+// Returns an upper bound of the amount by which all spheres far from sphere i raise its squared
+// frequency, divided by the moment of i and by mu0/4pi. `near` receives the indices of the spheres
+// that are not far, including i.
 template <class Lanes>
 LOOMSTONE_INLINE double far_kernel(const double* table, Index padded, Index i, Index* near,
                                    Index* n_near) {
@@ -180,7 +180,8 @@ std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets,
   std::iota(all.begin(), all.end(), 0);
   std::copy_if(all.begin(), all.end(), std::back_inserter(others),
                [&](std::size_t k) { return !magnets[k].soft_sphere; });
-  // If all these magnets are fixed, soft spheres contribute nothing here and are skipped.
+  // This function omits the forces of fixed magnets on soft spheres. If all `others` are fixed, it
+  // therefore skips the soft spheres.
   if (std::all_of(others.begin(), others.end(),
                   [&](std::size_t k) { return fixed(carriers[carrier[k]]); }))
     all = others;

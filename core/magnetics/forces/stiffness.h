@@ -38,7 +38,8 @@ std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets,
                                  const std::vector<Carrier>& carriers, double field);
 
 // A sphere that magnetises along the field (chi > 0). It experiences no torque. Its stiffness is
-// that at constant moments, because moments that follow the field only reduce it.
+// computed for constant moments. This is an upper bound, because the stiffness is smaller if the
+// moments follow the field.
 struct SoftSphere {
   Index carrier;
   Vec3 position, moment;  // [m], [A m^2]

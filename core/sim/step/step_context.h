@@ -14,13 +14,15 @@ struct StepContext {
   double h = 0.0;   // length of the part [s]
   double t0 = 0.0;  // its start [s]
   double t1 = 0.0;  // its end [s]
-  // Length of the part divided by the length of the step that remains at the start of the part [1].
-  // The part covers this fraction of the motion to the user's targets.
+  // Length of the part, divided by the time from its start to the end of the step or, in automatic
+  // steps, to the time of the user's targets [1]. The part covers this fraction of the motion to
+  // these targets.
   double share = 1.0;
   int length = 0;          // in units of StepPart
   bool automatic = false;  // of an automatic step
-  bool divisible = true;   // an attempt with too large an error can be repeated in shorter parts
-  bool halvable = true;    // an attempt in which contacts gain energy can be repeated
+  // Whether an attempt can be repeated in shorter parts:
+  bool divisible = true;   // if its error is too large
+  bool halvable = true;    // if contacts gain energy in it
   std::uint64_t seed = 0;  // seed of random orders; differs between parts and steps
 };
 

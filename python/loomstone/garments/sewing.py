@@ -196,7 +196,8 @@ def welded(pieces: Cut, positions: Floats, pairs: Indices) -> tuple[Indices, Tri
     )
     triangles = index[pieces.triangles]
     _check_weld(pieces, triangles)
-    # The uv of a panel that is turned over stay unchanged, so they are mirror images of the panel.
+    # If a panel is turned over, its triangles are reversed but its uv are not, so these triangles
+    # are clockwise in uv.
     return index, TriangleMesh(vertices, triangles, pieces.flat, uv_triangles=pieces.triangles)
 
 

@@ -65,10 +65,10 @@ def force(
     `error` [N] estimates the error of the force, or of the torque divided by the body's radius if
     that is larger. It exceeds the requested error if 2,000,000 evaluations of the field do not
     suffice. For induced bodies it includes the error of their charge, which is estimated for
-    cuboids and cylinders by comparing their three grids, and for spheres by the last degree. Near
-    magnets as described in `soft_cuboid`, the estimate is between half and ten times the true error
-    in nine of ten cases (for spheres, if the degree is at least 3). It is nan for meshes, which
-    have only one grid.
+    cuboids and cylinders by comparing their three grids, and for spheres from the last two degrees
+    of their series. Near magnets (see `soft_cuboid`), the estimate is between half and ten times
+    the true error in nine of ten cases (for spheres, if the degree is at least 3). It is nan for
+    meshes, which have only one grid.
 
     engine "cells": represents both magnets by dipole cells of `density` [1/m^3]. The tolerance is
     then ignored. The error is estimated by comparison with cells of an eighth of the density, and
@@ -109,10 +109,11 @@ def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
     """Returns forces and torques on every body, exerted by all others.
 
     tolerance [1]: error of each pair relative to the largest force between any two bodies. Linear
-    and angular momentum are conserved to rounding. Bodies made by cells() interact by their cells.
-    As in `force`, errors are estimated, and solid magnets that overlap raise InvalidInput.
-    threads 0: all processors; the result does not depend on it. Bodies that move are given at their
-    poses:
+    and angular momentum are conserved to rounding. Between bodies made by cells(), the forces are
+    sums over their cells. As in `force`, errors are estimated, and solid magnets that overlap raise
+    InvalidInput. threads 0: all processors; the result does not depend on it.
+
+    The method `at` places each body at its pose:
 
     >>> import loomstone as ls
     >>> magnets = [ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1)) for _ in range(2)]

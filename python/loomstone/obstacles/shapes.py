@@ -39,7 +39,8 @@ def mesh(
 
     Without `times`, the vertices themselves are moved to `centre`, and the frame of the obstacle is
     the world frame, so magnets on it are placed relative to the world's origin. With a single
-    keyframe, the frame of the obstacle has the pose of the keyframe, and magnets share it.
+    keyframe, the frame of the obstacle has the pose of the keyframe, and magnets on it are placed
+    relative to this frame.
     """
     times = np.asarray(times, float).ravel()
     settings: dict[str, Any] = {"name": name, "friction": friction, "thickness": thickness}

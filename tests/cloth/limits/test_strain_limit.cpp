@@ -119,8 +119,8 @@ TEST_CASE(
         Vec3 target;
         target << std::clamp(before[0], -0.03, 0.05), std::clamp(before[1], -0.01, 0.02),
             std::clamp(before[2], -0.1, 0.1);
-        // Tolerance: rounding of coordinates of 1 m, divided by the triangle's height and
-        // multiplied by its longest side.
+        // The tolerance allows for rounding errors of coordinates of 1 m. The strain divides them
+        // by the triangle's height, and the correction multiplies them by its longest side.
         CHECK((thesis_correction(cloth, x, target - before) - shift).norm() < 1e-11 * size + 1e-13);
         const Points moved = x + shift;
         CHECK((corrected(cloth, x, "gauss-seidel-random") - moved).norm() == 0.0);
@@ -177,8 +177,8 @@ TEST_CASE(
       cloth.prescribed[corner] = 1;
       const Points one = corrected(cloth, x);
       CHECK(one.row(corner) == x.row(corner));
-      // The correction assumes a fixed rotation, but rotates the triangle by up to 1e-3. Strains of
-      // up to 0.05 therefore have errors of up to 2e-5.
+      // The correction assumes a fixed rotation, but rotates the triangle by up to 1e-3. This
+      // causes errors of up to 2e-5 in strains of up to 0.05. The tolerance is ten times as large.
       CHECK((strain_of(cloth, one).row(0).transpose() - Vec3(0.05, 0.02, 0.02))
                 .cwiseAbs()
                 .maxCoeff() < 2e-4);

@@ -166,7 +166,7 @@ class Hull:
         self.dot = {(i, j): dot(corners[i], corners[j]) for i, j in self.cross}
 
     def holds_origin(self, time: Time) -> bool:
-        """Returns whether the origin, coplanar with all corners, is in the hull (Caratheodory)."""
+        """Returns whether the origin is in the hull; both must lie in one plane (Caratheodory)."""
         if any(all(time.sign_of(x) == 0 for x in corner) for corner in self.corners):
             return True
         known: dict[tuple[int, int, int], int] = {}
@@ -273,7 +273,7 @@ def degenerate_queries(random: np.random.Generator, kind: str, family: str, n: i
             arm = here[:, 1] - here[:, 0]
             here[:, 0] = other - s * arm
             here[:, 1] = other + (1 - s) * arm
-        if family == "through":  # moves on by the same amount, so that contact is half-way
+        if family == "through":  # doubles the displacement, so that contact is half-way
             end[:] = 2 * end - start
     elif family == "at rest":
         end[:] = start

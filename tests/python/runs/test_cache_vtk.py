@@ -1,7 +1,7 @@
 """VTK's own reader gives the written values bit for bit, at every step.
 
-The C++ test program writes the run with the same formulas. LOOMSTONE_TEST_CACHE gives its path
-(default: build/tests/cache/test_cache).
+The C++ test program writes the run, and this test repeats the formulas of its values.
+LOOMSTONE_TEST_CACHE gives the path of the program (default: build/tests/cache/test_cache).
 """
 
 import os

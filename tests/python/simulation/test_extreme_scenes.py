@@ -13,8 +13,9 @@ from loomstone.runs.verification import count_intersections
 @pytest.mark.parametrize("cells", [12, 18, 20])
 @pytest.mark.parametrize("hung", [False, True])
 def test_a_curtain_gives_way_to_pins_that_jump_through_it(cells: int, hung: bool) -> None:
-    # The pins move at many times the speed of sound in cloth (45 m/s). This stretches the hung
-    # curtain up to 25 times for a moment. It must slide over the pins and not hook into them.
+    # The speed of sound in the cloth is 45 m/s, and the pins move at many times this speed. This
+    # stretches the hung curtain to up to 25 times its length for a moment. The curtain must slide
+    # over the pins and not hook into them.
     sim = ls.Simulation(curtains(cells, hung), threads=1)
     recovered = 0.0
     iterations = []
@@ -47,8 +48,8 @@ def test_limited_cloth_catches_a_ball_a_thousand_times_as_heavy(
     mass: float, corners: bool, drop: float, excess: float
 ) -> None:
     # The cloth stops the ball within milliseconds, by forces of some hundred times the ball's
-    # weight. If sweeps acted on the cloth, or if gaps of contacts closed, the excess would be above
-    # 0.1 for cloth that is pinned at its corners.
+    # weight. For cloth that is pinned at its corners, the excess would be above 0.1 if the limits
+    # were enforced by sweeps, or if gaps of contacts closed.
     sim = ls.Simulation(caught(mass, corners, drop), threads=1)
     worst = 0.0
     while sim.time < 0.4:
