@@ -68,7 +68,8 @@ class MidedgeBending final : public Bending {
   // For each hinge, the entries of element_moments_ whose sum is the moment of the hinge, with
   // triangles in ascending order.
   std::vector<Index> slot_start_, slots_;
-  // Sums of C^T W C and of beta C^T W C for each pair of hinges, where beta is the damping [s].
+  // Sums of C^T W C (see the top of this file) and of beta C^T W C over the triangles of each pair
+  // of hinges, where beta is the damping [s].
   AlignedDoubles elastic_, viscous_;
 
   // Scratch memory, recomputed on use.
