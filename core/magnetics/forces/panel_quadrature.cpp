@@ -10,7 +10,7 @@ namespace loomstone {
 
 namespace {
 
-// Integrand in the axes of the body whose field acts.
+// Integrand of the force and torque, or of the energy, in the axes of the source `by`.
 struct Integrand : PanelTask {
   Mat3 rotation;
 
