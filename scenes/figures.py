@@ -108,8 +108,8 @@ def scene(
     resolution: int = 64,
     polarization: float = 1.2,
 ) -> ls.Scene:
-    """response: how the figures are magnetised, mutual | explicit; polarization: that of the block
-    magnet [T].
+    """response: mutual | explicit, the way in which the figures are magnetised; polarization:
+    polarization of the block magnet [T].
 
     resolution: number of panels per figure. The relative error of forces is a fifth with 64 panels
     and a tenth with 150.

@@ -2,9 +2,9 @@
 `shape="cube"`, the cube of the thesis, whose simulation takes a minute and a half.
 
 It is released beside and above its equilibrium, oscillates about it and never touches the ring. The
-field vanishes at a point on the axis, and a superconductor is driven towards weaker fields. The
-cube also turns, because its corners are driven there first. With `material="magnet"`, a permanent
-magnet takes its place and falls or flips. Red is north and blue is south.
+field vanishes at a point on the axis, and the superconductor is driven towards this point. The cube
+also turns, because its corners are driven towards this point first. With `material="magnet"`, a
+permanent magnet takes its place and falls or flips. Red is north and blue is south.
 """
 
 from typing import Any

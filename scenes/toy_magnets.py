@@ -2,11 +2,11 @@
 on a table, with a magnet in each end.
 
 One rod is held, with the ball at its end, and the other rod approaches. In the antiparallel case
-the rod is repelled until a slide has pushed it close enough. The unevenly magnetised ball then
-attracts it more strongly than the held rod repels it, and it jumps off the slide. In the parallel
-case the rod is attracted from a distance and snaps to the ball. In the free case the rod is
-antiparallel and unguided: it moves away, turns round and snaps on with its other end. Red is north
-and blue is south.
+the other rod is repelled until a sliding block has pushed it close enough. The unevenly magnetised
+ball then attracts it more strongly than the held rod repels it, and it jumps ahead of the block. In
+the parallel case the rod is attracted from a distance and snaps to the ball. In the free case the
+rod is antiparallel and unguided: it moves away, turns round and snaps on with its other end. Red is
+north and blue is south.
 """
 
 from typing import Any
@@ -83,7 +83,7 @@ def rails_and_slide(start: float, path: float) -> list[ls.Obstacle]:
 
 
 def scene(case: str = "antiparallel", polarization: float = 1.1) -> ls.Scene:
-    """case: parallel | antiparallel | free; polarization: that of the magnets [T]."""
+    """case: parallel | antiparallel | free; polarization: polarization of the magnets [T]."""
     if case not in GAP:
         raise ls.InvalidInput(f"case must be one of {', '.join(GAP)}, got {case!r}")
     mesh = rod_mesh()

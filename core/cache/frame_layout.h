@@ -28,7 +28,7 @@ inline const std::string currents = group + "/coil_currents";
 
 // A row of the table of frames.
 struct FrameRow {
-  std::int64_t step = 0;  // Frame::step, which report.step need not equal
+  std::int64_t step = 0;  // Frame::step; report.step can differ from it
   StepReport report;
 };
 

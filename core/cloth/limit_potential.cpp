@@ -7,11 +7,12 @@ namespace loomstone {
 
 namespace {
 
-// Modulus that the second phase adds, as a multiple of the membrane's modulus. Our choice: with
-// smaller values more stretch remains, and larger values require shorter steps.
+// Modulus that the second phase of the membrane adds (see LimitMode), as a multiple of the modulus
+// of the first phase. Our choice: with smaller values more stretch remains, and larger values
+// require shorter steps.
 constexpr double stiffening = 30.0;
-// Strain at which the third phase begins, as a multiple of the limit. Our choice: triangles reach
-// this strain only next to prescribed vertices from which a whole cloth hangs.
+// Strain at which the third phase begins (see LimitMode), as a multiple of the limit. Our choice:
+// triangles reach this strain only next to prescribed vertices from which a whole cloth hangs.
 constexpr double third_begins = 1.5;
 
 // Green strain of a line element with the engineering strain e >= -1.

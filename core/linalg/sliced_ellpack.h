@@ -1,8 +1,8 @@
 // Sliced-ELLPACK layout of a block matrix (Monakov, Lokhmotov and Avetisyan, HiPEAC 2010). Rows are
 // grouped in slices of eight, which kernels process at once. Slot s of a slice contains the s-th
-// off-diagonal block of each of its rows. Rows are sorted by length within blocks of rows_per_block
-// rows, so that slices need little padding. No slice crosses a block boundary. Rows that follow the
-// matrix (bodies) have only a diagonal block.
+// off-diagonal block of each of its rows. A row block is a range of rows_per_block rows. Rows are
+// sorted by length within each row block, so that slices need little padding. Each slice lies
+// within one row block. Rows that follow the matrix (bodies) have only a diagonal block.
 #pragma once
 
 #include <vector>
@@ -19,15 +19,15 @@ class SlicedEllpack {
 
   Index n_rows() const { return n_rows_; }
   Index n_slices() const { return static_cast<Index>(slot_start.size()) - 1; }
-  // The rows [begin, end) have the slices [first_slice(begin), last_slice(end)). The rows must be
-  // whole blocks of rows_per_block rows; only the last block may be shorter.
+  // The rows [begin, end) have the slices [first_slice(begin), last_slice(end)). The rows must form
+  // whole row blocks; only the last row block may be shorter.
   static Index first_slice(Index begin) { return begin / 8; }
   static Index last_slice(Index end) { return (end + 7) / 8; }
 
   std::vector<Index> rows;           // (slices x 8) row of each lane; n_rows() for an empty lane
   std::vector<Index> place;          // (rows) position of each row: 8 slice + lane
   std::vector<Index> slot_start{0};  // (slices + 1) first slot of each slice
-  std::vector<Index> columns;        // (slots x 8) column of each block; the row itself in padding
+  std::vector<Index> columns;        // (slots x 8) column of each block; in padding, the row index
   std::vector<Index> sources;        // (slots x 8) block of the matrix; -1 in padding
 
  private:

@@ -32,15 +32,16 @@ struct MovingSphere {
   Vec3 motion;
 };
 
-// Finds the contacts of a sphere with triangles, which are the points where the distance from the
-// centre to the surface has a local minimum. A point on an edge or corner counts only if it is the
-// closest point of every triangle that shares the edge or corner. Shared corners have bitwise equal
-// coordinates. Internal edges of a flat surface therefore do not block a sphere that rolls over it.
+// Finds the contacts of a sphere with a surface of triangles. Contacts are the points where the
+// distance from the centre to the surface has a local minimum. A point on an edge or corner counts
+// only if it is the closest point of every triangle that shares the edge or corner. Internal edges
+// of a flat surface therefore do not block a sphere that rolls over it. Triangles share a corner if
+// its coordinates are bitwise equal.
 class SphereOnTriangles {
  public:
-  // Adds contacts with a gap of at most `near`, then the first contacts during the motion. If there
-  // are more than `most` contacts, keeps one contact ahead and the contacts whose normals differ
-  // most.
+  // Adds contacts with a gap of at most `near`, then contacts ahead: the first contacts during the
+  // motion. If there are more than `most` contacts, keeps at least one of the contacts ahead and,
+  // of the others, those whose normals differ most.
   void find(const std::vector<std::array<Vec3, 3>>& triangles, const MovingSphere& sphere,
             double near, std::size_t most, std::vector<SphereContact>& contacts);
 

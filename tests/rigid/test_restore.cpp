@@ -105,7 +105,8 @@ TEST_CASE("restoring and saving at once keeps the state") {
   world.restore(copy);
   world.save(copy);
   CHECK((copy.positions - state.positions).norm() == 0.0);
-  // Pairs whose bounding boxes separated or met in the last step may differ.
+  // The copy can lack contact manifolds of pairs whose bounding boxes separated in the last step,
+  // and have additional ones of pairs whose boxes met, so the two numbers agree only roughly.
   CHECK(copy.manifolds.size() > 0.8 * state.manifolds.size());
   CHECK(copy.manifolds.size() < 1.2 * state.manifolds.size());
 }

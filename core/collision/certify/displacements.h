@@ -63,7 +63,7 @@ class Displacements {
   // (carry). The carry of a body is that of its centre.
   Points wanted_, carry_;
   std::vector<double> share_;   // (n) share that each unit keeps of its relative motion
-  std::vector<Index> carrier_;  // (n) carrier of each unit: a surface, none or local
+  std::vector<Index> carrier_;  // (n) carrier of each unit: index of a surface, `none` or `local`
   std::vector<std::uint8_t> changed_;
   std::vector<RigidMotion> motions_;  // motion of each surface
   std::vector<std::uint8_t> known_;

@@ -90,9 +90,9 @@ struct Inside {
     return true;
   }
 
-  // Returns whether the set contains the origin at any time, given that the origin lies in its
-  // plane at all times. Tests both ends and all roots, because signs change only at roots and the
-  // set of contact times is closed.
+  // Returns whether the triangle or parallelogram contains the origin at any time, given that the
+  // origin lies in its plane at all times. It suffices to test both ends and all roots, because
+  // signs change only at roots and the times of contact form a closed set.
   bool ever() const {
     if ((*this)(AlgebraicTime::start()) || (*this)(AlgebraicTime::end())) return true;
     for (const auto* curves : {&sides, &corners})

@@ -7,9 +7,10 @@ namespace loomstone {
 
 namespace {
 
-// The part that has passed through moves back at the speed sqrt(2 deceleration depth), and reaches
-// this speed with at most `largest_acceleration`. Both constants are in m/s^2.
-// Our choice: if half of a sheet of 0.2 m has passed through, it is back after 0.3 s.
+// The part that has passed through moves back at the speed sqrt(2 deceleration depth), from which
+// `deceleration` would bring it to rest over the distance Retraction::depth. It reaches this speed
+// with an acceleration of at most `largest_acceleration`. Both constants are in m/s^2. Our choice:
+// if half of a sheet of 0.2 m has passed through, it is back after 0.3 s.
 constexpr double deceleration = 4.0, largest_acceleration = 15.0;
 
 // Motion of a surface as if it were rigid.

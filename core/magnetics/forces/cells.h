@@ -5,8 +5,8 @@
 // magnet. For each pair of bodies, (6.19) selects a front of cells.
 //
 // There are three differences from [Thomaszewski2010]. The position of a cell is the mean of its
-// leaves, not the centre of its box. The density of a cell in (6.19) is that of a cube of its
-// longest edge. If cells of overlapping bodies are closer than a leaf's diameter R, their force is
+// leaves, not the centre of its box. In (6.19), a cell with longest edge e has the density 1/e^3,
+// like a cube. If cells of overlapping bodies are closer than a leaf's diameter R, their force is
 // F ~ 1/(R^3 r) and their torque T ~ 1/R^3 at a distance r, which conserves angular momentum.
 #pragma once
 
@@ -31,7 +31,8 @@ class CellMagnet final : public Source {
   // equals r_0 rho_0^(1/3) in (6.19).
   CellMagnet(const Source& magnet, double density, double separation);
   // Returns a copy whose field and gradient come from local expansions instead of sums over all
-  // leaves. `tolerance` is that of ExpandedField. Fronts and forces between cells are the same.
+  // leaves. The error of the expansions is `tolerance`; see ExpandedField. The results of front()
+  // and the forces between cells do not change.
   CellMagnet expanded(double tolerance) const;
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;

@@ -10,7 +10,7 @@ namespace loomstone {
 
 namespace {
 
-// Integrand in the axes of the body whose field acts.
+// Integrand of the force and torque, or of the energy, in the axes of the source `by`.
 struct Integrand : PanelTask {
   Mat3 rotation;
 
@@ -122,7 +122,8 @@ Total adapt(const Integrand& integrand, double tolerance, double least) {
   for (;;) {
     const Total total = total_of(leaves);
     const double size = std::max(total.value.head<3>().norm(), total.value.tail<3>().norm());
-    // If the leaves nearly cancel, the tolerance is relative to 1e-6 of the sum of their norms.
+    // If the integrals of the leaves nearly cancel, the tolerance is relative to 1e-6 of the sum of
+    // their norms.
     const double goal = tolerance * std::max({size, least, 1e-6 * total.absolute});
     if (total.error <= goal || evaluations > most_evaluations) return total;
     const double share = 0.5 * goal / static_cast<double>(leaves.size());

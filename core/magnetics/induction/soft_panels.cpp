@@ -72,8 +72,8 @@ class SoftPanels final : public SoftShape {
     return std::make_shared<ChargedPanels>(form_->set, charges, form_->solid);
   }
   // On a flat face, the applied field H directly induces the charge sigma = n.H / (1/chi + 1/2),
-  // which varies as rapidly as H. The samples and bisected panels of the finest grid carry it. The
-  // rest is due to charge on other faces. It is smooth and stays on the panels of all grids.
+  // which varies as rapidly as H. Sample points and bisected panels of the finest grid carry this
+  // charge. The rest is due to charge on other faces, is smooth and stays on panels of all grids.
   SourcePtr source(const Vector& charges, const AppliedField& applied) const override {
     const double slope = 1.0 / (1.0 / susceptibility_ + 0.5);
     const PanelSet& set = *form_->set;
@@ -187,9 +187,9 @@ Vector extrapolation(const std::vector<int>& counts, const std::vector<int>& ord
   return powers.inverse() * Vector::Unit(n, 0);
 }
 
-// grids_of() returns the grids of a body, coarsest first. Extrapolation from three grids cancels
-// errors of orders 2 and 3, and extrapolation from two grids cancels errors of order 2. The error
-// is estimated as the difference from an extrapolation for orders 2 and 4, or for order 3.
+// grids_of() returns the grids of a body, coarsest first. Extrapolation cancels errors of orders 2
+// and 3 if there are three grids, and of order 2 if there are two. The estimated error is the
+// difference from an extrapolation that cancels orders 2 and 4 (three grids) or order 3 (two).
 using MakePanels = std::function<std::vector<FlatPanel>(int cells)>;
 using MakeElements = std::unique_ptr<BoundaryElements> (*)(const Team&,
                                                            const std::vector<FlatPanel>&);

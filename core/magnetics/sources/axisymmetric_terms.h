@@ -3,8 +3,8 @@
 // The integration variable theta is (pi - phi) / 2 for an azimuth phi. With c = cos^2 theta and
 // s = sin^2 theta,
 //   cos phi = s - c,   sin^2 phi = 4 s c,   D^2 = zeta^2 + (rho+1)^2 c + (rho-1)^2 s,
-// where D is the distance from the wire. The near terms are integrals with Delta^2 = c + kc^2 s,
-// where kc is the complementary modulus.
+// where D is the distance from the wire. Near the wire or an end of the sheet, the fields are
+// elliptic integrals with Delta^2 = c + kc^2 s, where kc is the complementary modulus.
 #pragma once
 
 #include "core/magnetics/sources/elliptic.h"

@@ -55,8 +55,8 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order) {
 
 // Grades half an edge. Returns the position s between the middle (0) and the end (1) below which a
 // fraction t of the cells lies. The number of cells below s is proportional to 1 - sqrt(1 - s),
-// which refines the end. With a focus of `width` half edges, asinh(s / width) is added to this
-// number, which refines the middle.
+// which refines the end. `width` is the focus of cuboid_panels() in units of half the edge. If it
+// is not 0, asinh(s / width) is added to this number, which refines the middle.
 static double graded(double t, double width) {
   const double rest = 1.0 - t;
   if (width == 0.0) return 1.0 - rest * rest;
@@ -71,10 +71,10 @@ static double graded(double t, double width) {
 
 namespace {
 
-// Returns how many panels lie within the distance d of the end of an edge. The unit of d is half of
-// the shortest edge, and the unit of the result is the number of panels on that half. Up to d = 1,
-// panels are refined towards the end. Beyond d = 1, the width of panels is constant, or grows in
-// proportion to 1 + growth (d - 1).
+// Returns the number of panels within the distance d of the end of an edge. The distance is in
+// units of half of the shortest edge. The number is relative to the number of panels on that half,
+// so it is 1 for d = 1. Up to d = 1, panels are refined towards the end. Beyond d = 1, the width of
+// panels is constant or grows in proportion to 1 + growth (d - 1).
 double panels_from_end(double d, double growth) {
   if (d <= 1.0) return std::sqrt(d);
   return 1.0 + (growth > 0.0 ? 0.5 * std::log1p(growth * (d - 1.0)) / growth : 0.5 * (d - 1.0));
@@ -89,7 +89,7 @@ double distance_from_end(double panels, double growth) {  // inverse of panels_f
 // Panels on half of an edge of a cuboid.
 struct HalfEdge {
   double length = 1.0;  // in units of half of the shortest edge
-  int multiple = 1;     // number of panels, divided by that on half of the shortest edge
+  int multiple = 1;     // number of panels, relative to the number on half of the shortest edge
   double growth = 0.0;  // growth of the panel widths towards the middle; see panels_from_end()
 
   // Returns the position between the middle (0) and the end (1) below which a fraction t of the
@@ -107,7 +107,8 @@ std::array<HalfEdge, 3> half_edges(const Vec3& size) {
   // Largest width of panels far from the ends, relative to the width in the middle of the shortest
   // edge. With 1.9 instead, the largest error beside magnets is four times as large.
   constexpr double widest = 1.38;
-  // Largest number of panels in an octant, divided by that on one face of the octant of a cube.
+  // Largest number of panels in an octant, in units of (cells / 2)^2. Each face of a cube has this
+  // number of panels in an octant.
   constexpr int most_panels = 19;
   std::array<HalfEdge, 3> edges;
   for (int axis = 0; axis < 3; ++axis) {

@@ -19,7 +19,8 @@ struct Loads {
   // Bodies have two rows each: translation and rotation.
   std::vector<RigidPose> body_poses;  // (b) poses at the start
   std::vector<Mat3> body_mass;  // (2 b) mass times identity [kg], inertia in world axes [kg m^2]
-  // (2 b x 3) velocities predicted for the end, without the action of cloth [m/s, rad/s]
+  // (2 b x 3) velocities predicted for the end of the part, without the action of cloth
+  // [m/s, rad/s]
   Points body_velocity;
 };
 

@@ -13,7 +13,7 @@ struct NearContacts {
   // Contacts that receive impulses after the solve. If the integrator handles collisions at events,
   // these are only the contacts with rigid bodies.
   std::vector<Contact> repelled;
-  ExtraTerms terms;  // sorted: contacts, intersections to untangle, attachments
+  ExtraTerms terms;  // in this order: contacts, intersections to untangle, attachments
   std::size_t n_attachments = 0;
   ContactTerms contact_terms;  // evaluates the terms of contacts during the solve
   Tangle tangle;               // intersections at the start
@@ -28,11 +28,11 @@ struct NearContacts {
 void find_near_contacts(const StepContext& part, const Loads& loads, const State& state,
                         Engines& engines, NearContacts& near, StepReport& report);
 
-// Returns the energy of the contacts of `state` at `time` [s], with the contacts that the next part
-// would find in this state [J]. If positions x0 are given, the energies at the ends of `n_parts`
-// equal parts of the motion from x0 are returned, as if prescribed vertices stayed at x0. All but
-// the last are estimates. All are 0 if contacts are not in the solve. Every rank computes them by
-// itself.
+// Returns the energy [J] that contacts have in `state` at `time` [s]. The contacts are those that
+// the next part would find. If positions x0 are given, the motion from x0 to `state` is divided
+// into `n_parts` equal parts, and the energies at their ends are returned, computed as if
+// prescribed vertices stayed at x0. All but the last are estimates. All are 0 if contacts are not
+// in the solve. Every rank computes them by itself.
 std::vector<double> contact_energies(const State& state, double time, const Engines& engines,
                                      const Points* x0 = nullptr, int n_parts = 1);
 

@@ -22,8 +22,8 @@ bool too_large(const StepContext& part, const StepError& error, const Engines& e
 // the error allows.
 PartResult shorter(const StepContext& part, const StepError& error, const Engines& engines);
 
-// Returns the result of an attempt in which contacts created energy. `longest` is the length of a
-// part in which they do not, in units of StepPart.
+// Returns the result of an attempt in which contacts created energy. `longest` is the length to
+// which the part must be shortened to avoid this, in units of StepPart.
 PartResult shortened_for_contacts(int longest);
 
 // Returns the length that the error is expected to allow for the next part of a given step, in

@@ -14,7 +14,7 @@ namespace loomstone {
 
 class Stepper {
  public:
-  // options.step() must be the number steps.largest, even if steps are automatic.
+  // options.step() must be equal to steps.largest, even if steps are automatic.
   Stepper(const Model& model, const IntegratorOptions& options, StepChoice steps, const Team& team,
           const RowLayout& layout, const State& state);
 

@@ -155,7 +155,7 @@ class _Cone:
         return away * np.sin(angle), self.opens * away * np.cos(angle)
 
     def height(self, distance: float) -> float:
-        """Returns the height above the waist in space [m]."""
+        """Returns the height above the waist [m] of points at `distance` from it along the cone."""
         return float(self.opens * np.sqrt(1 - self.slope**2) * distance)
 
     def radius(self, distance: float) -> float:

@@ -11,7 +11,9 @@ __all__ = ["read_table"]
 
 
 def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
-    """Returns header and rows of a CSV file of numbers whose first column is called `first`.
+    """Returns header and rows of a CSV file of numbers.
+
+    first : name that the first column must have
 
     An incomplete last row, as left by a killed process, is skipped. Any other invalid line raises a
     CacheError that names it.

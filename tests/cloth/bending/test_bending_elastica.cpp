@@ -125,7 +125,7 @@ class StaticSolve {
 TEST_CASE(
     "a heavy mid-edge cantilever hangs as the elastica does, up to a load that turns it nearly "
     "straight down") {
-  // Tip heights of the published boundary value problem for w L^3 / B = 5 and 40.
+  // Compares elastica_tip() with published tip heights for w L^3 / B = 5 and 40.
   double x5 = 0.0, x40 = 0.0;
   const double z5 = elastica_tip(5.0, x5), z40 = elastica_tip(40.0, x40);
   CHECK(z5 == Approx(-0.4959).epsilon(2e-4));

@@ -86,7 +86,8 @@ TEST_CASE("the geometric term leaves out the stress of a past motion's neglected
                 contraction(stress(constants, strain), Vec3(quadratic.row(t).transpose()));
   }
   REQUIRE(largest < 0.01);  // below the bound of the strain that is left out
-  // The tolerance covers rounding: past strains of 1e-3 are differences of strains of order 1.
+  // The tolerance covers rounding: the strains of the past motion, of order 1e-3, are computed as
+  // differences of strains of order 1.
   CHECK(quadratic_difference(s, x, u, {v.data(), step}) == Approx(expected).epsilon(1e-9));
 }
 

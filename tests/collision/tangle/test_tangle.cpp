@@ -172,11 +172,13 @@ TEST_CASE("sheets that cross from edge to edge retract, the smaller part first")
       const Tangle tangle = TangleFinder(scene.model).find(scene.x);
       REQUIRE(tangle.retractions.size() == 1);
       const Retraction& retraction = tangle.retractions[0];
-      // The sheets meet at z = 0, at x = 0.02 + 0.01 / tan(angle). The smaller part lies beyond it.
+      // The sheets intersect along the line x = at, z = 0, which divides each of them in two if it
+      // is extended to the borders. The smallest of the four parts retracts. Its width is the
+      // expected depth.
       const double at = 0.02 + 0.01 / std::tan(degrees * std::numbers::pi / 180.0);
       const double half_width = 0.1 - 0.01 / std::sin(degrees * std::numbers::pi / 180.0);
       CHECK(std::abs(retraction.point.x() - at) < 1e-9);
-      // The cut continues to the border along edges, so the tolerance is one edge length.
+      // The line is extended along mesh edges, so the tolerance is one edge length.
       CHECK(std::abs(retraction.depth - std::min(0.1 - std::abs(at), half_width)) < 0.2 / cells);
       int inner = 0;
       for (std::size_t v = 0; v < tangle.came_through.size(); ++v) inner += tangle.came_through[v];

@@ -34,9 +34,7 @@ def test_parallel_cuboids_agree_with_the_closed_form_at_every_gap_and_in_contact
     "offset", [(0.003, -0.002, 0.018), (-0.004, 0.014, 0.001), (0.011, 0.0, 0.0146), (0, 0, 0.0165)]
 )
 def test_the_closed_form_of_parallel_cuboids_is_what_integration_finds(offset):
-    """Compares quarter turns of a cuboid with all components of J. If it is rotated by another
-    1e-9 rad, M.force() integrates instead of using the closed form.
-    """
+    """Rotating b by another 1e-9 rad makes M.force() integrate instead of using the closed form."""
     a = M.cuboid(size=(0.012, 0.01, 0.015), polarization=(0.4, -0.6, 0.8))
     for turn in ((0, 0, 0), (np.pi / 2, 0, 0), (0, 0, -np.pi / 2), (0, np.pi, 0)):
         b = (
@@ -419,7 +417,8 @@ def test_the_field_strength_is_the_descent_of_the_potential(name):
     points = np.vstack(
         (random.uniform(-0.015, 0.015, (200, 3)), random.uniform(-0.1, 0.1, (50, 3)), special)
     )
-    # Error of central differences: 1e-16 size / step = 1e-11 (rounding), 1e-6 near edges (step^2).
+    # The relative error of central differences due to rounding is 1e-16 size / step = 1e-11. Their
+    # truncation error is proportional to step^2. Near edges, it is about 1e-6.
     step = 1e-7
     ends = [
         [ls.magnetics.potential(magnet, points + sign * step * axis) for sign in (-1, 1)]
