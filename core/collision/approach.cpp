@@ -12,7 +12,7 @@ namespace {
 
 using Six = std::array<Vec3, 6>;  // three vectors at the start, then the same vectors at the end
 
-// Returns whether the volume spanned by three vectors that change linearly keeps its sign, and its
+// Returns true if the volume spanned by three linearly changing vectors keeps its sign and if its
 // magnitude always exceeds `margin` times an upper bound of the area that the last two vectors
 // span. The volume is bounded by its Bernstein coefficients.
 bool off_plane(const Six& q, double margin) {

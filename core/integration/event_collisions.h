@@ -10,10 +10,10 @@
 namespace loomstone {
 
 // Vertices in the middle of a step. Each vertex moves at constant velocity from one of its events
-// to the next.
+// to the next. Vertices of the same level have their events at the same times.
 struct EventVertices {
   Points &x, &v;  // (n x 3) position of each vertex at its next event [m], and velocity [m/s]
-  const std::vector<std::uint8_t>& level;  // (n) level of each vertex; a level has common events
+  const std::vector<std::uint8_t>& level;  // (n) level of each vertex
   const std::vector<double>& step;         // (levels) time between two events of the level [s]
   const std::vector<double>& ahead;  // (levels) time from now to the next event of the level [s]
 };

@@ -70,7 +70,7 @@ class NewtonIntegrator final : public Integrator {
     Index end() const { return std::min(layout.end(), n); }
   };
 
-  // A velocity at the end of the step, with its terms. `residual` contains -r.
+  // A velocity v+ at the end of the step. `residual` contains -r(v+); see the top of this file.
   struct Iterate {
     Points velocity, residual;
     ExtraTerms terms;
@@ -270,9 +270,9 @@ class NewtonIntegrator final : public Integrator {
     return energy;
   }
 
-  // Potential 1/2 |v+ - v|_M^2 - h f_ext.v+ + c psi(x_e) with the energy psi of cloth and terms.
-  // For c = 1 (backward Euler) or 4 (midpoint), its gradient without viscous forces is r. Every
-  // rank sums over all rows. The potential is needed only if the residual does not decrease.
+  // Potential 1/2 |v+ - v|_M^2 - h f_ext.v+ + c psi(x_e), with symbols as at the top of this file
+  // and the energy psi of cloth and terms. For c = 1 (backward Euler) or 4 (midpoint), its gradient
+  // without viscous forces is r. Every rank sums over all rows.
   double potential(const Step& step, Iterate& it) {
     if (!std::isnan(it.potential)) return it.potential;
     const Index n = step.n;

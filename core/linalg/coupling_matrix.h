@@ -1,11 +1,11 @@
 // Copy of a block matrix in single or double precision, with body blocks and without extra terms.
 // Products are computed in difference form, with the row sums R_i = sum_j A_ij:
 //   (A x)_i = R_i x_i + sum_j A_ij (x_j - x_i).
-// If A is a mass plus a stiffness, R is the mass, because the stiffness vanishes for a common
-// translation. Rounding to single precision must preserve this property. In difference form,
-// rounding changes each stiffness by a relative 6e-8. In the plain product A x, rounding would add
-// an error of 6e-8 h^2 |K| to the mass. At h = 4 ms, the mass is already a thousand times smaller
-// than h^2 |K|.
+// Let A = M + h^2 K, with a mass M, a stiffness K and a step h. Then R is M, because K times a
+// common translation is zero. Rounding to single precision must preserve this property. In
+// difference form, rounding changes each stiffness by a relative 6e-8. In the plain product A x,
+// rounding would add an error of 6e-8 h^2 |K| to the mass. At h = 4 ms, the mass is already a
+// thousand times smaller than h^2 |K|.
 #pragma once
 
 #include <cstdint>

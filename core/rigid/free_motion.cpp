@@ -36,8 +36,8 @@ Vec3 angular_velocity(const Rotor& rotor, const Vec4& orientation, const Vec3& a
 
 Vec4 freely_turned(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum,
                    double step) {
-  // Take as B the moment of inertia whose inverse is closest to that of another one. Axially
-  // symmetric bodies then need rotations about two axes only.
+  // B is the moment of inertia whose inverse is closest to the inverse of one of the other two.
+  // Axially symmetric bodies then need rotations about two axes only.
   const Vec3 inverse = rotor.moments.cwiseInverse();
   int b = 0;
   double nearest = std::numeric_limits<double>::infinity();

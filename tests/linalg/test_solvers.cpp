@@ -100,7 +100,7 @@ TEST_CASE("a solver used before gives the same bits as a new one") {
     solve(other, first);
     solve(system, again);
     CHECK(same_bits(again, solved(system, {method, 1e-5, 2000})));
-    // With fewer terms on the same matrix, the solver must notice that the pattern is another.
+    // The matrix is the same, but fewer terms change the pattern. The solver must notice this.
     RandomSystem changed = random_system(20, 2, 60);
     changed.terms.resize(17);
     solve(changed, fewer);
@@ -169,8 +169,8 @@ TEST_CASE("rounding the stiffness to single precision does not change the mass o
   for (Index row = 0; row < n; ++row)
     x[4 * row] = 1.0f, x[4 * row + 1] = -2.0f, x[4 * row + 2] = 0.5f;
   single.multiply(slices, 0, slices.n_slices(), x.data(), y.data());
-  // All rows of x are equal and all masses are 1, so y equals x. The tolerance covers rounding of
-  // sums of 1e7 in double precision. In single precision, the error would be 1.
+  // All rows of x are equal and all masses are 1, so y equals x. The tolerance covers rounding, in
+  // double precision, of sums whose terms are about 1e7. In single precision, the error would be 1.
   for (Index row = 0; row < n; ++row)
     for (int d = 0; d < 3; ++d)
       CHECK(std::abs(y[24 * (slices.place[row] / 8) + 8 * d + slices.place[row] % 8] -
@@ -298,7 +298,7 @@ TEST_CASE("with coarse levels, stiff terms between layers cost few iterations") 
       system.terms.push_back(term);
     }
   solved(system, {LinearMethod::Pcg, 1e-6, 4000}, 1, &tied);
-  // Coarse levels with only the terms' diagonal blocks would need ten times as many iterations.
+  // Coarse levels without the couplings of terms would lead to ten times as many iterations.
   CHECK(tied.iterations < 4 * apart.iterations);
 }
 
@@ -355,8 +355,8 @@ TEST_CASE("a solve can continue from a rough one") {
       CHECK(first + rest.iterations == whole.iterations);
       CHECK(same_bits(x, at_once));
 
-      // With other terms, the reported residual is that of the new terms, computed in double
-      // precision.
+      // If the terms change after the first solve, the reported residual is that of the system with
+      // the new terms, computed in double precision.
       solver = make_linear_solver({method, 1e-9, 2000});
       Points y = system.x;
       rough_solve(*solver, threads, y);

@@ -155,7 +155,7 @@ TEST_CASE("bodies thrown on a floor gain no energy, come to rest, and lie exactl
 namespace {
 
 struct Rest {
-  double moved, speed, spin;  // maxima over the second half [m], [m/s], [rad/s]
+  double moved, speed, spin;  // maxima in the second half of the steps [m], [m/s], [rad/s]
   Vec3 at;
   double most_gain;  // largest gain of energy per mass in a step [J/kg]
 };
@@ -223,8 +223,8 @@ TEST_CASE(
     CHECK(on_post.speed < 1e-6);
     CHECK(std::abs(on_post.at.z() - 0.04) < 1e-6);
   }
-  // The cells of the floor are smaller than the contact distance. Of more than four contact points,
-  // those that support the body are kept.
+  // The cells of the floor are smaller than the contact distance, so there are more than the four
+  // contact points that can be kept. Those that support the body must be among the four.
   RigidBody rod = body_of(
       cylinder(0.004, 0.027, 14)
           .moved(Vec3::Zero(), about(Vec3::UnitY(), M_PI / 2) * about(Vec3::UnitZ(), M_PI / 14)),

@@ -43,7 +43,7 @@ TEST_CASE("a box has the mass and inertia of the closed form") {
   const Vec3 moments = mass / 12.0 * Vec3(b * b + c * c, a * a + c * c, a * a + b * b);
   CHECK(found.mass == Approx(mass).epsilon(1e-13));
   CHECK(found.centre.norm() < 1e-15);
-  // Tolerance: rounding of sums over 48 triangles.
+  // The tolerance allows for rounding in sums over 48 triangles.
   CHECK((found.inertia - Mat3(moments.asDiagonal())).norm() < 1e-13 * moments.norm());
 }
 

@@ -32,7 +32,8 @@ struct Output {
 void angles(Tables tables, const Index* batches, Index n, const double* x, const double* v,
             const Output& out);
 
-// A list of hinges. `places` contains the row of each hinge vertex in the table of sums.
+// A list of hinges. For each vertex of each hinge, `places` contains the row of `sums` in
+// add_moments() to which the hinge contributes.
 struct HingeList {
   const Index* hinges;         // (n)
   const std::uint8_t* places;  // (n x 4)

@@ -120,8 +120,8 @@ LOOMSTONE_INLINE void add_phase_stress(const double* phase, const Tensor<Lanes>&
   s.t12 += phase_stress(phase, 2, e.t12);
 }
 
-// Strain of a mode beyond the bounds of its second and third phase, 0 within them. `mode` points to
-// the mode's table.
+// Strain of a mode beyond the bounds at which its second and third phase begin. It is negative
+// below a lower bound and 0 between the bounds. `mode` points to the mode's table.
 template <class Lanes>
 struct Beyond {
   Lanes second, third;

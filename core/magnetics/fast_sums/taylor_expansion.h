@@ -1,8 +1,8 @@
 // Cartesian Taylor expansions of the potential of dipoles and charges: multipole moments M about a
-// far centre z, local coefficients L about a near centre y, and their translations. With
+// far centre a, local coefficients L about a near centre b, and their translations. With
 // multi-indices n, m
-//   phi(x) = sum_m M_m D_m(x - z),        D_m = d^m (1/r),                    far from z,
-//          = sum_n L_n (x - y)^n / n!,    L_n = sum_m M_m D_{n+m}(y - z),     near y.
+//   phi(x) = sum_m M_m D_m(x - a),        D_m = d^m (1/r),                    far from a,
+//          = sum_n L_n (x - b)^n / n!,    L_n = sum_m M_m D_{n+m}(b - a),     near b.
 // The sums are truncated at |n| + |m| <= order. This truncation is symmetric in the two cells, so
 // the forces between them are equal and opposite at any order [Dehnen2002]. Because 1/r is
 // harmonic, M_{..z+2} can be folded into -M_{x+2..} and -M_{y+2..}, and all of L follows from its
@@ -44,8 +44,9 @@ class TaylorExpansion {
   // of at most 1 (multipole-to-local). complete() computes the other components.
   void add_far(const Far* far, Index n, double* local) const;
   void complete(double* local) const;
-  // Adds a complete expansion to those components of another one that have a z exponent of at most
-  // 1 (local-to-local). The vector `shift` leads from the parent's centre to the new centre.
+  // Shifts the complete expansion `parent` to a new centre, and adds its components with a z
+  // exponent of at most 1 to `local` (local-to-local). The vector `shift` leads from the parent's
+  // centre to the new centre.
   void add_local(const double* parent, const Vec3& shift, double* local) const;
 
   // Computes -grad phi and its gradient (xx, xy, xz, yy, yz, zz) at n points, stored as coordinate

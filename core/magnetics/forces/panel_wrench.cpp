@@ -10,15 +10,17 @@ namespace loomstone {
 
 namespace {
 
-// Adds the force of a field at a point on a charge, all in the axes of the body.
+// Adds the force and torque that a field exerts on a charge at `position`. All vectors are in the
+// axes of the body.
 void add_force(const Vec3& position, double charge, const Vec3& field, Wrench& sum) {
   const Vec3 force = charge * field;
   sum.force += force;
   sum.torque += position.cross(force);
 }
 
-// Forces between two bodies through a single grid of each. The charges mu0 sigma [T] are in the
-// order of the clusters. There is one wrench for each set of charges on `on`.
+// Forces that one grid of the body `by` exerts on one grid of the body `on`. The charges
+// mu0 sigma [T] are in the order of the clusters. `sums` has one wrench for each set of charges on
+// `on`.
 struct GridWrenches {
   const PanelClusters &on, &by;
   const RigidPose& pose;  // of `on` in the axes of `by`

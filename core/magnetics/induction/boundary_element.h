@@ -43,8 +43,7 @@ class BoundaryElements {
 std::unique_ptr<BoundaryElements> cuboid_boundary_elements(const Team& team,
                                                            const std::vector<FlatPanel>& panels);
 // Returns the matrix for triangles of a closed surface, from exact fields at quadrature points.
-// Diagonal entries follow from Gauss' law, which also accounts for the curvature of the
-// approximated surface.
+// The diagonal entries absorb the quadrature error, so that Gauss' law holds exactly.
 std::unique_ptr<BoundaryElements> mesh_boundary_elements(const Team& team,
                                                          const std::vector<FlatPanel>& panels);
 

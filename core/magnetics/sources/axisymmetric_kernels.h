@@ -224,8 +224,8 @@ LOOMSTONE_INLINE void vector_potential(Sheet sheet, double strength, const doubl
   }
 }
 
-// Returns whether the midpoint rule applies to a sheet, or to a loop if half = 0, at a point. This
-// criterion of sheet_terms() splits blocks of points by method.
+// Predicate for split_block(): true at points where sheet_terms() uses the midpoint rule. `half` is
+// half the height of the sheet, and 0 for a loop. Lengths are in [m].
 struct Smooth {
   double radius, half;
   bool operator()(double x, double y, double z) const {

@@ -218,10 +218,10 @@ Vec3 HarmonicSphere::moment() const {
               coefficients_[SphericalHarmonics::slot(1, 0)]);
 }
 
-// The omitted terms are estimated as a geometric series. Its ratio r is the squared ratio of the
-// norms of the terms of the last two degrees, because the forces on the terms decay with the square
-// of the norms. The error is the last term times r / (1 - r), the sum of the series, and times the
-// degree, a factor found by measurement. If there is only one degree, the error is its term.
+// The error is the sum of a geometric series that continues the terms, times the degree, a factor
+// found by measurement. The sum is the last term times r / (1 - r). The ratio r is the square of
+// |last term| / |term before it|, because the force on a term decays with the square of its norm.
+// If there is only one degree, the error is its term.
 Vector HarmonicSphere::charge_errors() const {
   const int last = series_->degree();
   const auto at = [](int l) { return SphericalHarmonics::slot(l, 0); };

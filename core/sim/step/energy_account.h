@@ -7,7 +7,7 @@
 
 namespace loomstone {
 
-// Begins the account of a state that has none. `state` is that at the start of a step.
+// Begins the account of a state at the start of a step, unless it already has one.
 void begin_account(const Engines& engines, State& state);
 
 // What happened in a part after its solve.
@@ -27,10 +27,10 @@ void report_account(const State& state, StepReport& report);
 
 // Returns the length to which the part must be shortened because contacts have made energy from
 // nothing, or the length of the part if they have not (in units of StepPart). Contacts make energy
-// if surfaces meet within a part, because the contact force begins only at the end of the part,
-// when the surfaces may have passed most of the thickness. The tolerated energy is a fraction of
-// the largest kinetic energy so far. The work that scripted surfaces and prescribed vertices do on
-// contacts does not count as made from nothing.
+// if surfaces meet within a part, because the contact force begins only at the end of the part. By
+// then, the surfaces may have come much closer than their thickness. The tolerated energy is a
+// fraction of the largest kinetic energy so far. The work that scripted surfaces and prescribed
+// vertices do on contacts does not count as made from nothing.
 int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
                         const Engines& engines, const State& state);
 

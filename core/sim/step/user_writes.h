@@ -12,18 +12,19 @@ namespace loomstone {
 // Bookkeeping between two steps; not part of the state.
 class UserWrites {
  public:
-  // Starts comparing the tables before every step, because users now have views of them.
+  // From now on, positions and velocities are compared before every step with those after the last
+  // one, because users have views of the tables, through which they can write unnoticed.
   void watch(const State& state);
   bool watching() const { return watching_; }
-  // What users have written since the last step. Of several kinds, only the last in this list
-  // counts.
+  // What users have written since the last step. If they have written several kinds, only the last
+  // of these in the list counts.
   enum Kind { Nothing, Table, Velocities, Positions };
   void note(Kind kind) { written_ = std::max(written_, kind); }  // records a write by a call
 
   // Throws InvalidInput for the first invalid entry.
   void check(const Model& model, const State& state) const;
   // Gathers every row from the rank that owns it, and broadcasts overrides and poses from rank 0.
-  // Returns the kind that counts for the writes on all ranks together. Collective.
+  // Returns what users have written on all ranks together. Collective.
   Kind settle(const RowLayout& layout, State& state);
   void forget() { written_ = Nothing; }  // after all of the state was replaced
   void remember(const State& state);     // copies the state after a step for later comparison

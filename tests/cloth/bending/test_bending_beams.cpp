@@ -152,7 +152,7 @@ TEST_CASE(
 }
 
 TEST_CASE("the hinge's rigidity at 45 degrees to a grid differs from B by more than 20 percent") {
-  // Measured rigidities: 2.04 B if diagonals run along the strip, 0.75 B if they run across it.
+  // The rigidity is 2.04 B if diagonals run along the strip, and 0.75 B if they run across it.
   for (const std::string pattern : {"along", "across"}) {
     const double ratio = 1.0 / deflection_ratio({"hinge", pattern, 8, isotropic(1.0, 0.0)}, 1.0);
     CHECK(std::isfinite(ratio));

@@ -259,7 +259,7 @@ def half_ring(inner: float, outer: float, width: float, parts: int = 8) -> ls.Tr
 
 
 def test_a_bow_around_a_loop_is_outside_its_winding():
-    """The bow, half a ring of iron, crosses the plane of the loop outside the winding."""
+    """The bow, half a ring of iron, crosses the plane of a coil only outside the coil's winding."""
 
     def added(z: float, winding: ls.magnetics.MagneticBody) -> float:
         mesh = half_ring(0.012, 0.018, 0.006).moved((0, 0, z))

@@ -95,7 +95,7 @@ def test_momentum_is_kept_to_rounding_whatever_the_tolerance(tolerance):
     points, moments = shaken_lattice()
     forces, torques = M.dipole_forces(points, moments, tolerance=tolerance)
     arms = points - points.mean(axis=0)
-    # The tolerance covers n rounding errors, relative to the forces.
+    # The tolerance allows for rounding in sums over 9000 dipoles.
     assert np.abs(forces.sum(axis=0)).max() < 1e-13 * np.abs(forces).sum()
     assert (
         np.abs((torques + np.cross(arms, forces)).sum(axis=0)).max() < 1e-13 * np.abs(torques).sum()

@@ -108,9 +108,9 @@ def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
     assert pull.image_pull(0.0, size) == pytest.approx(force, rel=5e-3), "that of the largest"
     gaps = np.array((0.0, 1e-5, 1e-4, 5e-4, 1e-3, 2e-3, 4e-3))
     images = np.array([pull.image_pull(gap) for gap in gaps])
-    # The image is that of an infinite plate. This plate is five times as wide as the magnet.
+    # The image assumes an infinite plate. The scene's plate is five times as wide as the magnet.
     assert pull.plate_pull(gaps, susceptibility=1e5) == pytest.approx(images, rel=2e-3)
-    # This plate gets a larger tolerance, because the pole's edges run across its few panels.
+    # Without `focus`, the pole's edges run across a few large panels, so the tolerance is larger.
     plate = M.soft_cuboid(size=pull.PLATE, susceptibility=1e5, cells=8)
     for gap, image in zip(gaps, images, strict=True):
         turned = (
@@ -204,8 +204,8 @@ def test_the_energy_of_what_magnetises_is_that_of_the_magnets_dipoles(gap):
     moments = (
         np.einsum("i,j,k->ijk", w, w, w).reshape(-1, 1) * size.prod() / 8 * polarization / M.MU0
     )
-    # The tolerance covers two errors. Panels have only 9 points, half a millimetre apart, and the
-    # dipoles' volume rule is inaccurate close to charged panels.
+    # The tolerance allows for two quadrature errors near contact. Each panel has only 9 sample
+    # points, half a millimetre apart, and the dipoles' volume rule is inaccurate close to panels.
     wanted = M.energy([M.dipoles(nodes, moments).moved(magnet.position), induced])
     assert M.energy([magnet, induced]) == pytest.approx(
         wanted, rel={2e-3: 1e-4, 2e-4: 3e-3, 0.0: 1e-2}[gap]
@@ -244,7 +244,7 @@ def test_bodies_of_all_kinds_keep_momentum_whatever_frame_and_threads():
     soft, magnet = several(turn)
     turned = M.induce(soft, by=magnet, field=turn.apply((0.01, 0, 0.02)), tolerance=1e-9)
     for a, b in zip(turned.bodies, induced.bodies, strict=True):
-        # The rotation changes at which points the far field of a panel is used.
+        # The tolerance covers the far field of panels, used at other points after the rotation.
         assert away(a.moment, turn.apply(b.moment)) < 1e-6
 
 

@@ -74,7 +74,7 @@ def test_cloth_on_a_sequence_is_carried_up(tmp_path):
     )
     *_, last = sim.frames(duration=0.08)
     assert last.body_vertices == pytest.approx(FRAMES[-1], abs=1e-6)
-    # The top of the ball rises from 0.1 to 0.188 m and takes the cloth up at least to 0.178 m.
+    # The top of the ball rises from 0.1 to 0.188 m and lifts the cloth to at least 0.178 m.
     assert last.positions[:, 2].max() > 0.108 + 0.07
 
 

@@ -204,7 +204,7 @@ def test_automatic_colours_are_one_range_for_the_whole_run(scene, drawn, tmp_pat
     simulate(scene, tmp_path / "run", render=look)
     assert same(pictures(tmp_path / "run" / "frames"), pictures(tmp_path / "all"))
     before = pictures(tmp_path / "run" / "frames")
-    # The stretch becomes larger, so all pictures are redrawn.
+    # The new frames extend the range of the stretch, so all pictures are redrawn.
     simulate(scene, tmp_path / "run", duration=0.32, resume=True, render=True)
     after = pictures(tmp_path / "run" / "frames")
     fresh = render_run(ls.Run(tmp_path / "run"), look, out=tmp_path / "fresh", jobs=1)
