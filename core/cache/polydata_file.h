@@ -31,8 +31,8 @@ class PolyDataWriter {
                  const std::vector<PolyDataField>& cell_fields);
   Hdf5File& file() { return file_; }
 
-  // `point_values` and `cell_values` have one pointer per field that is not constant, in the order
-  // of the constructor.
+  // `point_values` and `cell_values` have one pointer for each field that is not constant, in the
+  // order in which the constructor received the fields.
   void stage(std::int64_t frame, const Points& points, const std::vector<const void*>& point_values,
              const std::vector<const void*>& cell_values);
   void commit(std::int64_t frame, double time);

@@ -19,8 +19,8 @@ struct ClothState {
   // Length of the next step that the error of the last step allows [s]; 0: unknown. The stepper
   // writes it.
   double expected_step = 0.0;
-  // Length of an automatic step that was shortened because contacts created energy [s]; 0: none.
-  // Later steps grow faster until one of them is as long again or is limited by its error. The
+  // Length from which an automatic step was shortened because contacts created energy [s]; 0: none.
+  // Later steps grow faster until one of them has this length or is limited by its error. The
   // stepper writes it.
   double settled_step = 0.0;
   // (m) Longest step that each triangle may take [s]; empty if none has been computed. Entries

@@ -12,7 +12,8 @@ struct Magnetised {
   // Magnets in the order of the model. Induced dipoles are expressed in world axes.
   std::vector<MagneticBody> magnets;
   std::vector<KnownField> known;  // fields of hard magnets at induced dipoles, reused for forces
-  // (k x 3) Moments of the induced dipoles. If there are none, the initial guess of at() [A m^2].
+  // (k x 3) Moments of the induced dipoles [A m^2]. If no magnet is an induced dipole, these are
+  // the unchanged `moments` that at() received.
   Points moments;
 };
 

@@ -10,7 +10,7 @@ namespace loomstone {
 
 namespace {
 
-// Sets r, z and beta from PcgMemory::residual.
+// Computes the scaled residual r, the preconditioned residual z, and beta from PcgMemory::residual.
 template <class Scalar>
 void begin(PcgSolve& solve, Krylov<Scalar>& k, bool conjugate) {
   PcgMemory& m = solve.memory;
@@ -41,7 +41,7 @@ void update_direction(PcgSolve& solve, Krylov<Scalar>& k, double length) {
   });
 }
 
-// Computes q = A p on rows [begin, end), including terms. Returns p . q.
+// Computes q = A p on rows [begin, end), where A includes the extra terms. Returns p . q.
 template <class Scalar>
 double multiply(const PcgSolve& solve, Index begin, Index end, Krylov<Scalar>& k) {
   const PcgMemory& m = solve.memory;
@@ -67,8 +67,8 @@ double curvature_along(PcgSolve& solve, Krylov<Scalar>& k) {
       [&](Index begin, Index end) { return multiply(solve, begin, end, k); });
 }
 
-// Updates the residual (r -= alpha A p), then z, the norm of the residual, and beta for the next
-// direction.
+// Updates the residual (r -= alpha A p). Then computes its norm, the preconditioned residual z, and
+// beta for the next direction.
 template <class Scalar>
 void take_step(PcgSolve& solve, Krylov<Scalar>& k, Scalar alpha) {
   Preconditioner& p = solve.memory.preconditioner;

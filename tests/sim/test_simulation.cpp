@@ -221,7 +221,7 @@ TEST_CASE("a strip at rest carries the body attached to it, with any integrator"
   for (int i = 0; i < (damps ? 1500 : 750); ++i) sim.step();
   CHECK(sim.state().rigid.velocities.norm() < 1e-3);
   // The nominal stress lambda E (lambda^2 - 1)/2 equals m g / width. The mass m includes half of
-  // the strip, 1/200 of the body's mass.
+  // the strip's mass, which is 1/200 of the body's mass.
   const double load = (5000.0 * 0.1 * 0.02 * 0.02 + 0.5 * 0.05 * 0.04) * 9.81 / 0.1;
   double lambda = 1.0;
   for (int k = 0; k < 50; ++k)
@@ -258,15 +258,16 @@ TEST_CASE(
   for (int i = 0; i < 150; ++i) {
     sim.step();
     const Vec3 cloth = momentum(), bodies = body * sim.state().rigid.velocities.row(0).transpose();
-    // BDF-2 conserves (3 p - p_previous) / 2 instead of the cloth's momentum p, starting after its
-    // first step, which is a midpoint step.
+    // After its first step, which is a midpoint step, BDF-2 conserves (3 p - p_previous) / 2
+    // instead of the cloth's momentum p.
     const Vec3 kept =
         method == "bdf2" ? Vec3(1.5 * cloth - 0.5 * before + bodies) : Vec3(cloth + bodies);
     if (method == "bdf2" && i == 0) start = kept;
     CHECK((kept - start).norm() < 1e-8 * start.norm());  // error of the Newton loops
     before = cloth;
     const StepReport& r = sim.report();
-    // The coupling of body and strip has an error of first order in the step.
+    // The tolerance allows for the coupling of body and strip, whose error is of first order in the
+    // step.
     CHECK(r.energy.kinetic + r.energy.membrane + r.energy.bending + r.energy.body_kinetic <
           1.01 * energy);
   }

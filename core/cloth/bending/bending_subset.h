@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// The setup of the acting triangles and of the neighbours on which their curvature depends. It
-// serves for forces and energies only, not for the stiffness.
+// The setup of the acting triangles, which have energy in the subset, and of the neighbours on
+// which their curvature depends. It serves for forces and energies only, not for the stiffness.
 struct BendingSubset {
   BendingSetup setup;
   std::vector<Index> vertices;  // (k) vertex of the mesh for each vertex of the setup, ascending
@@ -19,8 +19,7 @@ struct BendingSubset {
 void add_neighbours(const EdgeTable& edges, std::vector<Index>& triangles);
 
 // Returns the subset of a setup that check_bending_setup() has accepted. `edges` is the edge table
-// of the whole mesh. `acting` lists the triangles that have energy in the subset, in ascending
-// order.
+// of the whole mesh. `acting` lists the acting triangles in ascending order.
 BendingSubset bending_subset(const BendingSetup& whole, const EdgeTable& edges,
                              const std::vector<Index>& acting);
 

@@ -1,28 +1,33 @@
-// Strain limiting of one triangle: closed-form polar decomposition of the 3x2 deformation gradient,
-// strain, and the correction that reaches a target strain and conserves linear and angular
-// momentum. Implements [Thomaszewski2010] 3.3.1, (3.2)-(3.14). The code is written once for one
-// triangle (Real = double) and for eight triangles (Real = Lanes of core/base/simd.h).
+// Strain limiting of one triangle: the polar decomposition F = R U of the 3x2 deformation gradient
+// in closed form, the strain U - I, and the correction that reaches a target strain and conserves
+// linear and angular momentum. Implements [Thomaszewski2010] 3.3.1, (3.2)-(3.14). The code is
+// written once for one triangle (Real = double) and for eight triangles (Real = Lanes of
+// core/base/simd.h).
 //
-// The 6x6 system (3.10) is solved without an inverse. Corner displacements that satisfy the strain
-// rows are affine, R (E + w J) X. Here E = target - strain (symmetric 2x2), J is the rotation by 90
-// degrees, and X are rest coordinates relative to the centre of mass of the three corners. This
-// choice of the centre conserves linear momentum. Conservation of angular momentum about the centre
-// determines w from the constant moments M = sum m X X^T:
+// The 6x6 system (3.10) for the displacements of the corners is solved without an inverse. Its
+// strain equations require displacements R (E + w J) X. Here E = target - strain (symmetric 2x2), J
+// is the rotation by 90 degrees, X is the rest position of a corner relative to the centre of mass
+// of the three corners, and the scalar w is unknown. Because X is relative to this centre, linear
+// momentum is conserved. Conservation of angular momentum about the centre determines w from the
+// constant moments M = sum m X X^T, where m are the masses of the corners:
 //     w = -[(U M E)_12 - (U M E)_21] / tr(U M).
 // In the plane this takes 22 multiplications, 16 additions and 1 division. The thesis counts 37, 33
 // and 1 (3.13). Its 5x5 inverse does not exist for a triangle whose third node lies above the
 // midpoint of its base.
 //
-// A held corner has infinite mass. It becomes the centre, and w conserves angular momentum about
-// it. This solves the four remaining equations exactly. With two held corners, two unknowns remain,
-// and the strain tensor is matched in the least-squares sense. The displacement is again
-// (E + w J) X, where X is the height vector over the held edge. This departs from (3.15), whose
-// result depends on the unit of mass. With three held corners nothing moves.
+// A held corner does not move. With one held corner, this corner has infinite mass and replaces the
+// centre of mass, so w conserves angular momentum about it. The remaining equations, three of
+// strain and one of angular momentum, are solved exactly. With two held corners, the displacement
+// of the free corner has only two unknown components, which fit the strain in the least-squares
+// sense. It is again R (E + w J) X, where X is the height vector from the held edge to this corner.
+// This departs from (3.15), whose result depends on the unit of mass. With three held corners
+// nothing moves.
 //
-// For a triangle in space, F has no sign. U is therefore never indefinite, and an inverted triangle
-// counts as a rotated one. If F has rank one (d = 0), the plane of the triangle is unknown, and an
-// arbitrary normal is chosen. At rank zero (all corners coincide) no direction exists and nothing
-// is corrected. None of these cases yields NaN.
+// In space, the 3x2 matrix F has no determinant whose sign could show that a triangle is inverted.
+// U is therefore always positive semi-definite, and an inverted triangle counts as a rotated one.
+// If the columns of F are parallel (rank one), the plane of the triangle is unknown, and an
+// arbitrary normal is chosen. If all corners coincide (F = 0), nothing is corrected. None of these
+// cases yields NaN.
 #pragma once
 
 #include <cmath>

@@ -28,8 +28,10 @@ struct NeighbourList {
   Index n_vertex_face = 0;  // number of vertex-face pairs, which come first in `near`
   // A new list contains all pairs closer than the base distance plus this slack [m].
   double slack = -1.0;
-  double used = 0.0;    // bound on the change of distances since the list was made [m]
-  double change = 0.0;  // bound on the further change up to the x1 of cover() [m]
+  double used = 0.0;  // bound on the change of distances since the list was made [m]
+  // Bound on the change of distances in one step [m]. After update(), it is that of the last or the
+  // expected step. After cover(), it is that of the step from the last update() to x1.
+  double change = 0.0;
   double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` [m]
   std::vector<NearPair> near = {};
 

@@ -16,14 +16,14 @@ struct ClosestPair {
   bool interior;                  // the closest points lie inside the face, or inside both edges
 };
 
-// Vertex and face corners, or ends of edge a and then of edge b.
+// The vertex and then the corners of the face, or the ends of edge a and then those of edge b.
 using FourPoints = std::array<Vec3, 4>;
 
 ClosestPair closest_vertex_face(const FourPoints& points);
 ClosestPair closest_edge_edge(const FourPoints& points);
 
-// Returns the distance [m]. Returns infinity if the line of centres already proves that the
-// distance exceeds `reach`.
+// Returns the distance of the two features [m], or infinity if their projections onto the line
+// through their centroids already prove that the distance exceeds `reach`.
 double distance_within(bool vertex_face, const FourPoints& points, double reach);
 
 // Both functions return the unit normal from b to a. If the distance vanishes (below 1e-14 of the

@@ -12,10 +12,11 @@ namespace {
 // Width of the zone around a contour, as a number of edges. In it, pairs with the part that has
 // passed through are ignored.
 constexpr int rounds_around = 2;
-// Three conditions under which the whole surface of a part that has passed through is retracted.
-// The contour is at least `least_length` times as long as the square root of the surface's area.
-// The part has at least the fraction `least_share` of this area. The mean of Piercing::way_out
-// along the contour is longer than `least_agreement`. Otherwise, the part moves back alone.
+// The surface of a part that has passed through is retracted as a whole if all of these hold:
+//   the contour is at least `least_length` times as long as the square root of the surface's area;
+//   the part has at least the fraction `least_share` of this area;
+//   the mean of Piercing::way_out along the contour is longer than `least_agreement`.
+// Otherwise, only the part moves back.
 constexpr double least_length = 0.5, least_share = 0.02, least_agreement = 0.5;
 
 Vec3 point(const Points& x, Index vertex) { return x.row(vertex).transpose(); }

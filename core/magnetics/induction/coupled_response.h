@@ -25,9 +25,9 @@ class CoupledResponse {
   std::vector<Vector> received(const std::vector<MagneticBody>& hard, const Vec3& field,
                                std::vector<AppliedField>& applied) const;
 
-  // Returns what one body receives from the charge of all other bodies. Pairs of bodies with panels
-  // use MutualFluxes. Spheres on a common axis use translations of their harmonics. For other
-  // pairs, the field is evaluated at samples.
+  // Returns the excitation of one body by the charges of all other bodies. Pairs of bodies with
+  // panels use MutualFluxes. Spheres on a common axis use translations of their harmonics. For
+  // other pairs, the field is evaluated at samples.
   Vector received(std::size_t target, const std::vector<Vector>& charges) const;
 
   // Returns the bodies as sources with given charges, which vary within panels in the same way as

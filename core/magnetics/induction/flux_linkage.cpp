@@ -44,8 +44,8 @@ void note_edge(const Bore& bore, const Vec3& a, const Vec3& b, BesideWinding& fo
       note(a + (z - a[2]) / (b[2] - a[2]) * (b - a));
 }
 
-// Returns mu0 times the scalar potential of the winding [T m] at points in its axes. `threaded`
-// selects the branch that is continuous in the bore.
+// Returns mu0 times the scalar potential of the winding [T m]. The points are given in the axes of
+// the winding. `threaded` selects the branch of the potential that is continuous in the bore.
 Vector winding_potential(const Bore& bore, bool threaded, const Points& points) {
   const Cylinder magnet(bore.radius, 2.0 * bore.half_length, Vec3(0, 0, bore.polarization));
   Vector potential(points.rows());

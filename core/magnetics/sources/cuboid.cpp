@@ -86,8 +86,10 @@ LOOMSTONE_INLINE void turn(const Lanes r[2][2][2], Lanes out[2][2][2]) {
 }
 
 struct CuboidTerms {
-  const double *half, *j, *inside_j;  // half edge lengths [m], J [T], term added inside [T]
-  double scale;                       // inverse of half the diagonal [1/m]
+  // Half edge lengths [m], J [T], and the term that is added inside the cuboid [T]: J for B, 0 for
+  // mu0 H.
+  const double *half, *j, *inside_j;
+  double scale;  // inverse of half the diagonal [1/m]
 };
 
 template <class Lanes>

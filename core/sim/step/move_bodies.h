@@ -1,5 +1,5 @@
-// Fourth stage: rigid bodies move under impulses from the cloth, gravity, magnets and contacts with
-// bodies and obstacles.
+// Fourth stage: moves the rigid bodies under gravity, magnetic forces, impulses from the cloth, and
+// contacts with bodies and obstacles.
 #pragma once
 
 #include "core/sim/step/loads.h"

@@ -102,7 +102,8 @@ PartWork work_of_contacts(const StepContext& part, const Loads& loads, NearConta
   ExtraTerms terms = near.terms;
   // Forces are evaluated at the same time within the step as in the scheme.
   const double time = engines.integrator->time_of_forces();
-  const bool newton = engines.integrator->asks_energy();  // the scheme solves with the exact law
+  // Newton schemes solve with the exact law of contacts; the others use a linearised law.
+  const bool newton = engines.integrator->asks_energy();
   if (newton)
     terms_at(near, engines, time * displacement, time * part.h, TermRequest::Derivative, terms);
   else

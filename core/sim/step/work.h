@@ -8,8 +8,9 @@ namespace loomstone {
 // Cloth and bodies after the solve and the bodies' stage, before limits and certification change
 // them.
 struct Solved {
-  Points x, v;                 // (n x 3) of cloth [m], [m/s]
-  Points body_velocity;        // (2 b x 3) from the solve: translations and rotations
+  Points x, v;  // (n x 3) of cloth [m], [m/s]
+  // (2 b x 3) Velocity [m/s] and angular velocity [rad/s] of each body, from the solve.
+  Points body_velocity;
   double body_energy = 0.0;    // kinetic and gravitational energy of the bodies [J]
   double obstacle_work = 0.0;  // work of scripted obstacles on the bodies [J]
 };
@@ -21,10 +22,10 @@ struct PartWork {
   double damping = 0.0;   // done against viscosity and damping of bending
 };
 
-// Returns the work of a part [J]. Elastic forces are the mean of the start and the end. Viscous
-// forces are those in the middle of the motion at its mean velocity, and contact forces are those
-// of the solve. The work on a prescribed vertex is the change of its kinetic energy less the work
-// of these forces on it.
+// Returns the work of a part [J]. Elastic forces are the means of those at the start and at the end
+// of the part. Viscous forces are those in the middle of the motion at its mean velocity, and
+// contact forces are those of the solve. The work on a prescribed vertex is the change of its
+// kinetic energy less the work of these forces on it.
 PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts& near,
                       const Solved& solved, const State& state, Engines& engines);
 

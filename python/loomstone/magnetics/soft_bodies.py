@@ -63,9 +63,9 @@ def soft_cuboid(
 
     cells: panels along the shortest edge, a multiple of 4 from 8 to 48. Longer edges have more
     panels (an edge ten times as long: four times as many). Panels are finer towards the edges,
-    where the charge is singular. The responses of three grids are extrapolated. If a magnet is at a
-    gap of at least a tenth of the shortest edge, force and torque have a relative error below
-    1e-3 with 16 cells and 1e-4 with 24, if the edges are in a ratio of at most 10 : 5 : 1. The
+    where the charge is singular. The responses of three grids are extrapolated. If the edges are in
+    a ratio of at most 10 : 5 : 1 and the gap to the magnet is at least a tenth of the shortest
+    edge, the relative error of force and torque is below 1e-3 with 16 cells and 1e-4 with 24. The
     median errors are 1e-5 and 4e-6, and `force` estimates the error of each result. On wider
     plates, panels grow towards the middle, and a magnet near the middle requires a focus.
 

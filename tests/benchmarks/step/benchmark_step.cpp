@@ -1,7 +1,7 @@
 // Time of a step of a cloth draped over a sphere, without collisions (loads, forces, assembly,
 // solve, motion). Compares solvers and bending elements, mesh sizes, numbers of threads, and the
-// errors at several tolerances of the solver. Every repetition starts from the same state, except
-// that one vertex is displaced by 1 nm in every second one. The smallest time is printed. A
+// errors at several tolerances of the solver. All repetitions start from the same state, except
+// that every second repetition displaces one vertex by 1 nm. The smallest time is printed. A
 // matrix-vector product of fixed size (7,396 block rows, one thread) is timed between the
 // repetitions. Step times depend on the machine, their ratio to the time of this product much less.
 //   benchmark_step [solvers] [growth [cells ...]] [accuracy] [threads]      (default: all; growth

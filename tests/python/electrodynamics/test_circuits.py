@@ -65,7 +65,7 @@ def test_the_inductance_of_a_loop_with_itself_is_refused_because_it_is_infinite(
     for other in (loop, loop.rotated((np.pi, 0, 0)), M.loop(radius=0.1, current=2.0)):
         with pytest.raises(ls.InvalidInput, match="thin wire with itself is infinite"):
             M.mutual_inductance(loop, other)
-    # A solenoid has a finite self-inductance, and close loops a finite mutual inductance.
+    # The self-inductance of a solenoid and the mutual inductance of two close loops are finite.
     winding = M.solenoid(radius=0.1, length=0.05, current=1.0, turns=100)
     assert np.isfinite(M.mutual_inductance(winding, winding))
     assert M.mutual_inductance(loop, loop.moved((0, 0, 1e-4))) > 0

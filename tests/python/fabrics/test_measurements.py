@@ -138,7 +138,8 @@ def test_strips_that_are_turned_with_their_material_hang_alike():
 
 
 def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
-    """Linear plate theory with nu = 0: w = c0 + c1 r^2 + c2 ln r + c3 r^2 ln r + q r^4 / (64 B).
+    """In linear plate theory with nu = 0, the sag is w = c0 + c1 r^2 + c2 ln r + c3 r^2 ln r
+    + q r^4 / (64 B), where q is the load per area and B the bending stiffness.
 
     Linear theory applies because the sag is only 0.13 mm.
     """
@@ -171,13 +172,14 @@ def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
         assert bring_to_rest(sim, drift=1e-7).at_rest
         rim = np.linalg.norm(mesh.vertices[:, :2], axis=1) > SPECIMEN - 1e-9
         errors.append(abs(-sim.positions[rim, 2].mean() / sag - 1))
-    # Measured: 4.7 % and 2.1 %. The error is of second order in the edge length.
+    # The measured errors are 4.7 % and 2.1 %. The error is of second order in the edge length.
     assert errors[1] < 0.03 and errors[1] < 0.6 * errors[0]
 
 
 def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_cloth_comes_to_rest():
-    # A limp knit that strains by 2 % if its limits allow it. The means of eight specimens are
-    # compared, because the coefficients of single specimens differ by 8 %, and their folds by four.
+    # A limp knit that strains by 2 % if its limits allow it. The test compares means of eight
+    # specimens, because single specimens differ by 8 % in their drape coefficients and by four in
+    # their numbers of folds.
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
     limits = (ls.StrainLimit(0.05, 0.05, 0.05), ls.StrainLimit(0.01, 0.01, 0.05))
     loose, tight = (
@@ -199,8 +201,9 @@ def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_clo
 
 
 def test_conforming_triangles_do_not_lock_at_limits_of_a_hundredth_in_stretch_and_compression():
-    # At limits of 0.1 %, triangles lock, and the drape coefficient exceeds 65 %.
-    # docs/performance.md lists results with both limits for several mesh sizes.
+    # At limits of 0.1 % instead of 1 %, triangles lock, and the drape coefficient exceeds 65 %
+    # instead of about 30 %.
+    # tests/benchmarks/locking.py compares both limits at several mesh sizes.
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
     hundredth = ls.StrainLimit(0.01, 0.01, 0.01, weft_min=-0.01, warp_min=-0.01)
     free, limited = (
@@ -212,7 +215,7 @@ def test_conforming_triangles_do_not_lock_at_limits_of_a_hundredth_in_stretch_an
         assert result.rest.at_rest and result.intersections == 0
     assert max(np.abs(ls.limits.strain(r.positions, r.mesh)).max() for r in free) > 0.02
     coefficient = [np.mean([r.drape_coefficient for r in results]) for results in (free, limited)]
-    # The means of six specimens were 30.5 and 30.7 %.
+    # In a measurement with six specimens each, the mean coefficients were 30.5 and 30.7 %.
     assert coefficient[1] == pytest.approx(coefficient[0], rel=0.1)
 
 

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from loomstone import magnetics as M
 
-# Ratios of the edges, susceptibilities, and number of cells of the reference.
+# Each entry contains the ratios of the edges, the susceptibilities, and the number of cells of the
+# reference.
 SHAPES = [
     ((1, 1, 1), (0.1, 30.0, 1e5), 32),
     ((1.5, 1, 1.2), (3.0, 1000.0), 32),
