@@ -1,5 +1,5 @@
-// Times of the collision stages, printed by test_collision "[timing]" [ms]. The usual test run
-// excludes them.
+// Measures the times of the collision stages [ms]. The usual test run excludes these cases; the
+// command test_collision "[timing]" runs them.
 #include <catch2/catch.hpp>
 
 #include <chrono>
