@@ -25,7 +25,7 @@ TEST_CASE("with the exact Jacobian Newton's residual is squared from one iterati
   const std::string element = GENERATE("mid-edge", "hinge");
   CAPTURE(method, element);
   // A spinning sheet under tension, rolled to hinge angles of about 0.5 rad. At these angles, the
-  // part of the bending stiffness that is due to moments is comparable to the elastic part.
+  // geometric stiffness of bending is comparable to the elastic stiffness.
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 5, 5, 0.2, 3);
   IntegratorOptions o = exact_options(method.c_str(), 5e-3);
   o.implicit()->bending = BendingInStep::Implicit, o.newton()->newton_tolerance = 1e-13;

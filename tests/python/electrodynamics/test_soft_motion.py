@@ -139,8 +139,8 @@ def test_free_bodies_keep_momenta_and_energy_and_the_same_bits():
     )
     exchanged = sim.report.energy.magnetic - potential
     gained = sim.report.energy.body_kinetic + sim.report.energy.magnetic - energy
-    # With 8 cells, the force has an error of 2e-3. The error of the trajectory is of second order
-    # in the step.
+    # With 8 cells, the force has a relative error of 2e-3. The bound also allows for the error of
+    # the trajectory, which is of second order in the step.
     assert exchanged < 0 and abs(gained) < 5e-3 * abs(exchanged)
     other = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-4), threads=3)
     other.restore(kept)
