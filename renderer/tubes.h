@@ -10,7 +10,7 @@ namespace loomstone {
 struct BodiesAndTubes {
   DrawnMesh mesh;
   Points positions;  // [m]
-  Vector values;     // values of the bodies' poles, then values of the curves
+  Vector values;     // magnetic poles of the bodies' vertices, then values of the curves
 };
 
 // Joins the meshes of bodies and curves. `first_bodies`, the vertices of the bodies in the first

@@ -20,7 +20,7 @@ struct Quiet {
   Quiet(const Quiet&) = delete;
 };
 
-// Owner of an HDF5 identifier of any kind within a function.
+// Owns an HDF5 identifier of any kind and releases it at the end of its scope.
 struct Id {
   hid_t id;
   explicit Id(hid_t given) : id(given) {}

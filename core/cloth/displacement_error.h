@@ -13,10 +13,10 @@ struct StepError {
   // Largest eigenvalue of 1/2 dF^T dF over all triangles, where dF is the gradient of the
   // displacement [1].
   double strain = 0.0;
-  // Membrane energy of these strains as a fraction of the kinetic energy of the cloth; the largest
-  // fraction of all cloths [1]. Kinetic energy is measured in a frame that moves with the cloth:
-  // with the mean velocity of its prescribed vertices if there are any, and otherwise with the
-  // velocity of its centre of mass.
+  // Membrane energy of the neglected strain of a cloth, divided by the cloth's kinetic energy [1].
+  // This is the largest ratio of all cloths. Kinetic energy is measured in a frame that moves with
+  // the cloth: with the mean velocity of its prescribed vertices if there are any, and otherwise
+  // with the velocity of its centre of mass.
   double energy = 0.0;
 };
 
@@ -43,12 +43,14 @@ class DisplacementError {
                      double h);
 
  private:
-  // A block of triangles of one cloth, with a share of its vertices.
+  // A block of triangles of one cloth, and a share of the cloth's vertices.
   struct Block {
     Index cloth = 0, first_triangle = 0, last_triangle = 0, first_vertex = 0, last_vertex = 0;
   };
-  // Results of a block for a displacement u: neglected strain, its energy, and sums over vertices.
+  // Results of a block for a displacement u. dissipation() uses velocities in place of u.
   struct Sums {
+    // Neglected strain [1], and its membrane energy [J]. In dissipation(), `energy` is the energy
+    // that implicit Euler removes, and `elastic` is the membrane energy at x1 [J].
     double strain = 0.0, energy = 0.0, elastic = 0.0;
     double squares = 0.0;            // sum of m u^2 [kg m^2]
     Vec3 moment = Vec3::Zero();      // sum of m u [kg m]
@@ -59,7 +61,7 @@ class DisplacementError {
     double height = 0.0;                          // 1/2 m g L, where L^2 is the area [J]
   };
 
-  // The displacement is (end - start) * time, where start may be null.
+  // The displacement is (end - start) * time, or end * time if start is null.
   StepError evaluate(const Team& team, const Points* start, const Points& end, double time,
                      double h);
   Sums sums_of(const Block& block, const Points* start, const Points& end) const;

@@ -15,7 +15,8 @@ struct SchemeCoefficients {
   double sigma;  // factor of forces on the right-hand side [s]
   double reach;  // displacement at constant velocity divided by this velocity [s]
   double time;   // time from the start of the step to the evaluation of forces [s]
-  // BDF-2: factor of the last displacement and change of velocity; 0 for the other schemes [1].
+  // Factor b of BDF-2, which multiplies the displacement and the change of velocity of the last
+  // step [1]. It is 0 for the other schemes.
   double history = 0.0;
 };
 

@@ -14,10 +14,10 @@
 namespace loomstone {
 namespace {
 
-// A triangle counts as one of zero area if its height is at most one of two bounds: a fraction of
-// its longest edge, or a fraction of the mesh's largest coordinate. Our choice: both bounds are far
-// below the heights of slivers from mesh generators and just above the rounding of collinear
-// points.
+// Bounds of the height of a triangle, as fractions of its longest edge and of the mesh's largest
+// coordinate. A triangle whose height is not above both bounds counts as one of zero area. Our
+// choice: both bounds are far below the heights of slivers from mesh generators and just above the
+// rounding of collinear points.
 constexpr double smallest_height_of_edge = 1e-9;
 constexpr double smallest_height_of_coordinate = 16.0 * 2.2e-16;
 

@@ -86,7 +86,7 @@ class Bisection {
   }
 
   // Orders the vertices at positions [begin, end) breadth-first, so that neighbours are close
-  // together. Each connected component starts at its first vertex.
+  // together. Each connected component starts at the vertex that was its first.
   void breadth_first(Index begin, Index end) {
     for (Index place = begin; place < end; ++place) local_[order_[place]] = 0;
     moved_.clear();

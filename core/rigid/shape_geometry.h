@@ -16,7 +16,7 @@ void check_orientation(const Vec4& orientation, const std::string& where);
 // these are the mesh axes.
 Mat3 principal_axes(const Mat3& inertia);
 
-// Vertices in principal axes relative to the centre of mass [m].
+// Returns the vertices relative to the centre of mass, in principal axes [m].
 std::vector<Vec3> body_points(const TriangleMesh& mesh, const Vec3& centre, const Mat3& principal);
 
 // Returns the radius of a spherical mesh about its centre of mass [m]. Throws InvalidInput unless

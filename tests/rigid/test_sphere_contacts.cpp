@@ -1,5 +1,5 @@
-// Claims about contacts of spheres, and about spheres so fast that a check for overlap is not
-// enough.
+// Claims about contacts of spheres. A check for overlap would find the contacts of fast spheres too
+// late, so features in the path of a sphere are contacts, too.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -80,7 +80,7 @@ TEST_CASE("a feature in the path of a sphere is a contact ahead, in the plane in
   CHECK((face[0].normal - Vec3::UnitZ()).norm() < 1e-12);
   const auto both =
       contacts_on(box(2.0, 2.0, 2.0), Vec3(0.85, 0.0, -0.8), 0.1, 1e-3, Vec3(0.2, 0.0, -0.3));
-  REQUIRE(both.size() == 2);  // the sphere is inside and meets the floor later than the wall
+  REQUIRE(both.size() == 2);  // inside the box, the sphere meets the wall first and then the floor
   CHECK((both[0].normal + Vec3::UnitX()).norm() < 1e-12);
   CHECK((both[1].normal - Vec3::UnitZ()).norm() < 1e-12);
   const auto edge = contacts_on(cube, Vec3(0.6, 0.0, 0.8), 0.1, 1e-3, Vec3(-0.04, 0.0, -0.4));

@@ -15,12 +15,14 @@ struct Tables {
   const Index* pair_hinge;     // (pairs) second hinge f of each pair (e, f)
   const std::uint8_t* place;   // (pairs x 4) where the stencil of e contains the vertices of f
   const Index* stencil_start;  // (hinges + 1)
-  const double* q;             // (pairs) q_ef [N m]
-  const double* gradient;      // (hinges x 4 x 4) u, fourth component zero [rad/m]
+  const double* q;             // (pairs) coefficient q_ef of u_e u_f^T in the stiffness [N m]
+  // (hinges x 4 x 4) Gradient u of the hinge's angle at four vertices, fourth component 0 [rad/m].
+  const double* gradient;
 };
 
-// Computes the moment gradient sum_f q_ef u_f of every listed hinge e. The output has 4 doubles for
-// each vertex of the stencil of e, hinge by hinge.
+// Computes the moment gradient of every listed hinge e. It is the sum of q_ef u_f over all hinges f
+// that are paired with e. The output has 4 doubles for each vertex of the stencil of e, hinge by
+// hinge.
 void moment_gradients(const Tables& tables, const Index* list, Index n, double* out);
 
 // Hinges that contribute to one row of blocks.

@@ -27,7 +27,7 @@ class EdgeLimiter;
 // are collective.
 class StrainLimiter {
  public:
-  // `ranks` are the ranks that share the check; null: a single process.
+  // The check of all elements is divided among `ranks`; null: a single process.
   StrainLimiter(const LimitedCloth& cloth, const LimitOptions& options,
                 const Communicator* ranks = nullptr);
   ~StrainLimiter();

@@ -32,9 +32,10 @@ constexpr Setting settings[] = {{3, 0.7, 2e-2},  {4, 0.65, 7e-3},   {5, 0.6, 2.5
                                 {11, 0.4, 1e-6}, {13, 0.4, 1e-7},   {14, 0.35, 7e-9}};
 constexpr int n_settings = 12;
 constexpr double spare = 0.75;  // safety factor for sets with slightly larger errors
-// Minimum number of observers for which a setting is first tested on the leaves that contain
-// samples. At 100,000 observers, the test takes a tenth of the time of a pass, and less with more.
-// In a tenth of the cases, the setting is not accurate enough, and the test saves a whole pass.
+// Minimum number of observers for which controlled() first tests a setting on the leaves that
+// contain samples. At 100,000 observers, the test takes a tenth of the time of a pass, and at more
+// observers a smaller share. In a tenth of the cases, the setting is not accurate enough, and the
+// test saves a whole pass. The test therefore pays off beyond 100,000 observers.
 constexpr Index worth_a_look = 200000;
 
 // Marks the cells that contain any of the rows.
@@ -99,11 +100,11 @@ bool few(const DipoleSet& by, Index observers) {
   return static_cast<double>(by.positions().rows()) * observers <= most_direct_pairs;
 }
 
-// Raises the order until the error meets the tolerance. pass(setting, cells) returns the relative
-// error of the samples. If a setting misses its predicted error by a factor, the next one is
-// assumed to miss by the same factor. With many observers, each setting is first tested on the
-// cells that contain samples. The setting that meets the tolerance is then applied to all cells.
-// Returns false if no setting meets the tolerance.
+// Tries ever more accurate settings until the error meets the tolerance. pass(setting, cells)
+// returns the relative error of the samples. If a setting misses its predicted error by a factor,
+// the next one is assumed to miss by the same factor. With many observers, each setting is first
+// tested on the cells that contain samples. The setting that meets the tolerance is then applied to
+// all cells. Returns false if no setting meets the tolerance.
 template <class Pass>
 bool controlled(double tolerance, const PointTree& observers, const std::vector<Index>& samples,
                 Pass&& pass) {

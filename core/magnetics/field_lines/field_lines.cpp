@@ -270,7 +270,7 @@ FieldLines joined(const std::vector<Tracer>& tracers) {
     if (line.sign < 0.0) {
       const bool both = t + 1 < tracers.size() && tracers[t + 1].origin == line.origin;
       if (both) ++t;
-      // A closed line is kept in one direction only, because the other one may miss the seed.
+      // If one direction closes the line, the other one is dropped, since it may miss the seed.
       const bool only_onwards =
           both && line.end != LineEnd::closed && tracers[t].end == LineEnd::closed;
       begin = only_onwards ? LineEnd::closed : line.end;

@@ -17,10 +17,12 @@ enum class LineEnd : std::uint8_t { seed, body, left, closed, length, no_field }
 // Options of trace_field_lines().
 struct LineOptions {
   Vec3 uniform = Vec3::Zero();  // flux density added to that of the bodies [T]
-  Vec3 centre = Vec3::Zero();   // centre of the bounding sphere of the lines [m]
-  double extent = 0.0;          // radius of that sphere [m]; 0: four times the radius of the bodies
-  double tolerance = 1e-5;      // error of a step divided by the extent [1]
-  double length = 0.0;          // maximum length of a line [m]; 0: 20 times `extent`
+  // Centre and radius of the sphere at which lines end [m]. If `extent` is 0, the sphere has the
+  // centre of bounding_ball() and four times its radius.
+  Vec3 centre = Vec3::Zero();
+  double extent = 0.0;
+  double tolerance = 1e-5;  // error of a step divided by the extent [1]
+  double length = 0.0;      // maximum length of a line [m]; 0: 20 times `extent`
 };
 
 // Starting points of lines (n x 3) [m], and the directions in which they are traced: 1 along the
@@ -38,7 +40,7 @@ struct FieldLines {
 };
 
 // Traces lines from the seeds. The tangent turns by at most about 0.1 rad between neighbouring
-// points. Throws InvalidInput.
+// points. Throws InvalidInput if a seed is not finite or an option is out of range.
 FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& bodies,
                              const LineSeeds& seeds, const LineOptions& options);
 

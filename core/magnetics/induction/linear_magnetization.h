@@ -35,7 +35,8 @@ void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBo
 // a superconductor (6.18).
 MagneticBody explicit_response(const SoftBody& body, const Points& cells,
                                const std::vector<MagneticBody>& hard, const Vec3& field);
-// Returns the positions (n x 3) of cells of equal volume with a given density [1/m^3].
+// Divides a body into cells of equal volume and returns their positions (n x 3) [m]. `density` is
+// the number of cells per volume [1/m^3].
 Points explicit_cells(const SoftShape& shape, double density);
 
 }  // namespace loomstone

@@ -70,17 +70,18 @@ int sphere_degree(double radius, double distance, double tolerance);
 // soft spheres is `tolerance` if their centres are `distance` apart.
 int sphere_degree(double radius, double other_radius, double distance, double tolerance);
 
-// Returns a cuboid. `cells` is the number of panels along the shortest edge of the finest of three
-// grids; see check_cells(). Longer edges have more panels; see cuboid_panels(). Richardson
-// extrapolation combines the responses of the grids. If focus > 0 [m], all edges have `cells`
-// panels on two grids, refined near the middle of the wide faces, for a magnet of half width
-// `focus` there. Throws InvalidInput for more than 24,000 panels.
+// Returns a cuboid. Richardson extrapolation combines its responses on three grids of panels. The
+// finest grid has `cells` panels along the shortest edge, see check_cells(), and more along longer
+// edges, see cuboid_panels(). If focus > 0 [m], there are two grids, and all edges have `cells`
+// panels on the finer one. These grids are refined near the middle of the wide faces, for a magnet
+// of half width `focus` there. Throws InvalidInput for more than 24,000 panels.
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,
                          double focus = 0.0);
 
-// Returns a cylinder |z| <= height / 2, or a ring if inner_radius > 0. `cells` is the number of
-// panels along its side in the finest of three grids, as for cuboids. Throws Unsupported if the
-// height or the wall is less than a fiftieth of the radius.
+// Returns a cylinder |z| <= height / 2, or a ring if inner_radius > 0. It has three grids, as
+// cuboids do. `cells` is the number of rows of panels along the height on the finest grid; see
+// cylinder_panels(). Throws Unsupported if the height or the wall is less than a fiftieth of the
+// radius.
 SoftShapePtr soft_cylinder(const Team& team, double radius, double height, double inner_radius,
                            double susceptibility, int cells);
 

@@ -37,8 +37,7 @@ class Polyhedron : public Source {
   std::optional<std::pair<Vec3, Vec3>> box() const override;
   double depth(const Vec3& point) const override;
 
-  // These functions return the surface, with faces counter-clockwise seen from outside, its
-  // polarization and its volume.
+  // Seen from outside, the corners of every triangle are in counter-clockwise order.
   const Points& vertices() const { return vertices_; }        // (n x 3) [m]
   const Triangles& triangles() const { return triangles_; }   // (m x 3)
   const Vec3& polarization() const { return polarization_; }  // J [T]

@@ -37,8 +37,8 @@ class Bisection {
   bool done() const { return left_.empty(); }
   StepPart part() const { return left_.back(); }  // the part to attempt next
 
-  // Splits the next part after its first 1/n, where n is the smallest number for which this first
-  // piece is no longer than `longest` >= 1 [1/64 step].
+  // Splits the next part in two. The first piece is 1/n of the part, with the smallest n for which
+  // this piece is no longer than `longest` >= 1 [1/64 step].
   void shorten(int longest);
 
   enum class Verdict { Accepted, Repeated };

@@ -172,7 +172,7 @@ def turned_panels(pattern: Pattern, reverse: Mapping[Seam, bool]) -> dict[str, b
 def merged(count: int, pairs: Iterable[tuple[int, int]]) -> Indices:
     """Returns the new index of each of `count` vertices after pairs of them have been joined.
 
-    New vertices are numbered in order of first use.
+    New vertices are numbered in the order of the smallest old index of each.
     """
     parent = list(range(count))
 

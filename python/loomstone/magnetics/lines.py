@@ -125,8 +125,8 @@ def frame_curves(
     low, high = box_of(magnets)
     size = float(np.linalg.norm(0.5 * (high - low)))
     thin = 0.006 * size**0.5 * max(m.radius for m in magnets) ** 0.5
-    # Lines of this length can leave the ball of radius `extent`, whereas lines that circle a
-    # current endlessly end before they form a thick bundle.
+    # Lines of this length can leave the ball of radius `extent`. A line that circles a current and
+    # never closes is cut off before it forms a thick bundle.
     return curves_of(
         field_lines(magnets, lines, uniform=uniform, tolerance=1e-4, length=6.0 * size, threads=1),
         thin,

@@ -16,7 +16,7 @@ __all__ = ["read", "write"]
 
 @takes()
 def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
-    """Reads a TriangleMesh from a file: OBJ or PLY directly, other formats by meshio if installed.
+    """Reads a TriangleMesh from an OBJ or PLY file. Other formats need the package meshio.
 
     with_uv : whether texture coordinates are read; obstacles and bodies do not need them
     """
@@ -44,7 +44,7 @@ def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
 
 @takes()
 def write(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
-    """Writes OBJ or PLY, depending on the suffix, or other formats by meshio if installed."""
+    """Writes a file in the format of its suffix. Formats other than OBJ and PLY need meshio."""
     path = Path(path)
     if path.suffix.lower() in (".obj", ".ply"):
         _core.write_mesh(str(path), mesh)

@@ -124,7 +124,7 @@ TEST_CASE("with its geometric part the bending stiffness is the exact Hessian in
   for (std::size_t i = 0; i + 1 < errors.size(); ++i)
     CHECK(std::log2(errors[i] / errors[i + 1]) == Approx(2.0).margin(0.2));
   CHECK(errors.back() < 1e-3);
-  // Two ranges of rows on three threads give the same bits.
+  // Assembly in two ranges of rows, on three threads, gives the same bits as in a single range.
   BlockMatrix parts(n, bending->couplings());
   for (const auto& [begin, end] :
        {std::pair<Index, Index>(0, 11), std::pair<Index, Index>(11, n)}) {
@@ -345,6 +345,6 @@ TEST_CASE("a subset of triangles takes only the vertices of its neighbourhood") 
   const BendingSetup setup = flat_setup(mesh, some_rigidity());
   const BendingSubset subset =
       bending_subset(setup, edge_table(mesh.n_vertices(), setup.triangles), {400});
-  CHECK(subset.vertices.size() < 15);  // two rings of neighbours have 12 vertices at most
+  CHECK(subset.vertices.size() < 15);  // a triangle and two rings of neighbours have at most 12
   CHECK(std::is_sorted(subset.vertices.begin(), subset.vertices.end()));
 }

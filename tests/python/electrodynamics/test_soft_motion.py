@@ -63,16 +63,16 @@ def test_a_magnet_floats_above_a_superconducting_plate():
         c for c in cases("v_levitation_above_plane") if c["angle_from_vertical_deg"] == 90.0
     )
     rest, frequency = resting_place(case)
-    # The plate has 8 cells, and its width is only four times the height of the magnet above it. Its
-    # force is 5 % weaker than that of an infinite plane, so the height is lower by slightly more
-    # than a quarter of 5 %.
+    # The plate has only 8 cells, and it is only four times as wide as the magnet is high above it.
+    # Its force is therefore 5 % weaker than that of an infinite plane. The force is proportional to
+    # height^-4, so the equilibrium is lower by slightly more than a quarter of 5 %.
     assert rest == pytest.approx(case["equilibrium_height_of_centre"], rel=0.02)
     assert frequency == pytest.approx(case["vertical_frequency_Hz"], rel=0.035)
     places, _ = heights(floating(case, "superconductor", rest + 2e-4), 110)
     z = places[:, 2] - rest
-    # The amplitude is the initial displacement of 2e-4, with a tolerance for the height at rest. It
-    # differs by 6 um, because the scene computes the force on the ball and `rest` follows from the
-    # force on the panels, and the two forces differ by 2e-3.
+    # The amplitude is the initial displacement of 2e-4. The bounds allow for the error of `rest`,
+    # which is 6 um: `rest` follows from the force on the panels, and the scene computes the force
+    # on the ball. The two forces differ by the fraction 2e-3.
     assert 1.5e-4 < np.abs(z).max() < 2.4e-4, "it swings about its place"
     turns = np.flatnonzero(np.diff(np.sign(z)) != 0)
     crossings = turns + z[turns] / (z[turns] - z[turns + 1])
@@ -139,8 +139,8 @@ def test_free_bodies_keep_momenta_and_energy_and_the_same_bits():
     )
     exchanged = sim.report.energy.magnetic - potential
     gained = sim.report.energy.body_kinetic + sim.report.energy.magnetic - energy
-    # With 8 cells, the force has an error of 2e-3. The error of the trajectory is of second order
-    # in the step.
+    # With 8 cells, the force has a relative error of 2e-3. The bound also allows for the error of
+    # the trajectory, which is of second order in the step.
     assert exchanged < 0 and abs(gained) < 5e-3 * abs(exchanged)
     other = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-4), threads=3)
     other.restore(kept)

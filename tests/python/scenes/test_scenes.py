@@ -83,7 +83,7 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
                 "a ball on the table below the bowl has its centre at 0"
             )
     assert sim.report.magnets.substeps >= 1
-    if name == "motor":  # the source's energy becomes heat and motion
+    if name == "motor":  # the source's energy becomes heat, motion and L I^2 / 2 with L = 5e-4 H
         turning = sim.report.energy.body_kinetic + sim.bearing_work + 0.25e-3 * sim.current**2
         assert turning + sim.circuit_heat == pytest.approx(sim.circuit_supply, rel=5e-3)
         assert sim.state.body_angular_velocities[0, 2] > 50

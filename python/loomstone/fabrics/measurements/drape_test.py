@@ -168,8 +168,8 @@ def shadow(
 ) -> tuple[NDArray[np.bool_], Floats, float]:
     """Returns the pixels whose centres are covered by triangles, as seen from above.
 
-    The result is an array of flags, indexed by x and y, the position of the array's lower corner
-    [m], and the side of a pixel [m].
+    The first result is an array of flags with indices along x and y. The others are the position of
+    the array's lower corner [m] and the side of a pixel [m].
     """
     xy = positions[:, :2] / pixel
     low = np.floor(xy.min(0)) - 1
