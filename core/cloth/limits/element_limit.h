@@ -1,7 +1,7 @@
-// Strain limiting of one triangle: closed-form polar decomposition of the 3x2 deformation gradient,
-// strain, and the correction that reaches a target strain and conserves linear and angular
-// momentum. Implements [Thomaszewski2010] 3.3.1, (3.2)-(3.14). The code is written once for one
-// triangle (Real = double) and for eight triangles (Real = Lanes of core/base/simd.h).
+// Strain limiting of one triangle: closed-form polar decomposition F = R U of the 3x2 deformation
+// gradient F, strain U - I, and the correction that reaches a target strain and conserves linear
+// and angular momentum. Implements [Thomaszewski2010] 3.3.1, (3.2)-(3.14). The code is written once
+// for one triangle (Real = double) and for eight triangles (Real = Lanes of core/base/simd.h).
 //
 // The 6x6 system (3.10) is solved without an inverse. Corner displacements that satisfy the strain
 // rows are affine, R (E + w J) X. Here E = target - strain (symmetric 2x2), J is the rotation by 90
@@ -16,13 +16,13 @@
 // A held corner has infinite mass. It becomes the centre, and w conserves angular momentum about
 // it. This solves the four remaining equations exactly. With two held corners, two unknowns remain,
 // and the strain tensor is matched in the least-squares sense. The displacement is again
-// (E + w J) X, where X is the height vector over the held edge. This departs from (3.15), whose
+// R (E + w J) X, where X is the height vector over the held edge. This departs from (3.15), whose
 // result depends on the unit of mass. With three held corners nothing moves.
 //
-// For a triangle in space, F has no sign. U is therefore never indefinite, and an inverted triangle
-// counts as a rotated one. If F has rank one (d = 0), the plane of the triangle is unknown, and an
-// arbitrary normal is chosen. At rank zero (all corners coincide) no direction exists and nothing
-// is corrected. None of these cases yields NaN.
+// The 3x2 matrix F has no determinant that could tell an inverted triangle from a rotated one. U is
+// therefore never indefinite, and an inverted triangle counts as a rotated one. If F has rank one,
+// the plane of the triangle is unknown, and an arbitrary normal is chosen. At rank zero (all
+// corners coincide) no direction exists and nothing is corrected. None of these cases yields NaN.
 #pragma once
 
 #include <cmath>
@@ -197,8 +197,9 @@ LOOMSTONE_INLINE Real spin(const Symmetric<Real>& m, const Symmetric<Real>& u,
   return q / (-1e-300 - (um11 + um22));
 }
 
-// Returns w = (h x E h) / |h|^2, the least-squares fit of the strain tensor for two held corners.
-// h is the height vector over the held edge, and `m` is h h^T.
+// Returns w = (h x E h) / |h|^2 for two held corners. With this w, the strain that the displacement
+// R (E + w J) h causes is the best fit of E in the least-squares sense. h is the height vector over
+// the held edge, and `m` is h h^T.
 template <class Real>
 LOOMSTONE_INLINE Real spin_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
   return ((m.a11 - m.a22) * e.a12 + m.a12 * (e.a22 - e.a11)) / (m.a11 + m.a22 + 1e-300);
