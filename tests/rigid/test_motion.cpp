@@ -140,6 +140,6 @@ TEST_CASE("points of a body go to the world and back, and move with its velocity
   const double h = 1e-5;
   run(world, state, h, 1, 0);
   // The difference quotient has an error of h omega^2 r / 2 = 3e-6. The gyroscopic change of omega
-  // is of the same order.
+  // has an effect of the same order, and the tolerance has a margin.
   CHECK(((to_world(state, 0, local) - before) / h - velocity).norm() < 1e-4);
 }

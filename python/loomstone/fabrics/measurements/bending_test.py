@@ -34,8 +34,8 @@ class CantileverResult:
     """Result of the cantilever test for one direction.
 
     angle_degrees : angle of the strip to weft
-    overhang : overhang l at 41.5 degrees [m]
-    elastica : overhang l of the elastica at the same angle [m]
+    overhang : overhang l at which the chord is inclined by 41.5 degrees [m]
+    elastica : overhang l of the elastica at the same inclination [m]
     rigidity : rigidity of the strip by plate theory [N m]
     measured_rigidity : rigidity of an elastica with the measured overhang [N m]
     at_rest : whether every strip came to rest
