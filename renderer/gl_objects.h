@@ -66,7 +66,7 @@ class Program {
   GlObject object_;
 };
 
-// Throws Unsupported if the bound framebuffer is incomplete.
+// Throws Unsupported if the bound framebuffer is incomplete. The message names its owner, `what`.
 void check_framebuffer(const GL& gl, const char* what);
 
 }  // namespace loomstone

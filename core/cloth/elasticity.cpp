@@ -114,7 +114,8 @@ void Elasticity::add_bending(const Team& team, const Points& x, JacobianTerms te
   }
 }
 
-// Computes the product before the mass is added to the matrix, so that the product excludes it.
+// Multiplies rows [begin, end) of the matrix by product.w, and then adds the mass to these rows.
+// The product therefore excludes the mass.
 void Elasticity::finish_rows(Index begin, Index end, Product product) {
   if (product.w) {
     matrix_.multiply(begin, end, wide_in_.data(), wide_out_.data());

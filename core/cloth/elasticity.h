@@ -15,7 +15,7 @@
 namespace loomstone {
 
 // How bending enters a step. Explicit: only as a force. Lumped: as a force, and in the matrix as a
-// sparse bound of its stiffness that keeps linearly implicit steps stable (see
+// sparse upper bound of half its stiffness, which keeps linearly implicit steps stable (see
 // BendingSetup::lumped_stiffness). Full: as a force, and in the matrix with the full Gauss-Newton
 // stiffness.
 enum class BendingTreatment { Explicit, Lumped, Full };

@@ -102,8 +102,8 @@ std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options,
 
 // Selects how bending enters the step. BendingInStep::Auto selects implicit bending if
 // h (h + 2 beta) lambda > (0.8 * 2)^2, where beta [s] is the bending damping and lambda is the
-// largest eigenvalue of M^-1 K for bending. Semi-implicit Euler uses a sparse upper bound of the
-// bending stiffness, unless bending is damped or the Jacobian is exact.
+// largest eigenvalue of M^-1 K for bending. Semi-implicit Euler uses the lumped bending stiffness,
+// unless bending is damped or the Jacobian is exact.
 BendingTreatment bending_treatment(const IntegratorOptions& options, const ClothModel& model);
 
 }  // namespace loomstone

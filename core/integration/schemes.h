@@ -28,8 +28,9 @@ void prescribe_velocities(const StepInputs& inputs, const Points& x, Points& v);
 // Sets the positions of fixed rows exactly to their targets.
 void place_fixed(const StepInputs& inputs, Points& x);
 
-// Adds the forces of terms, -sigma J^T (g + H d), to the owned rows of `rhs`, with J, g and H as in
-// extra_terms.h. Here d = sum J displacement - time * drift. `c` contains sigma and time.
+// Adds the forces of the terms, -sigma J^T (g + H d), to the owned rows of `rhs`. J, g and H are
+// those of extra_terms.h. d is the relative displacement of a term at the time c.time after the
+// start of the step, for the given displacement of the rows.
 void add_term_forces(const ExtraTerms& terms, const RowLayout& layout, const SchemeCoefficients& c,
                      const Points& displacement, Points& rhs);
 

@@ -1,6 +1,6 @@
-// Closest-point queries and inside tests. Embree's tree (user geometry, bounds rounded outwards to
-// float) finds the candidates. Distances are computed here in double precision, so the result
-// equals that of an exhaustive search. Pseudo-normals: [BaerentzenAanaes2005].
+// Closest-point queries and inside tests. Embree finds the candidates, from bounding boxes that are
+// rounded outwards to float. Distances are computed here in double precision, so the result equals
+// that of an exhaustive search. Pseudo-normals are those of [BaerentzenAanaes2005].
 #include "core/mesh/spatial_query.h"
 
 #include <embree3/rtcore.h>

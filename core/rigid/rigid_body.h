@@ -133,7 +133,7 @@ std::vector<std::uint8_t> bodies_on_obstacles(int n,
                                               const std::vector<std::array<int, 2>>& pressed);
 
 // Moves the bodies and resolves their contacts with each other and with obstacles. Cloth acts on
-// bodies only by impulses. Hides Bullet.
+// bodies only by impulses. No Bullet type appears in this interface.
 class RigidWorld {
  public:
   // Solver sweeps over all contacts. With 50, cubes of 1 cm stay at rest at steps of 1 ms. With 10,
@@ -169,8 +169,7 @@ class RigidWorld {
   // Returns an array (b) that is 1 for bodies that were pressed against an obstacle in the last
   // step, directly or through other bodies.
   std::vector<std::uint8_t> supported() const;
-  // Writes the manifolds to `state`. A run that restore() continues from `state` is bitwise
-  // identical.
+  // Writes the contact manifolds to `state`, so that restore() can rebuild the world from it.
   void save(RigidState& state) const;
 
  private:

@@ -226,8 +226,8 @@ TEST_CASE("linear momentum is kept to rounding by every integrator with the dire
       before += run.model.mass[i] * run.state.v.row(i).transpose();
     for (int i = 0; i < 200; ++i) run.advance();
     INFO(method);
-    // The tolerance covers rounding in 200 steps. The forces summed in these steps are a thousand
-    // times the change of momentum.
+    // The tolerance covers rounding in 200 steps. The rounding errors are those of large internal
+    // forces, which cancel in the total momentum.
     CHECK(momentum_error(run, before) < 1e-11);
   }
 }
@@ -313,7 +313,7 @@ TEST_CASE("a hanging strip stretches as the analytic solution, along weft and al
     start(run, o);
     for (int i = 0; i < 60; ++i) run.advance();
     const double bottom = run.state.x.col(weft ? 0 : 1).minCoeff();
-    // The error of linear triangles is of second order in their size; 24 lie along the strip.
+    // The tolerance covers the second-order error of linear triangles (24 cells lengthwise).
     CHECK(length / 2 - bottom == Approx(hang).epsilon(1e-3));
   }
 }
@@ -350,7 +350,7 @@ TEST_CASE(
       if (base.uv()(i, 0) < 1e-9 - length / 2 && std::abs(base.uv()(i, 1)) < 1e-9)
         bottom = run.state.x(i, 0);
     INFO(degrees << " degrees: hangs " << length / 2 - bottom << ", closed form " << hang);
-    // The tolerance is relative to the elongation.
+    // The tolerance is relative to the elongation and covers the two effects described above.
     CHECK(length / 2 - bottom - length == Approx(hang - length).epsilon(5e-3));
   }
 }

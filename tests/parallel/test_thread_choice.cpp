@@ -21,7 +21,7 @@ TEST_CASE("one thread is used beside other programs, and all of them are tried a
   CHECK(choice.threads() == 1);
   choice.judge(0.02, 0.02);
   CHECK(choice.threads() == 4);
-  // Each trial that fails doubles the time until the next.
+  // Each failed trial of all threads doubles the time until the next trial.
   const auto steps_on_one = [&] {
     choice.judge(0.02, 0.01);
     int steps = 0;
@@ -33,7 +33,7 @@ TEST_CASE("one thread is used beside other programs, and all of them are tried a
   CHECK(third == Approx(2 * second).margin(2));
   for (int trial = 0; trial < 10; ++trial) steps_on_one();
   CHECK(steps_on_one() == Approx(500).margin(2));  // the time until a trial is at most 10 s
-  // A trial that succeeds resets the time until the next trial.
+  // A successful trial resets this time.
   choice.judge(0.02, 0.02);
   CHECK(steps_on_one() <= 6);
 }

@@ -29,11 +29,11 @@ struct BendingSetup {
       prescribed;                   // (n) 1: prescribed vertex; see midedge_setup.cpp for clamping
   bool flat_rest = true;            // true: zero rest angles; false: angles of rest_positions
   std::vector<double> rest_angles;  // [rad] ordered as hinges(); empty: see flat_rest
-  // Mid-edge element only. The Gauss-Newton matrix is U^T Q U. Row e of U is the gradient of the
-  // angle of hinge e, and Q couples pairs of hinges. If true, add_stiffness() adds U^T diag(q) U
-  // instead, with q_e = 1/2 sum_f |Q_ef|. By Gershgorin's theorem, this is an upper bound of half
-  // the Gauss-Newton matrix, which suffices for stable linearly implicit steps. This lumped matrix
-  // has a third of the blocks. The bound is not taken from the literature.
+  // True: the mid-edge element replaces its Gauss-Newton matrix by a lumped matrix, which has a
+  // third of the blocks. The Gauss-Newton matrix is U^T Q U, where row e of U is the gradient of
+  // the angle of hinge e, and Q couples pairs of hinges. The lumped matrix is U^T diag(q) U with
+  // q_e = 1/2 sum_f |Q_ef|. By Gershgorin's theorem, it is an upper bound of half the Gauss-Newton
+  // matrix, which suffices for stable linearly implicit steps. It is not taken from the literature.
   bool lumped_stiffness = false;
   // (m) 1: the triangle has energy; 0: it has none, and serves only to find the curvature of its
   // neighbours. Empty: all triangles have energy. The energies of disjoint sets of triangles add up

@@ -30,8 +30,9 @@ RestTriangle rest_triangle(const Corners2& corners) {
     const Vec2 p = x[(i + 1) % 3], q = x[(i + 2) % 3];
     const double l = (q - p).norm(), h = 2.0 * r.area / l;
     const Vec2 t = (q - p) / l, n(t.y(), -t.x());
-    // The angle is h / 2 k_nn - a k_nt + b k_tt, with the curvature k in the directions normal and
-    // tangential to the edge. `a` is the position of corner i along t, relative to the midpoint.
+    // The angle psi_i is h / 2 k_nn - a k_nt + b k_tt, where k_nn, k_nt and k_tt are the components
+    // of the curvature along the normal n and the tangent t of the edge. h is the height over the
+    // edge, and `a` is the position of corner i along t, relative to the midpoint of the edge.
     const double a = (x[i] - 0.5 * (p + q)).dot(t), b = (a * a - 0.25 * l * l) / (2.0 * h);
     const auto form = [](const Vec2& u, const Vec2& v) {
       return Row3(u.x() * v.x(), u.y() * v.y(), 0.5 * (u.x() * v.y() + u.y() * v.x()));
@@ -175,7 +176,8 @@ Builder::Slope Builder::slope(Index e) const {
   const Mat3 kept = Split(moments, 1e-13).null_space();
   const Row3 wanted = 0.5 * (rest_[first].angle[local_edge(first, h.edge)] -
                              rest_[second].angle[local_edge(second, h.edge)] * to_second);
-  // Weights p of least norm such that sum_k p_k angles_k equals `wanted` for these curvatures.
+  // The weights p have the least norm for which sum_k p_k angles_k and `wanted` agree on all
+  // curvatures in the range of `kept`.
   Mat3 gram = Mat3::Zero();
   for (const Row3& angle : angles) gram += (angle * kept).transpose() * (angle * kept);
   const Vec3 dual = Split(gram, 1e-12).pseudo_inverse() * (wanted * kept).transpose();

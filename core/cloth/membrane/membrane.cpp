@@ -31,7 +31,7 @@ MembraneConstants membrane_constants(const ClothMaterial& material, const std::s
         "got {1}; raise {0}.viscosity_dilation to {2} or more",
         where, material.viscosity_dilation, -material.viscosity_shear);
   }
-  // (2.22) with E1 along weft: a12 = nu12 E2 / (1 - nu12 nu21).
+  // These are the constants of (2.22), with E1 along weft and a12 = nu12 E2 / (1 - nu12 nu21).
   return {material.weft_stiffness / determinant,
           material.warp_stiffness / determinant,
           nu12 * material.warp_stiffness / determinant,

@@ -83,9 +83,9 @@ class Membrane {
     double energy = 0.0;   // [J]
     double elastic = 0.0;  // membrane energy at positions `end` [J]
   };
-  // Computes the neglected strain of the displacement end - start (n x 3 each) for the triangles
-  // [first_triangle, last_triangle). If `start` is null, `end` contains the displacement itself or
-  // positions. `elastic` has a meaning only for positions.
+  // Computes the neglected strain of the triangles [first_triangle, last_triangle) for the
+  // displacement end - start (n x 3 each), or for the displacement `end` if `start` is null.
+  // `elastic` is meaningful only if `end` contains positions.
   Neglected neglected(const double* start, const double* end, Index first_triangle,
                       Index last_triangle) const;
 

@@ -115,7 +115,7 @@ Impact test(const MovingPoints& q, double largest_floor, FloorOf&& floor_of) {
       next = differences.advance(closest.difference / closest.distance, time, floor);
     if (next < 1.0) {
       // In a tiny gap, the difference of the closest points suffers from cancellation. The
-      // perpendicular of the face, or of both edges, is then a better direction.
+      // perpendicular of the face, or of both edges, is then a better normal of the plane.
       Vec3 perpendicular = Kind::perpendicular(p);
       const double perpendicular_length = perpendicular.norm();
       if (perpendicular_length > 0.0) {

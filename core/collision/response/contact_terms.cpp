@@ -34,7 +34,8 @@ Vec3 weighted(const Contact& contact, const Points& field) {
 // ends because the system is not positive definite in single precision.
 constexpr double rigid = 1e8;
 
-// Gaps of the force law: a signed gap, and the gap below which the law is extended linearly [m].
+// The signed gap at which the force law is evaluated, and the gap below which the law is extended
+// linearly [m].
 struct Gaps {
   double signed_gap, linear;
 };
@@ -48,14 +49,15 @@ ContactForce extended_force(const Gaps& gaps, double thickness, double stiffness
           at.energy + (at.force + 0.5 * at.stiffness * depth) * depth};
 }
 
-// Returns the gap below which the slope of the law would exceed the steepest one [m].
+// Returns the gap [m] below which the slope of the force law would exceed `steepest` [N/m].
 double steepest_gap(double thickness, double stiffness, double steepest) {
   return 0.5 * thickness * std::sqrt(std::min(1.0, stiffness / steepest));
 }
 
-// Evaluates the force law at the signed gap of an iterate. An iterate that has passed through the
-// surface is pushed back by a finite force, because the law is linear below a tenth of the
-// thickness, or below a smaller distance at the start.
+// Evaluates the force law at the signed gap of an iterate. The law is extended linearly below a
+// tenth of the thickness (below the distance at the start if that is smaller), and wherever its
+// slope would exceed law.steepest. A finite force therefore pushes back an iterate that has passed
+// through the surface.
 ContactForce force_at_gap(const ContactLaw& law, double gap) {
   const double tenth = std::min(0.1 * law.thickness, law.distance);
   const double linear =
@@ -68,8 +70,9 @@ ContactForce force_at_start(const ContactLaw& law) {
   return extended_force({law.distance, linear}, law.thickness, law.normal_stiffness);
 }
 
-// Returns the secant stiffness of the force law between the start and the gap at which the law
-// reaches the predicted force. With the tangent stiffness, the contact would close.
+// Returns the secant stiffness of the force law for a contact that would close with its tangent
+// stiffness. The secant leads from the gap at the start to the gap at which the law gives the force
+// that is predicted for a change of the gap by `along` [m].
 double secant_stiffness(const ContactLaw& law, const ContactForce& start, double along) {
   // Near the onset of the law, its tangent is almost zero and underestimates the force at smaller
   // gaps. The prediction therefore uses at least `normal_stiffness`.
@@ -82,7 +85,7 @@ double secant_stiffness(const ContactLaw& law, const ContactForce& start, double
   return std::min((predicted - start.force) / (from - gap(predicted)), law.steepest);
 }
 
-// Returns the largest slope of the normal force of a contact [N/m].
+// Returns the largest slope allowed for the normal force of a contact [N/m].
 double steepest_slope(const Contact& contact, const ContactInputs& inputs) {
   double inverse_mass = 0.0;
   for (int i = 0; i < 4; ++i)

@@ -26,9 +26,9 @@ std::vector<double> contact_shares(const std::vector<Contact>& contacts,
 // Returns the stiffness of each contact in the normal direction [N/m]. Let k be the stiffness of
 // the model, xi the thickness, and F the larger of the forces that press the two sides together. At
 // half the thickness, the force law gives 3/8 k xi. If F is at most this force, the stiffness is k.
-// If F is larger, the stiffness is 16/3 F / xi - k. Taut cloth would otherwise
-// move through its contacts in every step and hook into them. `forces` (rows x 3) [N] act on the
-// cloth. If `forces` has 0 rows, the stiffness is k everywhere.
+// If F is larger, the stiffness is 16/3 F / xi - k. Taut cloth would otherwise move through its
+// contacts in every step and hook into them. `forces` (rows x 3) [N] act on the cloth. If `forces`
+// has 0 rows, the stiffness is k everywhere.
 std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
                                       const CollisionModel& model, const Vector& inverse_mass,
                                       const Points& forces);

@@ -36,7 +36,8 @@ LOOMSTONE_INLINE Arms<Lanes> arms_of(const Lanes* x) {
   return a;
 }
 
-// Returns T_ijk. Its closed form depends on how many of the indices are equal.
+// Returns T_ijk (defined at the top of this file). Its closed form depends on how many of the
+// indices are equal.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes third(const Arms<Lanes>& a, int i, int j, int k) {
   if (i == j && j == k) {
@@ -54,7 +55,8 @@ LOOMSTONE_INLINE Lanes third(const Arms<Lanes>& a, int i, int j, int k) {
          0.5 * a.r * x;
 }
 
-// Returns U, the integral of T_ijk along `axis`. `axis` differs from j and k.
+// Returns U (defined at the top of this file), the integral of T_ijk along `axis`, which differs
+// from j and k.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes integral(const Arms<Lanes>& a, int i, int j, int k, int axis) {
   if (i == j && j == k) {

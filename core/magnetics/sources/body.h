@@ -1,4 +1,4 @@
-// Magnetic sources at a pose, and the total fields and potentials of sets of such bodies.
+// Magnetic bodies, which are sources at a pose, and their total field and potential.
 #pragma once
 
 #include <string>

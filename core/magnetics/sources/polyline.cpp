@@ -13,7 +13,7 @@ namespace loomstone {
 
 namespace {
 
-// Terms of one segment, in the notation above: c = l x r0, i0 = 1/d0, i1 = 1/d1 and
+// Terms of one segment in the symbols at the top of this file: c = l x r0, i0 = 1/d0, i1 = 1/d1 and
 // outer = 1 / ((d0 + d1)^2 - l^2), which is computed without cancellation next to the wire.
 template <class Lanes>
 struct Segment {
@@ -83,7 +83,8 @@ LOOMSTONE_INLINE void gradient_kernel(Wire wire, const double* points, Index n, 
     for (Lanes& each : g) each = Lanes{};
     for (Index k = 0; k < segments; ++k) {
       const Segment<Lanes> s = segment(p, vertices + 3 * k, nearest);
-      // Let f = (1/d0 + 1/d1) outer, n0 = r0/d0 and n1 = r1/d1. Then
+      // The field is the sum of f c over the segments, with f = (1/d0 + 1/d1) outer and the symbols
+      // of Segment. With n0 = r0/d0 and n1 = r1/d1,
       //   grad f = -outer (n0/d0^2 + n1/d1^2) - 2 f outer (d0 + d1)(n0 + n1).
       const Lanes f = (s.i0 + s.i1) * s.outer;
       const Lanes sum = 1.0 / s.i0 + 1.0 / s.i1;
@@ -91,8 +92,8 @@ LOOMSTONE_INLINE void gradient_kernel(Wire wire, const double* points, Index n, 
       const Lanes a1 = -s.i1 * (s.outer * s.i1 * s.i1 + 2.0 * f * s.outer * sum);
       const Lanes dx = a0 * s.r0.x + a1 * s.r1.x, dy = a0 * s.r0.y + a1 * s.r1.y,
                   dz = a0 * s.r0.z + a1 * s.r1.z;
-      // The gradient of f c is c_i f_,j + f c_i,j, and c_i,j is antisymmetric. The sum over a
-      // closed line is symmetric, so only the symmetric part of c_i f_,j is added.
+      // The gradient of f c is c_i f_,j + f c_i,j, which is symmetric when summed over a closed
+      // line. Because c_i,j is antisymmetric, only the symmetric part of c_i f_,j is added.
       g[0] += s.c.x * dx;
       g[1] += 0.5 * (s.c.x * dy + s.c.y * dx);
       g[2] += 0.5 * (s.c.x * dz + s.c.z * dx);

@@ -11,8 +11,8 @@ namespace loomstone {
 void check_divergence(const Model& model, const Points& x0, const ClothState& cloth,
                       const char* stage);
 
-// Counts intersections, and clears state.tangled if there are none. While state.tangled shows that
-// a step has left impacts, also lists the intersecting pairs in outcome.forced.
+// Counts intersections, and clears state.tangled if there are none. If a step has ended with
+// unresolved impacts (state.tangled is 2), also lists the intersecting pairs in outcome.forced.
 void count_intersections(State& state, Engines& engines, StepOutcome& outcome);
 
 // Reports the withheld motion of the whole step and the acceleration of vertices in contact. `step`

@@ -15,8 +15,8 @@ namespace {
 // it.
 constexpr double much_withheld = 0.1;
 
-// Motion of each body that certification checks, from its pose at the start of the part to its pose
-// after the stage that moves bodies.
+// Returns the motions of bodies that certification checks. The motion of a body leads from its pose
+// at the start of the part to its pose after the stage that moves bodies.
 FreeBodies free_bodies(const Loads& loads, const State& state, const Engines& engines) {
   const Model& model = engines.model;
   FreeBodies bodies(model.n_bodies());
@@ -35,7 +35,7 @@ FreeBodies free_bodies(const Loads& loads, const State& state, const Engines& en
   return bodies;
 }
 
-// Moves the cloth to x1 and adds the corrections, divided by the length of the part, to its
+// Moves the cloth to x1 and adds the displacement, divided by the length of the part, to its
 // velocities. Returns true if any vertex moved.
 bool move_cloth(const StepContext& part, const Points& x1, ClothState& cloth) {
   bool any = false;
@@ -61,9 +61,9 @@ void move_bodies_with(const StepContext& part, const FreeBodies& bodies, RigidSt
   }
 }
 
-// Vertices of cloths that carry bodies: a body is attached to the cloth or touches it, directly or
-// through other cloth. Sweeps do not take the mass of the body into account and would push the
-// cloth into it. Only the limit phases of the solve limit the strain of these cloths.
+// Returns the vertices of every cloth to which a body is attached or which a body touches, directly
+// or through other cloth. Sweeps ignore the mass of the body and would push the cloth into it. Only
+// the limit phases of the solve limit the strain of these cloths.
 std::vector<Index> loaded_vertices(const Model& model, const std::vector<Contact>& contacts) {
   using Kind = CollisionSurface::Kind;
   const CollisionModel& collision = model.collision;

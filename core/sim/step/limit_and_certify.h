@@ -1,6 +1,6 @@
 // Fifth stage: enforces strain limits, then certifies that the motion has no impact and ends
 // without intersections. No later stage moves vertices. Velocities change by the correction divided
-// by the length of the part, thesis (3.16).
+// by the length of the part, as in (3.16) of the thesis.
 #pragma once
 
 #include <optional>

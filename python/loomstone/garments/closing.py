@@ -125,8 +125,9 @@ def _pulled(
     step, longest, edge = limits.step, limits.longest, limits.edge
     a, b = pairs.T
     pair_mass = mass[a] * mass[b] / (mass[a] + mass[b])
-    # The implicit solve does not contain these springs, which act as explicit forces. Their
-    # stiffness is a fifth of the stability limit, divided by the number of springs at a vertex.
+    # A spring between the two vertices of each pair acts as an external force, outside the implicit
+    # solve. Its stiffness is a fifth of the stability limit, divided by the number of springs at
+    # that vertex where more of them meet.
     meets = np.bincount(np.concatenate([a, b]), minlength=len(mass))
     stiffness = 0.2 * pair_mass / step**2 / np.maximum(meets[a], meets[b])
     least, since = np.inf, 0

@@ -75,7 +75,7 @@ class Cylinder:
 @takes(apex="m", tip="m", slope="1", angle_degrees="degrees")
 @dataclass(frozen=True)
 class Cone:
-    """Placement on a vertical cone, which maps circles about the apex to horizontal circles.
+    """Placement on a vertical cone. Circles about the apex become horizontal circles.
 
     apex : the cone's apex in the panel's plane [m]
     tip : the cone's apex in space [m]
@@ -110,7 +110,7 @@ class Cone:
 @dataclass(frozen=True)
 class Ribbon:
     """Placement along a path in space: a panel's y is the arc length along the path, and its x runs
-    along `across`, which may turn.
+    along `across`, which may vary along the path.
 
     path : (k x 3) points of the path [m]
     across : (k x 3) direction of x at each of these points, which is normalised

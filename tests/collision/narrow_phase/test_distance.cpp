@@ -27,7 +27,8 @@ void check_against_sampling(const FourPoints& p, bool face) {
   double size = 0.0;
   for (int i = 0; i < 4; ++i)
     for (int j = 0; j < i; ++j) size = std::max(size, (p[i] - p[j]).norm());
-  // On each feature, a grid point lies within half a cell of the closest point.
+  // In s and in t, a grid point lies within half an interval of the closest point. The sampled
+  // distance is therefore too large by at most size / n, and the tolerance has a margin.
   CHECK(closest.distance <= sampled + 1e-12 * size);
   CHECK(closest.distance >= sampled - 1.5 * size / n);
   Vec3 difference = Vec3::Zero();

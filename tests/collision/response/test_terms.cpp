@@ -134,7 +134,7 @@ TEST_CASE("contact forces are minus the gradient of the contact energies for fix
     for (int i = 0; i < term.n_entries; ++i)
       slope +=
           direction.row(term.entries[i].row).dot(term.entries[i].apply_transposed(term.gradient));
-  // The energy is less smooth where contacts begin or end. None does so within a step of 1e-9 m.
+  // The energy is less smooth where a contact begins or ends, but none does so within 1e-9 m here.
   const double step = 1e-9,
                difference =
                    (energy(x + step * direction) - energy(x - step * direction)) / (2 * step);
@@ -178,8 +178,8 @@ TEST_CASE(
   const double slope = (assembled(there, n).array() * direction.array()).sum();
   const Points force = assembled(there, n);
   const Points product = assembled_product(there, direction);
-  // The pieces of the energy join with a continuous derivative, so convergence is at least first
-  // order.
+  // The pieces of the energy join with a continuous derivative, so the difference quotients
+  // converge at least linearly.
   double last = 1.0, last_force = 1.0;
   for (const double step : {1e-6, 1e-7, 1e-8}) {
     ExtraTerms plus, minus;
@@ -339,8 +339,8 @@ TEST_CASE("a smooth surface pushes along its rounded normals, and its edges carr
     return worst;
   };
   // Facets of 8 mm on a radius of 50 mm are tilted by up to 0.1 rad, and the normals of edge
-  // contacts by more. The error of the rounded normal is the square of the tilt, plus the tilt
-  // times the ratio of height to radius (0.04) if the closest point is not on the vertex's radius.
+  // contacts by more. The error of interpolated normals is the tilt squared, plus 0.04 times the
+  // tilt if the closest point is off the radius through the vertex (at a height of 2 mm).
   CHECK(worst_angle(false) > 0.1);
   CHECK(worst_angle(true) < 0.02);
 }

@@ -18,12 +18,12 @@ def polarizability(body, volume, axis):
 
 
 def conductor(radius, inner, height, axis, segments=80):
-    """Polarizability [1] of ideal iron along the z axis (axis=2) or across it (axis=0).
+    """Polarizability [1] of a cylinder or ring of ideal iron, along z (axis=2) or x (axis=0).
 
-    The surface of a body of revolution is an equipotential in a field of 1 A/m. Its charge consists
-    of rings, uniform or proportional to the cosine of the azimuth. Collocation solves the integral
-    equation of the first kind. Each side of the cross-section is divided into `segments` segments,
-    which become shorter towards the corners.
+    In a uniform field of 1 A/m, the surface of the body is an equipotential. Collocation solves the
+    integral equation of the first kind for the surface charge. The charge consists of rings, along
+    which it is uniform (axis=2) or proportional to the cosine of the azimuth (axis=0). Each side of
+    the cross-section is divided into `segments` segments, which become shorter towards the corners.
     """
     half = 0.5 * height
     corners = [(inner, -half), (radius, -half), (radius, half), (inner, half)] + (
@@ -45,8 +45,8 @@ def conductor(radius, inner, height, axis, segments=80):
     middle, length = 0.5 * (start + end), np.linalg.norm(end - start, axis=1)
     nodes, weights = np.polynomial.legendre.leggauss(16)
     s, w = 0.5 * (1 + nodes), 0.5 * weights
-    # Nodes are graded quadratically towards the middle, where a ring's own potential is
-    # logarithmic.
+    # The quadrature nodes of a segment are graded quadratically towards its middle, where the
+    # potential of its own charge has a logarithmic singularity.
     places = np.concatenate([0.5 - 0.5 * s**2, 0.5 + 0.5 * s**2])
     shares = np.concatenate([s * w, s * w])
     matrix = np.zeros((len(middle), len(middle)))
@@ -94,7 +94,8 @@ def test_ideal_iron_is_polarised_as_a_conductor_is(radius, inner, height, cells,
 
 @pytest.mark.parametrize("slenderness", [0.3, 1.0, 4.0])
 def test_weak_magnetisation_has_the_demagnetising_factors_of_uniform_cylinders(slenderness):
-    # Axial demagnetising factor: [Joseph1966]. The factors along the three axes add up to 1.
+    # The axial demagnetising factor is that of [Joseph1966]. The factors along the three axes add
+    # up to 1.
     t = slenderness
     m = 1 / (1 + t * t)
     axial = 1 - 4 / (3 * np.pi * t) * (

@@ -133,8 +133,8 @@ TEST_CASE(
     "plates that leave the cloth room never make it intersect, at any gap and with or without "
     "rotation") {
   for (const bool turning : {false, true})
-    // Gaps above and below the thickness. In the smaller gaps, contact forces give way, and only
-    // certification prevents intersections.
+    // The first gap exceeds the thickness, and the others are smaller. In the smaller gaps, contact
+    // forces give way, and only certification prevents intersections.
     for (const double gap : {3e-3, 0.6e-3, 1e-4, 5e-5}) {
       Simulation sim(press(gap, 0.02, turning, 0.02), step_of(0.01), 1);
       for (int i = 0; i < 8; ++i) {

@@ -9,7 +9,7 @@ using namespace loomstone::test;
 
 namespace {
 
-// A towel that falls on its edge to a floor, at 4 m/s.
+// An inclined towel that falls at 4 m/s and meets the floor with its lower edge.
 Scene falling_towel() {
   Scene scene;
   Cloth cloth;

@@ -5,7 +5,8 @@ overhang l is the length at which the chord from clamp to tip is inclined by 41.
 standard defines the bending length c = l / 2 and the rigidity w c^3. The reference solution is the
 elastica B theta'' = -w (l - s) cos(theta), clamped at s = 0 and free at s = l, with B from
 orthotropic plate theory for the direction of the strip. On the bias, the clamp suppresses the twist
-that this B assumes. The overhang is therefore longer, in proportion to the width.
+that this B assumes. The overhang is therefore longer than that of the elastica, by an amount
+proportional to the width of the strip.
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ class CantileverResult:
     """Result of the cantilever test for one direction.
 
     angle_degrees : angle of the strip to weft
-    overhang : overhang l at 41.5 degrees [m]
-    elastica : overhang l of the elastica at the same angle [m]
+    overhang : overhang l at which the chord is inclined by 41.5 degrees [m]
+    elastica : overhang l of the elastica at the same inclination [m]
     rigidity : rigidity of the strip by plate theory [N m]
     measured_rigidity : rigidity of an elastica with the measured overhang [N m]
     at_rest : whether every strip came to rest
@@ -118,11 +119,12 @@ def cantilever(
 
 @takes(chord_degrees="degrees")
 def overhang_of_elastica(chord_degrees: float) -> float:
-    """Returns the overhang, divided by (B / w)^(1/3), at which the chord is inclined by
-    `chord_degrees` [1].
+    """Returns the overhang l of an elastica whose chord is inclined by `chord_degrees`, in units of
+    (B / w)^(1/3) [1].
 
-    With lengths in units of (B / w)^(1/3) and u = l - s, measured from the free end, theta'' = -u
-    cos(theta). The boundary conditions are theta'(0) = 0 and theta = 0 at the clamp.
+    B is the bending rigidity [N m], and w is the weight per area [N/m^2]. In these units, the
+    inclination satisfies theta'' = -u cos(theta), where u is the arc length from the free end. The
+    boundary conditions are theta' = 0 at the free end and theta = 0 at the clamp.
 
     >>> round(overhang_of_elastica(41.5), 3)
     2.0
