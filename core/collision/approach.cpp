@@ -65,7 +65,6 @@ struct PairTest {
 // Counts a pair, and adds it if it may come close and is not culled.
 void add(const PairTest& test, const ApproachingPair& pair, double thickness, Approach& found) {
   const std::array<Index, 4> v = pair_vertices(test.model, pair.kind, pair.key);
-  if (has_body(test.model, v)) return;
   ++found.candidates;
   if (!test.close(pair.kind, v, thickness) || test.culled(pair.kind, v, thickness)) return;
   if (!test.tangle.ignores(test.model, pair.kind, pair.key, v)) found.pairs.push_back(pair);

@@ -42,7 +42,7 @@ struct ExpectedMotion {
 
 // Finds the pairs that may come closer than their thickness, allowing for velocities that change
 // within the step. Culls pairs whose four points stay off a common plane by more than the
-// thickness. Excludes pairs with a rigid body. Updates the lists to x0 if necessary.
+// thickness. Updates the lists to x0 if necessary.
 Approach find_approach(const Team& team, const PairSource& source, const ExpectedMotion& motion,
                        const Tangle& tangle);
 

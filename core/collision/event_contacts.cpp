@@ -40,14 +40,33 @@ void EventContacts::begin(Index n_ticks) {
   for (std::size_t i = 0; i < pairs_.size(); ++i) due_[0][i] = static_cast<Index>(i);
 }
 
-Vec3 EventContacts::velocity(Index vertex, const EventMotion& cloth) const {
+Index EventContacts::body_of(Index vertex) const {
+  return model_.surfaces[model_.surface_of_vertex[vertex]].body;
+}
+
+Vec3 EventContacts::place(Index vertex, double time, const EventMotion& cloth) const {
+  if (vertex < cloth.x.rows())
+    return (cloth.x.row(vertex) - cloth.ahead[cloth.level[vertex]] * cloth.v.row(vertex))
+        .transpose();
+  const Vec3 start = motion_->x0.row(vertex).transpose();
+  if (const Index b = body_of(vertex); b >= 0) {
+    const EventBody& body = bodies_[b].body;
+    return body.pose.position + bodies_[b].turn * (start - body.start.position);
+  }
+  return start + time * motion_->v0.row(vertex).transpose();
+}
+
+// All vertices of a body have the velocity of its closest point, which is that of their mean.
+Vec3 EventContacts::velocity(Index vertex, const Event& event, const EventMotion& cloth) const {
   if (vertex < cloth.v.rows()) return cloth.v.row(vertex).transpose();
+  if (const Index b = body_of(vertex); b >= 0) return bodies_[b].body.velocity_at(event.touched);
   return motion_->v0.row(vertex).transpose();
 }
 
 Vec3 EventContacts::relative_velocity(const Event& event, const EventMotion& cloth) const {
   Vec3 sum = Vec3::Zero();
-  for (int k = 0; k < 4; ++k) sum += event.weights[k] * velocity(event.vertices[k], cloth);
+  for (int k = 0; k < 4; ++k)
+    sum += event.weights[k] * velocity(event.vertices[k], event, cloth);
   return sum;
 }
 
@@ -57,13 +76,7 @@ EventContacts::Event EventContacts::evaluate(Index pair, double time, const Even
   Event event;
   event.vertices = pair_vertices(model_, which.kind, which.key);
   FourPoints points;
-  for (int k = 0; k < 4; ++k) {
-    const Index i = event.vertices[k];
-    if (i < cloth.x.rows())
-      points[k] = (cloth.x.row(i) - cloth.ahead[cloth.level[i]] * cloth.v.row(i)).transpose();
-    else
-      points[k] = (motion_->x0.row(i) + time * motion_->v0.row(i)).transpose();
-  }
+  for (int k = 0; k < 4; ++k) points[k] = place(event.vertices[k], time, cloth);
   const ClosestPair closest = vertex_face ? closest_vertex_face(points) : closest_edge_edge(points);
   event.weights = closest.weights;
   event.distance = closest.distance;
@@ -76,13 +89,22 @@ EventContacts::Event EventContacts::evaluate(Index pair, double time, const Even
   else
     side_[pair] = side;
   event.inverse_mass = 0.0;
-  for (int k = 0; k < 4; ++k)
+  event.body = -1;
+  event.touched = Vec3::Zero();
+  for (int k = 0; k < 4; ++k) {
     event.inverse_mass += event.weights[k] * event.weights[k] * inverse_mass_[event.vertices[k]];
+    const Index body = body_of(event.vertices[k]);
+    if (body < 0) continue;
+    event.body = body;
+    event.touched += std::abs(event.weights[k]) * points[k];
+  }
+  if (event.body >= 0)
+    event.inverse_mass += bodies_[event.body].body.inverse_mass_at(event.touched, event.normal);
   return event;
 }
 
 // Changes the velocities such that the pair does not approach. Returns false if it does not.
-bool EventContacts::push(const Event& event, Index pair, const EventMotion& cloth) const {
+bool EventContacts::push(const Event& event, Index pair, const EventMotion& cloth) {
   const SurfacePair& surfaces = surface_pairs_[pairs_[pair].pair];
   const double missing = surfaces.thickness - event.distance;
   if (missing <= 0.0 || !(event.inverse_mass > 0.0)) return false;
@@ -102,6 +124,11 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& clot
     cloth.v.row(i) += own.transpose();
     cloth.x.row(i) += cloth.ahead[cloth.level[i]] * own.transpose();
   }
+  if (event.body < 0) return true;
+  EventBody& body = bodies_[event.body].body;
+  const bool first = body_of(event.vertices[0]) == event.body;  // the first side has weights > 0
+  const Vec3 impulse = (first ? 1.0 : -1.0) / event.inverse_mass * change;
+  body.push(impulse, (event.touched - body.pose.position).cross(impulse));
   return true;
 }
 
@@ -120,6 +147,13 @@ void EventContacts::act(const Team& team, Index tick, const EventMotion& cloth) 
   if (due.empty()) return;
   const double length = motion_->step / static_cast<double>(n_ticks_), time = tick * length;
   std::sort(due.begin(), due.end());
+  bodies_.clear();
+  for (const EventBody& body : cloth.bodies) {
+    EventBody now = body;
+    if (const double ahead = cloth.ahead[body.level]; ahead != 0.0) now.pose = body.pose_after(-ahead);
+    bodies_.push_back({now, rotation_matrix(now.pose.orientation) *
+                                rotation_matrix(body.start.orientation).transpose()});
+  }
   const auto n = static_cast<Index>(due.size());
   events_.resize(due.size());
   parallel_for(team, n, [&](Index i) { events_[i] = evaluate(due[i], time, cloth); }, 256);
@@ -129,6 +163,10 @@ void EventContacts::act(const Team& team, Index tick, const EventMotion& cloth) 
     const double next = next_time(events_[i], due[i], time, cloth) / length;
     if (next < static_cast<double>(n_ticks_))
       due_[std::max(tick + 1, static_cast<Index>(next))].push_back(due[i]);
+  }
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    cloth.bodies[b].velocity = bodies_[b].body.velocity;
+    cloth.bodies[b].angular_velocity = bodies_[b].body.angular_velocity;
   }
   due.clear();
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/event_body.h"
 #include "core/collision/approach.h"
 #include "core/collision/model/feature_pairs.h"
 #include "core/parallel/team.h"
@@ -20,6 +21,8 @@ struct EventMotion {
   const std::vector<std::uint8_t>& level;  // (n) level of each vertex
   const std::vector<double>& step;         // (levels) time between the events of a vertex [s]
   const std::vector<double>& ahead;        // (levels) time from now to the next event [s]
+  // Rigid bodies, whose poses are also those at their next events. Their velocities change.
+  std::vector<EventBody>& bodies;
 };
 
 class EventContacts {
@@ -44,11 +47,21 @@ class EventContacts {
     std::array<double, 4> weights;
     Vec3 normal;
     double distance, inverse_mass;  // [m], [1/kg]
+    Index body;                     // of the pair; -1: none
+    Vec3 touched;                   // its closest point [m]
   };
-  Vec3 velocity(Index vertex, const EventMotion& cloth) const;
+  // A rigid body at this tick.
+  struct PlacedBody {
+    EventBody body;
+    Mat3 turn;  // rotation since the start of the step
+  };
+  // Body of a vertex; -1: none.
+  Index body_of(Index vertex) const;
+  Vec3 place(Index vertex, double time, const EventMotion& cloth) const;
+  Vec3 velocity(Index vertex, const Event& event, const EventMotion& cloth) const;
   Vec3 relative_velocity(const Event& event, const EventMotion& cloth) const;
   Event evaluate(Index pair, double time, const EventMotion& cloth);
-  bool push(const Event& event, Index pair, const EventMotion& cloth) const;
+  bool push(const Event& event, Index pair, const EventMotion& cloth);
   double next_time(const Event& event, Index pair, double time, const EventMotion& cloth) const;
 
   const CollisionModel& model_;
@@ -61,6 +74,7 @@ class EventContacts {
   Index n_ticks_ = 1;
   std::vector<std::vector<Index>> due_;  // (ticks + 1) pairs
   std::vector<Event> events_;
+  std::vector<PlacedBody> bodies_;
   std::int64_t n_evaluated_ = 0, n_impulses_ = 0;
 };
 

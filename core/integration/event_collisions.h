@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/base/types.h"
+#include "core/base/event_body.h"
 #include "core/parallel/team.h"
 
 namespace loomstone {
@@ -15,6 +15,9 @@ struct EventVertices {
   const std::vector<std::uint8_t>& level;  // (n) level of each vertex
   const std::vector<double>& step;         // (levels) time between the events of a vertex [s]
   const std::vector<double>& ahead;        // (levels) time from now to the next event [s]
+  // Rigid bodies, whose poses are also those at their next events. Collisions change their
+  // velocities only.
+  std::vector<EventBody>& bodies;
 };
 
 class EventCollisions {
@@ -22,7 +25,8 @@ class EventCollisions {
   virtual ~EventCollisions() = default;
   // Begins the step, which has n_ticks ticks, or begins it again.
   virtual void begin(Index n_ticks) = 0;
-  // Changes the velocities of vertices at a tick, and their positions accordingly.
+  // Changes the velocities of vertices and bodies at a tick, and the positions of vertices
+  // accordingly.
   virtual void act(const Team& team, Index tick, const EventVertices& vertices) = 0;
 };
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/event_body.h"
 #include "core/base/types.h"
 #include "core/cloth/cloth_model.h"
 #include "core/cloth/cloth_state.h"
@@ -33,6 +34,14 @@ using TermsAt = std::function<double(const Points& displacement, double time, Te
 using FrictionAt =
     std::function<double(const Points& displacement, double time, ExtraTerms& terms)>;
 
+// Rigid bodies that the integrator moves within the step, without contacts among them.
+struct BodiesOfStep {
+  const std::vector<RigidPose>* poses = nullptr;           // (b) at the start
+  const Points* velocity = nullptr;                        // (2 b x 3) at the start
+  const std::vector<AttachedVertex>* attached = nullptr;   // each vertex at most once
+  std::vector<RigidPose>* end = nullptr;                   // (b) poses at the end; set on return
+};
+
 // Input of a step. The rows are the cloth vertices, followed by two rows per rigid body
 // (translation, rotation) if bodies take part.
 struct StepInputs {
@@ -49,6 +58,8 @@ struct StepInputs {
   const Points* target = nullptr;  // (n x 3) positions of fixed rows at the end [m]
   // Collisions at events; asynchronous schemes with events_collide() only. May be null.
   EventCollisions* collisions = nullptr;
+  // Bodies; schemes with moves_bodies() only. Null: none.
+  const BodiesOfStep* bodies = nullptr;
   // (2 b) for each body, mass times identity [kg], then inertia in world axes [kg m^2]
   const std::vector<Mat3>* body_mass = nullptr;
 };
@@ -91,6 +102,8 @@ class Integrator {
   virtual double time_of_forces() const { return 1.0; }
   // True if the scheme handles collisions at events within a step.
   virtual bool events_collide() const { return false; }
+  // True if the scheme moves rigid bodies together with the cloth.
+  virtual bool moves_bodies() const { return false; }
   // True if the scheme evaluates the energy of all rows on every rank.
   virtual bool asks_energy() const { return false; }
 };

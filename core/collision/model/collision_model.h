@@ -50,13 +50,6 @@ struct CollisionModel {
   double gap_floor = 1e-5;
 };
 
-// Returns whether one of the vertices belongs to a rigid body.
-inline bool has_body(const CollisionModel& model, const std::array<Index, 4>& vertices) {
-  return std::any_of(vertices.begin(), vertices.end(), [&](Index i) {
-    return model.surfaces[model.surface_of_vertex[i]].kind == CollisionSurface::Kind::Body;
-  });
-}
-
 // Returns whether triangles of surfaces a and b must not intersect. This requires at least one
 // cloth and, if a == b, self-collision.
 inline bool kept_apart(const CollisionModel& model, Index a, Index b) {

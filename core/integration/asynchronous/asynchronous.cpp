@@ -43,7 +43,7 @@ Vector AsynchronousIntegrator::own_bending_steps() const {
 
 IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLayout& layout,
                                                   const StepInputs& inputs, ClothState& state,
-                                                  Points&) {
+                                                  Points& body_velocity) {
   if (model_.triangles.rows() == 0) return {};
   load_ = *inputs.force;
   collisions_ = inputs.collisions;
@@ -60,12 +60,14 @@ IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLay
   Taken taken;
   for (int repetition = 0;; ++repetition) {
     state.element_steps = steps;
+    bodies_.begin(inputs, model_.mass, body_velocity, state.x, state.v);
     const Vector used = options_.bending_multiple == 0.0 ? steps.cwiseMin(bending_).eval() : steps;
     taken = take_interval(team, inputs.step, used, state);
     if (repetition == most_repetitions || !shorten(taken, steps)) break;
     state = start;
   }
   place_fixed(inputs, state.x);
+  bodies_.finish(inputs, body_velocity);
   const Index t = steps_.first_unstable(team, state.x, taken.steps, elasticity_);
   if (t >= 0)
     throw StepFailure(

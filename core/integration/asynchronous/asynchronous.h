@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/integration/asynchronous/attached_bodies.h"
 #include "core/integration/asynchronous/element_steps.h"
 #include "core/integration/asynchronous/level_bending.h"
 #include "core/integration/asynchronous/limit_impulses.h"
@@ -18,6 +19,7 @@ class AsynchronousIntegrator : public Integrator {
                          Elasticity& elasticity);
 
   bool implicit() const override { return false; }
+  bool moves_bodies() const override { return true; }
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points& body_velocity) override;
 
@@ -45,6 +47,7 @@ class AsynchronousIntegrator : public Integrator {
   Vector bending_;       // (m) longest steps of bending [s]
   Points load_;          // (n x 3) forces that do not change within the interval [N]
   Vector inverse_mass_;  // (n) zero for prescribed vertices [1/kg]
+  AttachedBodies bodies_;
   EventCollisions* collisions_ = nullptr;  // of the step; null: none
 
  private:

@@ -52,6 +52,7 @@ struct NestedCloth {
   Plan& plan;
   const Points& load;  // (n x 3) forces that do not change within the interval [N]
   const Vector& inverse_mass;
+  AttachedBodies& bodies;
   LimitImpulses* impulses;      // may be null
   EventCollisions* collisions;  // may be null
   Points &x, &v;
@@ -76,24 +77,32 @@ struct NestedCloth {
           i, first, load.data() + 3 * static_cast<std::size_t>(i), plan.step_of);
       v.row(i) += share * inverse_mass[i] * impulse.transpose();
     });
+    if (half) bodies.load(0.5);
+    for (Index b = 0; b < bodies.size(); ++b)
+      if (bodies.all()[b].level >= first) bodies.absorb(b, 0.0, x, v);
   }
   void drift(int first, Index tick) {
+    find_ahead(tick);
     if (impulses) impulses->correct(team, plan.limited[first], plan.steps, x, v);
-    if (collisions) collide(tick);
+    if (collisions) collisions->act(team, tick, {x, v, plan.vertices->level, plan.step_of, ahead, bodies.all()});
+    for (Index b = 0; b < bodies.size() && (impulses || collisions); ++b)
+      bodies.absorb(b, ahead[bodies.all()[b].level], x, v);
     const LevelVertices& vertices = *plan.vertices;
     parallel_for(team, vertices.end[first], [&](Index k) {
       const Index i = vertices.order[k];
       x.row(i) += plan.step_of[vertices.level[i]] * v.row(i);
     });
+    for (Index b = 0; b < bodies.size(); ++b)
+      if (const int level = bodies.all()[b].level; level >= first)
+        bodies.drift(b, plan.step_of[level], x, v);
   }
-  void collide(Index tick) {
+  void find_ahead(Index tick) {
     const int finest = plan.finest();
     ahead.resize(plan.step_of.size());
     for (int level = 0; level <= finest; ++level) {
       const Index ticks = Index{1} << (finest - level), since = tick % ticks;
       ahead[level] = since == 0 ? 0.0 : static_cast<double>(ticks - since) * plan.step_of[finest];
     }
-    collisions->act(team, tick, {x, v, plan.vertices->level, plan.step_of, ahead});
   }
 };
 
@@ -106,7 +115,8 @@ class NestedIntegrator final : public AsynchronousIntegrator {
   Taken take_interval(const Team& team, double interval, const Vector& steps,
                       ClothState& state) override {
     make_plan(interval, steps);
-    NestedCloth cloth{team,        plan_,   load_,  inverse_mass_, impulses_.get(),
+    bodies_.share_levels(plan_.vertices->level);
+    NestedCloth cloth{team,    plan_,   load_,      inverse_mass_, bodies_, impulses_.get(),
                       collisions_, state.x, state.v};
     if (collisions_) collisions_->begin(plan_.base * (Index{1} << plan_.finest()));
     take_nested_steps(plan_.base, plan_.finest(), cloth);
@@ -145,6 +155,7 @@ class NestedIntegrator final : public AsynchronousIntegrator {
     for (std::size_t g = 0; g < plan_.groups.groups.size(); ++g)
       for (const Index i : plan_.groups.groups[g].vertices())
         levels[i] = std::max(levels[i], plan_.groups.level[g]);
+    bodies_.share_levels(levels);
     const int finest = *std::max_element(levels.begin(), levels.end());
     plan_.vertices = std::make_unique<LevelVertices>(std::move(levels), finest);
     plan_.step_of.clear();

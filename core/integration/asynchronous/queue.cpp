@@ -57,15 +57,11 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   // have events of their own.
   double step(Index element) const { return element_step_[element]; }
   void move(Index element, double time) {
-    const auto to = [&](Index i) {
+    for_vertices(element, [&](Index i) {
+      if (const Index body = bodies_.body_of(i); body >= 0) return move_body(body, time);
       state_->x.row(i) += (time - time_[i]) * state_->v.row(i);
       time_[i] = time;
-    };
-    const Index group = group_at(element);
-    if (group >= 0)
-      for (const Index i : groups_[group].vertices()) to(i);
-    else
-      for (int k = 0; k < 3; ++k) to(model_.triangles(element, k));
+    });
   }
   void kick(Index element, double duration) {
     if (element < model_.triangles.rows()) {
@@ -77,9 +73,26 @@ class QueueIntegrator final : public AsynchronousIntegrator {
       groups_[group].kick({}, {duration, duration, true}, inverse_mass_, state_->x, state_->v);
     if (impulses_ && element < model_.triangles.rows())
       impulses_->correct(element, element_step_[element], state_->x, state_->v);
+    for_vertices(element, [&](Index i) {
+      if (const Index body = bodies_.body_of(i); body >= 0)
+        bodies_.absorb(body, 0.0, state_->x, state_->v);
+    });
   }
 
  private:
+  template <class Visit>
+  void for_vertices(Index element, Visit&& visit) {
+    const Index group = group_at(element);
+    if (group >= 0)
+      for (const Index i : groups_[group].vertices()) visit(i);
+    else
+      for (int k = 0; k < 3; ++k) visit(model_.triangles(element, k));
+  }
+  void move_body(Index body, double time) {
+    if (body_time_[body] == time) return;
+    bodies_.drift(body, time - body_time_[body], state_->x, state_->v);
+    body_time_[body] = time;
+  }
   // Adds the potential of strain limits. All lanes of a batch are the same triangle.
   void limit_membrane() {
     if (limits_.empty()) return;
@@ -154,9 +167,15 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     state_ = &state;
     events_ = 0;
     time_ = Vector::Zero(model_.n_vertices);
+    body_time_ = Vector::Zero(bodies_.size());
+    bodies_.load(0.5);
+    for (Index b = 0; b < bodies_.size(); ++b) bodies_.absorb(b, 0.0, state.x, state.v);
     take_events(interval, *this, clocks);
     for (Index i = 0; i < model_.n_vertices; ++i)
-      state.x.row(i) += (interval - time_[i]) * state.v.row(i);
+      if (bodies_.body_of(i) < 0) state.x.row(i) += (interval - time_[i]) * state.v.row(i);
+    for (Index b = 0; b < bodies_.size(); ++b) move_body(b, interval);
+    bodies_.load(0.5);
+    for (Index b = 0; b < bodies_.size(); ++b) bodies_.absorb(b, 0.0, state.x, state.v);
     std::vector<LimitPhases> phases = take_phases();
     state_ = nullptr;
     return {element_step_.head(m), events_, std::move(phases)};
@@ -170,9 +189,10 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   std::vector<Index> group_of_;     // (m) group in the events of each triangle; -1: none
   std::vector<double> group_step_;  // steps of the groups with events of their own [s]
 
-  // Within an interval: state, time to which each vertex has moved, and steps of the elements [s].
+  // Within an interval: state, time to which each vertex and each body has moved, and steps of the
+  // elements [s].
   ClothState* state_ = nullptr;
-  Vector time_, element_step_;
+  Vector time_, body_time_, element_step_;
   std::int64_t events_ = 0;  // of triangles
 };
 

@@ -2,13 +2,14 @@
 // bodies and obstacles.
 #pragma once
 
-#include "core/sim/step/loads.h"
+#include "core/sim/step/integrate.h"
 
 namespace loomstone {
 
-// body_velocity (2 b x 3): velocities after the solve. The difference from the prediction in
-// `loads` gives the impulses of the cloth.
-void move_bodies(const StepContext& part, const Loads& loads, const Points& body_velocity,
+// The difference of the velocities in `solved` from the prediction in `loads` gives the impulses of
+// the cloth. Bodies that the integrator has moved take its poses where they move freely, and
+// attached vertices follow the others.
+void move_bodies(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
                  State& state, Engines& engines, StepReport& report);
 
 }  // namespace loomstone

@@ -105,21 +105,21 @@ PartResult Stepper::attempt(const StepContext& part, State& state, StepOutcome& 
 PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcome& outcome) {
   StepReport& report = outcome.report;
   StageSeconds& seconds = report.seconds;
-  Points body_velocity;
+  SolvedBodies bodies;
   Certified certified;
   StepError error;
   timed(seconds.loads, [&] { find_loads(part, state, engines_, loads_); });
   timed(seconds.proximity,
         [&] { find_near_contacts(part, loads_, state, engines_, near_, report); });
   timed(seconds.integrate, [&] {
-    body_velocity = integrate(part, loads_, near_, state, engines_, report);
+    bodies = integrate(part, loads_, near_, state, engines_, report);
     // Certification requires finite positions.
     check_divergence(engines_.model, loads_.x0, state.cloth, "integrate");
   });
   timed(seconds.check, [&] { error = error_of_motion(part, loads_, state, engines_); });
   if (too_large(part, error, engines_)) return shorter(part, error, engines_);
-  timed(seconds.bodies, [&] { move_bodies(part, loads_, body_velocity, state, engines_, report); });
-  solved_ = {state.cloth.v, body_velocity};
+  timed(seconds.bodies, [&] { move_bodies(part, loads_, bodies, state, engines_, report); });
+  solved_ = {state.cloth.v, bodies.velocity};
   timed(seconds.certify,
         [&] { certified = limit_and_certify(part, loads_, near_, state, engines_, outcome); });
   timed(seconds.limit, [&] { limit_strain_rate(part, certified, state, engines_, outcome); });
