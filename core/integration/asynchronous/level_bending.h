@@ -37,6 +37,8 @@ class BendingGroup {
   // Adds the forces at x times inverse_mass times h to v (n x 3).
   void kick(const Team& team, const Kick& kick, const Vector& inverse_mass, const Points& x,
             Points& v);
+  // Positions of the vertices at the last kick; used with damping only.
+  Points& last() { return last_; }
 
  private:
   std::vector<Index> vertices_;

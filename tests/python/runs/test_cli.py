@@ -160,6 +160,24 @@ def test_a_run_killed_at_any_moment_resumes_to_the_same_bits(scene, tmp_path, mo
         assert (a.positions == b.positions).all()
 
 
+@pytest.mark.parametrize("schedule", ["nested", "queue", "refill"])
+def test_an_asynchronous_run_that_is_killed_resumes_to_the_same_bits(tmp_path, schedule):
+    damped = "material=ls.ClothMaterial(viscosity_shear=1e-4, bending_damping=1e-3)"
+    text = SCENE.replace("ls.Cloth(mesh=mesh)", f"ls.Cloth(mesh=mesh, {damped})").replace(
+        "ls.SemiImplicitEuler(step=2e-3)", f'ls.Asynchronous(schedule="{schedule}")'
+    )
+    assert "bending_damping" in text and schedule in text
+    (tmp_path / "scene.py").write_text(text)
+    command("run", tmp_path / "scene.py", "--out", tmp_path / "whole")
+    process = start("run", tmp_path / "scene.py", "--out", tmp_path / "killed")
+    wait_for_frame(process, 3)
+    process.kill()
+    process.wait()
+    assert len(ls.Run(tmp_path / "killed")) < len(ls.Run(tmp_path / "whole"))
+    command("resume", tmp_path / "killed", "--threads", 1)
+    assert digest(tmp_path / "killed") == digest(tmp_path / "whole")
+
+
 @pytest.mark.slow
 def test_a_run_killed_at_20_random_moments_resumes_to_the_same_bits_each_time(scene, tmp_path):
     process = start("run", scene, "--out", tmp_path / "whole", "--threads", 1)
