@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "core/collision/broad_phase/neighbour_lists.h"
+#include "core/collision/broad_phase/broad_phase.h"
 #include "core/collision/tangle/tangle.h"
 
 namespace loomstone {
@@ -25,7 +25,6 @@ struct PairSource {
   const CollisionModel& model;
   const std::vector<SurfacePair>& pairs;
   BroadPhase& broad_phase;
-  NeighbourLists& lists;
 };
 
 // Allowance for velocities that change within a step. Our choice: features may approach at 1.5
@@ -42,7 +41,8 @@ struct ExpectedMotion {
 
 // Finds the pairs that may come closer than their thickness, allowing for velocities that change
 // within the step. Culls pairs whose four points stay off a common plane by more than the
-// thickness. Updates the lists to x0 if necessary.
+// thickness. Neighbour lists would not do: they may lack pairs that are far apart, depending on
+// when they were made.
 Approach find_approach(const Team& team, const PairSource& source, const ExpectedMotion& motion,
                        const Tangle& tangle);
 

@@ -8,22 +8,12 @@
 #include <optional>
 #include <vector>
 
-#include "core/base/event_body.h"
+#include "core/base/event_motion.h"
 #include "core/collision/approach.h"
 #include "core/collision/model/feature_pairs.h"
 #include "core/parallel/team.h"
 
 namespace loomstone {
-
-// Cloth in the middle of a step.
-struct EventMotion {
-  Points &x, &v;                           // (n x 3) x is the position at the vertex's next event
-  const std::vector<std::uint8_t>& level;  // (n) level of each vertex
-  const std::vector<double>& step;         // (levels) time between the events of a vertex [s]
-  const std::vector<double>& ahead;        // (levels) time from now to the next event [s]
-  // Rigid bodies, whose poses are also those at their next events. Their velocities change.
-  std::vector<EventBody>& bodies;
-};
 
 class EventContacts {
  public:
@@ -33,10 +23,12 @@ class EventContacts {
   // Sets the pairs of a step. Vertices of obstacles move as in `motion`, whose tables
   // must outlive the step.
   void set_pairs(const ExpectedMotion& motion, std::vector<ApproachingPair> pairs);
-  // Begins the step, which has n_ticks ticks, or begins it again.
+  // Begins the step, which has n_ticks ticks, or begins it again. A queue has none.
   void begin(Index n_ticks);
   // Handles the pairs that are due at a tick. Every vertex has its events at ticks.
-  void act(const Team& team, Index tick, const EventMotion& cloth);
+  void act(const Team& team, Index tick, const EventMotion& motion);
+  // Handles the due pairs with one of the listed vertices, in an event of a queue.
+  void act_on(const std::vector<Index>& vertices, const EventMotion& motion);
 
   std::int64_t n_evaluated() const { return n_evaluated_; }  // pairs at ticks, since set_pairs()
   std::int64_t n_impulses() const { return n_impulses_; }
@@ -50,6 +42,7 @@ class EventContacts {
     Index body;                     // of the pair; -1: none
     Vec3 touched;                   // its closest point [m]
   };
+  void begin_queue();
   // A rigid body at this tick.
   struct PlacedBody {
     EventBody body;
@@ -57,12 +50,14 @@ class EventContacts {
   };
   // Body of a vertex; -1: none.
   Index body_of(Index vertex) const;
-  Vec3 place(Index vertex, double time, const EventMotion& cloth) const;
-  Vec3 velocity(Index vertex, const Event& event, const EventMotion& cloth) const;
-  Vec3 relative_velocity(const Event& event, const EventMotion& cloth) const;
-  Event evaluate(Index pair, double time, const EventMotion& cloth);
-  bool push(const Event& event, Index pair, const EventMotion& cloth);
-  double next_time(const Event& event, Index pair, double time, const EventMotion& cloth) const;
+  Vec3 place(Index vertex, double time, const EventMotion& motion) const;
+  Vec3 velocity(Index vertex, const Event& event, const EventMotion& motion) const;
+  Vec3 relative_velocity(const Event& event, const EventMotion& motion) const;
+  Event evaluate(Index pair, double time, const EventMotion& motion);
+  void place_bodies(const EventMotion& motion);
+  void return_bodies(const EventMotion& motion) const;
+  bool push(const Event& event, Index pair, const EventMotion& motion);
+  double next_time(const Event& event, Index pair, double time, const EventMotion& motion) const;
 
   const CollisionModel& model_;
   const std::vector<SurfacePair>& surface_pairs_;
@@ -73,6 +68,10 @@ class EventContacts {
   std::vector<std::int8_t> side_;
   Index n_ticks_ = 1;
   std::vector<std::vector<Index>> due_;  // (ticks + 1) pairs
+  // Queue: pairs of each vertex, times from which pairs are due [s], and those of an event.
+  std::vector<std::vector<Index>> pairs_of_;
+  std::vector<double> wake_;
+  std::vector<Index> touched_;
   std::vector<Event> events_;
   std::vector<PlacedBody> bodies_;
   std::int64_t n_evaluated_ = 0, n_impulses_ = 0;

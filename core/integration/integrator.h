@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/event_body.h"
+#include "core/base/event_motion.h"
 #include "core/base/types.h"
 #include "core/cloth/cloth_model.h"
 #include "core/cloth/cloth_state.h"
@@ -36,10 +36,10 @@ using FrictionAt =
 
 // Rigid bodies that the integrator moves within the step, without contacts among them.
 struct BodiesOfStep {
-  const std::vector<RigidPose>* poses = nullptr;           // (b) at the start
-  const Points* velocity = nullptr;                        // (2 b x 3) at the start
-  const std::vector<AttachedVertex>* attached = nullptr;   // each vertex at most once
-  std::vector<RigidPose>* end = nullptr;                   // (b) poses at the end; set on return
+  const std::vector<RigidPose>* poses = nullptr;          // (b) at the start
+  const Points* velocity = nullptr;                       // (2 b x 3) at the start
+  const std::vector<AttachedVertex>* attached = nullptr;  // each vertex at most once
+  std::vector<RigidPose>* end = nullptr;                  // (b) poses at the end; set on return
 };
 
 // Input of a step. The rows are the cloth vertices, followed by two rows per rigid body
@@ -70,7 +70,8 @@ struct IntegrationReport {
   double residual = 0.0;
   // Newton schemes only: relative residuals of the first guess and then of each iterate.
   std::vector<double> newton_residuals;
-  std::int64_t events = 0;  // of triangles in an asynchronous step
+  // Events of triangles in an asynchronous step, and those if all had the shortest step.
+  std::int64_t events = 0, synchronous_events = 0;
 };
 
 // Thrown if the solver finds no solution. A shorter step may have one.

@@ -1,5 +1,7 @@
 #include "core/integration/asynchronous/asynchronous.h"
 
+#include <cmath>
+
 #include "core/base/message.h"
 #include "core/cloth/limit_potential.h"
 
@@ -35,10 +37,9 @@ AsynchronousIntegrator::AsynchronousIntegrator(const Asynchronous& options, cons
   bending_ = bending_steps(model, meshes_, eigenvalue.given_safety());
 }
 
-Vector AsynchronousIntegrator::own_bending_steps() const {
-  Vector longest = (options_.bending_multiple * steps_.at_rest()).cwiseMin(bending_);
-  equalise_patches(longest);
-  return longest;
+Vector AsynchronousIntegrator::bending_event_steps() const {
+  if (options_.bending_multiple == 0.0) return steps_.at_rest().cwiseMin(bending_);
+  return (options_.bending_multiple * mean_of_patches(steps_.at_rest())).cwiseMin(bending_);
 }
 
 IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLayout& layout,
@@ -76,6 +77,8 @@ IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLay
                   inputs.step, taken.steps[t]));
   IntegrationReport report;
   report.events = taken.events;
+  report.synchronous_events =
+      steps.size() * static_cast<std::int64_t>(std::ceil(inputs.step / steps.minCoeff()));
   return report;
 }
 

@@ -34,9 +34,9 @@ class AsynchronousIntegrator : public Integrator {
   virtual Taken take_interval(const Team& team, double interval, const Vector& steps,
                               ClothState& state) = 0;
 
-  // Longest steps of bending in events of its own [s]: the multiple of the membrane's at rest,
-  // within bending's own limit. Triangles of a patch have the same.
-  Vector own_bending_steps() const;
+  // Longest steps between events of bending [s], within its own limit: those of the membrane at
+  // rest, or the multiple of their mean over a patch, so that triangles of a patch have the same.
+  Vector bending_event_steps() const;
 
   const ClothModel& model_;
   std::vector<LimitModes> limits_;  // (m) that a potential limits; empty: none

@@ -39,11 +39,10 @@ void AttachedBodies::begin(const StepInputs& inputs, const Vector& mass,
   body_of_.assign(mass.size(), -1);
   for (const AttachedVertex& vertex : *given.attached) {
     const EventBody& body = bodies_[vertex.body];
-    const Vec3 point =
-        body.pose.position + rotation_matrix(body.pose.orientation) * vertex.local;
+    const Vec3 point = body.pose.position + rotation_matrix(body.pose.orientation) * vertex.local;
     body_of_[vertex.row] = vertex.body;
-    own_[vertex.body].tied.push_back({vertex.row, mass[vertex.row], vertex.local,
-                                      x.row(vertex.row).transpose() - point});
+    own_[vertex.body].tied.push_back(
+        {vertex.row, mass[vertex.row], vertex.local, x.row(vertex.row).transpose() - point});
   }
   for (Index b = 0; b < size(); ++b)
     if (!own_[b].tied.empty()) join(b, v);
@@ -125,6 +124,12 @@ void AttachedBodies::drift(Index b, double time, Points& x, Points& v) {
   place(b, &x, v);
 }
 
+std::vector<Index> AttachedBodies::vertices(Index body) const {
+  std::vector<Index> rows;
+  for (const Tied& tied : own_[body].tied) rows.push_back(tied.row);
+  return rows;
+}
+
 void AttachedBodies::share_levels(std::vector<std::uint8_t>& vertex_levels) {
   for (Index b = 0; b < size(); ++b) {
     std::uint8_t finest = 0;
@@ -137,7 +142,8 @@ void AttachedBodies::share_levels(std::vector<std::uint8_t>& vertex_levels) {
 void AttachedBodies::finish(const StepInputs& inputs, Points& body_velocity) const {
   for (Index b = 0; b < size(); ++b) {
     const EventBody& body = bodies_[b];
-    const Vec3 centre = body.pose.position + rotation_matrix(body.pose.orientation) * own_[b].centre;
+    const Vec3 centre =
+        body.pose.position + rotation_matrix(body.pose.orientation) * own_[b].centre;
     (*inputs.bodies->end)[b] = {centre, body.pose.orientation};
     body_velocity.row(2 * b) = body.velocity_at(centre).transpose();
     body_velocity.row(2 * b + 1) = body.angular_velocity.transpose();

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "core/base/event_body.h"
+#include "core/base/event_motion.h"
 #include "core/integration/integrator.h"
 
 namespace loomstone {
@@ -27,6 +27,8 @@ class AttachedBodies {
   // Moves a body and its vertices.
   void drift(Index body, double time, Points& x, Points& v);
 
+  // Vertices that are attached to a body.
+  std::vector<Index> vertices(Index body) const;
   std::vector<EventBody>& all() { return bodies_; }
   Index size() const { return static_cast<Index>(bodies_.size()); }
   // Body to which a vertex is attached; -1: none.
@@ -44,10 +46,10 @@ class AttachedBodies {
   };
   struct Own {
     std::vector<Tied> tied;
-    Vec3 centre = Vec3::Zero();    // of the body alone relative to the common one, body axes [m]
-    Vec3 force = Vec3::Zero(), torque = Vec3::Zero();  // impulses of the loads in the interval
+    Vec3 centre = Vec3::Zero();  // of the body alone relative to the common one, body axes [m]
+    Vec3 force = Vec3::Zero(), torque = Vec3::Zero();   // impulses of the loads in the interval
     Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();  // at the last update
-    double elapsed = 0.0;          // time of the positions since the start of the interval [s]
+    double elapsed = 0.0;  // time of the positions since the start of the interval [s]
   };
   void join(Index body, Points& v);
   void place(Index body, Points* x, Points& v);

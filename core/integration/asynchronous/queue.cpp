@@ -34,11 +34,13 @@ class QueueIntegrator final : public AsynchronousIntegrator {
         forces_(static_cast<std::size_t>(membrane_.n_batches()) * membrane::force_stride) {
     limit_membrane();
     const bool together = options.bending_multiple == 0.0;
-    if (!together) own_ = own_bending_steps();
+    if (!together) own_ = bending_event_steps();
     group_of_.assign(model.triangles.rows(), -1);
     for (const BendingMesh& mesh : meshes_) add_groups(mesh, together);
     if (membrane_.viscous()) rates_ = Points::Zero(model.n_vertices, 3);
   }
+
+  bool events_collide() const override { return true; }
 
   // Functions of take_events(). Elements are the triangles, followed by the groups of bending that
   // have events of their own.
@@ -64,9 +66,19 @@ class QueueIntegrator final : public AsynchronousIntegrator {
       if (const Index body = bodies_.body_of(i); body >= 0)
         bodies_.absorb(body, 0.0, state_->x, state_->v);
     });
+    if (collisions_ && element < model_.triangles.rows()) collide(element);
   }
 
  private:
+  // Handles the pairs with a vertex of a triangle, after its event.
+  void collide(Index triangle) {
+    corners_.assign(model_.triangles.row(triangle).begin(), model_.triangles.row(triangle).end());
+    const double now = time_[corners_[0]];
+    const EventMotion::Clocks clocks{time_, body_time_, now};
+    collisions_->act_on(corners_, {state_->x, state_->v, bodies_.all(), nullptr, &clocks});
+    for (Index b = 0; b < bodies_.size(); ++b)
+      bodies_.absorb(b, body_time_[b] - now, state_->x, state_->v);
+  }
   template <class Visit>
   void for_vertices(Index element, Visit&& visit) {
     const Index group = group_at(element);
@@ -79,6 +91,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     if (body_time_[body] == time) return;
     bodies_.drift(body, time - body_time_[body], state_->x, state_->v);
     body_time_[body] = time;
+    for (const Index i : bodies_.vertices(body)) time_[i] = time;
   }
   // Adds the potential of strain limits. All lanes of a batch are the same triangle.
   void limit_membrane() {
@@ -147,8 +160,9 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   }
 
   bool damped() const {
-    return membrane_.viscous() || std::any_of(groups_.begin(), groups_.end(),
-                                              [](const auto& group) { return group.damping() > 0; });
+    return membrane_.viscous() ||
+           std::any_of(groups_.begin(), groups_.end(),
+                       [](const auto& group) { return group.damping() > 0; });
   }
   // The positions at the last events of all elements are rows of the state: corners of the
   // triangles, then vertices of the groups. If they are not known, those at the start are.
@@ -194,6 +208,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     events_ = 0;
     time_ = Vector::Zero(model_.n_vertices);
     body_time_ = Vector::Zero(bodies_.size());
+    if (collisions_) collisions_->begin(0);
     bodies_.load(0.5);
     for (Index b = 0; b < bodies_.size(); ++b) bodies_.absorb(b, 0.0, state.x, state.v);
     take_events(interval, *this, clocks);
@@ -210,7 +225,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
 
   Membrane membrane_;
   std::vector<double> forces_;
-  Points rates_;  // (n x 3) if the membrane is viscous
+  Points rates_;                       // (n x 3) if the membrane is viscous
   std::vector<std::uint8_t> entered_;  // see membrane::Tables; empty without limits
   std::vector<BendingGroup> groups_;
   Vector own_;                      // (m) steps of bending in events of its own [s]
@@ -221,6 +236,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   // elements [s].
   ClothState* state_ = nullptr;
   Vector time_, body_time_, element_step_;
+  std::vector<Index> corners_;
   std::int64_t events_ = 0;  // of triangles
 };
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/event_body.h"
+#include "core/base/event_motion.h"
 #include "core/base/frame.h"
 #include "core/base/types.h"
 #include "core/cloth/cloth_model.h"

@@ -35,7 +35,8 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Tea
         std::make_unique<EventContacts>(model.collision, collision->pairs(), model.inverse_mass);
   if (model.n_bodies() > 0) {
     if (model.magnetics.acts()) magnetics = std::make_unique<MagneticMotion>(model.magnetics);
-    // MagneticMotion and some integrators apply gravity and gyroscopic torques instead of the world.
+    // MagneticMotion and some integrators apply gravity and gyroscopic torques instead of the
+    // world.
     const bool moved = integrator->moves_bodies() && model.cloth.n_vertices > 0;
     world = make_world(model, state, state.time, magnetics != nullptr || moved);
   }

@@ -22,10 +22,11 @@ class CollisionsOfStep final : public EventCollisions {
  public:
   explicit CollisionsOfStep(EventContacts& contacts) : contacts_(contacts) {}
   void begin(Index n_ticks) override { contacts_.begin(n_ticks); }
-  void act(const Team& team, Index tick, const EventVertices& vertices) override {
-    contacts_.act(team, tick,
-                  {vertices.x, vertices.v, vertices.level, vertices.step, vertices.ahead,
-                   vertices.bodies});
+  void act(const Team& team, Index tick, const EventMotion& motion) override {
+    contacts_.act(team, tick, motion);
+  }
+  void act_on(const std::vector<Index>& vertices, const EventMotion& motion) override {
+    contacts_.act_on(vertices, motion);
   }
 
  private:
@@ -43,8 +44,8 @@ class CollisionsOfStep final : public EventCollisions {
 
 }  // namespace
 
-SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts& near, State& state,
-                 Engines& engines, StepReport& report) {
+SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts& near,
+                       State& state, Engines& engines, StepReport& report) {
   const Model& model = engines.model;
   SolvedBodies solved{loads.body_velocity, {}};
   if (model.cloth.n_vertices == 0) return solved;
@@ -82,6 +83,7 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
     report.solver.linear_iterations += done.linear_iterations;
     report.solver.residual = done.residual;
     report.solver.events += done.events;
+    report.solver.synchronous_events += done.synchronous_events;
     if (engines.event_contacts) {
       report.contacts.evaluated += engines.event_contacts->n_evaluated();
       report.contacts.event_impulses += engines.event_contacts->n_impulses();

@@ -13,7 +13,7 @@ struct SolvedBodies {
 };
 
 // Advances the cloth of `state`. Throws SolverFailure.
-SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts& near, State& state,
-                 Engines& engines, StepReport& report);
+SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts& near,
+                       State& state, Engines& engines, StepReport& report);
 
 }  // namespace loomstone

@@ -18,9 +18,9 @@ ClothImpulses cloth_impulses(const Loads& loads, const Points& before, const Poi
   if (model.cloth.n_vertices == 0) return impulses;
   for (Index b = 0; b < model.n_bodies(); ++b) {
     impulses.linear.row(b) = model.body_mass[b].mass * (after.row(2 * b) - before.row(2 * b));
-    impulses.angular.row(b) = (loads.body_mass[2 * b + 1] *
-                               (after.row(2 * b + 1) - before.row(2 * b + 1)).transpose())
-                                  .transpose();
+    impulses.angular.row(b) =
+        (loads.body_mass[2 * b + 1] * (after.row(2 * b + 1) - before.row(2 * b + 1)).transpose())
+            .transpose();
   }
   return impulses;
 }

@@ -10,7 +10,8 @@ namespace loomstone {
 
 struct NearContacts {
   std::vector<Contact> contacts;  // pairs closer than their thickness
-  // Contacts that impulses after the solve respond to; none if the integrator handles them at events.
+  // Contacts that impulses after the solve respond to; none if the integrator handles them at
+  // events.
   std::vector<Contact> repelled;
   ExtraTerms terms;  // of contacts, then of intersections to untangle, then of attachments
   std::size_t n_attachments = 0;

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -176,6 +177,10 @@ def test_an_asynchronous_run_that_is_killed_resumes_to_the_same_bits(tmp_path, s
     assert len(ls.Run(tmp_path / "killed")) < len(ls.Run(tmp_path / "whole"))
     command("resume", tmp_path / "killed", "--threads", 1)
     assert digest(tmp_path / "killed") == digest(tmp_path / "whole")
+    text = command("info", tmp_path / "whole").stdout
+    assert re.search(r"asynchronous steps: \d+ events of triangles, \d+% saved", text)
+    classes = re.findall(r"longest step .* ms: (\d+) triangles", text)
+    assert sum(map(int, classes)) == 288
 
 
 @pytest.mark.slow

@@ -146,7 +146,8 @@ TEST_CASE("a light body that falls on a sheet is carried at events, two-way") {
   ball.density = 200.0;  // 54 g
   ball.position = Vec3(0.01, 0.02, 0.06);
   scene.bodies.push_back(ball);
-  Simulation sim(scene, Asynchronous(), 1);
+  const Schedule schedule = GENERATE(Schedule::Nested, Schedule::Queue);
+  Simulation sim(scene, schedule_of(schedule), 1);
   double lowest = 1.0, gain = 0.0;
   std::int64_t impulses = 0;
   for (int i = 0; i < 400; ++i) {

@@ -1,17 +1,19 @@
-// A rigid body within a step in which impulses act on it at several instants.
+// Cloth and rigid bodies within a step in which impulses act on them at several instants.
 #pragma once
+
+#include <vector>
 
 #include "core/base/rotation.h"
 
 namespace loomstone {
 
 struct EventBody {
-  RigidPose pose;       // of the centre of mass
-  RigidPose start;      // pose at the start of the step
+  RigidPose pose;                                                 // of the centre of mass
+  RigidPose start;                                                // pose at the start of the step
   Vec3 velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();  // world axes [m/s], [rad/s]
-  double mass = 0.0;            // [kg]
+  double mass = 0.0;                                              // [kg]
   Mat3 inertia = Mat3::Zero();  // about the centre, in body axes [kg m^2]
-  int level = 0;                // of the events at which it moves, see EventVertices
+  int level = 0;                // of the events at which it moves, see EventMotion
 
   Mat3 world_inertia(const Vec4& orientation) const {
     const Mat3 rotation = rotation_matrix(orientation);
@@ -42,6 +44,38 @@ struct EventBody {
     pose = {pose.position + time * velocity, turned(pose.orientation, rate(middle), time)};
     angular_velocity = rate(pose.orientation);
   }
+};
+
+// Cloth and bodies at one instant of a step. Each vertex and each body moves at constant velocity
+// between its own events. Positions and poses are those at a time of each, not those now.
+struct EventMotion {
+  Points &x, &v;  // (n x 3)
+  std::vector<EventBody>& bodies;
+  // Nested steps. For each level: time between its events, and from now to its next one, at which
+  // its vertices and bodies have their positions [s].
+  struct Levels {
+    const std::vector<std::uint8_t>& of_vertex;  // (n)
+    const std::vector<double>&step, &ahead;      // (levels)
+  };
+  // A queue of events. Times of the positions of vertices and bodies, and the time now [s].
+  struct Clocks {
+    const Vector &of_vertex, &of_body;
+    double now;
+  };
+  const Levels* levels = nullptr;
+  const Clocks* clocks = nullptr;  // one of the two is null
+
+  // Time from now to that of the position of a vertex or a body [s]; negative: in the past.
+  double ahead(Index vertex) const {
+    if (clocks) return clocks->of_vertex[vertex] - clocks->now;
+    return levels->ahead[levels->of_vertex[vertex]];
+  }
+  double body_ahead(Index body) const {
+    if (clocks) return clocks->of_body[body] - clocks->now;
+    return levels->ahead[bodies[body].level];
+  }
+  // Shortest time to the next event of a vertex after one at the present [s].
+  double step(Index vertex) const { return levels ? levels->step[levels->of_vertex[vertex]] : 0.0; }
 };
 
 // A cloth vertex that is tied to a point of a rigid body.
