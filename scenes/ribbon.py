@@ -56,3 +56,11 @@ def scene(triangles: int = 8000) -> ls.Scene:
             ls.floor(height=FLOOR, friction=0.2),
         ],
     )
+
+
+def check(run: ls.Run) -> None:
+    energies = [frame.report.account.balance for frame in run]
+    assert max(energies) < 0.005, "collisions at events give the ribbon no energy"
+    height = run[-1].positions[:, 2]
+    assert height.min() > FLOOR, "the ribbon falls through no board"
+    assert height.max() < 0.5, "all of it has come down"

@@ -48,7 +48,7 @@ struct ThreadReport {
 struct SolverReport {
   int newton_iterations = 0, linear_iterations = 0;
   double residual = 0.0;
-  std::int64_t events = 0;
+  std::int64_t events = 0, synchronous_events = 0;
 
   static auto fields() {
     using R = SolverReport;
@@ -59,7 +59,9 @@ struct SolverReport {
                            field("residual", &R::residual, "1", unlimited(),
                                  "relative residual of the last linear solve"),
                            field("events", &R::events, "1", unlimited(),
-                                 "events of the membrane's triangles in asynchronous steps"));
+                                 "events of the membrane's triangles in asynchronous steps"),
+                           field("synchronous_events", &R::synchronous_events, "1", unlimited(),
+                                 "events if all triangles had the shortest of these steps"));
   }
 };
 

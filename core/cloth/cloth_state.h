@@ -29,6 +29,9 @@ struct ClothState {
   // (e x 2) Time since the last event and time until the next event of each element in the queue of
   // events [s]; empty if there is no queue. The asynchronous integrator writes them.
   Points2 element_clocks;
+  // (k x 3) Positions of the vertices of each element of a queue at its last event [m]; empty
+  // without damping. The asynchronous integrator writes them.
+  Points element_positions;
   // History of multistep schemes (BDF-2, extrapolated bending); empty if there is none. The
   // integrator writes it. It is cleared when certification moves a vertex.
   Points previous_x;        // (n x 3) [m]
@@ -60,6 +63,7 @@ struct ClothState {
     previous_step = expected_step = settled_step = 0.0;
     element_steps.resize(0);
     element_clocks.resize(0, 2);
+    element_positions.resize(0, 3);
   }
 };
 

@@ -66,62 +66,53 @@ struct PairTest {
 // with a rigid body.
 void add(const PairTest& test, const ApproachingPair& pair, double thickness, Approach& found) {
   const std::array<Index, 4> v = pair_vertices(test.model, pair.kind, pair.key);
-  if (has_body(test.model, v)) return;
   ++found.candidates;
   if (!test.close(pair.kind, v, thickness) || test.culled(pair.kind, v, thickness)) return;
   if (!test.tangle.ignores(test.model, pair.kind, pair.key, v)) found.pairs.push_back(pair);
 }
 
-void add_listed(const PairTest& test, const NeighbourList& list, double thickness,
-                Approach& found) {
-  for (std::size_t i = 0; i < list.near.size(); ++i) {
-    const ContactKind kind = list.kind(i);
-    const std::array<Index, 4> v = pair_vertices(test.model, kind, list.near[i].key);
-    if (list.near[i].distance - list.used > thickness + test.travel(kind, v)) continue;
-    add(test, {kind, list.near[i].key, list.pair}, thickness, found);
+// Tests the pairs of each task of the broad phase. The order of tasks does not depend on threads.
+class Candidates final : public PairSink {
+ public:
+  Candidates(const std::vector<SurfacePair>& pairs, const PairTest& test)
+      : pairs_(pairs), test_(test) {}
+  void prepare(Index n_tasks) override { parts_.assign(n_tasks, {}); }
+  void take(Index task, Index surface_pair, ContactKind kind, std::vector<PairKey>& keys) override {
+    for (const PairKey key : keys)
+      add(test_, {kind, key, surface_pair}, pairs_[surface_pair].thickness, parts_[task]);
   }
-}
+  Approach take_all() const {
+    Approach all;
+    for (const Approach& part : parts_) {
+      all.candidates += part.candidates;
+      all.pairs.insert(all.pairs.end(), part.pairs.begin(), part.pairs.end());
+    }
+    return all;
+  }
+
+ private:
+  const std::vector<SurfacePair>& pairs_;
+  const PairTest& test_;
+  std::vector<Approach> parts_;
+};
 
 }  // namespace
 
 Approach find_approach(const Team& team, const PairSource& source, const ExpectedMotion& motion,
                        const Tangle& tangle) {
   const std::vector<SurfacePair>& pairs = source.pairs;
-  NeighbourLists& lists = source.lists;
   const PairTest test{source.model, motion, tangle};
-  if (!lists.updated_at(motion.x0)) lists.update(team, motion.x0);
   const Points x1 = motion.x0 + faster_approach * motion.step * motion.v0;
-  lists.cover(team, x1);
-  constexpr Index grain = 16;
-  const auto n = static_cast<Index>(lists.lists().size());
-  std::vector<Approach> parts((n + grain - 1) / grain);
-  parallel_ranges(team, n, grain, [&](Index begin, Index end) {
-    for (Index l = begin; l < end; ++l) {
-      const NeighbourList& list = lists.lists()[l];
-      add_listed(test, list, pairs[list.pair].thickness, parts[begin / grain]);
-    }
-  });
-  const std::vector<Index> unlisted = lists.unlisted();
-  if (!unlisted.empty()) {
-    double thickness = 0.0;
-    for (const Index i : unlisted) thickness = std::max(thickness, pairs[i].thickness);
-    std::vector<FeaturePairs> found;
-    source.broad_phase.swept_pairs(
-        team, {motion.x0, x1, 0.5 * thickness + added_approach * motion.step}, unlisted,
-        [](ContactKind, std::vector<PairKey>&) {}, found);
-    Approach& part = parts.emplace_back();
-    for (const Index i : unlisted) {
-      for (const PairKey key : found[i].vertex_face)
-        add(test, {ContactKind::VertexFace, key, i}, pairs[i].thickness, part);
-      for (const PairKey key : found[i].edge_edge)
-        add(test, {ContactKind::EdgeEdge, key, i}, pairs[i].thickness, part);
-    }
+  double thickness = 0.0;
+  std::vector<Index> which(pairs.size());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    which[i] = static_cast<Index>(i);
+    thickness = std::max(thickness, pairs[i].thickness);
   }
-  Approach all;
-  for (const Approach& part : parts) {
-    all.candidates += part.candidates;
-    all.pairs.insert(all.pairs.end(), part.pairs.begin(), part.pairs.end());
-  }
+  Candidates candidates(pairs, test);
+  source.broad_phase.swept_pairs(
+      team, {motion.x0, x1, 0.5 * thickness + added_approach * motion.step}, which, candidates);
+  Approach all = candidates.take_all();
   std::sort(all.pairs.begin(), all.pairs.end(), [](const auto& a, const auto& b) {
     return std::tie(a.kind, a.key) < std::tie(b.kind, b.key);
   });

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "core/collision/broad_phase/neighbour_lists.h"
+#include "core/collision/broad_phase/broad_phase.h"
 #include "core/collision/tangle/tangle.h"
 
 namespace loomstone {
@@ -25,7 +25,6 @@ struct PairSource {
   const CollisionModel& model;
   const std::vector<SurfacePair>& pairs;
   BroadPhase& broad_phase;
-  NeighbourLists& lists;
 };
 
 // Allowance for velocities that change within a step. Our choice: features are assumed to approach
@@ -42,7 +41,8 @@ struct ExpectedMotion {
 
 // Finds the pairs that may come closer than their thickness, allowing for velocities that change
 // within the step. Culls pairs whose four points stay off a common plane by more than the
-// thickness. Excludes pairs with a rigid body. Updates source.lists if they do not belong to x0.
+// thickness. Does not use neighbour lists: they may lack pairs that are far apart, depending on
+// when they were made.
 Approach find_approach(const Team& team, const PairSource& source, const ExpectedMotion& motion,
                        const Tangle& tangle);
 

@@ -61,8 +61,7 @@ std::vector<Contact> CollisionStage::proximity(const Team& team, const Points& x
 
 Approach CollisionStage::approach(const Team& team, const ExpectedMotion& motion,
                                   const Tangle& tangle) {
-  return find_approach(team, {data_->model, data_->pairs, data_->broad_phase, data_->lists}, motion,
-                       tangle);
+  return find_approach(team, {data_->model, data_->pairs, data_->broad_phase}, motion, tangle);
 }
 
 const std::vector<SurfacePair>& CollisionStage::pairs() const { return data_->pairs; }

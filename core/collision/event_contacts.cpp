@@ -37,35 +37,55 @@ void EventContacts::set_pairs(const ExpectedMotion& motion, std::vector<Approach
 void EventContacts::begin(Index n_ticks) {
   n_ticks_ = n_ticks;
   side_.assign(pairs_.size(), 0);
+  if (n_ticks == 0) return begin_queue();
   due_.assign(n_ticks + 1, {});
   due_[0].resize(pairs_.size());
   for (std::size_t i = 0; i < pairs_.size(); ++i) due_[0][i] = static_cast<Index>(i);
 }
 
-Vec3 EventContacts::velocity(Index vertex, const EventMotion& cloth) const {
-  if (vertex < cloth.v.rows()) return cloth.v.row(vertex).transpose();
+void EventContacts::begin_queue() {
+  wake_.assign(pairs_.size(), 0.0);
+  pairs_of_.assign(inverse_mass_.size(), {});
+  for (std::size_t i = 0; i < pairs_.size(); ++i)
+    for (const Index vertex : pair_vertices(model_, pairs_[i].kind, pairs_[i].key))
+      if (inverse_mass_[vertex] > 0.0) pairs_of_[vertex].push_back(static_cast<Index>(i));
+}
+
+Index EventContacts::body_of(Index vertex) const {
+  return model_.surfaces[model_.surface_of_vertex[vertex]].body;
+}
+
+Vec3 EventContacts::place(Index vertex, double time, const EventMotion& motion) const {
+  if (vertex < motion.x.rows())
+    return (motion.x.row(vertex) - motion.ahead(vertex) * motion.v.row(vertex)).transpose();
+  const Vec3 start = motion_->x0.row(vertex).transpose();
+  if (const Index b = body_of(vertex); b >= 0) {
+    const EventBody& body = bodies_[b].body;
+    return body.pose.position + bodies_[b].turn * (start - body.start.position);
+  }
+  return start + time * motion_->v0.row(vertex).transpose();
+}
+
+// All vertices of a body have the velocity of its closest point, which is that of their mean.
+Vec3 EventContacts::velocity(Index vertex, const Event& event, const EventMotion& motion) const {
+  if (vertex < motion.v.rows()) return motion.v.row(vertex).transpose();
+  if (const Index b = body_of(vertex); b >= 0) return bodies_[b].body.velocity_at(event.touched);
   return motion_->v0.row(vertex).transpose();
 }
 
-Vec3 EventContacts::relative_velocity(const Event& event, const EventMotion& cloth) const {
+Vec3 EventContacts::relative_velocity(const Event& event, const EventMotion& motion) const {
   Vec3 sum = Vec3::Zero();
-  for (int k = 0; k < 4; ++k) sum += event.weights[k] * velocity(event.vertices[k], cloth);
+  for (int k = 0; k < 4; ++k) sum += event.weights[k] * velocity(event.vertices[k], event, motion);
   return sum;
 }
 
-EventContacts::Event EventContacts::evaluate(Index pair, double time, const EventMotion& cloth) {
+EventContacts::Event EventContacts::evaluate(Index pair, double time, const EventMotion& motion) {
   const ApproachingPair& which = pairs_[pair];
   const bool vertex_face = which.kind == ContactKind::VertexFace;
   Event event;
   event.vertices = pair_vertices(model_, which.kind, which.key);
   FourPoints points;
-  for (int k = 0; k < 4; ++k) {
-    const Index i = event.vertices[k];
-    if (i < cloth.x.rows())
-      points[k] = (cloth.x.row(i) - cloth.ahead[cloth.level[i]] * cloth.v.row(i)).transpose();
-    else
-      points[k] = (motion_->x0.row(i) + time * motion_->v0.row(i)).transpose();
-  }
+  for (int k = 0; k < 4; ++k) points[k] = place(event.vertices[k], time, motion);
   const ClosestPair closest = vertex_face ? closest_vertex_face(points) : closest_edge_edge(points);
   event.weights = closest.weights;
   event.distance = closest.distance;
@@ -78,18 +98,27 @@ EventContacts::Event EventContacts::evaluate(Index pair, double time, const Even
   else
     side_[pair] = side;
   event.inverse_mass = 0.0;
-  for (int k = 0; k < 4; ++k)
+  event.body = -1;
+  event.touched = Vec3::Zero();
+  for (int k = 0; k < 4; ++k) {
     event.inverse_mass += event.weights[k] * event.weights[k] * inverse_mass_[event.vertices[k]];
+    const Index body = body_of(event.vertices[k]);
+    if (body < 0) continue;
+    event.body = body;
+    event.touched += std::abs(event.weights[k]) * points[k];
+  }
+  if (event.body >= 0)
+    event.inverse_mass += bodies_[event.body].body.inverse_mass_at(event.touched, event.normal);
   return event;
 }
 
 // Changes the velocities so that the pair stops approaching and regains its thickness. Returns
 // false if this needs no impulse.
-bool EventContacts::push(const Event& event, Index pair, const EventMotion& cloth) const {
+bool EventContacts::push(const Event& event, Index pair, const EventMotion& motion) {
   const SurfacePair& surfaces = surface_pairs_[pairs_[pair].pair];
   const double missing = surfaces.thickness - event.distance;
   if (missing <= 0.0 || !(event.inverse_mass > 0.0)) return false;
-  const Vec3 velocity = relative_velocity(event, cloth);
+  const Vec3 velocity = relative_velocity(event, motion);
   const double along = event.normal.dot(velocity);
   const double lack = restored * missing / motion_->step - along;
   if (lack <= 0.0) return false;
@@ -101,38 +130,82 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& clot
     const Index i = event.vertices[k];
     if (inverse_mass_[i] == 0.0) continue;
     const Vec3 own = event.weights[k] * inverse_mass_[i] / event.inverse_mass * change;
-    cloth.v.row(i) += own.transpose();
-    cloth.x.row(i) += cloth.ahead[cloth.level[i]] * own.transpose();
+    motion.v.row(i) += own.transpose();
+    motion.x.row(i) += motion.ahead(i) * own.transpose();
   }
+  if (event.body < 0) return true;
+  EventBody& body = bodies_[event.body].body;
+  const bool first = body_of(event.vertices[0]) == event.body;  // the first side has weights > 0
+  const Vec3 impulse = (first ? 1.0 : -1.0) / event.inverse_mass * change;
+  body.push(impulse, (event.touched - body.pose.position).cross(impulse));
   return true;
 }
 
 double EventContacts::next_time(const Event& event, Index pair, double time,
-                                const EventMotion& cloth) const {
+                                const EventMotion& motion) const {
   double shortest = motion_->step;
   for (const Index i : event.vertices)
-    if (i < cloth.v.rows()) shortest = std::min(shortest, cloth.step[cloth.level[i]]);
+    if (i < motion.v.rows()) shortest = std::min(shortest, motion.step(i));
   const double gap = event.distance - surface_pairs_[pairs_[pair].pair].thickness;
-  const double speed = faster_approach * relative_velocity(event, cloth).norm() + added_approach;
+  const double speed = faster_approach * relative_velocity(event, motion).norm() + added_approach;
   return time + std::max(shortest, gap / speed);
 }
 
-void EventContacts::act(const Team& team, Index tick, const EventMotion& cloth) {
+void EventContacts::place_bodies(const EventMotion& motion) {
+  bodies_.clear();
+  for (std::size_t b = 0; b < motion.bodies.size(); ++b) {
+    EventBody now = motion.bodies[b];
+    if (const double ahead = motion.body_ahead(static_cast<Index>(b)); ahead != 0.0)
+      now.pose = now.pose_after(-ahead);
+    bodies_.push_back({now, rotation_matrix(now.pose.orientation) *
+                                rotation_matrix(now.start.orientation).transpose()});
+  }
+}
+
+void EventContacts::return_bodies(const EventMotion& motion) const {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    motion.bodies[b].velocity = bodies_[b].body.velocity;
+    motion.bodies[b].angular_velocity = bodies_[b].body.angular_velocity;
+  }
+}
+
+void EventContacts::act(const Team& team, Index tick, const EventMotion& motion) {
   std::vector<Index>& due = due_[tick];
   if (due.empty()) return;
   const double length = motion_->step / static_cast<double>(n_ticks_), time = tick * length;
   std::sort(due.begin(), due.end());
+  place_bodies(motion);
   const auto n = static_cast<Index>(due.size());
   events_.resize(due.size());
-  parallel_for(team, n, [&](Index i) { events_[i] = evaluate(due[i], time, cloth); }, 256);
+  parallel_for(team, n, [&](Index i) { events_[i] = evaluate(due[i], time, motion); }, 256);
   n_evaluated_ += n;
-  for (Index i = 0; i < n; ++i) n_impulses_ += push(events_[i], due[i], cloth);
+  for (Index i = 0; i < n; ++i) n_impulses_ += push(events_[i], due[i], motion);
   for (Index i = 0; i < n; ++i) {
-    const double next = next_time(events_[i], due[i], time, cloth) / length;
+    const double next = next_time(events_[i], due[i], time, motion) / length;
     if (next < static_cast<double>(n_ticks_))
       due_[std::max(tick + 1, static_cast<Index>(next))].push_back(due[i]);
   }
+  return_bodies(motion);
   due.clear();
+}
+
+void EventContacts::act_on(const std::vector<Index>& vertices, const EventMotion& motion) {
+  const double now = motion.clocks->now;
+  touched_.clear();
+  for (const Index vertex : vertices)
+    for (const Index pair : pairs_of_[vertex])
+      if (wake_[pair] <= now) touched_.push_back(pair);
+  if (touched_.empty()) return;
+  std::sort(touched_.begin(), touched_.end());
+  touched_.erase(std::unique(touched_.begin(), touched_.end()), touched_.end());
+  place_bodies(motion);
+  for (const Index pair : touched_) {
+    const Event event = evaluate(pair, now, motion);
+    n_impulses_ += push(event, pair, motion);
+    wake_[pair] = next_time(event, pair, now, motion);
+  }
+  n_evaluated_ += static_cast<std::int64_t>(touched_.size());
+  return_bodies(motion);
 }
 
 }  // namespace loomstone

@@ -8,19 +8,12 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/event_motion.h"
 #include "core/collision/approach.h"
 #include "core/collision/model/feature_pairs.h"
 #include "core/parallel/team.h"
 
 namespace loomstone {
-
-// Cloth at an event within a step.
-struct EventMotion {
-  Points &x, &v;  // (n x 3) [m], [m/s]; x is the position at the vertex's next event
-  const std::vector<std::uint8_t>& level;  // (n) level of each vertex
-  const std::vector<double>& step;         // (levels) time between two events of a vertex [s]
-  const std::vector<double>& ahead;        // (levels) time from now to the next event [s]
-};
 
 class EventContacts {
  public:
@@ -30,11 +23,13 @@ class EventContacts {
   // Sets the pairs to evaluate in a step. Vertices of obstacles move as in `motion`, whose arrays
   // must outlive the step.
   void set_pairs(const ExpectedMotion& motion, std::vector<ApproachingPair> pairs);
-  // Begins or repeats the step, which is divided into n_ticks equal ticks.
+  // Begins or repeats the step, which is divided into n_ticks equal ticks. A queue has no ticks.
   void begin(Index n_ticks);
   // Evaluates the pairs that are due at a tick and applies their impulses. All events of vertices
   // lie at ticks.
-  void act(const Team& team, Index tick, const EventMotion& cloth);
+  void act(const Team& team, Index tick, const EventMotion& motion);
+  // The same in an event of a queue, for the due pairs with one of the listed vertices.
+  void act_on(const std::vector<Index>& vertices, const EventMotion& motion);
 
   // Number of pair evaluations since set_pairs().
   std::int64_t n_evaluated() const { return n_evaluated_; }
@@ -46,12 +41,25 @@ class EventContacts {
     std::array<double, 4> weights;
     Vec3 normal;
     double distance, inverse_mass;  // [m], [1/kg]
+    Index body;                     // of the pair; -1: none
+    Vec3 touched;                   // its closest point [m]
   };
-  Vec3 velocity(Index vertex, const EventMotion& cloth) const;
-  Vec3 relative_velocity(const Event& event, const EventMotion& cloth) const;
-  Event evaluate(Index pair, double time, const EventMotion& cloth);
-  bool push(const Event& event, Index pair, const EventMotion& cloth) const;
-  double next_time(const Event& event, Index pair, double time, const EventMotion& cloth) const;
+  void begin_queue();
+  // A rigid body at this tick.
+  struct PlacedBody {
+    EventBody body;
+    Mat3 turn;  // rotation since the start of the step
+  };
+  // Body of a vertex; -1: none.
+  Index body_of(Index vertex) const;
+  Vec3 place(Index vertex, double time, const EventMotion& motion) const;
+  Vec3 velocity(Index vertex, const Event& event, const EventMotion& motion) const;
+  Vec3 relative_velocity(const Event& event, const EventMotion& motion) const;
+  Event evaluate(Index pair, double time, const EventMotion& motion);
+  void place_bodies(const EventMotion& motion);
+  void return_bodies(const EventMotion& motion) const;
+  bool push(const Event& event, Index pair, const EventMotion& motion);
+  double next_time(const Event& event, Index pair, double time, const EventMotion& motion) const;
 
   const CollisionModel& model_;
   const std::vector<SurfacePair>& surface_pairs_;
@@ -62,7 +70,12 @@ class EventContacts {
   std::vector<std::int8_t> side_;
   Index n_ticks_ = 1;
   std::vector<std::vector<Index>> due_;  // (n_ticks + 1) pairs due at each tick
+  // Queue: pairs of each vertex, times from which pairs are due [s], and those of an event.
+  std::vector<std::vector<Index>> pairs_of_;
+  std::vector<double> wake_;
+  std::vector<Index> touched_;
   std::vector<Event> events_;
+  std::vector<PlacedBody> bodies_;
   std::int64_t n_evaluated_ = 0, n_impulses_ = 0;
 };
 

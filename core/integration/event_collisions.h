@@ -4,28 +4,21 @@
 
 #include <vector>
 
-#include "core/base/types.h"
+#include "core/base/event_motion.h"
 #include "core/parallel/team.h"
 
 namespace loomstone {
 
-// Vertices in the middle of a step. Each vertex moves at constant velocity from one of its events
-// to the next. Vertices of the same level have their events at the same times.
-struct EventVertices {
-  Points &x, &v;  // (n x 3) position of each vertex at its next event [m], and velocity [m/s]
-  const std::vector<std::uint8_t>& level;  // (n) level of each vertex
-  const std::vector<double>& step;         // (levels) time between two events of the level [s]
-  const std::vector<double>& ahead;  // (levels) time from now to the next event of the level [s]
-};
-
 class EventCollisions {
  public:
   virtual ~EventCollisions() = default;
-  // Begins a step that is divided into n_ticks ticks, or restarts it.
+  // Begins or repeats a step that is divided into n_ticks ticks. A queue has no ticks.
   virtual void begin(Index n_ticks) = 0;
-  // Changes the velocities of vertices after `tick` ticks and, accordingly, their positions at
-  // their next events.
-  virtual void act(const Team& team, Index tick, const EventVertices& vertices) = 0;
+  // Changes the velocities of vertices and bodies at a tick and, accordingly, the positions of
+  // vertices at their next events.
+  virtual void act(const Team& team, Index tick, const EventMotion& motion) = 0;
+  // The same in an event of a queue, for the pairs with one of the listed vertices.
+  virtual void act_on(const std::vector<Index>& vertices, const EventMotion& motion) = 0;
 };
 
 }  // namespace loomstone

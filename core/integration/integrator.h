@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/event_motion.h"
 #include "core/base/types.h"
 #include "core/cloth/cloth_model.h"
 #include "core/cloth/cloth_state.h"
@@ -34,6 +35,14 @@ using TermsAt = std::function<double(const Points& displacement, double time, Te
 using FrictionAt =
     std::function<double(const Points& displacement, double time, ExtraTerms& terms)>;
 
+// Rigid bodies that the integrator moves within the step, without contacts among them.
+struct BodiesOfStep {
+  const std::vector<RigidPose>* poses = nullptr;          // (b) at the start
+  const Points* velocity = nullptr;                       // (2 b x 3) at the start
+  const std::vector<AttachedVertex>* attached = nullptr;  // each vertex at most once
+  std::vector<RigidPose>* end = nullptr;                  // (b) poses at the end; set on return
+};
+
 // Input of a step. The rows are the cloth vertices, followed by two rows per rigid body
 // (translation, rotation) if bodies take part.
 struct StepInputs {
@@ -51,6 +60,8 @@ struct StepInputs {
   const Points* target = nullptr;  // (n x 3) positions of fixed rows at the end [m]
   // Handles collisions at events. Used only by schemes with events_collide(). May be null.
   EventCollisions* collisions = nullptr;
+  // Rigid bodies. Used only by schemes with moves_bodies(). Null: none.
+  const BodiesOfStep* bodies = nullptr;
   // (2 b) per body: mass times identity [kg], then inertia in world axes [kg m^2]
   const std::vector<Mat3>* body_mass = nullptr;
 };
@@ -61,7 +72,8 @@ struct IntegrationReport {
   double residual = 0.0;
   // Newton schemes only: relative residuals of the first guess and then of each iterate.
   std::vector<double> newton_residuals;
-  std::int64_t events = 0;  // of triangles in an asynchronous step
+  // Events of triangles in an asynchronous step, and those if all had the shortest step.
+  std::int64_t events = 0, synchronous_events = 0;
 };
 
 // Thrown if the solver finds no solution. With a shorter step, there may be one.
@@ -93,6 +105,8 @@ class Integrator {
   virtual double time_of_forces() const { return 1.0; }
   // True if the scheme handles collisions at events within a step.
   virtual bool events_collide() const { return false; }
+  // True if the scheme moves rigid bodies together with the cloth.
+  virtual bool moves_bodies() const { return false; }
   // True if the scheme evaluates the energy of all rows on every rank.
   virtual bool asks_energy() const { return false; }
 };

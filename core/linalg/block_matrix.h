@@ -42,8 +42,7 @@ class BlockMatrix {
 
  private:
   std::vector<Index> row_start_{0}, columns_, diagonal_;
-  // 9 entries per block. Three additional entries at the end permit 4-wide loads of the last
-  // column.
+  // 9 entries per block, then three that keep 4-wide loads of columns inside the array.
   std::vector<double> values_;
 };
 

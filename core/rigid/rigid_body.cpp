@@ -108,6 +108,15 @@ Vec3 velocity_at(const RigidState& state, Index body, const Vec3& world) {
   return state.velocities.row(body).transpose() + spin.cross(arm);
 }
 
+Points body_velocities(const RigidState& state) {
+  Points velocities(2 * state.velocities.rows(), 3);
+  for (Index b = 0; b < state.velocities.rows(); ++b) {
+    velocities.row(2 * b) = state.velocities.row(b);
+    velocities.row(2 * b + 1) = state.angular_velocities.row(b);
+  }
+  return velocities;
+}
+
 Points world_vertices(const RigidState& state, Index body, const TriangleMesh& mesh,
                       const MassProperties& mass) {
   const Mat3 rotation = rotation_matrix(state.orientations.row(body).transpose());

@@ -93,6 +93,8 @@ RigidState start_state(const std::vector<RigidBody>& bodies,
 inline RigidPose body_pose(const RigidState& state, Index body) {
   return {state.positions.row(body).transpose(), state.orientations.row(body).transpose()};
 }
+// Velocities and angular velocities of all bodies (2 b x 3) [m/s, rad/s].
+Points body_velocities(const RigidState& state);
 // Inertia about the centre of mass in world axes [kg m^2].
 Mat3 world_inertia(const MassProperties& mass, const Vec4& orientation);
 // Converts a point in body axes, relative to the centre of mass [m], to its world position [m] and

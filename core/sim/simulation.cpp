@@ -95,6 +95,26 @@ struct Simulation::Data {
   }
 };
 
+namespace {
+void check_attachments(const IntegratorOptions& integrator, const Model& model) {
+  if (integrator.implicit() != nullptr || model.attachments.empty()) return;
+  if (!integrator.is<Asynchronous>())
+    fail<Unsupported>(
+        "attachments require an implicit or asynchronous integrator, got {}; choose one of them or "
+        "remove the attachments",
+        integrator.name());
+  for (std::size_t i = 1; i < model.attachments.size(); ++i) {
+    const AttachedVertex &a = model.attachments[i - 1], &b = model.attachments[i];
+    if (a.row == b.row)
+      fail<Unsupported>(
+          "attachments must tie a vertex to one body with an asynchronous integrator, got vertex "
+          "{} of all cloths tied to {} and {}; attach it once, or choose an implicit integrator",
+          model.vertex_of_row(a.row), model.scene.bodies[a.body].name,
+          model.scene.bodies[b.body].name);
+  }
+}
+}  // namespace
+
 Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, int threads,
                        std::shared_ptr<const Communicator> communicator)
     : data_(std::make_unique<Data>()) {
@@ -105,11 +125,7 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
   data_->team.threads = threads == 0 ? default_thread_count() : threads;
   data_->communicator = std::move(communicator);
   together(*data_->communicator, [&] { build(scene, data_->model, data_->state); });
-  if (integrator.implicit() == nullptr && !scene.attachments.empty())
-    fail<Unsupported>(
-        "attachments require an implicit integrator, got {}; choose an implicit integrator or "
-        "remove the attachments",
-        integrator.name());
+  check_attachments(integrator, data_->model);
   data_->digests = digests(scene, integrator);
   together(*data_->communicator,
            [&] { data_->steps = choose_steps(integrator, data_->model, data_->state); });

@@ -40,6 +40,7 @@ SIZES = {
     "hanging": ({"triangles": 512}, 0.5),
     "incline": ({"triangles": 200}, 0.5),
     "knot": ({"triangles": 800}, 1.0),
+    "ribbon": ({"triangles": 400}, 2.0),
     "sphere_slide": ({"triangles": 1800}, 1.0),
     "stack": ({"triangles": 128, "sheets": 12}, 1.0),
     "swing_limits": ({"triangles": 300}, 0.8),

@@ -56,12 +56,6 @@ inline bool of_body(const CollisionModel& model, Index vertex) {
   return model.surfaces[model.surface_of_vertex[vertex]].kind == CollisionSurface::Kind::Body;
 }
 
-// Returns whether one of the vertices belongs to a rigid body.
-inline bool has_body(const CollisionModel& model, const std::array<Index, 4>& vertices) {
-  return std::any_of(vertices.begin(), vertices.end(),
-                     [&](Index vertex) { return of_body(model, vertex); });
-}
-
 // Returns whether triangles of surfaces a and b must not intersect. This requires at least one
 // cloth and, if a == b, self-collision.
 inline bool kept_apart(const CollisionModel& model, Index a, Index b) {

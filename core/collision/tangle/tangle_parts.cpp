@@ -104,7 +104,7 @@ void TangleFinder::cut_along(const Points& x, std::span<Piercing* const> contour
   const bool open = separates_nothing(contour, cut.part) && are_disjoint(contour, cut.part);
   if (open) split_by_side(x, contour, area, cut);
   refine_sizes(x, contour, cut);
-  // The only part that moves back. -1: all smaller parts move back.
+  // The only part that moves back, or -1 if at each piercing the smaller of its parts moves back.
   const int only = open ? smallest_part(contour, cut) : -1;
   std::vector<std::uint8_t> came_through(cut.size.size(), 0);
   for (Piercing* const p : contour) {

@@ -1,5 +1,7 @@
 #include "core/integration/asynchronous/asynchronous.h"
 
+#include <cmath>
+
 #include "core/base/message.h"
 #include "core/cloth/limit_potential.h"
 
@@ -35,15 +37,14 @@ AsynchronousIntegrator::AsynchronousIntegrator(const Asynchronous& options, cons
   bending_ = bending_steps(model, meshes_, eigenvalue.given_safety());
 }
 
-Vector AsynchronousIntegrator::own_bending_steps() const {
-  Vector longest = (options_.bending_multiple * steps_.at_rest()).cwiseMin(bending_);
-  equalise_patches(longest);
-  return longest;
+Vector AsynchronousIntegrator::bending_event_steps() const {
+  if (options_.bending_multiple == 0.0) return steps_.at_rest().cwiseMin(bending_);
+  return (options_.bending_multiple * mean_of_patches(steps_.at_rest())).cwiseMin(bending_);
 }
 
 IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLayout& layout,
                                                   const StepInputs& inputs, ClothState& state,
-                                                  Points&) {
+                                                  Points& body_velocity) {
   if (model_.triangles.rows() == 0) return {};
   load_ = *inputs.force;
   collisions_ = inputs.collisions;
@@ -60,12 +61,14 @@ IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLay
   Taken taken;
   for (int repetition = 0;; ++repetition) {
     state.element_steps = steps;
+    bodies_.begin(inputs, model_.mass, body_velocity, state.x, state.v);
     const Vector used = options_.bending_multiple == 0.0 ? steps.cwiseMin(bending_).eval() : steps;
     taken = take_interval(team, inputs.step, used, state);
     if (repetition == most_repetitions || !shorten(taken, steps)) break;
     state = start;
   }
   place_fixed(inputs, state.x);
+  bodies_.finish(inputs, body_velocity);
   const Index t = steps_.first_unstable(team, state.x, taken.steps, elasticity_);
   if (t >= 0)
     throw StepFailure(
@@ -74,6 +77,8 @@ IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLay
                   inputs.step, taken.steps[t]));
   IntegrationReport report;
   report.events = taken.events;
+  report.synchronous_events =
+      steps.size() * static_cast<std::int64_t>(std::ceil(inputs.step / steps.minCoeff()));
   return report;
 }
 

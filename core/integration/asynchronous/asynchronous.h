@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/integration/asynchronous/attached_bodies.h"
 #include "core/integration/asynchronous/element_steps.h"
 #include "core/integration/asynchronous/level_bending.h"
 #include "core/integration/asynchronous/limit_impulses.h"
@@ -18,6 +19,7 @@ class AsynchronousIntegrator : public Integrator {
                          Elasticity& elasticity);
 
   bool implicit() const override { return false; }
+  bool moves_bodies() const override { return true; }
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points& body_velocity) override;
 
@@ -32,9 +34,9 @@ class AsynchronousIntegrator : public Integrator {
   virtual Taken take_interval(const Team& team, double interval, const Vector& steps,
                               ClothState& state) = 0;
 
-  // Longest steps of bending in events of its own [s]: the multiple of the membrane's at rest,
-  // within bending's own limit. Triangles of a patch have the same.
-  Vector own_bending_steps() const;
+  // Longest steps between events of bending [s], within its own limit: those of the membrane at
+  // rest, or the multiple of their mean over a patch, so that triangles of a patch have the same.
+  Vector bending_event_steps() const;
 
   const ClothModel& model_;
   std::vector<LimitModes> limits_;  // (m) that a potential limits; empty: none
@@ -45,6 +47,7 @@ class AsynchronousIntegrator : public Integrator {
   Vector bending_;       // (m) longest steps of bending [s]
   Points load_;          // (n x 3) forces that do not change within the interval [N]
   Vector inverse_mass_;  // (n) zero for prescribed vertices [1/kg]
+  AttachedBodies bodies_;
   EventCollisions* collisions_ = nullptr;  // of the step; null: none
 
  private:

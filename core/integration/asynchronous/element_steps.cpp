@@ -10,7 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Largest change of the strain of a limited triangle in a step, [Thomaszewski2010], 4.2.
+// Largest change of strain in one step of a triangle that has a strain limit [Thomaszewski2010],
+// 4.2.
 constexpr double largest_change = 0.1;
 
 // Gradients of the linear shape functions (2 x 3) [1/m] and rest area of a triangle.

@@ -62,8 +62,9 @@ class ElementSteps {
   LimitPhases phases_at(Index t, const Points& green) const;
 
   const ClothModel& model_;
-  std::vector<LimitModes> limits_;    // (m) or empty
-  std::vector<Mat3> limit_products_;  // (m) or empty: stiffness of the second phases [1/s^2]
+  std::vector<LimitModes> limits_;  // (m) or empty
+  std::vector<Mat3>
+      limit_products_;  // (m) or empty: stiffness of the second phases over mass [1/s^2]
   std::vector<Element> elements_;
   Points share_;
   Vector at_rest_, at_;

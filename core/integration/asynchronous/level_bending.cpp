@@ -31,8 +31,12 @@ BendingMesh::BendingMesh(const ClothModel& model, const ClothModel::BendingPart&
   }
 }
 
-BendingGroup::BendingGroup(const BendingMesh& mesh, const std::vector<Index>& acting) {
+BendingGroup::BendingGroup(const BendingMesh& mesh, const std::vector<Index>& acting,
+                           const std::vector<double>& factors) {
   BendingSubset subset = bending_subset(mesh.part.setup, mesh.edges, acting);
+  std::size_t next = 0;  // subset and `acting` are in the same order
+  for (std::size_t t = 0; t < subset.setup.acts.size() && !factors.empty(); ++t)
+    if (subset.setup.acts[t]) subset.setup.rigidity[t] *= factors[next++];
   vertices_ = std::move(subset.vertices);
   bending_ = mesh.part.element == BendingElement::Hinge ? make_hinge_bending(subset.setup)
                                                         : make_midedge_bending(subset.setup);
@@ -51,6 +55,12 @@ double BendingGroup::eigenvalue(const Vector& mass) const {
 void BendingGroup::kick(const Team& team, const Kick& kick, const Vector& inverse_mass,
                         const Points& x, Points& v) {
   const auto n = static_cast<Index>(vertices_.size());
+  const auto apply = [&] {
+    parallel_for(team, n, [&](Index i) {
+      v.row(vertices_[i]) += kick.h * inverse_mass[vertices_[i]] * force_.row(i);
+    });
+  };
+  if (kick.start && damping_ == 0.0 && known_at(x)) return apply();
   parallel_for(team, n, [&](Index i) {
     x_.row(i) = x.row(vertices_[i]);
     force_.row(i).setZero();
@@ -62,9 +72,15 @@ void BendingGroup::kick(const Team& team, const Kick& kick, const Vector& invers
     last_.row(i) = x_.row(i);
   });
   bending_->add_forces(team, x_, rate_, 0, n, force_);
-  parallel_for(team, n, [&](Index i) {
-    v.row(vertices_[i]) += kick.h * inverse_mass[vertices_[i]] * force_.row(i);
-  });
+  known_ = true;
+  apply();
+}
+
+// Returns true if the forces of the last kick are those at x.
+bool BendingGroup::known_at(const Points& x) const {
+  for (std::size_t i = 0; i < vertices_.size() && known_; ++i)
+    if (x_.row(static_cast<Index>(i)) != x.row(vertices_[i])) return false;
+  return known_;
 }
 
 Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& meshes,
@@ -86,26 +102,39 @@ Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& me
   return steps;
 }
 
-void equalise_patches(Vector& steps) {
+Vector mean_of_patches(const Vector& steps) {
   const auto m = static_cast<Index>(steps.size());
+  Vector mean(m);
   for (Index first = 0; first < m; first += patch) {
     const Index n = std::min(patch, m - first);
-    steps.segment(first, n).setConstant(steps.segment(first, n).minCoeff());
+    mean.segment(first, n).setConstant(steps.segment(first, n).mean());
   }
+  return mean;
 }
 
 LevelGroups::LevelGroups(const std::vector<BendingMesh>& meshes,
                          const std::vector<std::uint8_t>& levels) {
   const int finest = *std::max_element(levels.begin(), levels.end());
-  for (const BendingMesh& mesh : meshes)
-    for (int wanted = finest; wanted >= 0; --wanted) {
+  for (const BendingMesh& mesh : meshes) {
+    const auto& damping = mesh.part.setup.damping;
+    const bool united = *std::max_element(damping.begin(), damping.end()) == 0.0;
+    int coarser = -1;
+    for (int own = 0; own <= finest; ++own) {
       std::vector<Index> acting;
-      for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-        if (levels[mesh.triangles[i]] == wanted) acting.push_back(static_cast<Index>(i));
-      if (acting.empty()) continue;
-      groups.emplace_back(mesh, acting);
-      level.push_back(static_cast<std::uint8_t>(wanted));
+      std::vector<double> factors;
+      bool any = false;
+      for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        const int of_triangle = levels[mesh.triangles[i]];
+        any = any || of_triangle == own;
+        if (of_triangle < own || (of_triangle > own && !united)) continue;
+        acting.push_back(static_cast<Index>(i));
+        factors.push_back(std::ldexp(1.0, own - of_triangle));
+      }
+      if (!any) continue;
+      groups_.push_back({BendingGroup(mesh, acting, factors), own, coarser});
+      if (united) coarser = own;
     }
+  }
 }
 
 }  // namespace loomstone

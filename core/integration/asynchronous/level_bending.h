@@ -21,8 +21,9 @@ struct BendingMesh {
 // The bending of some triangles of a mesh, which act at the same times.
 class BendingGroup {
  public:
-  // acting: triangles of the part, ascending
-  BendingGroup(const BendingMesh& mesh, const std::vector<Index>& acting);
+  // acting: triangles of the part, ascending. factors: of their forces; empty: 1
+  BendingGroup(const BendingMesh& mesh, const std::vector<Index>& acting,
+               const std::vector<double>& factors = {});
 
   const std::vector<Index>& vertices() const { return vertices_; }
   double eigenvalue(const Vector& mass) const;  // largest of M^-1 K at rest [1/s^2]
@@ -37,11 +38,16 @@ class BendingGroup {
   // Adds the forces at x times inverse_mass times h to v (n x 3).
   void kick(const Team& team, const Kick& kick, const Vector& inverse_mass, const Points& x,
             Points& v);
+  // Positions of the vertices at the last kick; used with damping only.
+  Points& last() { return last_; }
 
  private:
+  bool known_at(const Points& x) const;
+
   std::vector<Index> vertices_;
   std::unique_ptr<Bending> bending_;
   double damping_ = 0.0;
+  bool known_ = false;  // force_ is that at x_
   Points x_, last_, rate_, force_;
 };
 
@@ -51,17 +57,36 @@ class BendingGroup {
 Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& meshes,
                      double safety);
 
-// Gives the triangles of each patch the shortest step of the patch, so that few triangles have
-// neighbours with other steps.
-void equalise_patches(Vector& steps);
+// Mean of the steps (m) of each patch, for all of its triangles. With equal steps, few triangles
+// have neighbours with other steps.
+Vector mean_of_patches(const Vector& steps);
 
-// Groups of all bending parts by the level of their triangles.
-struct LevelGroups {
-  std::vector<BendingGroup> groups;
-  std::vector<std::uint8_t> level;  // (groups)
-
+// Groups of all bending parts by the level of their triangles. Undamped groups also include the
+// triangles of finer levels, so that one group acts in an event and angles are evaluated once. The
+// forces of these triangles are multiplied by the ratio of their step to that of the group.
+class LevelGroups {
+ public:
   LevelGroups() = default;
   LevelGroups(const std::vector<BendingMesh>& meshes, const std::vector<std::uint8_t>& levels);
+
+  // Calls visit(group, level) for all groups, or for those that act in an event of the levels >=
+  // first, with the level of their steps.
+  template <class Visit>
+  void for_all(Visit&& visit) {
+    for (Member& member : groups_) visit(member.group, member.level);
+  }
+  template <class Visit>
+  void for_event(int first, Visit&& visit) {
+    for (Member& member : groups_)
+      if (member.coarser < first && first <= member.level) visit(member.group, member.level);
+  }
+
+ private:
+  struct Member {
+    BendingGroup group;
+    int level, coarser;  // coarser: level of the group that acts in its place in coarser events; -1
+  };
+  std::vector<Member> groups_;
 };
 
 }  // namespace loomstone

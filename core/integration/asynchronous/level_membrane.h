@@ -23,6 +23,7 @@ class LevelMembrane {
 
   // Computes the forces of the levels >= first at x. Viscous forces act on the rate of strain at
   // v, or on the mean rate since the last call for the level if v is null. step_of (levels) [s].
+  // Forces at the end of an interval are also those at the start of the next one.
   void measure(const Team& team, int first, const Points& x, const Points* v,
                const std::vector<double>& step_of);
   // Latest phases of the strain limits of each triangle (m) since the last call; empty without
@@ -63,6 +64,7 @@ class LevelMembrane {
   std::vector<Slot> slots_;  // of each vertex, finest level first
   std::vector<std::uint8_t> vertex_levels_;
   std::vector<double> forces_;
+  Points known_x_;  // positions of all forces, if they are the same for all triangles
   std::vector<std::uint8_t> entered_;  // see membrane::Tables; empty without limits
   // Only if the membrane is viscous: vertices of each level, and their positions at its last event.
   std::vector<std::vector<Index>> vertices_of_;

@@ -52,11 +52,12 @@ struct NestedCloth {
   Plan& plan;
   const Points& load;  // (n x 3) forces that do not change within the interval [N]
   const Vector& inverse_mass;
+  AttachedBodies& bodies;
   LimitImpulses* impulses;      // may be null
   EventCollisions* collisions;  // may be null
   Points &x, &v;
   bool start = true;
-  std::vector<double> ahead = {};  // (levels) see EventVertices
+  std::vector<double> ahead = {};  // (levels) see EventMotion
 
   void measure(int first, bool at_start) {
     start = at_start;
@@ -64,11 +65,10 @@ struct NestedCloth {
   }
   void kick(int first, bool half) {
     const double share = half ? 0.5 : 1.0;
-    for (std::size_t g = 0; g < plan.groups.groups.size(); ++g) {
-      if (plan.groups.level[g] < first) continue;
-      const double h = plan.step_of[plan.groups.level[g]];
-      plan.groups.groups[g].kick(team, {share * h, h, start}, inverse_mass, x, v);
-    }
+    plan.groups.for_event(first, [&](BendingGroup& group, int level) {
+      const double h = plan.step_of[level];
+      group.kick(team, {share * h, h, start}, inverse_mass, x, v);
+    });
     const LevelVertices& vertices = *plan.vertices;
     parallel_for(team, vertices.end[first], [&](Index k) {
       const Index i = vertices.order[k];
@@ -76,24 +76,33 @@ struct NestedCloth {
           i, first, load.data() + 3 * static_cast<std::size_t>(i), plan.step_of);
       v.row(i) += share * inverse_mass[i] * impulse.transpose();
     });
+    if (half) bodies.load(0.5);
+    for (Index b = 0; b < bodies.size(); ++b)
+      if (bodies.all()[b].level >= first) bodies.absorb(b, 0.0, x, v);
   }
   void drift(int first, Index tick) {
+    find_ahead(tick);
     if (impulses) impulses->correct(team, plan.limited[first], plan.steps, x, v);
-    if (collisions) collide(tick);
+    const EventMotion::Levels levels{plan.vertices->level, plan.step_of, ahead};
+    if (collisions) collisions->act(team, tick, {x, v, bodies.all(), &levels});
+    for (Index b = 0; b < bodies.size() && (impulses || collisions); ++b)
+      bodies.absorb(b, ahead[bodies.all()[b].level], x, v);
     const LevelVertices& vertices = *plan.vertices;
     parallel_for(team, vertices.end[first], [&](Index k) {
       const Index i = vertices.order[k];
       x.row(i) += plan.step_of[vertices.level[i]] * v.row(i);
     });
+    for (Index b = 0; b < bodies.size(); ++b)
+      if (const int level = bodies.all()[b].level; level >= first)
+        bodies.drift(b, plan.step_of[level], x, v);
   }
-  void collide(Index tick) {
+  void find_ahead(Index tick) {
     const int finest = plan.finest();
     ahead.resize(plan.step_of.size());
     for (int level = 0; level <= finest; ++level) {
       const Index ticks = Index{1} << (finest - level), since = tick % ticks;
       ahead[level] = since == 0 ? 0.0 : static_cast<double>(ticks - since) * plan.step_of[finest];
     }
-    collisions->act(team, tick, {x, v, plan.vertices->level, plan.step_of, ahead});
   }
 };
 
@@ -106,7 +115,8 @@ class NestedIntegrator final : public AsynchronousIntegrator {
   Taken take_interval(const Team& team, double interval, const Vector& steps,
                       ClothState& state) override {
     make_plan(interval, steps);
-    NestedCloth cloth{team,        plan_,   load_,  inverse_mass_, impulses_.get(),
+    bodies_.share_levels(plan_.vertices->level);
+    NestedCloth cloth{team,        plan_,   load_,  inverse_mass_, bodies_, impulses_.get(),
                       collisions_, state.x, state.v};
     if (collisions_) collisions_->begin(plan_.base * (Index{1} << plan_.finest()));
     take_nested_steps(plan_.base, plan_.finest(), cloth);
@@ -119,32 +129,28 @@ class NestedIntegrator final : public AsynchronousIntegrator {
 
   // The base depends on the steps at rest only, so that a resumed run has the same.
   void make_plan(double interval, const Vector& steps) {
-    const bool together = options_.bending_multiple == 0.0;
     if (interval != plan_.interval) {
       plan_ = {};
       plan_.interval = interval;
-      if (together || meshes_.empty()) {
-        plan_.base = choose_base(interval, steps_.at_rest().cwiseMin(bending_), {});
-      } else {
-        const Vector own = own_bending_steps();
-        plan_.base = choose_base(interval, steps_.at_rest(), own);
-        plan_.groups = LevelGroups(meshes_, levels_of(own));
-      }
+      const Vector bending = meshes_.empty() ? Vector() : bending_event_steps();
+      plan_.base = choose_base(interval, steps_.at_rest(), bending);
+      if (!meshes_.empty()) plan_.groups = LevelGroups(meshes_, levels_of(bending));
     }
     std::vector<std::uint8_t> wanted = levels_of(steps);
     if (wanted == plan_.wanted) return;
     plan_.wanted = plan_.level = std::move(wanted);
     plan_.membrane = std::make_unique<LevelMembrane>(model_, steps_, limits_, plan_.level);
-    if (together) plan_.groups = LevelGroups(meshes_, plan_.level);
     arrange();
   }
 
   // Sets the tables that depend on the levels of membrane and bending together.
   void arrange() {
     std::vector<std::uint8_t> levels = plan_.membrane->vertex_levels();
-    for (std::size_t g = 0; g < plan_.groups.groups.size(); ++g)
-      for (const Index i : plan_.groups.groups[g].vertices())
-        levels[i] = std::max(levels[i], plan_.groups.level[g]);
+    plan_.groups.for_all([&](const BendingGroup& group, int level) {
+      for (const Index i : group.vertices())
+        levels[i] = std::max(levels[i], static_cast<std::uint8_t>(level));
+    });
+    bodies_.share_levels(levels);
     const int finest = *std::max_element(levels.begin(), levels.end());
     plan_.vertices = std::make_unique<LevelVertices>(std::move(levels), finest);
     plan_.step_of.clear();

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/base/error.h"
 #include "core/integration/asynchronous/asynchronous.h"
 #include "core/integration/asynchronous/event_queue.h"
 
@@ -27,18 +26,6 @@ Membrane spread_membrane(const ClothModel& model) {
   return {model.n_vertices, triangles, corners, constants};
 }
 
-void check_undamped(const ClothModel& model) {
-  bool damped = false;
-  for (const MembraneConstants& m : model.constants)
-    damped = damped || m.lambda_d != 0.0 || m.mu_d != 0.0;
-  for (const auto& part : model.bending)
-    for (const double beta : part.setup.damping) damped = damped || beta > 0.0;
-  if (damped)
-    throw Unsupported(
-        "integrator.schedule must be \"nested\" for cloth with viscosity or bending_damping, got a "
-        "queue of events; choose \"nested\" or remove the damping");
-}
-
 class QueueIntegrator final : public AsynchronousIntegrator {
  public:
   QueueIntegrator(const Asynchronous& options, const ClothModel& model, Elasticity& elasticity)
@@ -46,26 +33,24 @@ class QueueIntegrator final : public AsynchronousIntegrator {
         membrane_(spread_membrane(model)),
         forces_(static_cast<std::size_t>(membrane_.n_batches()) * membrane::force_stride) {
     limit_membrane();
-    check_undamped(model);
     const bool together = options.bending_multiple == 0.0;
-    if (!together) own_ = own_bending_steps();
+    if (!together) own_ = bending_event_steps();
     group_of_.assign(model.triangles.rows(), -1);
     for (const BendingMesh& mesh : meshes_) add_groups(mesh, together);
+    if (membrane_.viscous()) rates_ = Points::Zero(model.n_vertices, 3);
   }
+
+  bool events_collide() const override { return true; }
 
   // Functions of take_events(). Elements are the triangles, followed by the groups of bending that
   // have events of their own.
   double step(Index element) const { return element_step_[element]; }
   void move(Index element, double time) {
-    const auto to = [&](Index i) {
+    for_vertices(element, [&](Index i) {
+      if (const Index body = bodies_.body_of(i); body >= 0) return move_body(body, time);
       state_->x.row(i) += (time - time_[i]) * state_->v.row(i);
       time_[i] = time;
-    };
-    const Index group = group_at(element);
-    if (group >= 0)
-      for (const Index i : groups_[group].vertices()) to(i);
-    else
-      for (int k = 0; k < 3; ++k) to(model_.triangles(element, k));
+    });
   }
   void kick(Index element, double duration) {
     if (element < model_.triangles.rows()) {
@@ -74,12 +59,40 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     }
     const Index group = group_at(element);
     if (group >= 0)
-      groups_[group].kick({}, {duration, duration, true}, inverse_mass_, state_->x, state_->v);
+      groups_[group].kick({}, {duration, duration, false}, inverse_mass_, state_->x, state_->v);
     if (impulses_ && element < model_.triangles.rows())
       impulses_->correct(element, element_step_[element], state_->x, state_->v);
+    for_vertices(element, [&](Index i) {
+      if (const Index body = bodies_.body_of(i); body >= 0)
+        bodies_.absorb(body, 0.0, state_->x, state_->v);
+    });
+    if (collisions_ && element < model_.triangles.rows()) collide(element);
   }
 
  private:
+  // Handles the pairs with a vertex of a triangle, after its event.
+  void collide(Index triangle) {
+    corners_.assign(model_.triangles.row(triangle).begin(), model_.triangles.row(triangle).end());
+    const double now = time_[corners_[0]];
+    const EventMotion::Clocks clocks{time_, body_time_, now};
+    collisions_->act_on(corners_, {state_->x, state_->v, bodies_.all(), nullptr, &clocks});
+    for (Index b = 0; b < bodies_.size(); ++b)
+      bodies_.absorb(b, body_time_[b] - now, state_->x, state_->v);
+  }
+  template <class Visit>
+  void for_vertices(Index element, Visit&& visit) {
+    const Index group = group_at(element);
+    if (group >= 0)
+      for (const Index i : groups_[group].vertices()) visit(i);
+    else
+      for (int k = 0; k < 3; ++k) visit(model_.triangles(element, k));
+  }
+  void move_body(Index body, double time) {
+    if (body_time_[body] == time) return;
+    bodies_.drift(body, time - body_time_[body], state_->x, state_->v);
+    body_time_[body] = time;
+    for (const Index i : bodies_.vertices(body)) time_[i] = time;
+  }
   // Adds the potential of strain limits. All lanes of a batch are the same triangle.
   void limit_membrane() {
     if (limits_.empty()) return;
@@ -92,7 +105,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   std::vector<LimitPhases> take_phases() {
     std::vector<LimitPhases> phases;
     if (limits_.empty()) return phases;
-    for (Index t = 0; t < model_.triangles.rows(); ++t) find_force(t);
+    for (Index t = 0; t < model_.triangles.rows(); ++t) find_force(t, 0.0);
     for (std::size_t i = 0; i < entered_.size(); i += membrane::entered_stride)
       phases.push_back(phases_of_lane(entered_.data() + i, 0));
     std::fill(entered_.begin(), entered_.end(), 0);
@@ -120,20 +133,59 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     return element < m ? group_of_[element] : element - m;
   }
 
-  const double* find_force(Index triangle) {
+  // Viscous forces act on the mean rate of strain over `duration`, since the last event.
+  const double* find_force(Index triangle, double duration) {
     membrane::Tables tables = membrane_.tables();
     if (!entered_.empty()) tables.entered = entered_.data();
-    membrane::forces(tables, &triangle, 1, state_->x.data(), nullptr, forces_.data());
+    const bool viscous = membrane_.viscous() && duration > 0.0;
+    for (int k = 0; k < 3 && viscous; ++k) {
+      const Index i = model_.triangles(triangle, k);
+      auto last = state_->element_positions.row(3 * triangle + k);
+      rates_.row(i) = (state_->x.row(i) - last) / duration;
+      last = state_->x.row(i);
+    }
+    tables.rate_time = duration;
+    membrane::forces(tables, &triangle, 1, state_->x.data(), viscous ? rates_.data() : nullptr,
+                     forces_.data());
     return forces_.data() + membrane::force_stride * static_cast<std::size_t>(triangle);
   }
   void kick_membrane(Index triangle, double duration) {
-    const double* f = find_force(triangle);
+    const double* f = find_force(triangle, duration);
     for (int k = 0; k < 3; ++k) {
       const Index i = model_.triangles(triangle, k);
       for (int d = 0; d < 3; ++d)
         state_->v(i, d) += duration * inverse_mass_[i] *
                            (f[lanes * (3 * k + d)] + steps_.share(triangle, k) * load_(i, d));
     }
+  }
+
+  bool damped() const {
+    return membrane_.viscous() ||
+           std::any_of(groups_.begin(), groups_.end(),
+                       [](const auto& group) { return group.damping() > 0; });
+  }
+  // The positions at the last events of all elements are rows of the state: corners of the
+  // triangles, then vertices of the groups. If they are not known, those at the start are.
+  void begin_damping(bool refill, ClothState& state) {
+    if (!damped()) return;
+    Points& rows = state.element_positions;
+    Index next = 3 * model_.triangles.rows();
+    const bool known = rows.rows() > 0 && !refill;
+    for (BendingGroup& group : groups_) next += static_cast<Index>(group.vertices().size());
+    rows.conservativeResize(next, 3);
+    next = 3 * model_.triangles.rows();
+    for (Index i = 0; i < next && !known; ++i)
+      rows.row(i) = state.x.row(model_.triangles(i / 3, i % 3));
+    for (BendingGroup& group : groups_)
+      for (Index i = 0; i < group.last().rows(); ++i, ++next)
+        group.last().row(i) = known ? rows.row(next) : state.x.row(group.vertices()[i]);
+  }
+  void end_damping(ClothState& state) {
+    if (!damped()) return;
+    Index next = 3 * model_.triangles.rows();
+    for (BendingGroup& group : groups_)
+      for (Index i = 0; i < group.last().rows(); ++i, ++next)
+        state.element_positions.row(next) = group.last().row(i);
   }
 
   Taken take_interval(const Team&, double interval, const Vector& steps,
@@ -152,11 +204,20 @@ class QueueIntegrator final : public AsynchronousIntegrator {
       clocks.col(1) = element_step_;
     }
     state_ = &state;
+    begin_damping(refill, state);
     events_ = 0;
     time_ = Vector::Zero(model_.n_vertices);
+    body_time_ = Vector::Zero(bodies_.size());
+    if (collisions_) collisions_->begin(0);
+    bodies_.load(0.5);
+    for (Index b = 0; b < bodies_.size(); ++b) bodies_.absorb(b, 0.0, state.x, state.v);
     take_events(interval, *this, clocks);
     for (Index i = 0; i < model_.n_vertices; ++i)
-      state.x.row(i) += (interval - time_[i]) * state.v.row(i);
+      if (bodies_.body_of(i) < 0) state.x.row(i) += (interval - time_[i]) * state.v.row(i);
+    for (Index b = 0; b < bodies_.size(); ++b) move_body(b, interval);
+    bodies_.load(0.5);
+    for (Index b = 0; b < bodies_.size(); ++b) bodies_.absorb(b, 0.0, state.x, state.v);
+    end_damping(state);
     std::vector<LimitPhases> phases = take_phases();
     state_ = nullptr;
     return {element_step_.head(m), events_, std::move(phases)};
@@ -164,15 +225,18 @@ class QueueIntegrator final : public AsynchronousIntegrator {
 
   Membrane membrane_;
   std::vector<double> forces_;
+  Points rates_;                       // (n x 3) if the membrane is viscous
   std::vector<std::uint8_t> entered_;  // see membrane::Tables; empty without limits
   std::vector<BendingGroup> groups_;
   Vector own_;                      // (m) steps of bending in events of its own [s]
   std::vector<Index> group_of_;     // (m) group in the events of each triangle; -1: none
   std::vector<double> group_step_;  // steps of the groups with events of their own [s]
 
-  // Within an interval: state, time to which each vertex has moved, and steps of the elements [s].
+  // Within an interval: state, time to which each vertex and each body has moved, and steps of the
+  // elements [s].
   ClothState* state_ = nullptr;
-  Vector time_, element_step_;
+  Vector time_, body_time_, element_step_;
+  std::vector<Index> corners_;
   std::int64_t events_ = 0;  // of triangles
 };
 

@@ -168,7 +168,7 @@ void number_rows(Model& model) {
   if (model.attachments.empty()) return;
   collision.attached_surface.assign(collision.n_vertices, -1);
   const Index n_cloths = static_cast<Index>(model.scene.cloths.size());
-  for (const Model::Attached& attached : model.attachments)
+  for (const AttachedVertex& attached : model.attachments)
     collision.attached_surface[attached.row] = n_cloths + attached.body;
 }
 

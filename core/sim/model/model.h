@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/event_motion.h"
 #include "core/base/frame.h"
 #include "core/base/types.h"
 #include "core/cloth/cloth_model.h"
@@ -26,11 +27,6 @@ struct Model {
     // (k x 3) Vertices relative to the body's centre of mass or the obstacle's origin [m].
     Points local;
   };
-  struct Attached {
-    Index row = 0;  // row of the cloth vertex
-    int body = 0;
-    Vec3 local = Vec3::Zero();  // point relative to the body's centre of mass, in mesh axes [m]
-  };
   struct PinScript {  // scripted positions of the pins of one cloth
     std::vector<Index> rows;
     std::vector<double> times;
@@ -46,7 +42,7 @@ struct Model {
   std::vector<PinScript> scripts;
   std::vector<Surface> bodies, obstacles;
   std::vector<MassProperties> body_mass;
-  std::vector<Attached> attachments;
+  std::vector<AttachedVertex> attachments;
   double attachment_stiffness = 0.0;     // [N/m]
   std::vector<std::uint8_t> prescribed;  // (rows) 1: prescribed vertex
   Vector inverse_mass;      // (collision vertices) nonzero only for free cloth vertices [1/kg]

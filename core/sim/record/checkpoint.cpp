@@ -72,8 +72,11 @@ void get_cloth(const Checkpoint& c, ClothState& cloth) {
   // Only the asynchronous integrator has these tables.
   cloth.element_steps.resize(0);
   cloth.element_clocks.resize(0, 2);
+  cloth.element_positions.resize(0, 3);
   if (c.arrays.count("cloth.element_steps")) get(c, "cloth.element_steps", cloth.element_steps);
   if (c.arrays.count("cloth.element_clocks")) get(c, "cloth.element_clocks", cloth.element_clocks);
+  if (c.arrays.count("cloth.element_positions"))
+    get(c, "cloth.element_positions", cloth.element_positions);
 }
 
 }  // namespace
@@ -102,6 +105,8 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
     put(c, "cloth.element_steps", state.cloth.element_steps);
   if (state.cloth.element_clocks.size() > 0)
     put(c, "cloth.element_clocks", state.cloth.element_clocks);
+  if (state.cloth.element_positions.size() > 0)
+    put(c, "cloth.element_positions", state.cloth.element_positions);
   put(c, "rigid.positions", state.rigid.positions);
   put(c, "rigid.orientations", state.rigid.orientations);
   put(c, "rigid.velocities", state.rigid.velocities);

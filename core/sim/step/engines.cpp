@@ -7,11 +7,10 @@ namespace loomstone {
 namespace {
 
 std::unique_ptr<RigidWorld> make_world(const Model& model, const State& state, double time,
-                                       bool magnetic) {
-  // With magnets, MagneticMotion applies gravity and gyroscopic torques instead of the world.
-  const Vec3 gravity = magnetic ? Vec3(Vec3::Zero()) : model.scene.gravity;
+                                       bool contacts_only) {
+  const Vec3 gravity = contacts_only ? Vec3(Vec3::Zero()) : model.scene.gravity;
   auto world = std::make_unique<RigidWorld>(model.scene.bodies, rigid_obstacles(model, state, time),
-                                            gravity, !magnetic, model.scene.rigid_iterations);
+                                            gravity, !contacts_only, model.scene.rigid_iterations);
   world->restore(state.rigid);
   return world;
 }
@@ -36,7 +35,10 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Tea
         std::make_unique<EventContacts>(model.collision, collision->pairs(), model.inverse_mass);
   if (model.n_bodies() > 0) {
     if (model.magnetics.acts()) magnetics = std::make_unique<MagneticMotion>(model.magnetics);
-    world = make_world(model, state, state.time, magnetics != nullptr);
+    // MagneticMotion and some integrators apply gravity and gyroscopic torques instead of the
+    // world.
+    const bool moved = integrator->moves_bodies() && model.cloth.n_vertices > 0;
+    world = make_world(model, state, state.time, magnetics != nullptr || moved);
   }
   if (!model.cloth.strain_limits.empty())
     limiter = std::make_unique<StrainLimiter>(limited_cloth(model.cloth), model.scene.limits,

@@ -22,9 +22,11 @@ class CollisionsOfStep final : public EventCollisions {
  public:
   explicit CollisionsOfStep(EventContacts& contacts) : contacts_(contacts) {}
   void begin(Index n_ticks) override { contacts_.begin(n_ticks); }
-  void act(const Team& team, Index tick, const EventVertices& vertices) override {
-    contacts_.act(team, tick,
-                  {vertices.x, vertices.v, vertices.level, vertices.step, vertices.ahead});
+  void act(const Team& team, Index tick, const EventMotion& motion) override {
+    contacts_.act(team, tick, motion);
+  }
+  void act_on(const std::vector<Index>& vertices, const EventMotion& motion) override {
+    contacts_.act_on(vertices, motion);
   }
 
  private:
@@ -42,11 +44,11 @@ class CollisionsOfStep final : public EventCollisions {
 
 }  // namespace
 
-Points integrate(const StepContext& part, const Loads& loads, NearContacts& near, State& state,
-                 Engines& engines, StepReport& report) {
+SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts& near,
+                       State& state, Engines& engines, StepReport& report) {
   const Model& model = engines.model;
-  Points body_velocity = loads.body_velocity;
-  if (model.cloth.n_vertices == 0) return body_velocity;
+  SolvedBodies solved{loads.body_velocity, {}};
+  if (model.cloth.n_vertices == 0) return solved;
   const auto phase = limit_phase(state, engines);
   const TermsAt at = [&](const Points& displacement, double time, TermRequest request,
                          ExtraTerms& terms) {
@@ -66,15 +68,22 @@ Points integrate(const StepContext& part, const Loads& loads, NearContacts& near
   inputs.fixed = &model.prescribed;
   inputs.target = &loads.target;
   inputs.body_mass = &loads.body_mass;
+  const Points start = body_velocities(state.rigid);
+  const BodiesOfStep bodies{&loads.body_poses, &start, &model.attachments, &solved.poses};
+  if (engines.integrator->moves_bodies()) {
+    inputs.bodies = &bodies;
+    solved.poses = loads.body_poses;
+  }
   std::optional<CollisionsOfStep> collisions;
   if (engines.event_contacts) inputs.collisions = &collisions.emplace(*engines.event_contacts);
   try {
     const IntegrationReport done = engines.integrator->advance(engines.team, engines.layout, inputs,
-                                                               state.cloth, body_velocity);
+                                                               state.cloth, solved.velocity);
     report.solver.newton_iterations += done.newton_iterations;
     report.solver.linear_iterations += done.linear_iterations;
     report.solver.residual = done.residual;
     report.solver.events += done.events;
+    report.solver.synchronous_events += done.synchronous_events;
     if (engines.event_contacts) {
       report.contacts.evaluated += engines.event_contacts->n_evaluated();
       report.contacts.event_impulses += engines.event_contacts->n_impulses();
@@ -82,7 +91,7 @@ Points integrate(const StepContext& part, const Loads& loads, NearContacts& near
   } catch (const NewtonFailure& failure) {
     fail_at_vertex(failure, model, loads.x0);
   }
-  return body_velocity;
+  return solved;
 }
 
 }  // namespace loomstone

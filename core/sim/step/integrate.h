@@ -6,10 +6,14 @@
 
 namespace loomstone {
 
-// Advances the cloth of `state`. Returns the velocities of the bodies (2 b x 3) after the cloth has
-// acted on them; without cloth, these are the velocities predicted in `loads`. Throws
-// SolverFailure.
-Points integrate(const StepContext& part, const Loads& loads, NearContacts& near, State& state,
-                 Engines& engines, StepReport& report);
+struct SolvedBodies {
+  // (2 b x 3) velocities with the action of the cloth [m/s, rad/s]; without cloth, those predicted
+  Points velocity;
+  std::vector<RigidPose> poses;  // (b) at the end if the integrator moves bodies, or empty
+};
+
+// Advances the cloth of `state`. Throws SolverFailure.
+SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts& near,
+                       State& state, Engines& engines, StepReport& report);
 
 }  // namespace loomstone

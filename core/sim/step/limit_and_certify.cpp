@@ -71,7 +71,7 @@ std::vector<Index> loaded_vertices(const Model& model, const std::vector<Contact
   for (std::size_t s = 0; s < loaded.size(); ++s)
     loaded[s] = collision.surfaces[s].kind == Kind::Body;
   const auto surface = [&](Index vertex) { return collision.surface_of_vertex[vertex]; };
-  for (const Model::Attached& attached : model.attachments) loaded[surface(attached.row)] = 1;
+  for (const AttachedVertex& attached : model.attachments) loaded[surface(attached.row)] = 1;
   for (bool changed = true; changed;) {
     changed = false;
     for (const Contact& contact : contacts) {

@@ -4,32 +4,86 @@
 
 namespace loomstone {
 
-double move_bodies(const StepContext& part, const Loads& loads, const Points& body_velocity,
+namespace {
+
+// Impulses and angular impulses of the cloth on the bodies (b x 3 each).
+struct ClothImpulses {
+  Points linear, angular;
+};
+
+// The velocities of bodies change from `before` (2 b x 3) to those of the solve.
+ClothImpulses cloth_impulses(const Loads& loads, const Points& before, const Points& after,
+                             const Model& model) {
+  ClothImpulses impulses{Points::Zero(model.n_bodies(), 3), Points::Zero(model.n_bodies(), 3)};
+  if (model.cloth.n_vertices == 0) return impulses;
+  for (Index b = 0; b < model.n_bodies(); ++b) {
+    impulses.linear.row(b) = model.body_mass[b].mass * (after.row(2 * b) - before.row(2 * b));
+    impulses.angular.row(b) =
+        (loads.body_mass[2 * b + 1] * (after.row(2 * b + 1) - before.row(2 * b + 1)).transpose())
+            .transpose();
+  }
+  return impulses;
+}
+
+void follow_bodies(const Model& model, State& state) {
+  for (const AttachedVertex& attached : model.attachments) {
+    const Vec3 point = to_world(state.rigid, attached.body, attached.local);
+    state.cloth.x.row(attached.row) = point.transpose();
+    state.cloth.v.row(attached.row) = velocity_at(state.rigid, attached.body, point).transpose();
+  }
+}
+
+// The integrator has moved the bodies under all loads. The world finds their contacts, and bodies
+// without one keep the motion of the integrator. Returns the work of scripted obstacles [J].
+double move_solved_bodies(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
+                          State& state, Engines& engines) {
+  const Model& model = engines.model;
+  RigidState& rigid = state.rigid;
+  const ClothImpulses impulses =
+      cloth_impulses(loads, body_velocities(rigid), solved.velocity, model);
+  std::vector<std::uint8_t> touched;
+  engines.world->advance(part.h, impulses.linear, impulses.angular,
+                         obstacle_places(model, state, part.t1, part.share), rigid, &touched);
+  for (Index b = 0; b < model.n_bodies(); ++b) {
+    if (touched[b]) continue;
+    rigid.positions.row(b) = solved.poses[b].position.transpose();
+    rigid.orientations.row(b) =
+        nearer_sign(solved.poses[b].orientation, rigid.orientations.row(b).transpose()).transpose();
+    rigid.velocities.row(b) = solved.velocity.row(2 * b);
+    rigid.angular_velocities.row(b) = solved.velocity.row(2 * b + 1);
+  }
+  return engines.world->obstacle_work();
+}
+
+}  // namespace
+
+double move_bodies(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
                    State& state, Engines& engines, StepReport& report) {
   if (!engines.world) return 0.0;
+  double work = 0.0;
   const Model& model = engines.model;
-  Points impulses = Points::Zero(model.n_bodies(), 3), angular = impulses;
-  if (model.cloth.n_vertices > 0)
-    for (Index b = 0; b < model.n_bodies(); ++b) {
-      impulses.row(b) =
-          model.body_mass[b].mass * (body_velocity.row(2 * b) - loads.body_velocity.row(2 * b));
-      angular.row(b) =
-          (loads.body_mass[2 * b + 1] *
-           (body_velocity.row(2 * b + 1) - loads.body_velocity.row(2 * b + 1)).transpose())
-              .transpose();
-    }
-  const ObstaclePlaces places = obstacle_places(model, state, part.t1, part.share);
-  if (!engines.magnetics) {
-    engines.world->advance(part.h, impulses, angular, places, state.rigid);
-    return engines.world->obstacle_work();
+  if (engines.magnetics) {
+    const ClothImpulses impulses =
+        cloth_impulses(loads, loads.body_velocity, solved.velocity, model);
+    const ObstaclePlaces start = obstacle_places(model, state, part.t0, 0.0);
+    const ObstaclePlaces places = obstacle_places(model, state, part.t1, part.share);
+    const MagneticEffort effort = engines.magnetics->advance(
+        engines.team, {part.t0, part.h, impulses.linear, impulses.angular, start, places},
+        *engines.world, state.rigid, state.magnetic);
+    report.magnets.substeps += effort.substeps;
+    report.magnets.force_error = effort.error;
+    work = effort.obstacle_work;
+  } else if (!solved.poses.empty()) {
+    work = move_solved_bodies(part, loads, solved, state, engines);
+  } else {
+    const ClothImpulses impulses =
+        cloth_impulses(loads, loads.body_velocity, solved.velocity, model);
+    engines.world->advance(part.h, impulses.linear, impulses.angular,
+                           obstacle_places(model, state, part.t1, part.share), state.rigid);
+    work = engines.world->obstacle_work();
   }
-  const ObstaclePlaces start = obstacle_places(model, state, part.t0, 0.0);
-  const MagneticEffort effort =
-      engines.magnetics->advance(engines.team, {part.t0, part.h, impulses, angular, start, places},
-                                 *engines.world, state.rigid, state.magnetic);
-  report.magnets.substeps += effort.substeps;
-  report.magnets.force_error = effort.error;
-  return effort.obstacle_work;
+  if (!solved.poses.empty()) follow_bodies(model, state);
+  return work;
 }
 
 }  // namespace loomstone

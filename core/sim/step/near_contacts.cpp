@@ -37,7 +37,7 @@ void expect_motion(const StepContext& part, const Loads& loads, const State& sta
 
 // Adds a stiff two-way spring between each attached vertex and its point on the body.
 void add_attachments(const Model& model, const State& state, ExtraTerms& terms) {
-  for (const Model::Attached& attached : model.attachments) {
+  for (const AttachedVertex& attached : model.attachments) {
     const Vec3 point = to_world(state.rigid, attached.body, attached.local);
     ExtraTerm term;
     const Index row = model.cloth.n_vertices + 2 * attached.body;
@@ -85,16 +85,6 @@ void register_events(const StepContext& part, const Loads& loads, const State& s
   engines.event_contacts->set_pairs(motion, std::move(approach.pairs));
 }
 
-std::vector<Contact> repelled_contacts(const Engines& engines,
-                                       const std::vector<Contact>& contacts) {
-  if (!engines.event_contacts) return contacts;
-  const CollisionModel& model = engines.model.collision;
-  std::vector<Contact> repelled;
-  for (const Contact& contact : contacts)
-    if (has_body(model, contact.vertices)) repelled.push_back(contact);
-  return repelled;
-}
-
 void find_contacts(const StepContext& part, const Loads& loads, const State& state,
                    Engines& engines, NearContacts& near, StepReport& report) {
   CollisionStage& collision = *engines.collision;
@@ -102,7 +92,7 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
   if (state.tangled) near.tangle = collision.find_tangle(loads.x0);
   near.contacts = collision.proximity(engines.collision_team, loads.x0, near.tangle);
   if (engines.event_contacts) register_events(part, loads, state, engines, near, report);
-  if (!engines.contacts_in_solve) near.repelled = repelled_contacts(engines, near.contacts);
+  if (!engines.contacts_in_solve && !engines.event_contacts) near.repelled = near.contacts;
   if (!engines.contacts_in_solve) return;
   expect_motion(part, loads, state, engines, near);
   const Points forces = pressing_forces(loads, near.contacts, engines);

@@ -10,8 +10,8 @@ namespace loomstone {
 
 struct NearContacts {
   std::vector<Contact> contacts;  // pairs closer than their thickness
-  // Contacts that receive impulses after the solve. If the integrator handles collisions at events,
-  // these are only the contacts with rigid bodies.
+  // Contacts that receive impulses after the solve; none if the integrator handles collisions at
+  // events.
   std::vector<Contact> repelled;
   ExtraTerms terms;  // in this order: contacts, intersections to untangle, attachments
   std::size_t n_attachments = 0;

@@ -116,6 +116,7 @@ PartResult Stepper::attempt(const StepContext& part, State& state, StepOutcome& 
 PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcome& outcome) {
   StepReport& report = outcome.report;
   StageSeconds& seconds = report.seconds;
+  SolvedBodies bodies;
   Certified certified;
   StepError error;
   AfterSolve after;
@@ -124,16 +125,16 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
   timed(seconds.proximity,
         [&] { find_near_contacts(part, loads_, state, engines_, near_, report); });
   timed(seconds.integrate, [&] {
-    solved_.body_velocity = integrate(part, loads_, near_, state, engines_, report);
+    bodies = integrate(part, loads_, near_, state, engines_, report);
     // Certification requires finite positions.
     check_divergence(engines_.model, loads_.x0, state.cloth, "integrate");
   });
   timed(seconds.check, [&] { error = error_of_motion(part, loads_, state, engines_); });
   if (too_large(part, error, engines_)) return shorter(part, error, engines_);
   timed(seconds.bodies, [&] {
-    solved_.obstacle_work =
-        move_bodies(part, loads_, solved_.body_velocity, state, engines_, report);
+    solved_.obstacle_work = move_bodies(part, loads_, bodies, state, engines_, report);
   });
+  solved_.body_velocity = bodies.velocity;
   note_solved(engines_, state, solved_);
   timed(seconds.certify,
         [&] { certified = limit_and_certify(part, loads_, near_, state, engines_, outcome); });

@@ -68,7 +68,8 @@ Points viscous_forces(const StepContext& part, const Loads& loads, const Solved&
   return inner_forces(middle, &velocity, engines) - inner_forces(middle, nullptr, engines);
 }
 
-// Work on prescribed vertices, without the work that they do through contacts.
+// Returns the work of scripts that move prescribed vertices, without the part that contacts pass on
+// to other bodies.
 double work_of_pins(const Loads& loads, const Points& viscous, const State& state,
                     Engines& engines) {
   if (!pins_move(engines, loads, state)) return 0.0;

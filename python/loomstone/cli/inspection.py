@@ -11,7 +11,7 @@ from .. import _core, meshes
 from .._core import CacheError, Error, Frame, InvalidInput, TriangleMesh
 from ..integrators import from_record, step_text
 from ..runs.cache import Run
-from ..runs.checkpoints import checkpoint_files
+from ..runs.checkpoints import checkpoint_files, latest_checkpoint
 from ..runs.scene_file import SceneFile
 from ..runs.steps import summary_of_steps
 from ..runs.verification import count_intersections
@@ -80,7 +80,8 @@ def _describe_run(run: Run) -> None:
         )
     if (run.directory / "steps.csv").exists():
         summary = summary_of_steps(run.directory / "steps.csv")
-        print("\n".join(contact_lines(summary) + energy_lines(summary)))
+        lines = [*event_lines(run, summary), *contact_lines(summary), *energy_lines(summary)]
+        print("\n".join(lines))
 
 
 def check_run(run: Run) -> bool:
@@ -151,6 +152,27 @@ def _marked(frame: Frame, simulation: Simulation, pairs: list[Any]) -> Frame:
         if triangle < len(cloth):
             marks[cloth[triangle]] = 2
     return frame.with_contact(marks)
+
+
+def event_lines(run: Run, summary: dict[str, Any]) -> list[str]:
+    """Describes the steps of the triangles in an asynchronous run, and how many events they save.
+
+    Triangles are counted by the longest step that each may take at the last checkpoint.
+    """
+    if not summary.get("events"):
+        return []
+    saved = 1.0 - summary["events"] / summary["synchronous_events"]
+    lines = [f"asynchronous steps: {summary['events']} events of triangles, {saved:.0%} saved"]
+    checkpoint = latest_checkpoint(run.directory)
+    if checkpoint is None:
+        return lines
+    steps = np.asarray(checkpoint.arrays["cloth.element_steps"])
+    longest = steps.max()
+    levels = np.floor(np.log2(longest / steps)).astype(int)
+    for level, count in enumerate(np.bincount(levels)):
+        low, high = (1e3 * longest * 0.5 ** (level + k) for k in (1, 0))
+        lines.append(f"  longest step {low:.3g} to {high:.3g} ms: {count} triangles")
+    return lines
 
 
 def contact_lines(summary: dict[str, Any]) -> list[str]:

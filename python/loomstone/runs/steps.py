@@ -68,6 +68,8 @@ def summary_of_steps(path: Path) -> dict[str, Any]:
         },
         "linear_iterations_per_step": sum(int(r["solver.linear_iterations"]) for r in rows)
         / len(rows),
+        "events": sum(int(r["solver.events"]) for r in rows),
+        "synchronous_events": sum(int(r["solver.synchronous_events"]) for r in rows),
         "most_contacts": max(int(r["contacts.near"]) for r in rows),
         "impacts": sum(int(r["contacts.impacts"]) for r in rows),
         "withheld_vertices": sum(int(r["withheld.vertices"]) for r in rows),

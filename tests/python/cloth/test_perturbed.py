@@ -30,3 +30,16 @@ def test_no_cloth_intersects_from_a_perturbed_start(name, seed):
         assert count_intersections(sim.topology, frame).cloth == 0, f"frame at {frame.time:.2f} s"
         contacts = max(contacts, frame.report.contacts.near)
     assert contacts > 0, "the scene shows contact"
+
+
+@pytest.mark.parametrize("interval", [1e-3, 2.5e-3])
+@pytest.mark.parametrize("schedule", ["nested", "queue"])
+def test_no_ribbon_intersects_in_asynchronous_steps_from_a_perturbed_start(schedule, interval):
+    file = SceneFile.open(ROOT / "scenes" / "ribbon.py", {"triangles": 200})
+    steps = ls.Asynchronous(step=interval, schedule=schedule)
+    sim = ls.Simulation(perturbed(file.scene(), 1), integrator=steps, threads=1)
+    impulses = 0
+    for frame in sim.frames(duration=0.8, rate=file.rate):
+        assert count_intersections(sim.topology, frame).cloth == 0, f"frame at {frame.time:.2f} s"
+        impulses += frame.report.contacts.event_impulses
+    assert impulses > 0, "the ribbon collides"

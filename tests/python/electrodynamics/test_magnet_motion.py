@@ -82,7 +82,7 @@ def test_free_spheres_pass_each_other_keeping_energy_and_momenta(case):
 
 def uneven_magnets(step: float) -> ls.Scene:
     """Three free bodies with magnets. One of them is a long box with three different moments of
-    inertia. The box carries two magnets away from its axis.
+    inertia. Two magnets are mounted on the box, off its long axis.
     """
     box, ball = (
         ls.meshes.box(size=(0.02, 0.01, 0.004)),

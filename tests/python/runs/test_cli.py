@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -158,6 +159,28 @@ def test_a_run_killed_at_any_moment_resumes_to_the_same_bits(scene, tmp_path, mo
     assert digest(tmp_path / "killed") == digest(tmp_path / "whole")
     for a, b in zip(ls.Run(tmp_path / "killed"), ls.Run(tmp_path / "whole"), strict=True):
         assert (a.positions == b.positions).all()
+
+
+@pytest.mark.parametrize("schedule", ["nested", "queue", "refill"])
+def test_an_asynchronous_run_that_is_killed_resumes_to_the_same_bits(tmp_path, schedule):
+    damped = "material=ls.ClothMaterial(viscosity_shear=1e-4, bending_damping=1e-3)"
+    text = SCENE.replace("ls.Cloth(mesh=mesh)", f"ls.Cloth(mesh=mesh, {damped})").replace(
+        "ls.SemiImplicitEuler(step=2e-3)", f'ls.Asynchronous(schedule="{schedule}")'
+    )
+    assert "bending_damping" in text and schedule in text
+    (tmp_path / "scene.py").write_text(text)
+    command("run", tmp_path / "scene.py", "--out", tmp_path / "whole")
+    process = start("run", tmp_path / "scene.py", "--out", tmp_path / "killed")
+    wait_for_frame(process, 3)
+    process.kill()
+    process.wait()
+    assert len(ls.Run(tmp_path / "killed")) < len(ls.Run(tmp_path / "whole"))
+    command("resume", tmp_path / "killed", "--threads", 1)
+    assert digest(tmp_path / "killed") == digest(tmp_path / "whole")
+    text = command("info", tmp_path / "whole").stdout
+    assert re.search(r"asynchronous steps: \d+ events of triangles, \d+% saved", text)
+    classes = re.findall(r"longest step .* ms: (\d+) triangles", text)
+    assert sum(map(int, classes)) == 288
 
 
 @pytest.mark.slow

@@ -105,6 +105,14 @@ def test_the_drape_keeps_its_claims(tmp_path):
     file.check(ls.Run(tmp_path))
 
 
+def test_the_ribbon_keeps_its_claims(tmp_path):
+    file = SceneFile.open(SCENES / "ribbon.py", {"triangles": 200})
+    ls.Simulation(file.scene(), integrator=file.integrator, threads=1).run(
+        out=tmp_path, duration=1.6
+    )
+    file.check(ls.Run(tmp_path))
+
+
 @pytest.mark.parametrize("case", ["antiparallel", "free", "parallel"])
 def test_toy_magnets_keep_their_claims_to_the_end(case, tmp_path):
     file = SceneFile.open(SCENES / "toy_magnets.py", {"case": case})

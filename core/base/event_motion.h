@@ -1,0 +1,88 @@
+// Cloth and rigid bodies within a step in which impulses act on them at several instants.
+#pragma once
+
+#include <vector>
+
+#include "core/base/rotation.h"
+
+namespace loomstone {
+
+struct EventBody {
+  RigidPose pose;                                                 // of the centre of mass
+  RigidPose start;                                                // pose at the start of the step
+  Vec3 velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();  // world axes [m/s], [rad/s]
+  double mass = 0.0;                                              // [kg]
+  Mat3 inertia = Mat3::Zero();  // about the centre, in body axes [kg m^2]
+  int level = 0;                // of the events at which it moves, see EventMotion
+
+  Mat3 world_inertia(const Vec4& orientation) const {
+    const Mat3 rotation = rotation_matrix(orientation);
+    return rotation * inertia * rotation.transpose();
+  }
+  Vec3 velocity_at(const Vec3& point) const {
+    return velocity + angular_velocity.cross(point - pose.position);
+  }
+  // Inverse of the mass with which a point resists an impulse along a unit vector [1/kg].
+  double inverse_mass_at(const Vec3& point, const Vec3& direction) const {
+    const Vec3 arm = (point - pose.position).cross(direction);
+    return 1.0 / mass + arm.dot(world_inertia(pose.orientation).inverse() * arm);
+  }
+  // Applies an impulse and an angular impulse about the centre.
+  void push(const Vec3& impulse, const Vec3& angular_impulse) {
+    velocity += impulse / mass;
+    angular_velocity += world_inertia(pose.orientation).inverse() * angular_impulse;
+  }
+  // Pose after a time [s] at the present velocities; negative: before.
+  RigidPose pose_after(double time) const {
+    return {pose.position + time * velocity, turned(pose.orientation, angular_velocity, time)};
+  }
+  // Moves freely for a time [s]. The angular momentum is constant. Of order 2.
+  void drift(double time) {
+    const Vec3 momentum = world_inertia(pose.orientation) * angular_velocity;
+    const auto rate = [&](const Vec4& q) -> Vec3 { return world_inertia(q).inverse() * momentum; };
+    const Vec4 middle = turned(pose.orientation, angular_velocity, 0.5 * time);
+    pose = {pose.position + time * velocity, turned(pose.orientation, rate(middle), time)};
+    angular_velocity = rate(pose.orientation);
+  }
+};
+
+// Cloth and bodies at one instant of a step. Each vertex and each body moves at constant velocity
+// between its own events. Positions and poses are those at a time of each, not those now.
+struct EventMotion {
+  Points &x, &v;  // (n x 3)
+  std::vector<EventBody>& bodies;
+  // Nested steps. For each level: time between its events, and from now to its next one, at which
+  // its vertices and bodies have their positions [s].
+  struct Levels {
+    const std::vector<std::uint8_t>& of_vertex;  // (n)
+    const std::vector<double>&step, &ahead;      // (levels)
+  };
+  // A queue of events. Times of the positions of vertices and bodies, and the time now [s].
+  struct Clocks {
+    const Vector &of_vertex, &of_body;
+    double now;
+  };
+  const Levels* levels = nullptr;
+  const Clocks* clocks = nullptr;  // one of the two is null
+
+  // Time from now to that of the position of a vertex or a body [s]; negative: in the past.
+  double ahead(Index vertex) const {
+    if (clocks) return clocks->of_vertex[vertex] - clocks->now;
+    return levels->ahead[levels->of_vertex[vertex]];
+  }
+  double body_ahead(Index body) const {
+    if (clocks) return clocks->of_body[body] - clocks->now;
+    return levels->ahead[bodies[body].level];
+  }
+  // Shortest time to the next event of a vertex after one at the present [s].
+  double step(Index vertex) const { return levels ? levels->step[levels->of_vertex[vertex]] : 0.0; }
+};
+
+// A cloth vertex that is tied to a point of a rigid body.
+struct AttachedVertex {
+  Index row = 0;  // row of the cloth vertex
+  int body = 0;
+  Vec3 local = Vec3::Zero();  // point relative to the body's centre of mass, in mesh axes [m]
+};
+
+}  // namespace loomstone

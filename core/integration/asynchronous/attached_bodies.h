@@ -1,0 +1,63 @@
+// Rigid bodies within an asynchronous step. A body and the cloth vertices attached to it move as
+// one rigid body: impulses on the vertices act on the body. Its mass is larger than that of the
+// vertices, so it does not shorten the steps of the triangles.
+#pragma once
+
+#include <vector>
+
+#include "core/base/event_motion.h"
+#include "core/integration/integrator.h"
+
+namespace loomstone {
+
+class AttachedBodies {
+ public:
+  // Begins an interval. Each body and its vertices take the velocity of their common momentum.
+  // Vertices that are off their points on the body return to them in the course of the interval.
+  void begin(const StepInputs& inputs, const Vector& mass, const Points& body_velocity,
+             const Points& x, Points& v);
+  // Ends the interval: sets velocities of the bodies (2 b x 3) and their poses.
+  void finish(const StepInputs& inputs, Points& body_velocity) const;
+
+  // Applies a share of the loads that act on the bodies in the interval.
+  void load(double share);
+  // Gives a body the momentum that its vertices have received, and its vertices the velocity of the
+  // body. `ahead` [s]: time from now to that of the positions, which change accordingly.
+  void absorb(Index body, double ahead, Points& x, Points& v);
+  // Moves a body and its vertices.
+  void drift(Index body, double time, Points& x, Points& v);
+
+  // Vertices that are attached to a body.
+  std::vector<Index> vertices(Index body) const;
+  std::vector<EventBody>& all() { return bodies_; }
+  Index size() const { return static_cast<Index>(bodies_.size()); }
+  // Body to which a vertex is attached; -1: none.
+  Index body_of(Index vertex) const { return body_of_.empty() ? -1 : body_of_[vertex]; }
+  // Gives the vertices of each body their finest level, and the body the same.
+  void share_levels(std::vector<std::uint8_t>& vertex_levels);
+
+ private:
+  struct Tied {
+    Index row;
+    double mass;                   // [kg]
+    Vec3 local;                    // place relative to the common centre, in body axes [m]
+    Vec3 offset = Vec3::Zero();    // from the point on the body, at the start [m]
+    Vec3 velocity = Vec3::Zero();  // that the body gave the vertex [m/s]
+  };
+  struct Own {
+    std::vector<Tied> tied;
+    Vec3 centre = Vec3::Zero();  // of the body alone relative to the common one, body axes [m]
+    Vec3 force = Vec3::Zero(), torque = Vec3::Zero();   // impulses of the loads in the interval
+    Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();  // at the last update
+    double elapsed = 0.0;  // time of the positions since the start of the interval [s]
+  };
+  void join(Index body, Points& v);
+  void place(Index body, Points* x, Points& v);
+
+  std::vector<EventBody> bodies_;  // with the mass of their vertices
+  std::vector<Own> own_;
+  std::vector<Index> body_of_;  // (n), or empty
+  double interval_ = 0.0;       // [s]
+};
+
+}  // namespace loomstone

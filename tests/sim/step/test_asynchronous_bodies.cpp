@@ -1,0 +1,205 @@
+// Claims about rigid bodies in asynchronous steps, docs/method.md, "Asynchronous steps".
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/mesh/generators.h"
+#include "core/sim/model/state.h"
+#include "tests/sim/sim_support.h"
+
+using namespace loomstone;
+using namespace loomstone::test;
+
+namespace {
+
+IntegratorOptions schedule_of(Schedule schedule) {
+  Asynchronous options;
+  options.schedule = schedule;
+  return options;
+}
+
+// A strip of 0.1 m by 0.3 m in the plane of x and z, with a box tied to its lower edge.
+Scene box_on_strip(bool pinned) {
+  Scene scene;
+  Cloth strip;
+  strip.name = "strip";
+  const Mat3 upright = Eigen::AngleAxisd(M_PI / 2, Vec3::UnitX()).toRotationMatrix();
+  strip.mesh = share(grid_cells(0.1, 0.3, 3, 9).moved(Vec3::Zero(), upright));
+  strip.material.density = 0.3;
+  if (pinned) strip.pins = {36, 37, 38, 39};
+  scene.cloths.push_back(strip);
+  RigidBody box_body;
+  box_body.name = "box";
+  box_body.mesh = share(box(0.1, 0.03, 0.02));
+  box_body.shape = BodyShape::Box;
+  box_body.density = 300.0;  // 18 g, twice the strip
+  box_body.position = Vec3(0, 0, -0.165);
+  scene.bodies.push_back(box_body);
+  scene.attachments.push_back({"strip", "box", {0, 1, 2, 3}});
+  return scene;
+}
+
+Vec3 momentum_of(const Simulation& sim, const Scene& scene) {
+  const TriangleMesh& mesh = *scene.cloths[0].mesh;
+  const double third = scene.cloths[0].material.density * 0.03 / mesh.n_triangles() / 3.0;
+  const Points v = sim.velocities();
+  Vec3 sum = Vec3::Zero();
+  for (const auto& corner : mesh.triangles().rowwise())
+    for (int k = 0; k < 3; ++k) sum += third * v.row(corner[k]).transpose();
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("a body and the strip attached to it keep their momentum and energy in nested steps") {
+  Scene scene = box_on_strip(false);
+  scene.gravity = Vec3::Zero();
+  scene.bodies[0].velocity = Vec3(0.2, 0.5, -0.3);
+  scene.bodies[0].angular_velocity = Vec3(1.0, -2.0, 4.0);
+  const Schedule schedule = GENERATE(Schedule::Nested, Schedule::Queue);
+  Simulation sim(scene, schedule_of(schedule), 1);
+  sim.step();
+  const double mass = 300.0 * 0.1 * 0.03 * 0.02;
+  const auto momentum = [&] {
+    return Vec3(momentum_of(sim, scene) + mass * sim.state().rigid.velocities.row(0).transpose());
+  };
+  const Vec3 before = momentum();
+  CHECK((before - mass * scene.bodies[0].velocity).norm() < 1e-12);
+  const auto energy = [&] {
+    const EnergyReport& e = sim.report().energy;
+    return e.kinetic + e.membrane + e.bending + e.body_kinetic;
+  };
+  const double begin = energy();
+  double least = begin, most = begin;
+  for (int i = 0; i < 400; ++i) {
+    sim.step();
+    least = std::min(least, energy()), most = std::max(most, energy());
+  }
+  CHECK((momentum() - before).norm() < 1e-11 * before.norm());
+  CAPTURE(static_cast<int>(schedule), begin, least, most);
+  // Leapfrog keeps energy up to an oscillation; velocities of a queue lag by half a step.
+  const double bound = schedule == Schedule::Nested ? 0.005 : 0.05;
+  CHECK(most < (1.0 + bound) * begin);
+  CHECK(least > (1.0 - bound) * begin);
+}
+
+TEST_CASE("attached vertices stay at their points on the body in every schedule") {
+  Scene scene = box_on_strip(true);
+  scene.bodies[0].velocity = Vec3(0, 1.5, 0);
+  scene.bodies[0].angular_velocity = Vec3(0, 0, 2.0);
+  const Schedule schedule = GENERATE(Schedule::Nested, Schedule::Queue, Schedule::Refill);
+  Simulation sim(scene, schedule_of(schedule), 1);
+  const Points start = sim.positions();
+  const Vec3 centre(0, 0, -0.165);
+  double largest = 0.0, moved = 0.0;
+  for (int i = 0; i < 200; ++i) {
+    sim.step();
+    const RigidState& rigid = sim.state().rigid;
+    const Mat3 turn = rotation_matrix(rigid.orientations.row(0).transpose());
+    for (Index k = 0; k < 4; ++k) {
+      const Vec3 point =
+          turn * (start.row(k).transpose() - centre) + rigid.positions.row(0).transpose();
+      largest = std::max(largest, (sim.positions().row(k).transpose() - point).norm());
+    }
+    moved = std::max(moved, (rigid.positions.row(0).transpose() - centre).norm());
+  }
+  CHECK(moved > 0.05);
+  CHECK(largest < 1e-9);
+  CHECK(sim.intersecting_pairs().empty());
+}
+
+TEST_CASE("a pendulum of cloth and body keeps its energy in nested steps") {
+  Scene scene = box_on_strip(true);
+  scene.collisions = false;
+  scene.bodies[0].velocity = Vec3(0, 1.5, 0);
+  scene.bodies[0].angular_velocity = Vec3(0, 0, 2.0);
+  Simulation sim(scene, Asynchronous(), 1);
+  // In the first step the strip, which is at rest, takes the velocity of the body.
+  sim.step();
+  const double joined = sim.report().account.lost;
+  double kinetic = 0.0, lost = 0.0;
+  for (int i = 0; i < 800; ++i) {
+    sim.step();
+    const StepReport& report = sim.report();
+    kinetic = std::max(kinetic, report.energy.kinetic + report.energy.body_kinetic);
+    lost = std::max(lost, std::abs(report.account.lost - joined));
+  }
+  CAPTURE(joined / kinetic, lost / kinetic);
+  CHECK(lost < 0.001 * kinetic);
+}
+
+TEST_CASE("a light body that falls on a sheet is carried at events, two-way") {
+  Scene scene;
+  Cloth sheet;
+  sheet.name = "sheet";
+  sheet.mesh = share(grid_cells(0.4, 0.4, 12, 12));
+  sheet.material.density = 0.3;
+  for (Index i = 0; i < 13; ++i) {
+    sheet.pins.push_back(i), sheet.pins.push_back(156 + i);
+  }
+  scene.cloths.push_back(sheet);
+  RigidBody ball;
+  ball.name = "ball";
+  ball.mesh = share(icosphere(0.04, 3));
+  ball.shape = BodyShape::Sphere;
+  ball.density = 200.0;  // 54 g
+  ball.position = Vec3(0.01, 0.02, 0.06);
+  scene.bodies.push_back(ball);
+  const Schedule schedule = GENERATE(Schedule::Nested, Schedule::Queue);
+  Simulation sim(scene, schedule_of(schedule), 1);
+  double lowest = 1.0, gain = 0.0;
+  std::int64_t impulses = 0;
+  for (int i = 0; i < 400; ++i) {
+    sim.step();
+    lowest = std::min(lowest, sim.state().rigid.positions(0, 2));
+    gain = std::max(gain, sim.report().account.balance);
+    impulses += sim.report().contacts.event_impulses;
+    if (i % 20 == 0) CHECK(sim.intersecting_pairs().empty());
+  }
+  CAPTURE(lowest, gain, impulses);
+  CHECK(impulses > 100);
+  CHECK(lowest < 0.03);   // the sheet gives way
+  CHECK(lowest > -0.15);  // and carries the ball
+  CHECK(gain < 0.01);
+}
+
+TEST_CASE("scenes with bodies have the same bits on any number of threads and when resumed") {
+  Scene scene = box_on_strip(true);
+  scene.rigid_rebuild_interval = 10;
+  Obstacle floor;
+  floor.name = "floor";
+  floor.mesh = share(grid_cells(1.0, 1.0, 1, 1).moved(Vec3(0, 0, -0.2)));
+  scene.obstacles.push_back(floor);
+  const Schedule schedule = GENERATE(Schedule::Nested, Schedule::Queue, Schedule::Refill);
+  Simulation one(scene, schedule_of(schedule), 1), three(scene, schedule_of(schedule), 3);
+  for (int i = 0; i < 60; ++i) one.step(), three.step();
+  CHECK(same(one.checkpoint(), three.checkpoint()));
+  Simulation resumed(scene, schedule_of(schedule), 2);
+  resumed.restore(one.checkpoint());
+  for (int i = 0; i < 20; ++i) one.step(), resumed.step();
+  CHECK(same(one.checkpoint(), resumed.checkpoint()));
+}
+
+TEST_CASE("a body on a floor stays at rest under the cloth attached to it") {
+  Scene scene = box_on_strip(false);
+  Obstacle floor;
+  floor.name = "floor";
+  floor.mesh = share(grid_cells(1.0, 1.0, 1, 1).moved(Vec3(0, 0, -0.176)));
+  scene.obstacles.push_back(floor);
+  Simulation sim(scene, Asynchronous(), 1);
+  for (int i = 0; i < 400; ++i) sim.step();
+  for (const auto& pair : sim.intersecting_pairs())  // the body touches the floor
+    CHECK(pair[0] >= scene.cloths[0].mesh->n_triangles());
+  CHECK(sim.state().rigid.positions(0, 2) > -0.17);
+  CHECK(sim.state().rigid.velocities.row(0).norm() < 0.05);
+}
+
+TEST_CASE("asynchronous steps refuse a vertex that is attached to two bodies") {
+  Scene scene = box_on_strip(true);
+  scene.bodies.push_back(scene.bodies[0]);
+  scene.bodies[1].name = "other";
+  scene.attachments.push_back({"strip", "other", {3}});
+  CHECK_THROWS_WITH(Simulation(scene, Asynchronous(), 1),
+                    Catch::Contains("got vertex 3 of all cloths tied to box and other"));
+}
