@@ -37,6 +37,7 @@ SMALL: dict[str, dict[str, object]] = {
     "lift": {},
     "limit_scaling": {"triangles": 1800},
     "motor": {},
+    "obstacle_walk": {"triangles": 1200},
     "plunger": {},
     "pull": {"cells": 8},
     "ribbon": {"triangles": 800},
@@ -48,6 +49,7 @@ SMALL: dict[str, dict[str, object]] = {
     "toy_magnets:parallel": {"case": "parallel"},
     "toy_magnets:free": {"case": "free"},
     "twist": {"triangles": 1800},
+    "uneven": {"triangles": 600},
     "voice_coil": {"triangles": 800},
 }
 

@@ -28,10 +28,12 @@ SMALL = {
     "hanging": ({"triangles": 128}, 0.2, 1.2),
     "incline": ({"triangles": 32}, 0.4, 1.05),
     "knot": ({"triangles": 500}, 2.0, 1.4),
+    "obstacle_walk": ({"triangles": 1000}, 0.2, 1.5),
     "ribbon": ({"triangles": 400}, 0.8, 2.5),
     "sphere_slide": ({"triangles": 450}, 0.8, 1.2),
     "stack": ({"triangles": 98, "sheets": 4}, 1.0, 1.3),
     "swing_limits": ({"triangles": 100}, 0.6, 2.0),
+    "uneven": ({"triangles": 400}, 0.4, 1.2),
     "voice_coil": ({"triangles": 200}, 0.1, 1.2),
     "twist": ({"triangles": 450}, 1.2, 1.3 * 1.75),
 }
