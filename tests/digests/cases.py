@@ -44,6 +44,7 @@ SMALL: dict[str, dict[str, object]] = {
     "sphere_slide": {"triangles": 1800},
     "stack": {"triangles": 162, "sheets": 6},
     "swing": {"columns": 21, "rows": 29},
+    "swing_integrators": {"triangles": 1000},
     "swing_limits": {"triangles": 1400},
     "toy_magnets": {},
     "toy_magnets:parallel": {"case": "parallel"},

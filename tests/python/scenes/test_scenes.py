@@ -42,6 +42,7 @@ SMALL = {
 APART = {
     "limit_scaling": ({"triangles": 200}, 0.6, 1.3),
     "swing": ({"columns": 11, "rows": 14}, 1.0, 1.2),
+    "swing_integrators": ({"triangles": 120}, 1.0, 1.4),
 }
 
 # Scenes of magnets without cloth: parameters and simulated time [s].
