@@ -6,9 +6,9 @@ over time as a plot, and pictures at one instant side by side (figures 4.1 and 4
     python tests/benchmarks/integrators.py --survive
 
 With --survive, the program instead searches for the least viscosity with which symplectic and
-explicit Euler and the linearised midpoint rule survive the whole duration, for several steps. A run has not
-survived if it fails, or if its energy rises above its start by a tenth of the largest kinetic
-energy. Failed runs are drawn up to their failure.
+explicit Euler and the linearised midpoint rule survive the whole duration, for several steps. A run
+has not survived if it fails, or if its energy rises above its start by a tenth of the largest
+kinetic energy. Failed runs are drawn up to their failure.
 """
 
 import argparse
