@@ -91,8 +91,8 @@ def cases() -> dict[str, tuple[ls.Integrator, float]]:
         "BDF-2, 1 ms": (ls.BDF2(step=1e-3, **fixed), 0.0),
         "midpoint, linearised, 1 ms": (ls.ImplicitMidpoint(step=1e-3, **fixed), 0.0),
         "midpoint, nonlinear, 2 ms": (ls.NonlinearMidpoint(step=2e-3, **fixed), 0.0),
-        "explicit Euler, 0.05 ms": (ls.ExplicitEuler(step=5e-5), 0.02),
-        "symplectic Euler, 0.25 ms": (ls.SymplecticEuler(step=2.5e-4), 0.0),
+        "explicit Euler, 0.05 ms": (ls.ExplicitEuler(step=5e-5), 0.03),
+        "symplectic Euler, 0.125 ms": (ls.SymplecticEuler(step=1.25e-4), 0.0),
         "asynchronous": (ls.Asynchronous(step=2.5e-3, predicted=0.075, present=0.1), 0.0),
     }
 
