@@ -79,8 +79,8 @@ def strip(rows: dict[str, Pictures], path: Path) -> None:
 def chain(
     steps: tuple[float, ...], duration: float
 ) -> list[tuple[float, int, NDArray[np.float64]]]:
-    """Returns the events (time, element, positions of the three masses) of a chain of springs that
-    hangs from 0 under gravity. The steps [s] of the elements differ.
+    """Returns the events (time, element, depths of the three masses) of a chain of springs that is
+    released from rest and hangs from depth 0. Each element has its own step [s].
     """
     stiffness, masses = (100.0, 60.0, 40.0), np.array((2.0, 1.5, 1.0))
     shares = np.array([[2.0, 0.0, 0.0], [0.0, 1.5, 0.0], [0.0, 0.0, 1.0]])
@@ -93,7 +93,7 @@ def chain(
     events = []
     for time, element in due:
         x, now = x + v * (time - now), time
-        force = -9.81 * shares[element]
+        force = 9.81 * shares[element]
         pull = stiffness[element] * (x[element] - (x[element - 1] if element else 0.0) - 1.0)
         force[element] -= pull
         if element:
@@ -119,8 +119,10 @@ def figure_2(options: argparse.Namespace) -> None:
             axes[1, column].plot(own, [element] * len(own), "|", color=color, markersize=18)
         axes[0, column].set_title(name)
         axes[1, column].set_xlabel("time [s]")
+        axes[0, column].invert_yaxis()
         axes[1, column].set_ylim(-0.6, 2.6)
-    axes[0, 0].set_ylabel("position [m]")
+        axes[1, column].set_yticks((0, 1, 2))
+    axes[0, 0].set_ylabel("depth [m]")
     axes[1, 0].set_ylabel("element")
     figure.savefig(options.out / "4.2.png", dpi=150)
 
@@ -151,6 +153,7 @@ def figure_5(options: argparse.Namespace) -> None:
         right.plot(time, np.cumsum(impacts), linewidth=0.8, label=name)
     left.set_ylabel("pairs left after culling [%]")
     right.set_ylabel("impacts left to certification, sum")
+    right.set_yscale("symlog")
     right.legend(fontsize=8)
     for axis in (left, right):
         axis.set_xlabel("time [s]")
