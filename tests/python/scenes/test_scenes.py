@@ -135,6 +135,34 @@ def test_the_superconducting_cube_keeps_its_energy_and_turns_as_it_swings():
     assert abs(energy() - start) < 0.01 * moving  # a cube's panels give forces to 1e-3
 
 
+def test_the_feet_of_the_walking_figure_do_not_slide_and_touch_no_obstacle():
+    figure, *course = (
+        SceneFile.open(SCENES / "obstacle_walk.py", {"triangles": 1000}).scene().obstacles
+    )
+    places = figure.vertex_positions.reshape(len(figure.times), -1, 3)
+    assert figure.mesh.closed and figure.mesh.n_triangles >= 3000
+    for side in (-1, 1):
+        sole = places[:, (side * places[0, :, 1] > 0) & (places[0, :, 2] < 0.012)]
+        heights = sole[..., 2].min(axis=1)
+        # The ground has heights of 0 and of the three stairs, and a standing sole is at most 6 mm
+        # above it.
+        stands = (heights[:, None] - 0.17 * np.arange(4) < 0.006).argmax(axis=1)
+        stands = np.abs(heights - 0.17 * stands) < 0.006
+        lowest = sole[..., 2] < heights[:, None] + 0.001
+        slides = np.where(lowest[:-1], np.linalg.norm(np.diff(sole[..., :2], axis=0), axis=2), 0.0)
+        both = stands[1:] & stands[:-1]
+        assert both.mean() > 0.4, "a foot stands for more than a third of the time"
+        assert slides.max(axis=1)[both].sum() < 0.01  # [m], over all steps
+    for moment in places[::25]:
+        meshes = [(moment, figure.mesh.triangles)]
+        meshes += [(o.mesh.vertices, o.mesh.triangles) for o in course]
+        first = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
+        triangles = np.concatenate([t + n for (_, t), n in zip(meshes, first, strict=False)])
+        points = np.concatenate([vertices for vertices, _ in meshes])
+        for pair in ls.collision.intersecting_pairs(points, triangles):
+            assert max(pair) < figure.mesh.n_triangles, "only creases of the figure intersect"
+
+
 @pytest.mark.parametrize("name", sorted(SMALL | APART))
 def test_no_cloth_intersects_in_any_frame(name):
     parameters, duration, most_stretch = (SMALL | APART)[name]
