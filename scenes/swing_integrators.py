@@ -15,7 +15,7 @@ rate = 25.0
 integrator = ls.Asynchronous(step=2.5e-3, predicted=0.075, present=0.1)
 render = ls.RenderOptions(
     camera=ls.Camera(
-        fit=False, eye=(3.0, -4.4, 0.4), target=(0.0, 0.9, -0.75), field_of_view_degrees=34.0
+        fit=False, eye=(3.4, -5.2, 0.6), target=(0.0, 0.4, -0.7), field_of_view_degrees=34.0
     ),
     floor=False,
 )
