@@ -21,7 +21,7 @@ rate = 25.0
 integrator = ls.Asynchronous(step=2.5e-3)
 render = ls.RenderOptions(
     camera=ls.Camera(
-        fit=False, eye=(2.7, -5.4, 1.7), target=(1.95, 0.0, 0.9), field_of_view_degrees=29.0
+        fit=False, eye=(2.9, -6.2, 2.0), target=(1.95, 0.0, 1.02), field_of_view_degrees=26.0
     )
 )
 

@@ -166,22 +166,24 @@ def figure_7(options: argparse.Namespace) -> None:
 
 
 def figure_8(options: argparse.Namespace) -> None:
-    times = (0.6, 1.2, 2.0, 3.2, 4.2, 4.8)
-    strip({"": seen("obstacle_walk", options, times)}, options.out / "4.8.png")
-
-
-def close(look: ls.RenderOptions, frame: ls.Frame) -> ls.RenderOptions:
-    """Returns options with a camera near the middle of the cloth."""
-    x, _, z = frame.positions.mean(axis=0)
-    camera = ls.Camera(
-        fit=False, eye=(x + 0.9, -2.2, z + 0.3), target=(x, 0.0, z), field_of_view_degrees=34.0
+    times = (0.6, 1.2, 2.0, 3.2, 4.2)
+    pictures = seen(
+        "obstacle_walk", options, times, look=lambda look, frame: near(look, frame, 4.4)
     )
+    strip({"": pictures}, options.out / "4.8.png")
+
+
+def near(look: ls.RenderOptions, frame: ls.Frame, distance: float = 2.4) -> ls.RenderOptions:
+    """Returns options with a camera at a distance [m] from the middle of the cloth."""
+    x, _, z = frame.positions.mean(axis=0)
+    eye = np.array((x, 0.0, z)) + distance * np.array((0.4, -0.9, 0.12))
+    camera = ls.Camera(fit=False, eye=eye, target=(x, 0.0, z), field_of_view_degrees=34.0)
     return look.replace(camera=camera)
 
 
 def figure_9(options: argparse.Namespace) -> None:
     rows = {
-        name: seen("obstacle_walk", options, (1.2, 2.6, 4.2), integrator=integrator, look=close)
+        name: seen("obstacle_walk", options, (1.2, 2.6, 4.2), integrator=integrator, look=near)
         for name, integrator in {
             "semi-implicit Euler, 1 ms": ls.SemiImplicitEuler(step=1e-3, accuracy=None),
             "asynchronous": None,
