@@ -19,7 +19,7 @@ rate = 25.0
 integrator = ls.Asynchronous(step=2.5e-3)
 render = ls.RenderOptions(
     camera=ls.Camera(
-        fit=False, eye=(0.7, -1.0, 0.55), target=(0.0, 0.0, 0.17), field_of_view_degrees=32.0
+        fit=False, eye=(0.7, -1.0, 0.6), target=(0.03, 0.0, 0.23), field_of_view_degrees=36.0
     )
 )
 

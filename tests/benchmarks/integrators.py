@@ -121,9 +121,9 @@ def compare(options: argparse.Namespace) -> None:
 
 def survive(options: argparse.Namespace) -> None:
     for name, integrator, steps in (
-        ("symplectic Euler", ls.SymplecticEuler(), (5e-4, 2.5e-4, 1.25e-4)),
-        ("midpoint, linearised", ls.ImplicitMidpoint(accuracy=None), (1e-2, 5e-3, 2e-3, 1e-3)),
-        ("explicit Euler", ls.ExplicitEuler(), (2e-4, 1e-4, 5e-5, 2.5e-5)),
+        ("symplectic Euler", ls.SymplecticEuler(), (1e-3, 5e-4, 2.5e-4)),
+        ("midpoint, linearised", ls.ImplicitMidpoint(accuracy=None), (3e-2, 1e-2, 1e-3)),
+        ("explicit Euler", ls.ExplicitEuler(), (8e-4, 4e-4, 2e-4, 1e-4, 5e-5)),
     ):
         for step in steps:
             runs = (
