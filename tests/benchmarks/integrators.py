@@ -162,8 +162,8 @@ def draw_sheets(runs: dict[str, Swing], path: str, instant: float) -> None:
     shown = {name: run.picture for name, run in runs.items() if run.picture is not None}
     if not shown:
         return
-    columns = min(5, len(shown))
-    rows = -(-len(shown) // columns)
+    rows = min(2, len(shown))
+    columns = -(-len(shown) // rows)
     figure, axes = plt.subplots(
         rows, columns, figsize=(3.2 * columns, 3.4 * rows), squeeze=False, layout="constrained"
     )
