@@ -1,10 +1,10 @@
 """A figure in a dress walks over two hurdles and up three stairs.
 
-The figure is a closed surface over a skeleton of 19 joints, which takes two steps per second. Its
+The figure is a closed surface over a skeleton of 21 bones, which takes two steps per second. Its
 feet stand still while they bear weight. The dress moves by asynchronous steps. Example 4.3 of the
 thesis (figures 4.8 and 4.9) has the same number of triangles; figure, course and dress are our own.
 
-    loomstone run scenes/obstacle_walk.py --integrator semi-implicit --step 1e-3 --out out/implicit
+    loomstone run scenes/obstacle_walk.py --integrator semi-implicit-euler --step 1e-3
 """
 
 from typing import NamedTuple
@@ -196,6 +196,7 @@ def foot(times: Floats, y: float, first: int) -> Foot:
         climbed = height(a) + (height(b) - height(a)) * smoothstep(s / 0.45)
         ball[after, 0], ball[after, 2] = moved[after], (climbed + lift * up)[after]
         stands[air] = 0.0
+        # The heel leaves the ground before the toes, and touches it before them.
         off = smoothstep(1.0 + s * SWING / 0.12) * smoothstep((0.4 - s) / 0.4)
         near = (s > -0.12 / SWING) & (s < 1.0)
         dip = 0.2 * np.sin(np.pi * np.clip((s - 0.4) / 0.6, 0.0, 1.0))
@@ -230,10 +231,9 @@ def frames(along: Floats) -> Floats:
 
 def leg(bones: dict[str, Bone], side: str, hip: Floats, moves: Foot) -> dict[str, Motion]:
     """Returns the motions of a leg from the places of its hip joint (k x 3) [m] to its foot."""
+    upper_leg, lower_leg = bones[f"{side} thigh"], bones[f"{side} shank"]
     start, knee, ankle = (
-        np.array(point)
-        for point in (*(bones[f"{side} {n}"].joint for n in ("thigh", "shank")),)
-        + (bones[f"{side} shank"].end,)
+        np.array(point) for point in (upper_leg.joint, lower_leg.joint, lower_leg.end)
     )
     rotation = turn(1, moves.pitch)
     step = about(rotation, ankle + BALL, moves.ball)
@@ -260,7 +260,7 @@ def walk(times: Floats, bones: dict[str, Bone]) -> dict[str, Motion]:
     apart = (right.ball[:, 0] - left.ball[:, 0]) / STEP
     hips = np.zeros((len(times), 3))
     hips[:, 0] = 0.5 * (right.ball[:, 0] + left.ball[:, 0]) - BALL[0]
-    hips[:, 1] = 0.03 * (left.stands - right.stands)
+    hips[:, 1] = 0.03 * (left.stands - right.stands)  # towards the foot that bears the weight
     hips = gaussian_filter1d(hips, 0.1 * SAMPLES, axis=0, mode="nearest")
     # The pelvis is as high as both legs reach.
     highest = np.full(len(times), np.inf)
