@@ -56,3 +56,10 @@ def scene(triangles: int = 8000) -> ls.Scene:
             ls.floor(height=FLOOR, friction=0.2),
         ],
     )
+
+
+def check(run: ls.Run) -> None:
+    last = run[-1]
+    assert last.positions[:, 2].min() > FLOOR, "the ribbon lies above the floor"
+    assert last.positions[:, 2].min() < FLOOR + 0.02, "it has reached the floor"
+    assert last.positions[:, 2].max() < -0.2, "it has slid off the upper plane"
