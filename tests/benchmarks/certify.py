@@ -3,6 +3,8 @@ perturbed by 1e-6 m.
 
     python tests/benchmarks/certify.py [--scenes drape twist --steps 1e-3 4e-3 --rate 25 --runs 10
     --jobs 2 --out certify.csv]
+    python tests/benchmarks/certify.py --scenes obstacle_walk ribbon swing_integrators uneven
+    --steps 1e-3 2.5e-3
     python tests/benchmarks/certify.py --scenes ball_corners ball_edges curtains_free curtains_hung
     heap --steps auto --rate 1777
 
@@ -40,11 +42,14 @@ SIZES = {
     "hanging": ({"triangles": 512}, 0.5),
     "incline": ({"triangles": 200}, 0.5),
     "knot": ({"triangles": 800}, 1.0),
-    "ribbon": ({"triangles": 400}, 2.0),
+    "obstacle_walk": ({"triangles": 1200}, 1.6),
+    "ribbon": ({"triangles": 800}, 1.4),
     "sphere_slide": ({"triangles": 1800}, 1.0),
     "stack": ({"triangles": 128, "sheets": 12}, 1.0),
+    "swing_integrators": ({"triangles": 400}, 2.0),
     "swing_limits": ({"triangles": 300}, 0.8),
     "twist": ({"triangles": 1800}, 1.0),
+    "uneven": ({"triangles": 600}, 0.8),
 }
 # Constructor and duration [s] of each scene without a scene file. They run with SemiImplicitEuler.
 EXTREME = {
@@ -101,7 +106,7 @@ def opened(name: str) -> tuple[ls.Scene, ls.Integrator, float]:
         return make(), ls.SemiImplicitEuler(), duration
     parameters, duration = SIZES[name]
     file = SceneFile.open(SCENES / f"{name}.py", parameters)
-    return file.scene(), file.integrator, duration
+    return file.scene().replace(collisions=True), file.integrator, duration
 
 
 def run(job: tuple[str, Step, float, int, float | None]) -> dict[str, object]:

@@ -1,132 +1,197 @@
-"""Energy over time of every integrator on the swinging sheet (scene `swing`), as a table and a
-plot.
+"""All integrators on the swinging sheet of scenes/swing_integrators.py: a table of times, energy
+over time as a plot, and pictures at one instant side by side (figures 4.1 and 4.6 of the thesis).
 
-    python tests/benchmarks/integrators.py [--columns 22 --rows 28 --duration 4
-    --out docs/images/integrator_energy.png]
+    python tests/benchmarks/integrators.py [--triangles 5016 --duration 4 --instant 2.2 --limit 0.1
+    --plot integrators.png --pictures sheets.png]
+    python tests/benchmarks/integrators.py --survive
 
-Explicit Euler gains energy and fails; a failed run is drawn up to its failure. The full size takes
-ten minutes.
+With --survive, the program instead searches for the least viscosity with which symplectic and
+explicit Euler and the linearised midpoint rule survive the whole duration, for several steps. A run
+has not survived if it fails, or if its energy rises above its start by a tenth of what the sheet
+gains in its fall. Failed runs are drawn up to their failure.
 """
 
 import argparse
-import importlib.util
 import time
+from typing import NamedTuple
 
 import loomstone as ls
 import numpy as np
+from loomstone.runs.scene_file import SceneFile
+from numpy.typing import NDArray
 from smoke import SCENES, package, parsed
 
-SCENE = SCENES / "swing.py"
+SCENE = SCENES / "swing_integrators.py"
+FALL = 0.5 * 2.0**2 * 9.81 * 1.0  # weight of the sheet times half its size [J]
+TRIED = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3)  # viscosities [N s/m]
 
 
-def swing(columns: int, rows: int) -> ls.Scene:
-    spec = importlib.util.spec_from_file_location("swing", SCENE)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.scene(columns=columns, rows=rows)
+class Swing(NamedTuple):
+    """A run: times [s], energies [J], processor time, and why it ended early, or ""."""
+
+    times: list[float]
+    energies: list[float]
+    stretch: float  # largest
+    seconds: float  # per second of motion
+    failure: str
+    picture: NDArray[np.uint8] | None
+
+    @property
+    def kept(self) -> float:
+        """Energy in the last tenth of the run, as a share of that of the fall [1]."""
+        late = self.energies[-max(1, len(self.energies) // 10) :]
+        return 1.0 + float(np.mean(late) - self.energies[0]) / FALL
 
 
 def total(report: ls.StepReport) -> float:
-    return (
-        report.energy.kinetic
-        + report.energy.membrane
-        + report.energy.bending
-        + report.energy.gravity
-    )
+    energy = report.energy
+    return energy.kinetic + energy.membrane + energy.bending + energy.gravity
 
 
-def run(
-    scene: ls.Scene, integrator: ls.Integrator, duration: float
-) -> tuple[np.ndarray, np.ndarray, float, str]:
-    sim = ls.Simulation(scene, integrator=integrator, threads=1)
-    times, energies, failure = [0.0], [total(sim.report)], ""
-    start = time.perf_counter()
-    every = max(1, round(0.02 / integrator.step))
+def swing(
+    file: SceneFile, integrator: ls.Integrator, options: argparse.Namespace, look: bool = False
+) -> Swing:
+    """Runs until the end, or until the energy has risen by a tenth of that of the fall."""
+    sim = ls.Simulation(file.scene(), integrator=integrator, threads=1)
+    times, energies = [0.0], [total(sim.report)]
+    stretch, failure, seconds = 1.0, "", 0.0
+    picture = None
     try:
-        while sim.time < duration - 1e-9:
-            for _ in range(every):
-                sim.step()
-            times.append(sim.time)
-            energies.append(total(sim.report))
-            if not abs(energies[-1]) < 10.0:
-                failure = f"diverged at {sim.time:.2f} s"
-                break
+        while sim.time < options.duration - 1e-9 and not failure:
+            start = time.process_time()
+            sim.step()
+            seconds += time.process_time() - start
+            stretch = max(stretch, sim.report.strain.stretch)
+            if sim.time - times[-1] > 0.01 - 1e-9:
+                times.append(sim.time)
+                energies.append(total(sim.report))
+            if not total(sim.report) - energies[0] < 0.1 * FALL:
+                failure = f"gains energy at {sim.time:.2f} s"
+            if look and picture is None and sim.time >= options.instant:
+                picture = drawn(sim, file)
     except ls.SolverFailure as error:
-        failure = str(error).split(";")[0]
-        if np.isfinite(total(sim.report)):
-            times.append(sim.time)
-            energies.append(total(sim.report))
-    return np.array(times), np.array(energies), time.perf_counter() - start, failure
+        failure = f"fails at {sim.time:.2f} s: {str(error).split(';')[0]}"
+    motion = max(sim.time, 1e-9)
+    return Swing(times, energies, stretch, seconds / motion, failure, picture)
 
 
-def integrators(columns: int) -> dict[str, ls.Integrator]:
-    small = 2.5e-4 * 22 / columns  # [s], less than the travel time of a wave along an edge
+def drawn(sim: ls.Simulation, file: SceneFile) -> NDArray[np.uint8]:
+    camera = ls.Camera(eye=(0.6, -1.0, 0.2))  # fitted to the sheet
+    look = file.render.replace(width=480, height=400, camera=camera)
+    return np.asarray(ls.pictures.Renderer(sim.topology, look).render(sim.frame()))
+
+
+def cases() -> dict[str, tuple[ls.Integrator, float]]:
+    """Returns integrator and viscosity [N s/m] by name."""
+    fixed = {"accuracy": None}
     return {
-        f"explicit Euler, {1e3 * small:.3g} ms": ls.ExplicitEuler(step=small),
-        f"symplectic Euler, {1e3 * small:.3g} ms": ls.SymplecticEuler(step=small),
-        "implicit midpoint, nonlinear, 2 ms": ls.NonlinearMidpoint(step=2e-3, bending="implicit"),
-        "implicit midpoint, linearised, 1 ms": ls.ImplicitMidpoint(step=1e-3),
-        "BDF-2, 1 ms": ls.BDF2(step=1e-3),
-        "semi-implicit Euler, 1 ms": ls.SemiImplicitEuler(step=1e-3),
-        "backward Euler, 4 ms": ls.BackwardEuler(step=4e-3),
-        "semi-implicit Euler, 20 ms": ls.SemiImplicitEuler(step=2e-2),
+        "semi-implicit Euler, 33 ms": (ls.SemiImplicitEuler(step=1 / 30, **fixed), 0.0),
+        "semi-implicit Euler, 0.75 ms": (ls.SemiImplicitEuler(step=7.5e-4, **fixed), 0.0),
+        "backward Euler, 4 ms": (ls.BackwardEuler(step=4e-3, **fixed), 0.0),
+        "BDF-2, 1 ms": (ls.BDF2(step=1e-3, **fixed), 0.0),
+        "midpoint, linearised, 1 ms": (ls.ImplicitMidpoint(step=1e-3, **fixed), 0.0),
+        "midpoint, nonlinear, 2 ms": (ls.NonlinearMidpoint(step=2e-3, **fixed), 0.0),
+        "explicit Euler, 0.05 ms": (ls.ExplicitEuler(step=5e-5), 0.03),
+        "symplectic Euler, 0.125 ms": (ls.SymplecticEuler(step=1.25e-4), 0.0),
+        "asynchronous": (ls.Asynchronous(predicted=0.075, present=0.1), 0.0),
+        "asynchronous, queue, 10 ms": (
+            ls.Asynchronous(schedule="queue", step=1e-2, predicted=0.075, present=0.1),
+            0.0,
+        ),
     }
 
 
-def draw(runs: dict[str, tuple[np.ndarray, np.ndarray, float, str]], path: str) -> None:
-    """Plots `runs`: name -> (times [s], total energies [J], seconds taken, reason of failure)."""
+def opened(options: argparse.Namespace, viscosity: float) -> SceneFile:
+    values = {"triangles": options.triangles, "viscosity": viscosity, "limit": options.limit}
+    return SceneFile.open(SCENE, values)
+
+
+def compare(options: argparse.Namespace) -> None:
+    runs = {}
+    print(f"{'':30s} {'s / s':>7s} {'energy kept':>11s} {'stretch':>8s} {'viscosity':>9s}")
+    for name, (integrator, viscosity) in cases().items():
+        run = runs[name] = swing(opened(options, viscosity), integrator, options, look=True)
+        print(
+            f"{name:30s} {run.seconds:7.2f} {run.kept:11.4f} {run.stretch:8.3f} {viscosity:9.3g}"
+            f"  {run.failure}",
+            flush=True,
+        )
+    draw_energies(runs, options.plot)
+    draw_sheets(runs, options.pictures, options.instant)
+
+
+def survive(options: argparse.Namespace) -> None:
+    for name, integrator, steps in (
+        ("symplectic Euler", ls.SymplecticEuler(), (1e-3, 5e-4, 2.5e-4)),
+        ("midpoint, linearised", ls.ImplicitMidpoint(accuracy=None), (3e-2, 1e-2, 1e-3)),
+        ("explicit Euler", ls.ExplicitEuler(), (8e-4, 4e-4, 2e-4, 1e-4, 5e-5)),
+    ):
+        for step in steps:
+            runs = (
+                (
+                    viscosity,
+                    swing(opened(options, viscosity), integrator.replace(step=step), options),
+                )
+                for viscosity in TRIED
+            )
+            least = next((viscosity for viscosity, run in runs if not run.failure), None)
+            found = "no viscosity survives" if least is None else f"viscosity {least:g} N s/m"
+            print(f"{name:22s} {1e3 * step:g} ms: {found}", flush=True)
+
+
+def draw_energies(runs: dict[str, Swing], path: str) -> None:
     package("matplotlib").use("Agg")
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=(9, 5))
-    held = [energies for _, energies, _, failure in runs.values() if not failure]
-    low, high = min(map(np.min, held)), max(map(np.max, held))
-    margin = 0.1 * (high - low)
-    for name, (times, energies, _, failure) in runs.items():
-        # Energies of a failed run can lie outside the range of the plot.
-        shown = (energies > low - margin) & (energies < high + margin)
-        (line,) = axes.plot(
-            times[shown],
-            1e3 * energies[shown],
-            label=name + (" (failed)" if failure else ""),
-            linewidth=1.4,
-        )
-        if failure:
-            axes.plot(
-                times[shown][-1],
-                1e3 * energies[shown][-1],
-                "x",
-                color=line.get_color(),
-                markersize=9,
-                markeredgewidth=2,
-            )
+    for name, run in runs.items():
+        label = name + (" (failed)" if run.failure else "")
+        axes.plot(run.times, np.array(run.energies) - run.energies[0], label=label, linewidth=1.4)
     axes.set_xlabel("time [s]")
-    axes.set_ylabel("kinetic + elastic + gravity energy [mJ]")
+    axes.set_ylabel("kinetic + elastic + gravity energy above the start [J]")
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.01, 0.5))
     figure.savefig(path, dpi=110, bbox_inches="tight")
+
+
+def draw_sheets(runs: dict[str, Swing], path: str, instant: float) -> None:
+    """Draws the pictures of all runs that reached the instant."""
+    package("matplotlib").use("Agg")
+    import matplotlib.pyplot as plt
+
+    shown = {name: run.picture for name, run in runs.items() if run.picture is not None}
+    if not shown:
+        return
+    rows = min(2, len(shown))
+    columns = -(-len(shown) // rows)
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(3.2 * columns, 3.4 * rows), squeeze=False, layout="constrained"
+    )
+    for axis in axes.flat:
+        axis.set_axis_off()
+    for axis, (name, picture) in zip(axes.flat, shown.items(), strict=False):
+        axis.imshow(picture)
+        axis.set_title(name, fontsize=9)
+    figure.suptitle(f"{instant:g} s", fontsize=9)
+    figure.savefig(path, dpi=150)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--columns", type=int, default=44)
-    parser.add_argument("--rows", type=int, default=57)
-    parser.add_argument("--duration", type=float, default=4.0)
-    parser.add_argument("--out", default="swing-energy.png")
-    options = parsed(parser, columns=6, rows=8, duration=0.04)
-    scene = swing(options.columns, options.rows)
-    runs = {}
-    for name, integrator in integrators(options.columns).items():
-        runs[name] = run(scene, integrator, options.duration)
-        _, energies, seconds, failure = runs[name]
-        lost = 1e3 * (energies[0] - energies[-1])
-        print(
-            f"{name:38s} {seconds:7.1f} s  energy lost {lost:8.3f} mJ  {failure}",
-            flush=True,
-        )
-    draw(runs, options.out)
+    parser.add_argument("--triangles", type=int, default=5016)
+    parser.add_argument("--duration", type=float, default=4.0, help="[s]")
+    parser.add_argument("--instant", type=float, default=2.2, help="of the pictures [s]")
+    parser.add_argument("--limit", type=float, default=0.1, help="of strain, 0 for none [1]")
+    parser.add_argument("--plot", default="integrators.png")
+    parser.add_argument("--pictures", default="sheets.png")
+    parser.add_argument("--survive", action="store_true")
+    options = parsed(parser, triangles=60, duration=0.04, instant=0.02)
+    if options.survive:
+        survive(options)
+    else:
+        compare(options)
 
 
 if __name__ == "__main__":

@@ -1,13 +1,14 @@
-"""Compares a scene with other programs in one run on one machine: seconds per 25 Hz frame, largest
-stretch and intersecting triangles.
+"""A scene compared with other programs, in one run on one machine: seconds per 25 Hz frame, largest
+stretch and intersecting triangles. For the swing, the last column is the energy that is left at the
+end, as a share of that at the start, both above the energy of the sheet when it hangs at rest.
 
-    python tests/benchmarks/peers.py --shared ../shared [--scene drape|twist] [--step 4e-3]
+    python tests/benchmarks/peers.py --shared ../shared [--scene drape|twist|swing] [--step 4e-3]
             [--peer-python PYTHON] [--mujoco]
 
 The other programs' scripts are in SHARED/peers. PYTHON is an interpreter with the other programs
-installed (bpy, mujoco). A missing program is left out and reported in one line. The frames of all
-programs are evaluated here: stretch is the largest principal stretch, and intersecting pairs are
-found in exact arithmetic. Times depend on the machine, so quote only ratios.
+installed (bpy, mujoco). A missing program is left out and reported in one line. Stretch and
+intersecting pairs of all programs are computed here from their frames: the largest principal
+stretch, and pairs by exact arithmetic. Times depend on the machine, so quote only ratios.
 """
 
 import argparse
@@ -17,82 +18,143 @@ import os
 import subprocess
 import tempfile
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 import loomstone as ls
 import numpy as np
+from numpy.typing import NDArray
 from smoke import SCENES, SHARED, parsed
 
-NAMES = {"drape": "W1", "twist": "W3"}  # scene names in SHARED/peers
-QUALITY = {"drape": 10, "twist": 30}  # Blender's steps per frame; with fewer, the twist fails
+NAMES = {"drape": "W1", "twist": "W3", "swing": "W2"}  # scene names in SHARED/peers
+# Blender's steps per frame; the twist falls apart with fewer.
+QUALITY = {"drape": 10, "twist": 30, "swing": 10}
+DURATION = {"drape": 1.0, "twist": 1.0, "swing": 4.0}  # [s]
 
 
 class Seen(NamedTuple):
     seconds: float  # per frame
     stretch: float
     pairs: int  # intersecting pairs in the worst frame
+    kept: float | None = None  # energy left at the end, as a share of that at the start
 
     def __str__(self) -> str:
-        return (
-            f"{self.seconds:.3f} s a frame, stretch {self.stretch:.3f}, "
-            f"intersecting pairs {self.pairs}"
-        )
+        text = f"{self.seconds:.3f} s a frame, stretch {self.stretch:.3f}, "
+        if self.kept is not None:
+            return text + f"{25 * self.seconds:.2f} s per second, energy kept {self.kept:.3f}"
+        return text + f"intersecting pairs {self.pairs}"
 
 
-def ours(name: str, options: argparse.Namespace) -> Seen:
+def opened(name: str, triangles: int | None) -> tuple[ls.Scene, ls.Integrator]:
     spec = importlib.util.spec_from_file_location(name, SCENES / f"{name}.py")
     scene = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(scene)
-    size = {} if options.triangles is None else {"triangles": options.triangles}
-    integrator = getattr(scene, "integrator", ls.SemiImplicitEuler())
+    size = {} if triangles is None else {"triangles": triangles}
+    if name == "swing":  # the integrator of the scene does not keep its energy
+        if triangles is not None:
+            columns = max(1, round(np.sqrt(0.5 * triangles * 0.44 / 0.57)))
+            size = {"columns": columns, "rows": max(1, round(0.5 * triangles / columns))}
+        return scene.scene(**size), ls.Asynchronous()
+    return scene.scene(**size), getattr(scene, "integrator", ls.SemiImplicitEuler())
+
+
+def total(report: ls.StepReport) -> float:
+    energy = report.energy
+    return energy.kinetic + energy.membrane + energy.bending + energy.gravity
+
+
+def energy_at_rest(scene: ls.Scene) -> float:
+    """Returns the energy of hanging cloth [J], which long implicit steps bring to rest."""
+    sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-2, accuracy=None))
+    while sim.time < 6.0:
+        sim.step()
+    return total(sim.report)
+
+
+def ours(name: str, options: argparse.Namespace) -> Seen:
+    scene, integrator = opened(name, options.triangles)
     if options.step is not None:
         integrator = ls.SemiImplicitEuler(step=options.step)
-    sim = ls.Simulation(scene.scene(**size), integrator=integrator, threads=options.threads)
-    stretch, pairs, frames = 1.0, 0, 0
+    sim = ls.Simulation(scene, integrator=integrator, threads=options.threads)
+    stretch, pairs, energies = 1.0, 0, []
     seconds = 0.0
     start = time.perf_counter()
     for frame in sim.frames(duration=options.duration, rate=25):
         seconds += time.perf_counter() - start
         stretch = max(stretch, float(frame.stretch.max()))
         pairs = max(pairs, len(sim.intersecting_pairs()))
-        frames += 1
+        energies.append(total(frame.report))
         start = time.perf_counter()
-    return Seen(seconds / (frames - 1), stretch, pairs)
+    kept = None
+    if name == "swing":
+        rest = energy_at_rest(scene)
+        kept = (np.mean(energies[-10:]) - rest) / (energies[0] - rest)
+    return Seen(seconds / (len(energies) - 1), stretch, pairs, kept)
 
 
-def looked_at(path: Path) -> Seen:
-    """Evaluates another program's result file.
+def kept_in(run: Mapping[str, NDArray[np.float64]], gradients: list[NDArray[np.float64]]) -> float:
+    """Returns the share of the energy that is left in the last 0.4 s of another program's swing.
 
-    The file contains uv (n x 2), faces (m x 3), X (frames x n x 3) and the time that the run took.
+    Velocities are centred differences of frames. `gradients` are the deformation gradients of all
+    frames, each (m x 3 x 2).
     """
+    scene, _ = opened("swing", None)
+    material, faces, positions = scene.cloths[0].material, run["faces"], run["X"]
+    e, f = (run["uv"][faces[:, i]] - run["uv"][faces[:, 0]] for i in (1, 2))
+    areas = 0.5 * np.abs(e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0])
+    masses = np.bincount(faces.ravel(), np.repeat(material.density * areas / 3.0, 3))
+    modulus = np.array(
+        [
+            [material.weft_stiffness, 2.0 * material.shear_stiffness],
+            [2.0 * material.shear_stiffness, material.warp_stiffness],
+        ]
+    )
+    energies = []
+    for i in (0, *range(len(positions) - 20, len(positions) - 1)):
+        strain = 0.5 * (np.swapaxes(gradients[i], 1, 2) @ gradients[i] - np.eye(2))
+        membrane = 0.5 * (areas[:, None, None] * modulus * strain**2).sum()
+        gravity = 9.81 * (masses * positions[i][:, 2]).sum()
+        step = run["t"][1] - run["t"][0]
+        moved = positions[i + 1] - positions[i - 1] if i else np.zeros_like(positions[0])
+        kinetic = 0.5 * (masses * ((moved / (2.0 * step)) ** 2).sum(axis=1)).sum()
+        energies.append(membrane + gravity + kinetic)
+    rest = energy_at_rest(scene)
+    return float((np.mean(energies[1:]) - rest) / (energies[0] - rest))
+
+
+def looked_at(path: Path, name: str) -> Seen:
+    """Evaluates another program's file: uv (n x 2), faces (m x 3), X (frames x n x 3), its time."""
     run = np.load(path)
     uv, faces = run["uv"], run["faces"]
     rest = np.linalg.inv(
         np.stack([uv[faces[:, 1]] - uv[faces[:, 0]], uv[faces[:, 2]] - uv[faces[:, 0]]], axis=2)
     )
-    stretch, pairs = 1.0, 0
+    pairs, gradients = 0, []
     for x in run["X"]:
-        gradient = (
-            np.stack([x[faces[:, 1]] - x[faces[:, 0]], x[faces[:, 2]] - x[faces[:, 0]]], axis=2)
-            @ rest
-        )
-        stretch = max(stretch, float(np.linalg.norm(gradient, ord=2, axis=(1, 2)).max()))
-        pairs = max(pairs, len(ls.collision.intersecting_pairs(x, faces)))
-    return Seen(float(json.loads(str(run["meta"]))["wall_per_25hz_frame"]), stretch, pairs)
+        edges = np.stack([x[faces[:, 1]] - x[faces[:, 0]], x[faces[:, 2]] - x[faces[:, 0]]], axis=2)
+        gradients.append(edges @ rest)
+        if name != "swing":  # which has no collisions
+            pairs = max(pairs, len(ls.collision.intersecting_pairs(x, faces)))
+    stretch = max(float(np.linalg.norm(g, ord=2, axis=(1, 2)).max()) for g in gradients)
+    kept = kept_in(dict(run), gradients) if name == "swing" else None
+    return Seen(float(json.loads(str(run["meta"]))["wall_per_25hz_frame"]), stretch, pairs, kept)
 
 
-def peer(python: str, script: Path, arguments: list[str], out: Path) -> Seen | str:
+def peer(python: str, script: Path, name: str, arguments: list[str], out: Path) -> Seen | str:
     """Runs another program. Returns its result, or the reason if it produced none."""
     environment = {**os.environ, "PEERS_OUT": str(out), "PYTHONPATH": str(script.parent)}
     environment.pop("OMP_WAIT_POLICY", None)
     done = subprocess.run(
-        [python, str(script), *arguments], capture_output=True, text=True, env=environment
+        [python, str(script), NAMES[name], *arguments],
+        capture_output=True,
+        text=True,
+        env=environment,
     )
     written = sorted(out.glob("*.npz"))
     if done.returncode or not written:
         return (done.stderr.strip().splitlines() or ["no output"])[-1]
-    return looked_at(written[-1])
+    return looked_at(written[-1], name)
 
 
 def main() -> None:
@@ -103,9 +165,9 @@ def main() -> None:
     parser.add_argument("--scene", choices=list(NAMES), default="drape")
     parser.add_argument("--peer-python", default="python3")
     parser.add_argument(
-        "--blender-quality", type=int, help="steps a frame (default: 10 for drape, 30 for twist)"
+        "--blender-quality", type=int, help="steps a frame (default: 30 for twist, 10 for others)"
     )
-    parser.add_argument("--duration", type=float, default=1.0)
+    parser.add_argument("--duration", type=float, help="[s] (default: 4 for swing, 1 for others)")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument(
         "--step", type=float, help="ours [s]; Blender's own in drape is 4e-3 (default: the scene's)"
@@ -113,6 +175,7 @@ def main() -> None:
     parser.add_argument("--mujoco", action="store_true", help="also MuJoCo (minutes)")
     parser.add_argument("--triangles", type=int, help="ours (default: the scene's)")
     options = parsed(parser, duration=0.08, threads=1, triangles=200)
+    options.duration = options.duration or DURATION[options.scene]
     mine = ours(options.scene, options)
     print(f"loomstone  {mine}", flush=True)
     quality = options.blender_quality or QUALITY[options.scene]
@@ -126,7 +189,7 @@ def main() -> None:
             print(f"{name}: left out, {script} is not in the shared folder")
             continue
         with tempfile.TemporaryDirectory() as out:
-            seen = peer(options.peer_python, path, [NAMES[options.scene], *arguments], Path(out))
+            seen = peer(options.peer_python, path, options.scene, arguments, Path(out))
         if isinstance(seen, str):
             print(f"{name}: left out, {seen}")
         else:

@@ -15,7 +15,9 @@ ROOT = Path(__file__).parents[3]
 SMALL = {
     "drape": ({"triangles": 242}, 0.6),
     "fold": ({"triangles": 200, "layers": 4}, 0.5),
+    "ribbon": ({"triangles": 400}, 0.6),
     "twist": ({"triangles": 288}, 1.2),
+    "uneven": ({"triangles": 400}, 0.44),
 }
 
 

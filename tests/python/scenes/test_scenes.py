@@ -28,10 +28,12 @@ SMALL = {
     "hanging": ({"triangles": 128}, 0.2, 1.2),
     "incline": ({"triangles": 32}, 0.4, 1.05),
     "knot": ({"triangles": 500}, 2.0, 1.4),
+    "obstacle_walk": ({"triangles": 1000}, 0.2, 1.5),
     "ribbon": ({"triangles": 400}, 0.8, 2.5),
     "sphere_slide": ({"triangles": 450}, 0.8, 1.2),
     "stack": ({"triangles": 98, "sheets": 4}, 1.0, 1.3),
     "swing_limits": ({"triangles": 100}, 0.6, 2.0),
+    "uneven": ({"triangles": 400}, 0.4, 1.2),
     "voice_coil": ({"triangles": 200}, 0.1, 1.2),
     "twist": ({"triangles": 450}, 1.2, 1.3 * 1.75),
 }
@@ -41,6 +43,7 @@ SMALL = {
 APART = {
     "limit_scaling": ({"triangles": 200}, 0.6, 1.3),
     "swing": ({"columns": 11, "rows": 14}, 1.0, 1.2),
+    "swing_integrators": ({"triangles": 120}, 1.0, 1.4),
 }
 
 # Scenes of magnets without cloth: parameters and simulated time [s].
@@ -139,6 +142,47 @@ def test_the_superconducting_cube_keeps_its_energy_and_turns_as_it_swings():
         moving = max(moving, sim.report.energy.body_kinetic)
     assert np.linalg.norm(sim.state.body_angular_velocities[0]) > 1.0  # a ball would not turn
     assert abs(energy() - start) < 0.01 * moving  # forces on a cube are accurate to 1e-3
+
+
+def test_asynchronous_steps_keep_the_energy_of_the_swing_for_four_seconds():
+    file = SceneFile.open(SCENES / "swing.py", {"columns": 11, "rows": 14})
+    sim = ls.Simulation(file.scene(), integrator=ls.Asynchronous(), threads=1)
+    total, kinetic = [], 0.0
+    while sim.time < file.duration - 1e-9:
+        sim.step()
+        e = sim.report.energy
+        total.append(e.kinetic + e.membrane + e.bending + e.gravity)
+        kinetic = max(kinetic, e.kinetic)
+    # Semi-implicit Euler at 1 ms loses 0.56. A tenth of the run averages oscillations.
+    assert np.mean(total[-len(total) // 10 :]) - total[0] == pytest.approx(0.0, abs=0.02 * kinetic)
+
+
+def test_the_feet_of_the_walking_figure_do_not_slide_and_touch_no_obstacle():
+    figure, *course = (
+        SceneFile.open(SCENES / "obstacle_walk.py", {"triangles": 1000}).scene().obstacles
+    )
+    places = figure.vertex_positions.reshape(len(figure.times), -1, 3)
+    assert figure.mesh.closed and figure.mesh.n_triangles >= 3000
+    for side in (-1, 1):
+        sole = places[:, (side * places[0, :, 1] > 0) & (places[0, :, 2] < 0.012)]
+        heights = sole[..., 2].min(axis=1)
+        # The ground has heights of 0 and of the three stairs, and a standing sole is at most 6 mm
+        # above it.
+        stands = (heights[:, None] - 0.17 * np.arange(4) < 0.006).argmax(axis=1)
+        stands = np.abs(heights - 0.17 * stands) < 0.006
+        lowest = sole[..., 2] < heights[:, None] + 0.001
+        slides = np.where(lowest[:-1], np.linalg.norm(np.diff(sole[..., :2], axis=0), axis=2), 0.0)
+        both = stands[1:] & stands[:-1]
+        assert both.mean() > 0.4, "a foot stands for more than a third of the time"
+        assert slides.max(axis=1)[both].sum() < 0.01  # [m], over all steps
+    for moment in places[::25]:
+        meshes = [(moment, figure.mesh.triangles)]
+        meshes += [(o.mesh.vertices, o.mesh.triangles) for o in course]
+        first = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
+        triangles = np.concatenate([t + n for (_, t), n in zip(meshes, first, strict=False)])
+        points = np.concatenate([vertices for vertices, _ in meshes])
+        for pair in ls.collision.intersecting_pairs(points, triangles):
+            assert max(pair) < figure.mesh.n_triangles, "only creases of the figure intersect"
 
 
 @pytest.mark.parametrize("name", sorted(SMALL | APART))
