@@ -255,6 +255,11 @@ class SolverReport:
         """
         relative residual of the last linear solve [1]
         """
+    @property
+    def synchronous_events(self) -> int:
+        """
+        events if all triangles had the shortest of these steps [1]
+        """
 
 class ErrorReport:
     """

@@ -52,6 +52,25 @@ TEST_CASE("every pair that meets at constant velocity is registered, and few oth
   }
 }
 
+TEST_CASE("the registered pairs do not depend on earlier steps") {
+  const TestScene scene = two_sheets();
+  const double step = 2.5e-3;
+  CollisionStage used(scene.model), fresh(scene.model);
+  Points x = scene.x;
+  for (int i = 0; i < 6; ++i) {
+    const Points v = velocities(scene, 1.0 - 0.3 * i);
+    used.proximity({}, x, {});
+    const Approach found = used.approach({}, {x, v, step}, {});
+    if (i == 5) {
+      const Approach expected = fresh.approach({}, {x, v, step}, {});
+      REQUIRE(found.pairs.size() == expected.pairs.size());
+      for (std::size_t k = 0; k < found.pairs.size(); ++k)
+        CHECK(found.pairs[k].key == expected.pairs[k].key);
+    }
+    x += step * v;
+  }
+}
+
 TEST_CASE("at events, a vertex falls onto a face without crossing it, at any phase of its level") {
   TriangleMesh face = grid_cells(0.1, 0.1, 1, 1);
   Points corner(3, 3);
@@ -80,7 +99,9 @@ TEST_CASE("at events, a vertex falls onto a face without crossing it, at any pha
         const Index ticks = Index{4} >> k, since = tick % ticks;
         ahead[k] = since == 0 ? 0.0 : static_cast<double>(ticks - since) * step / n_ticks;
       }
-      contacts.act({}, tick, {x, u, level, length, ahead});
+      std::vector<EventBody> bodies;
+      const EventMotion::Levels levels{level, length, ahead};
+      contacts.act({}, tick, {x, u, bodies, &levels});
       for (int i = 0; i < 3; ++i)
         if (ahead[level[i]] == 0.0) x.row(i) += length[level[i]] * u.row(i);
     }

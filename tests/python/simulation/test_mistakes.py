@@ -24,6 +24,16 @@ def assign(name, value):
 BOX = ls.meshes.box(size=(0.1, 0.1, 0.1))
 
 
+def attached_twice(integrator):
+    bodies = [
+        ls.RigidBody(name=f"box{i}", mesh=BOX, shape="box", position=(2, i, 0)) for i in range(2)
+    ]
+    ties = [ls.Attachment(cloth="sheet", body=body.name, vertices=[3]) for body in bodies]
+    sheet = ls.Cloth(name="sheet", mesh=ls.grid(cells=(4, 4)))
+    scene = ls.Scene(cloths=[sheet], bodies=bodies, attachments=ties)
+    return ls.Simulation(scene, integrator=integrator)
+
+
 @pytest.mark.parametrize(
     "mistake, said",
     [
@@ -46,6 +56,14 @@ BOX = ls.meshes.box(size=(0.1, 0.1, 0.1))
         (
             lambda: simulation(integrator=ls.Asynchronous(safety=2.0)),
             r"Asynchronous.safety must be in \(0, 1\] \[1\], got 2",
+        ),
+        (
+            lambda: attached_twice(ls.Asynchronous()),
+            "attachments must tie a vertex to one body .* got vertex 3 .* tied to box0 and box1",
+        ),
+        (
+            lambda: attached_twice(ls.SymplecticEuler(step=1e-4)),
+            "attachments require an implicit or asynchronous integrator, got symplectic-euler",
         ),
         (
             lambda: ls.Simulation(
@@ -196,7 +214,7 @@ BOX = ls.meshes.box(size=(0.1, 0.1, 0.1))
 )
 def test_a_mistake_in_python_is_one_sentence(mistake, said, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises((ls.InvalidInput, ls.CacheError), match=said) as told:
+    with pytest.raises((ls.InvalidInput, ls.CacheError, ls.Unsupported), match=said) as told:
         mistake()
     assert "\n" not in str(told.value)
 
