@@ -32,6 +32,7 @@ PERTURBATION = 1e-6  # largest offset of a coordinate [m]
 # Parameters and duration [s] of each scene. Ten runs of all scenes take one to two hours.
 SIZES = {
     "bending": ({"triangles": 512}, 0.6),
+    "bin": ({"triangles": 96, "towels": 6}, 0.8),
     "card": ({"triangles": 800, "boxes": 4}, 0.6),
     "disc": ({"triangles": 800}, 0.6),
     "drape": ({"triangles": 1800}, 1.0),

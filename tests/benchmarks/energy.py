@@ -22,6 +22,7 @@ from smoke import SCENES, parsed
 
 SMALL: dict[str, dict[str, Any]] = {
     "bending": {"triangles": 3600},
+    "bin": {"triangles": 300},
     "card": {"triangles": 3600},
     "clasp": {},
     "disc": {"triangles": 3600},

@@ -15,6 +15,7 @@ Case = tuple[ls.Scene, ls.Integrator]
 # Parameters of each scene, for at most 2,000 triangles. The text after a colon names a variant.
 SMALL: dict[str, dict[str, object]] = {
     "bending": {"triangles": 800},
+    "bin": {"triangles": 150, "towels": 6},
     "card": {"triangles": 512, "boxes": 5},
     "clasp": {"triangles": 512},
     "disc": {"triangles": 1200},

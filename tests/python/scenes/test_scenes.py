@@ -17,6 +17,7 @@ SCENES = Path(__file__).parents[3] / "scenes"
 # the cloth, or the layers lie on one another.
 SMALL = {
     "bending": ({"triangles": 128}, 0.4, 1.2),
+    "bin": ({"triangles": 96, "towels": 4}, 0.6, 1.3),
     "clasp": ({"triangles": 128}, 0.06, 1.2),
     "card": ({"triangles": 288, "boxes": 3}, 0.48, 1.3),
     "disc": ({"triangles": 240}, 0.4, 2.0),
