@@ -36,6 +36,7 @@ void EventContacts::set_pairs(const ExpectedMotion& motion, std::vector<Approach
 
 void EventContacts::begin(Index n_ticks) {
   n_ticks_ = n_ticks;
+  work_ = {};
   side_.assign(pairs_.size(), 0);
   if (n_ticks == 0) return begin_queue();
   due_.assign(n_ticks + 1, {});
@@ -125,7 +126,10 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& moti
   Vec3 change = lack * event.normal;
   const Vec3 sliding = velocity - along * event.normal;
   const double speed = sliding.norm(), limit = surfaces.friction * lack;
-  if (speed > 0.0) change -= std::min(1.0, limit / speed) * sliding;
+  const double stopped = speed > 0.0 ? std::min(1.0, limit / speed) : 0.0;
+  change -= stopped * sliding;
+  work_.friction += stopped * (1.0 - 0.5 * stopped) * speed * speed / event.inverse_mass;
+  add_work(event, change / event.inverse_mass, motion);
   for (int k = 0; k < 4; ++k) {
     const Index i = event.vertices[k];
     if (inverse_mass_[i] == 0.0) continue;
@@ -139,6 +143,15 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& moti
   const Vec3 impulse = (first ? 1.0 : -1.0) / event.inverse_mass * change;
   body.push(impulse, (event.touched - body.pose.position).cross(impulse));
   return true;
+}
+
+// Adds the work of prescribed vertices. `impulse` acts on the side with positive weights.
+void EventContacts::add_work(const Event& event, const Vec3& impulse, const EventMotion& motion) {
+  for (int k = 0; k < 4; ++k) {
+    const Index i = event.vertices[k];
+    if (inverse_mass_[i] == 0.0 && body_of(i) < 0)
+      work_.prescribed -= event.weights[k] * impulse.dot(velocity(i, event, motion));
+  }
 }
 
 double EventContacts::next_time(const Event& event, Index pair, double time,

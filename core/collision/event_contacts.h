@@ -15,6 +15,12 @@
 
 namespace loomstone {
 
+// Work of the impulses of a step [J].
+struct EventWork {
+  double prescribed = 0.0;  // done by vertices of prescribed motion
+  double friction = 0.0;    // done against friction
+};
+
 class EventContacts {
  public:
   EventContacts(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
@@ -34,6 +40,8 @@ class EventContacts {
   // Number of pair evaluations since set_pairs().
   std::int64_t n_evaluated() const { return n_evaluated_; }
   std::int64_t n_impulses() const { return n_impulses_; }
+  // Work since begin().
+  const EventWork& work() const { return work_; }
 
  private:
   struct Event {
@@ -59,6 +67,7 @@ class EventContacts {
   void place_bodies(const EventMotion& motion);
   void return_bodies(const EventMotion& motion) const;
   bool push(const Event& event, Index pair, const EventMotion& motion);
+  void add_work(const Event& event, const Vec3& impulse, const EventMotion& motion);
   double next_time(const Event& event, Index pair, double time, const EventMotion& motion) const;
 
   const CollisionModel& model_;
@@ -74,6 +83,7 @@ class EventContacts {
   std::vector<std::vector<Index>> pairs_of_;
   std::vector<double> wake_;
   std::vector<Index> touched_;
+  EventWork work_;
   std::vector<Event> events_;
   std::vector<PlacedBody> bodies_;
   std::int64_t n_evaluated_ = 0, n_impulses_ = 0;

@@ -150,6 +150,10 @@ PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts&
   if (engines.model.cloth.n_vertices == 0) return {.scripts = solved.obstacle_work};
   PartWork work = work_of_contacts(part, loads, near, solved, state, engines);
   work.scripts += solved.obstacle_work;
+  if (engines.event_contacts) {
+    work.scripts += engines.event_contacts->work().prescribed;
+    work.friction += engines.event_contacts->work().friction;
+  }
   const Points viscous = viscous_forces(part, loads, solved, engines);
   work.loads += work_of_loads(loads, state, engines);
   work.scripts += work_of_pins(loads, viscous, state, engines);
