@@ -105,13 +105,14 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
   if (!engines.error || !engines.contacts_in_solve || !part.halvable) return part.length;
   const EnergyAccount& account = state.account;
   const double tolerated = gain_tolerance * *engines.accuracy * account.largest_kinetic;
-  const std::vector<double> energies =
-      contact_energies(state, part.t1, engines, &loads.x0, part.length);
-  if (energies.back() - near.contact_terms.energy() <= tolerated) return part.length;
+  const double energy = contact_energies(state, part.t1, engines, &loads.x0).back();
+  if (energy - near.contact_terms.energy() <= tolerated) return part.length;
   StepReport report;
   measure_energies(state, part.t1, engines, report);
   const double gain = gain_of(account, report) - account.start_of_contacts;
-  if (gain + energies.back() <= tolerated) return part.length;
+  if (gain + energy <= tolerated) return part.length;
+  const std::vector<double> energies =
+      contact_energies(state, part.t1, engines, &loads.x0, part.length);
   int longest = part.length;
   while (longest > StepPart::least && gain + energies[longest - 1] > aim * tolerated) --longest;
   return longest;
