@@ -30,7 +30,8 @@ def rotation(random: np.random.Generator) -> np.ndarray:
     about_z = np.array(
         [[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]]
     )
-    return about_z @ about_x
+    both: np.ndarray = about_z @ about_x
+    return both
 
 
 def scene(triangles: int = 640, towels: int = 12) -> ls.Scene:

@@ -63,12 +63,10 @@ def render_run(
 
     out : directory of the pictures, by default `frames` in the run's directory. Raises InvalidInput
         if it has pictures of another run or with other options, unless `again` is True.
-    frames : indices of the frames to draw, even if they have pictures; None: all frames. If indices
-        are given, `out` is by default the run's directory itself. Raises InvalidInput if `out` has
-        the pictures of a whole run.
+    frames : indices of the frames to draw, even if they have pictures; None: all frames. With
+        indices, `out` defaults to the run's directory and may not hold the pictures of a whole run.
     jobs : number of processes, 0: one per processor
-    again : delete existing pictures first. They are also deleted if new frames change the
-        automatic colours.
+    again : delete existing pictures first, as always if new frames change automatic colours
     progress : function called with the number of pictures finished since its last call
     stop : function called before every picture if jobs=1; drawing ends if it returns True
     simulation : simulation of the run, for field lines; default: made from its scene file

@@ -112,7 +112,7 @@ def test_the_drape_keeps_its_claims(tmp_path):
 def test_the_ribbon_keeps_its_claims(tmp_path):
     file = SceneFile.open(SCENES / "ribbon.py", {"triangles": 200})
     ls.Simulation(file.scene(), integrator=file.integrator, threads=1).run(
-        out=tmp_path, duration=1.6
+        out=tmp_path, duration=2.5
     )
     file.check(ls.Run(tmp_path))
 
