@@ -215,6 +215,9 @@ template <class D, class F>
 py::object plain_number(const py::object& value, const F& each, const char* name) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
   if (!may_carry_unit<Member>) return value;
+  if (PyBool_Check(value.ptr()))
+    throw py::type_error(std::string(name) + "." + each.name + " must be a number [" +
+                         unit_of(each) + "], got " + py::repr(value).template cast<std::string>());
   if (PyFloat_Check(value.ptr()) || PyLong_Check(value.ptr()) || value.is_none()) return value;
   if (std::is_same_v<Member, Automatic> && py::isinstance<py::str>(value)) return value;
   return in_unit(value, unit_of(each).c_str(), std::string(name) + "." + each.name);
@@ -256,6 +259,9 @@ template <Description D>
                          py::str(array.attr("shape")).template cast<std::string>(),
                          py::str(array.attr("dtype")).template cast<std::string>());
     }
+    if (std::is_same_v<Member, Automatic> && py::isinstance<py::str>(value))
+      throw py::type_error(where + " must be a number [" + unit_of(each) + "] or 'auto', got " +
+                           py::repr(value).template cast<std::string>().substr(0, 200));
     throw py::type_error(where + " (" + field_text<D>(each) + ") cannot be a " +
                          py::type::of(value).attr("__name__").template cast<std::string>() +
                          ": got " + py::repr(value).template cast<std::string>().substr(0, 200));

@@ -110,8 +110,8 @@ Approach find_approach(const Team& team, const PairSource& source, const Expecte
     thickness = std::max(thickness, pairs[i].thickness);
   }
   Candidates candidates(pairs, test);
-  source.broad_phase.swept_pairs(
-      team, {motion.x0, x1, 0.5 * thickness + added_approach * motion.step}, which, candidates);
+  const double margin = 0.5 * (thickness + added_approach * motion.step);  // of each feature
+  source.broad_phase.swept_pairs(team, {motion.x0, x1, margin}, which, candidates);
   Approach all = candidates.take_all();
   std::sort(all.pairs.begin(), all.pairs.end(), [](const auto& a, const auto& b) {
     return std::tie(a.kind, a.key) < std::tie(b.kind, b.key);
