@@ -43,13 +43,17 @@ SMALL: dict[str, dict[str, Any]] = {
     "limit_scaling": {"triangles": 3600},
     "motor": {},
     "plunger": {},
+    "obstacle_walk": {"triangles": 1200},
     "pull": {},
+    "ribbon": {"triangles": 3600},
     "sphere_slide": {"triangles": 3600},
     "stack": {"triangles": 600, "sheets": 6},
     "swing": {"columns": 38, "rows": 48},
+    "swing_integrators": {"triangles": 3600},
     "swing_limits": {"triangles": 3600},
     "toy_magnets": {},
     "twist": {"triangles": 3600},
+    "uneven": {},
     "voice_coil": {},
 }
 TERMS = ("scripts", "loads", "friction", "damping", "limits", "withheld", "lost")

@@ -20,7 +20,7 @@ import tempfile
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import loomstone as ls
 import numpy as np
@@ -157,6 +157,10 @@ def peer(python: str, script: Path, name: str, arguments: list[str], out: Path) 
     return looked_at(written[-1], name)
 
 
+def step_of(text: str) -> float | Literal["auto"]:
+    return "auto" if text == "auto" else float(text)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -170,7 +174,9 @@ def main() -> None:
     parser.add_argument("--duration", type=float, help="[s] (default: 4 for swing, 1 for others)")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument(
-        "--step", type=float, help="ours [s]; Blender's own in drape is 4e-3 (default: the scene's)"
+        "--step",
+        type=step_of,
+        help="ours [s], or auto; Blender's own in drape is 4e-3 (default: the scene's)",
     )
     parser.add_argument("--mujoco", action="store_true", help="also MuJoCo (minutes)")
     parser.add_argument("--triangles", type=int, help="ours (default: the scene's)")
