@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from smoke import SCENES, SHARED, parsed
 
 NAMES = {"drape": "W1", "twist": "W3", "swing": "W2"}  # scene names in SHARED/peers
-# Blender's steps per frame; the twist falls apart with fewer.
+# Blender's steps per frame. With fewer steps, its simulation of the twist fails.
 QUALITY = {"drape": 10, "twist": 30, "swing": 10}
 DURATION = {"drape": 1.0, "twist": 1.0, "swing": 4.0}  # [s]
 
@@ -94,9 +94,10 @@ def ours(name: str, options: argparse.Namespace) -> Seen:
 
 
 def kept_in(run: Mapping[str, NDArray[np.float64]], gradients: list[NDArray[np.float64]]) -> float:
-    """Returns the share of the energy that is left in the last 0.4 s of another program's swing.
+    """Returns the mean energy in the last 0.4 s of a swing, as a share of that at the start.
 
-    Velocities are centred differences of frames. `gradients` are the deformation gradients of all
+    Both are above the energy at rest. `run` is the result of another program. Velocities are
+    centred differences of frames. `gradients` are the deformation gradients of all
     frames, each (m x 3 x 2).
     """
     scene, _ = opened("swing", None)
@@ -142,7 +143,7 @@ def looked_at(path: Path, name: str) -> Seen:
 
 
 def peer(python: str, script: Path, name: str, arguments: list[str], out: Path) -> Seen | str:
-    """Runs another program. Returns its result, or the reason if it produced none."""
+    """Runs another program. Returns its result, or the reason why there is none."""
     environment = {**os.environ, "PEERS_OUT": str(out), "PYTHONPATH": str(script.parent)}
     environment.pop("OMP_WAIT_POLICY", None)
     done = subprocess.run(
