@@ -1,6 +1,6 @@
 """A scene compared with other programs, in one run on one machine: seconds per 25 Hz frame, largest
 stretch and intersecting triangles. For the swing, the last column is the energy that is left at the
-end, as a share of that at the start, both above the energy of the sheet when it hangs at rest.
+end, as a share of that at the start; the energy of the sheet at rest is subtracted from both.
 
     python tests/benchmarks/peers.py --shared ../shared [--scene drape|twist|swing] [--step 4e-3]
             [--peer-python PYTHON] [--mujoco]
@@ -96,9 +96,9 @@ def ours(name: str, options: argparse.Namespace) -> Seen:
 def kept_in(run: Mapping[str, NDArray[np.float64]], gradients: list[NDArray[np.float64]]) -> float:
     """Returns the mean energy in the last 0.4 s of a swing, as a share of that at the start.
 
-    Both are above the energy at rest. `run` is the result of another program. Velocities are
-    centred differences of frames. `gradients` are the deformation gradients of all
-    frames, each (m x 3 x 2).
+    The energy at rest is subtracted from both. `run` is the result of another program. Velocities
+    are centred differences of frames. `gradients` are the deformation gradients of all frames, each
+    (m x 3 x 2).
     """
     scene, _ = opened("swing", None)
     material, faces, positions = scene.cloths[0].material, run["faces"], run["X"]
