@@ -25,7 +25,7 @@ render = ls.RenderOptions(
     )
 )
 
-STEP, SWING, START = 0.5, 0.42, 0.3  # times of a step, of a foot in the air, of the start [s]
+STEP, SWING, START = 0.5, 0.42, 0.3  # duration of a step, that of its swing, first time [s]
 CELL = 0.025  # size of a cell of the grid in which the figure's surface is found [m]
 SAMPLES = 100  # samples of the motion per second
 GROUND = 0.004  # height of the soles above the ground [m]
@@ -171,14 +171,14 @@ class Foot(NamedTuple):
 
     ball: Floats  # (k x 3) place of the ball of the foot [m]
     pitch: Floats  # (k) by which the heel is raised [rad]
-    toe_pitch: Floats  # (k) [rad]
+    toe_pitch: Floats  # (k) by which the toes are turned downwards [rad]
     stands: Floats  # (k) 1 while it bears weight, 0 in the air
 
 
 def foot(times: Floats, y: float, first: int) -> Foot:
-    """Returns the motion of the foot that takes every second step.
+    """Returns the motion of one foot, which takes every second step.
 
-    y : its place across the course [m]; first: index of its place at the start in PLACES
+    y: coordinate of the foot across the course [m]; first: index in PLACES of its first place
     """
     places = PLACES[first::2]
     ball = np.tile((places[0] + BALL[0], y, height(places[0])), (len(times), 1))
@@ -187,7 +187,7 @@ def foot(times: Floats, y: float, first: int) -> Foot:
         s = (times - START - STEP * (2 * i + first)) / SWING
         bar = [hurdle for hurdle in HURDLES if a < hurdle < b]
         lift = HURDLE[2] + 0.08 if bar else 0.07 + 0.05 * (height(b) > height(a))
-        # A foot behind a hurdle rises before it moves on, one far from it moves on first.
+        # A foot close behind a hurdle rises for longer than others before it moves forwards.
         late = 0.12 if bar and bar[0] - a < 0.5 * (b - a) else 0.05
         up = smoothstep(s / 0.3) * smoothstep((1.0 - s) / 0.3)
         air = (s > 0.0) & (s < 1.0)
@@ -196,7 +196,7 @@ def foot(times: Floats, y: float, first: int) -> Foot:
         climbed = height(a) + (height(b) - height(a)) * smoothstep(s / 0.45)
         ball[after, 0], ball[after, 2] = moved[after], (climbed + lift * up)[after]
         stands[air] = 0.0
-        # The heel leaves the ground before the toes, and touches it before them.
+        # The heel leaves the ground before the toes do, and lands before them.
         off = smoothstep(1.0 + s * SWING / 0.12) * smoothstep((0.4 - s) / 0.4)
         near = (s > -0.12 / SWING) & (s < 1.0)
         dip = 0.2 * np.sin(np.pi * np.clip((s - 0.4) / 0.6, 0.0, 1.0))
@@ -217,7 +217,7 @@ class Motion(NamedTuple):
 
 
 def about(rotation: Floats, point: Floats, places: Floats) -> Motion:
-    """Returns the motion that turns a limb about a point, which moves to places (k x 3) [m]."""
+    """Returns the motion that rotates a limb about a point and moves this point to `places` [m]."""
     return Motion(rotation, places - rotation @ point)
 
 
@@ -262,7 +262,7 @@ def walk(times: Floats, bones: dict[str, Bone]) -> dict[str, Motion]:
     hips[:, 0] = 0.5 * (right.ball[:, 0] + left.ball[:, 0]) - BALL[0]
     hips[:, 1] = 0.03 * (left.stands - right.stands)  # towards the foot that bears the weight
     hips = gaussian_filter1d(hips, 0.1 * SAMPLES, axis=0, mode="nearest")
-    # The pelvis is as high as both legs reach.
+    # The pelvis is as high as the reach of both legs permits.
     highest = np.full(len(times), np.inf)
     for moves in feet.values():
         ankle = moves.ball - turn(1, moves.pitch) @ BALL

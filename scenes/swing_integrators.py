@@ -25,7 +25,7 @@ SIZE = 2.0
 
 
 def scene(triangles: int = 5016, viscosity: float = 0.0, limit: float = 0.1) -> ls.Scene:
-    """viscosity: of dilation and of shear [N s/m]; limit: of strain, 0 for none."""
+    """viscosity: in dilation and in shear [N s/m]; limit: largest strain [1], or 0 for no limit."""
     mesh = ls.meshes.irregular(size=(SIZE, SIZE), triangles=triangles)
     corners = [(-SIZE / 2, SIZE / 2, 0.0), (SIZE / 2, SIZE / 2, 0.0)]
     material = ls.ClothMaterial(

@@ -23,7 +23,7 @@ render = ls.RenderOptions(
     )
 )
 
-# Distances from the tip along the profile [m] and slopes there: tip, cone, fold, brim.
+# Distances from the tip along the profile [m] and slopes of the profile there [rad]
 KNOTS = (0.0, 0.012, 0.13, 0.21, 0.33)
 SLOPES = np.deg2rad((0.0, 62.0, 62.0, 0.0, 0.0))
 GRADING = 0.13  # increase of the edges of triangles with the distance from the tip [1]
@@ -51,7 +51,7 @@ def profile() -> Profile:
 
 
 def edge_at(points: Floats, hat: Profile, fine: float) -> Floats:
-    """Returns the wanted edge of triangles at points of the disc (n x 2) [m]."""
+    """Returns the wanted edge length of triangles at points of the disc (n x 2) [m]."""
     away = np.linalg.norm(points, axis=1)
     along, radius = (np.interp(away, hat.flat, values) for values in (hat.along, hat.radius))
     edge = np.minimum(fine + GRADING * along, COARSE)
@@ -61,8 +61,8 @@ def edge_at(points: Floats, hat: Profile, fine: float) -> Floats:
 def flat(triangles: int, hat: Profile, fine: float) -> tuple[Floats, NDArray[np.int32]]:
     """Returns points and triangles of the disc.
 
-    Points start at random, apart from one another by the wanted edge times a factor that decreases
-    until there are enough, and move to the centroids of their triangles, weighted by density.
+    Points are placed at random, with distances of at least the wanted edge length times a factor
+    that decreases until all are placed. Then they move to weighted centroids of their triangles.
     """
     random, outer = np.random.default_rng(3), hat.flat[-1]
     spread = np.sqrt(2304 / triangles)
@@ -70,7 +70,7 @@ def flat(triangles: int, hat: Profile, fine: float) -> tuple[Floats, NDArray[np.
     angle = 2.0 * np.pi * np.arange(count) / count
     points = np.zeros((count + (triangles + 2 - count) // 2, 2))
     points[:count] = outer * np.stack((np.cos(angle), np.sin(angle)), axis=1)
-    # Number of wanted points within each distance from the tip, up to a factor
+    # A multiple of the number of points that are wanted within each distance from the tip
     wanted = np.cumsum(hat.radius / np.minimum(fine + GRADING * hat.along, COARSE) ** 2)
     placed, gap = count, 1.1 * spread
     while placed < len(points):
@@ -113,8 +113,8 @@ def hat(triangles: int, fine: float) -> ls.TriangleMesh:
 def scene(
     triangles: int = 2304, fine: float = 0.003, bending: float = 1e-3, damping: float = 1e-5
 ) -> ls.Scene:
-    """fine: wanted edge at the tip [m], 0.00166 for areas of 433:1; bending: rigidity [N m];
-    damping: that of bending [N m s].
+    """fine: edge length of triangles at the tip [m]; with 0.00166, areas differ by up to 433:1.
+    bending: rigidity [N m]; damping: damping of bending [s].
     """
     felt = ls.ClothMaterial(
         weft_stiffness=300.0,
@@ -136,7 +136,7 @@ def scene(
 
 
 def apart(shape: Floats, other: Floats) -> float:
-    """Returns the root mean square distance of two shapes (n x 3) after a rigid motion [m]."""
+    """Returns the root mean square distance of two shapes (n x 3) in their best alignment [m]."""
     a, b = shape - shape.mean(axis=0), other - other.mean(axis=0)
     u, _, v = np.linalg.svd(a.T @ b)
     u[:, -1] *= np.sign(np.linalg.det(u @ v))

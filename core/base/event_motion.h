@@ -32,7 +32,7 @@ struct EventBody {
     velocity += impulse / mass;
     angular_velocity += world_inertia(pose.orientation).inverse() * angular_impulse;
   }
-  // Pose after a time [s] at the present velocities; negative: before.
+  // Pose after a time [s] at the present velocities. A negative time gives an earlier pose.
   RigidPose pose_after(double time) const {
     return {pose.position + time * velocity, turned(pose.orientation, angular_velocity, time)};
   }
@@ -47,17 +47,18 @@ struct EventBody {
 };
 
 // Cloth and bodies at one instant of a step. Each vertex and each body moves at constant velocity
-// between its own events. Positions and poses are those at a time of each, not those now.
+// between its own events. Its position or pose here is that at a time of its own, not at the
+// present: ahead() and body_ahead() give the difference.
 struct EventMotion {
   Points &x, &v;  // (n x 3)
   std::vector<EventBody>& bodies;
-  // Nested steps. For each level: time between its events, and from now to its next one, at which
-  // its vertices and bodies have their positions [s].
+  // Times for nested steps [s]. For each level: `step` from one event to the next, and `ahead` from
+  // now to the next event. Positions and poses are those at the next event.
   struct Levels {
     const std::vector<std::uint8_t>& of_vertex;  // (n)
     const std::vector<double>&step, &ahead;      // (levels)
   };
-  // A queue of events. Times of the positions of vertices and bodies, and the time now [s].
+  // Times for a queue of events [s]: those to which each vertex and each body has moved, and now.
   struct Clocks {
     const Vector &of_vertex, &of_body;
     double now;
@@ -65,7 +66,7 @@ struct EventMotion {
   const Levels* levels = nullptr;
   const Clocks* clocks = nullptr;  // one of the two is null
 
-  // Time from now to that of the position of a vertex or a body [s]; negative: in the past.
+  // Time from now to the time of the position of a vertex [s]; negative if the latter has passed.
   double ahead(Index vertex) const {
     if (clocks) return clocks->of_vertex[vertex] - clocks->now;
     return levels->ahead[levels->of_vertex[vertex]];
@@ -74,7 +75,7 @@ struct EventMotion {
     if (clocks) return clocks->of_body[body] - clocks->now;
     return levels->ahead[bodies[body].level];
   }
-  // Shortest time to the next event of a vertex after one at the present [s].
+  // Time from an event of a vertex to its next one in nested steps [s]; 0 in a queue.
   double step(Index vertex) const { return levels ? levels->step[levels->of_vertex[vertex]] : 0.0; }
 };
 

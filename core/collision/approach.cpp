@@ -62,8 +62,8 @@ struct PairTest {
   }
 };
 
-// Counts the pair as a candidate, and adds it if it may come close and is not culled. Skips pairs
-// with a rigid body.
+// Counts the pair as a candidate. Adds it if it may come close, is not culled, and is not ignored
+// because of a tangle.
 void add(const PairTest& test, const ApproachingPair& pair, double thickness, Approach& found) {
   const std::array<Index, 4> v = pair_vertices(test.model, pair.kind, pair.key);
   ++found.candidates;

@@ -67,7 +67,8 @@ Vec3 EventContacts::place(Index vertex, double time, const EventMotion& motion) 
   return start + time * motion_->v0.row(vertex).transpose();
 }
 
-// All vertices of a body have the velocity of its closest point, which is that of their mean.
+// Vertices of a rigid body take the velocity of the body at the contact point. This does not change
+// the weighted mean of their velocities.
 Vec3 EventContacts::velocity(Index vertex, const Event& event, const EventMotion& motion) const {
   if (vertex < motion.v.rows()) return motion.v.row(vertex).transpose();
   if (const Index b = body_of(vertex); b >= 0) return bodies_[b].body.velocity_at(event.touched);
@@ -145,7 +146,8 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& moti
   return true;
 }
 
-// Adds the work of prescribed vertices. `impulse` acts on the side with positive weights.
+// Adds the work of prescribed vertices. `impulse` acts on the feature whose weights are positive,
+// and the opposite impulse on the other one.
 void EventContacts::add_work(const Event& event, const Vec3& impulse, const EventMotion& motion) {
   for (int k = 0; k < 4; ++k) {
     const Index i = event.vertices[k];

@@ -26,15 +26,15 @@ class EventContacts {
   EventContacts(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                 const Vector& inverse_mass);
 
-  // Sets the pairs to evaluate in a step. Vertices of obstacles move as in `motion`, whose arrays
-  // must outlive the step.
+  // Sets the pairs to evaluate in a step. Vertices of obstacles follow the expected motion. The
+  // arrays of `motion` must outlive the step.
   void set_pairs(const ExpectedMotion& motion, std::vector<ApproachingPair> pairs);
-  // Begins or repeats the step, which is divided into n_ticks equal ticks. A queue has no ticks.
+  // Begins or repeats the step, which is divided into n_ticks equal ticks. A queue gives 0.
   void begin(Index n_ticks);
   // Evaluates the pairs that are due at a tick and applies their impulses. All events of vertices
   // lie at ticks.
   void act(const Team& team, Index tick, const EventMotion& motion);
-  // The same in an event of a queue, for the due pairs with one of the listed vertices.
+  // Does the same in an event of a queue, for the due pairs that contain a listed vertex.
   void act_on(const std::vector<Index>& vertices, const EventMotion& motion);
 
   // Number of pair evaluations since set_pairs().
@@ -79,7 +79,8 @@ class EventContacts {
   std::vector<std::int8_t> side_;
   Index n_ticks_ = 1;
   std::vector<std::vector<Index>> due_;  // (n_ticks + 1) pairs due at each tick
-  // Queue: pairs of each vertex, times from which pairs are due [s], and those of an event.
+  // For a queue: the pairs of each vertex, the time from which each pair is due [s], and the pairs
+  // of an event.
   std::vector<std::vector<Index>> pairs_of_;
   std::vector<double> wake_;
   std::vector<Index> touched_;

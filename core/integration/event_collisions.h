@@ -12,12 +12,12 @@ namespace loomstone {
 class EventCollisions {
  public:
   virtual ~EventCollisions() = default;
-  // Begins or repeats a step that is divided into n_ticks ticks. A queue has no ticks.
+  // Begins or repeats a step that is divided into n_ticks ticks. A queue gives 0.
   virtual void begin(Index n_ticks) = 0;
-  // Changes the velocities of vertices and bodies at a tick and, accordingly, the positions of
-  // vertices at their next events.
+  // Changes the velocities of vertices and bodies at a tick. Positions of vertices are those at
+  // their next events, and change with the velocities.
   virtual void act(const Team& team, Index tick, const EventMotion& motion) = 0;
-  // The same in an event of a queue, for the pairs with one of the listed vertices.
+  // Does the same in an event of a queue, for the pairs that contain a listed vertex.
   virtual void act_on(const std::vector<Index>& vertices, const EventMotion& motion) = 0;
 };
 

@@ -79,8 +79,10 @@ def strip(rows: dict[str, Pictures], path: Path) -> None:
 def chain(
     steps: tuple[float, ...], duration: float
 ) -> list[tuple[float, int, NDArray[np.float64]]]:
-    """Returns the events (time, element, depths of the three masses) of a chain of springs that is
-    released from rest and hangs from depth 0. Each element has its own step [s].
+    """Returns the events (time, element, depths of the three masses) of a chain of three springs.
+
+    The chain hangs from depth 0 and is released from rest. Each spring is an element with its own
+    step [s].
     """
     stiffness, masses = (100.0, 60.0, 40.0), np.array((2.0, 1.5, 1.0))
     shares = np.array([[2.0, 0.0, 0.0], [0.0, 1.5, 0.0], [0.0, 0.0, 1.0]])
@@ -132,7 +134,7 @@ def figure_4(options: argparse.Namespace) -> None:
 
 
 def figure_5(options: argparse.Namespace) -> None:
-    """A ribbon of 2,000 triangles: without stage 2 the queue takes long with more of them."""
+    """Figure 4.5. A queue without contacts at events (stage 2) is slow with more triangles."""
     plt = plotter()
     file = SceneFile.open(SCENES / "ribbon.py", {"triangles": options.triangles or 2000})
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")

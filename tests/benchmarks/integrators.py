@@ -38,7 +38,7 @@ class Swing(NamedTuple):
 
     @property
     def kept(self) -> float:
-        """Energy in the last tenth of the run, as a share of that of the fall [1]."""
+        """Mean energy in the last tenth of the run, as a share of FALL; 1 at the start."""
         late = self.energies[-max(1, len(self.energies) // 10) :]
         return 1.0 + float(np.mean(late) - self.energies[0]) / FALL
 
@@ -51,7 +51,7 @@ def total(report: ls.StepReport) -> float:
 def swing(
     file: SceneFile, integrator: ls.Integrator, options: argparse.Namespace, look: bool = False
 ) -> Swing:
-    """Runs until the end, or until the energy has risen by a tenth of that of the fall."""
+    """Runs until the end, or until the energy has risen by a tenth of FALL."""
     sim = ls.Simulation(file.scene(), integrator=integrator, threads=1)
     times, energies = [0.0], [total(sim.report)]
     stretch, failure, seconds = 1.0, "", 0.0

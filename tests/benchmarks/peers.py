@@ -1,6 +1,6 @@
 """A scene compared with other programs, in one run on one machine: seconds per 25 Hz frame, largest
 stretch and intersecting triangles. For the swing, the last column is the energy that is left at the
-end, as a share of that at the start, both above the energy of the sheet when it hangs at rest.
+end, as a share of that at the start; the energy of the sheet at rest is subtracted from both.
 
     python tests/benchmarks/peers.py --shared ../shared [--scene drape|twist|swing] [--step 4e-3]
             [--peer-python PYTHON] [--mujoco]
@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from smoke import SCENES, SHARED, parsed
 
 NAMES = {"drape": "W1", "twist": "W3", "swing": "W2"}  # scene names in SHARED/peers
-# Blender's steps per frame; the twist falls apart with fewer.
+# Blender's steps per frame. With fewer steps, its simulation of the twist fails.
 QUALITY = {"drape": 10, "twist": 30, "swing": 10}
 DURATION = {"drape": 1.0, "twist": 1.0, "swing": 4.0}  # [s]
 
@@ -94,10 +94,11 @@ def ours(name: str, options: argparse.Namespace) -> Seen:
 
 
 def kept_in(run: Mapping[str, NDArray[np.float64]], gradients: list[NDArray[np.float64]]) -> float:
-    """Returns the share of the energy that is left in the last 0.4 s of another program's swing.
+    """Returns the mean energy in the last 0.4 s of a swing, as a share of that at the start.
 
-    Velocities are centred differences of frames. `gradients` are the deformation gradients of all
-    frames, each (m x 3 x 2).
+    The energy at rest is subtracted from both. `run` is the result of another program. Velocities
+    are centred differences of frames. `gradients` are the deformation gradients of all frames, each
+    (m x 3 x 2).
     """
     scene, _ = opened("swing", None)
     material, faces, positions = scene.cloths[0].material, run["faces"], run["X"]
@@ -142,7 +143,7 @@ def looked_at(path: Path, name: str) -> Seen:
 
 
 def peer(python: str, script: Path, name: str, arguments: list[str], out: Path) -> Seen | str:
-    """Runs another program. Returns its result, or the reason if it produced none."""
+    """Runs another program. Returns its result, or the reason why there is none."""
     environment = {**os.environ, "PEERS_OUT": str(out), "PYTHONPATH": str(script.parent)}
     environment.pop("OMP_WAIT_POLICY", None)
     done = subprocess.run(

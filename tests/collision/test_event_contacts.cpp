@@ -1,4 +1,4 @@
-// Claims about pairs that are registered for collisions at events, and about their impulses.
+// Claims about the search for pairs that may touch within a step, and about their impulses.
 #include <algorithm>
 #include <catch2/catch.hpp>
 
@@ -109,7 +109,8 @@ TEST_CASE("at events, a vertex falls onto a face without crossing it, at any pha
     CHECK(contacts.n_impulses() > 0);
     CHECK(x(0, 2) > 0.0);
     CHECK(u(0, 2) >= 0.0);
-    // After an impulse, a pair separates at no more than 0.1 thickness per step, which is 0.08 m/s.
+    // An impulse makes a pair separate at no more than 0.1 thickness per step (0.08 m/s).
+    // The bound leaves a margin.
     CHECK(u(0, 2) < 0.2);
     CHECK(u(1, 2) == -2.0);
   }

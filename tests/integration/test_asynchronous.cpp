@@ -1,4 +1,4 @@
-// Claims about the asynchronous integrator with nested steps, docs/method.md, "Asynchronous steps".
+// Claims about the asynchronous integrator (see "Asynchronous steps" in docs/method.md).
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -82,7 +82,7 @@ Asynchronous options_of(double interval, double multiple = 4.0) {
   return options;
 }
 
-// A grid whose cells shrink along one axis, with edges from 8 to 1.
+// A grid whose cells change in size along one axis, so that edges differ by a factor of about 8.
 TriangleMesh graded() {
   const TriangleMesh mesh = jittered_grid(0.6, 0.4, 12, 8, 0.2, 5);
   Points x = mesh.vertices();
@@ -162,7 +162,7 @@ TEST_CASE("with equal steps, nested steps are those of leapfrog") {
         kick();
       }
       CAPTURE(element, multiple);
-      // Rounding of 100 steps. The sheet has fallen by 2 mm.
+      // The tolerance allows for rounding in 100 steps, in which the sheet falls by 2 mm.
       CHECK((run.state.x - x).cwiseAbs().maxCoeff() < 1e-14);
     }
   }
@@ -174,8 +174,8 @@ TEST_CASE("with equal steps, the queue is symplectic Euler that moves vertices f
   options.schedule = Schedule::Queue;
   ClothRun run = make_run(mesh, stiff(), options, {1e-5, {0}, Vec3(0, 0, -9.81)});
   const ElementSteps steps(run.model, options);
-  // The triangles of a grid have equal steps up to rounding. Intervals of half of them have one
-  // event of all triangles or none.
+  // The triangles of a grid have equal steps up to rounding. The interval is slightly longer than
+  // these steps, so that each triangle has one event in each interval.
   const double h = steps.at_rest().maxCoeff();
   REQUIRE(steps.at_rest().minCoeff() == Approx(h).epsilon(1e-12));
   run.step = h * (1.0 + 1e-9);
@@ -188,7 +188,7 @@ TEST_CASE("with equal steps, the queue is symplectic Euler that moves vertices f
     run.elasticity->add_implicit_forces({}, x, nullptr, 0, run.model.n_vertices, force);
     run.elasticity->add_explicit_bending({}, x, v, 0, run.model.n_vertices, force);
     for (Index k = 1; k < x.rows(); ++k) v.row(k) += h / run.model.mass[k] * force.row(k);
-    // The intervals are longer than the steps by 1e-9. The sheet falls by millimetres.
+    // The tolerance allows for intervals that are longer than the steps by a factor of 1 + 1e-9.
     REQUIRE((run.state.x - x).cwiseAbs().maxCoeff() < 1e-8);
   }
 }
@@ -246,8 +246,8 @@ TEST_CASE("nested steps keep linear and angular momentum to rounding") {
   };
   const auto before = momenta();
   for (int i = 0; i < 40; ++i) run.advance();
-  // Rounding in 40 intervals of about 30 steps, in which the summed forces are a thousand times the
-  // change of momentum.
+  // The tolerance allows for rounding in 40 intervals of about 30 steps. The summed forces are a
+  // thousand times the change of momentum.
   CHECK((momenta() - before).norm() < 1e-11 * before.norm());
 }
 
@@ -312,7 +312,7 @@ TEST_CASE("the step of a triangle on its own is the limit of stability, at rest 
       ElementSteps steps(run.model, options);
       const double limit = stable_step(run.model, run.state.x);
       CAPTURE(apex[1], viscosity);
-      // Power iteration and central differences have errors of 1e-6 and less.
+      // The reference has errors of at most 1e-6 from power iteration and central differences.
       if (viscosity == 0.0) CHECK(steps.at_rest()[0] == Approx(limit).epsilon(1e-5));
       CHECK(steps.at_rest()[0] < limit * (1 + 1e-5));
       Points x = run.state.x;

@@ -1,4 +1,4 @@
-// Claims about strain limits in asynchronous steps, docs/method.md, "Asynchronous steps".
+// Claims about strain limits in asynchronous steps (see "Asynchronous steps" in docs/method.md).
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -14,7 +14,7 @@ using namespace loomstone::test;
 
 namespace {
 
-// The cloth of docs/method.md's measurements.
+// The material of the measurements in docs/method.md.
 ClothMaterial swinging() {
   ClothMaterial m;
   m.weft_stiffness = m.warp_stiffness = 300, m.shear_stiffness = 150, m.density = 0.5;
@@ -51,7 +51,7 @@ struct Swing {
   double gain = 0.0;  // mean of the energy over the last tenth, in parts of the largest kinetic one
 };
 
-// A sheet of 2 m with 512 triangles that is released flat, hanging from two corners, for 4 s.
+// Simulates 4 s of a square sheet of 2 m that is pinned at two corners and released flat.
 Swing swing(const Asynchronous& options, const StrainLimit& limit, bool by_edges = false) {
   const TriangleMesh mesh = jittered_grid(2.0, 2.0, 16, 16, 0.24, 5);
   ClothRun run = make_run(mesh, swinging(), options, {1e-5, {0, 16}, Vec3(0, 0, -9.81)});
@@ -121,7 +121,7 @@ TEST_CASE("limits as a potential hold a swinging sheet and keep its energy") {
   CAPTURE(limited.stretch, limited.gain);
   CHECK(limited.stretch <= 1.25);
   CHECK(std::abs(limited.gain) <= 0.003);
-  // The cloth's limits are those of the field `predicted`, if it is given.
+  // If the option `predicted` is given, it replaces the limits of the cloth.
   Asynchronous given = limiting(Limiting::Potential);
   given.predicted = 0.075;
   CHECK(swing(given, limit_of(0.5)).stretch == limited.stretch);
@@ -139,7 +139,8 @@ TEST_CASE("limits by impulses hold a swinging sheet and take its energy") {
   const Schedule schedule = GENERATE(Schedule::Nested, Schedule::Queue);
   const Swing limited = swing(limiting(Limiting::Impulses, schedule), limit_of(0.075), by_edges);
   CAPTURE(by_edges, static_cast<int>(schedule), limited.stretch, limited.gain);
-  CHECK(limited.stretch <= 1.35);  // 1.22 with nested steps, 1.31 with a queue; 1.77 without limits
+  // Measured: 1.22 with nested steps, 1.31 with a queue, and 1.77 without limits.
+  CHECK(limited.stretch <= 1.35);
   CHECK(limited.gain < -0.1);
 }
 
@@ -150,7 +151,8 @@ TEST_CASE("forces of a limited membrane are the negative gradient of its energy"
     Membrane membrane = limited_membrane(run);
     const Points force = force_at(membrane, run.state.x);
     for (int i = 0; i < 9; ++i) {
-      const double d = 1e-7;  // [m]; error of the difference: 1e-6 of forces of up to 100 N
+      // The difference quotient has errors of about 1e-6 of the forces, which are at most 100 N.
+      const double d = 1e-7;  // [m]
       Points above = run.state.x, below = run.state.x;
       above.data()[i] += d, below.data()[i] -= d;
       const double slope = (membrane.energy({}, above) - membrane.energy({}, below)) / (2.0 * d);

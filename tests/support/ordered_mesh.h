@@ -1,4 +1,4 @@
-// A mesh whose rows follow one another on it, as in a simulation.
+// A mesh in the order of a simulation, in which neighbours have close rows.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 
 namespace loomstone::test {
 
-// Orders vertices by graph bisection and triangles by their first vertex. `marked` vertices get
-// their new indices.
+// Orders vertices by graph bisection and triangles by their first vertex. Replaces the indices of
+// the vertices in `marked` by the new ones.
 inline TriangleMesh ordered(const TriangleMesh& mesh, std::vector<Index>& marked) {
   const Incidence neighbours = vertex_graph(mesh.n_vertices(), mesh.triangles());
   const std::vector<Index> order = bisection_order({neighbours.start, neighbours.items});

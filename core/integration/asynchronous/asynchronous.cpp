@@ -9,8 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// Largest number of repetitions of an interval, in each of which more triangles take short steps.
-// Our choice: more than three are rare.
+// Largest number of repetitions of an interval. Each repetition shortens the steps of further
+// triangles. Our choice, because more than three repetitions are rare.
 constexpr int most_repetitions = 8;
 
 std::vector<LimitModes> potential_of(const Asynchronous& options, const ClothModel& model) {
@@ -31,7 +31,8 @@ AsynchronousIntegrator::AsynchronousIntegrator(const Asynchronous& options, cons
   if (options.limiting == Limiting::Impulses && !model.strain_limits.empty())
     impulses_ = std::make_unique<LimitImpulses>(model, options);
   for (const auto& part : model.bending) meshes_.emplace_back(model, part);
-  // The safety of limit="inradius" is not a share of the limit of stability.
+  // With limit="inradius", the given safety is not a share of the limit of stability. Bending then
+  // takes the default safety.
   Asynchronous eigenvalue = options;
   if (options.limit == StepLimit::Inradius) eigenvalue = Asynchronous();
   bending_ = bending_steps(model, meshes_, eigenvalue.given_safety());
@@ -82,8 +83,8 @@ IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLay
   return report;
 }
 
-// Shortens the steps of triangles that entered a stiff phase with too long a step. Returns true if
-// there were any.
+// Shortens the step of each triangle that entered a stiff phase of a strain limit and took a longer
+// step than that phase permits. Returns true if there is such a triangle.
 bool AsynchronousIntegrator::shorten(const Taken& taken, Vector& steps) const {
   bool any = false;
   for (std::size_t t = 0; t < taken.phases.size(); ++t) {

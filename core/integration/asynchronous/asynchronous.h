@@ -34,8 +34,9 @@ class AsynchronousIntegrator : public Integrator {
   virtual Taken take_interval(const Team& team, double interval, const Vector& steps,
                               ClothState& state) = 0;
 
-  // Longest steps between events of bending [s], within its own limit: those of the membrane at
-  // rest, or the multiple of their mean over a patch, so that triangles of a patch have the same.
+  // Longest steps between events of bending (m) [s]: the steps of the membrane at rest, or
+  // options_.bending_multiple times their mean over each patch if this multiple is not 0. The steps
+  // are never longer than bending_.
   Vector bending_event_steps() const;
 
   const ClothModel& model_;

@@ -48,7 +48,8 @@ void AttachedBodies::begin(const StepInputs& inputs, const Vector& mass,
     if (!own_[b].tied.empty()) join(b, v);
 }
 
-// Adds the vertices to the mass of a body, and sets the velocity of the common momentum.
+// Adds the mass of its vertices to a body. Gives both the velocity and the angular velocity that
+// conserve their total momentum and angular momentum.
 void AttachedBodies::join(Index b, Points& v) {
   EventBody& body = bodies_[b];
   Own& own = own_[b];
@@ -59,7 +60,8 @@ void AttachedBodies::join(Index b, Points& v) {
     moment += tied.mass * tied.local;
     momentum += tied.mass * v.row(tied.row).transpose();
   }
-  const Vec3 centre = moment / body.mass;  // relative to that of the body alone, in body axes
+  // Common centre of mass relative to that of the body without its vertices, in body axes.
+  const Vec3 centre = moment / body.mass;
   const Mat3 rotation = rotation_matrix(body.pose.orientation);
   Vec3 spin = rotation * body.inertia * rotation.transpose() * body.angular_velocity -
               (rotation * centre).cross(alone * body.velocity);

@@ -13,7 +13,7 @@ namespace loomstone {
 class AttachedBodies {
  public:
   // Begins an interval. Each body and its vertices take the velocity of their common momentum.
-  // Vertices that are off their points on the body return to them in the course of the interval.
+  // Vertices that are not at their points on the body move to them in the course of the interval.
   void begin(const StepInputs& inputs, const Vector& mass, const Points& body_velocity,
              const Points& x, Points& v);
   // Ends the interval: sets velocities of the bodies (2 b x 3) and their poses.
@@ -22,7 +22,8 @@ class AttachedBodies {
   // Applies a share of the loads that act on the bodies in the interval.
   void load(double share);
   // Gives a body the momentum that its vertices have received, and its vertices the velocity of the
-  // body. `ahead` [s]: time from now to that of the positions, which change accordingly.
+  // body. Positions and the pose are those at the time `ahead` [s] after the present, and change
+  // with the velocities.
   void absorb(Index body, double ahead, Points& x, Points& v);
   // Moves a body and its vertices.
   void drift(Index body, double time, Points& x, Points& v);
@@ -33,7 +34,7 @@ class AttachedBodies {
   Index size() const { return static_cast<Index>(bodies_.size()); }
   // Body to which a vertex is attached; -1: none.
   Index body_of(Index vertex) const { return body_of_.empty() ? -1 : body_of_[vertex]; }
-  // Gives the vertices of each body their finest level, and the body the same.
+  // Gives each body and all vertices attached to it the finest level of these vertices.
   void share_levels(std::vector<std::uint8_t>& vertex_levels);
 
  private:
@@ -41,12 +42,13 @@ class AttachedBodies {
     Index row;
     double mass;                   // [kg]
     Vec3 local;                    // place relative to the common centre, in body axes [m]
-    Vec3 offset = Vec3::Zero();    // from the point on the body, at the start [m]
-    Vec3 velocity = Vec3::Zero();  // that the body gave the vertex [m/s]
+    Vec3 offset = Vec3::Zero();    // from its point on the body to the vertex, at the start [m]
+    Vec3 velocity = Vec3::Zero();  // last velocity that the body gave the vertex [m/s]
   };
   struct Own {
     std::vector<Tied> tied;
-    Vec3 centre = Vec3::Zero();  // of the body alone relative to the common one, body axes [m]
+    // Centre of mass of the body without its vertices, relative to the common one, body axes [m].
+    Vec3 centre = Vec3::Zero();
     Vec3 force = Vec3::Zero(), torque = Vec3::Zero();   // impulses of the loads in the interval
     Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();  // at the last update
     double elapsed = 0.0;  // time of the positions since the start of the interval [s]

@@ -10,8 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Largest change of strain in one step of a triangle that has a strain limit [Thomaszewski2010],
-// 4.2.
+// Largest change of strain in one step of a triangle that has a strain limit (section 4.2 of
+// [Thomaszewski2010]).
 constexpr double largest_change = 0.1;
 
 // Gradients of the linear shape functions (2 x 3) [1/m] and rest area of a triangle.
@@ -54,8 +54,9 @@ double largest_eigenvalue(const RestTriangle& rest, const Mat3& moduli) {
       .maxCoeff();
 }
 
-// Products of the vectors sqrt(k) B^T d of the three modes. The matrix has the nonzero eigenvalues
-// of the stiffness B^T (sum k d d^T) B that the second phases add.
+// Inner products of the vectors sqrt(k) B^T d, where k and d are the modulus and direction of each
+// of the three limit modes, and B is that of strain_product(). The matrix has the nonzero
+// eigenvalues of the stiffness B^T (sum k d d^T) B that the second phases add.
 Mat3 limit_products(const RestTriangle& rest, const LimitModes& limits) {
   Mat3 directions;
   for (int k = 0; k < 3; ++k)

@@ -35,16 +35,17 @@ class ElementSteps {
                const std::vector<LimitModes>& limits = {});
 
   const Vector& at_rest() const { return at_rest_; }  // (m) [s]
-  // Steps at positions x and velocities v (m) [s]; at most those at rest. With principal stretch s
-  // and largest tension t [N/m], lambda <= s^2 lambda_0 + gamma t, where gamma is the largest
-  // eigenvalue per unit of tension. lambda_0 includes the phases of strain limits at x and ahead.
-  // The strain of a limited triangle changes by at most 0.1 in a step. Valid until the next call.
+  // Steps (m) at positions x and velocities v, at most those at rest [s]. With principal stretch s
+  // and largest tension t [N/m], lambda <= s^2 lambda_0 + gamma t. Here lambda_0 is the eigenvalue
+  // at rest, including the stiff phases of strain limits at x and at positions that v predicts, and
+  // gamma is the largest eigenvalue that a unit of tension adds. The strain of a limited triangle
+  // changes by at most 0.1 in a step. The result is valid until the next call.
   const Vector& at(const Team& team, const Points& x, const Points& v, Elasticity& elasticity);
   // Step of triangle t with the strains that at() has found, if the modes of its limits are in
   // these phases or later ones [s].
   double step_in_phases(Index t, const LimitPhases& phases) const;
-  // First triangle whose strain at x is not finite, or for which steps (m) exceed the bound itself;
-  // -1 if there is none.
+  // First triangle whose strain at x is not finite, or whose step in `steps` (m) is longer than the
+  // stable one (safety 1); -1 if there is none.
   Index first_unstable(const Team& team, const Points& x, const Vector& steps,
                        Elasticity& elasticity);
   // Share of triangle t in the mass of its corner k [1].
@@ -68,7 +69,7 @@ class ElementSteps {
   std::vector<Element> elements_;
   Points share_;
   Vector at_rest_, at_;
-  Points x_, green_;  // positions of the strains, and the strains
+  Points x_, green_;  // positions at which strains were last computed, and these strains
   Vector stretch_, tension_;
   std::vector<LimitPhases> phases_;  // (m) at x_
   Points next_x_, next_green_;

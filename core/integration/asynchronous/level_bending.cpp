@@ -92,7 +92,7 @@ Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& me
       const Index last = std::min(m, first + patch);
       std::vector<Index> acting(last - first);
       std::iota(acting.begin(), acting.end(), first);
-      // Neighbours add to the stiffness at the vertices of the patch.
+      // The bending of neighbours adds to the stiffness at the vertices of the patch.
       add_neighbours(mesh.edges, acting);
       const BendingGroup group(mesh, acting);
       const double step = longest_step(group.eigenvalue(model.mass), group.damping(), safety);

@@ -9,7 +9,7 @@
 
 namespace loomstone {
 
-// The triangles of the model with one bending element, and the edges of their mesh.
+// The triangles of the model with one type of bending element, and the edges of their mesh.
 struct BendingMesh {
   const ClothModel::BendingPart& part;
   EdgeTable edges;
@@ -21,7 +21,8 @@ struct BendingMesh {
 // The bending of some triangles of a mesh, which act at the same times.
 class BendingGroup {
  public:
-  // acting: triangles of the part, ascending. factors: of their forces; empty: 1
+  // `acting` lists triangles of the part in ascending order. `factors` multiply their forces; they
+  // are 1 if the vector is empty.
   BendingGroup(const BendingMesh& mesh, const std::vector<Index>& acting,
                const std::vector<double>& factors = {});
 
@@ -29,8 +30,8 @@ class BendingGroup {
   double eigenvalue(const Vector& mass) const;  // largest of M^-1 K at rest [1/s^2]
   double damping() const { return damping_; }   // largest beta [s]
 
-  // A kick of length h [s]. Damping acts on the velocities at its start, or on the mean velocities
-  // over the time since the last kick.
+  // A kick by the forces times h [s]. Damping acts on the present velocities if `start` is true, or
+  // else on the mean velocities over the time `since` the last kick [s].
   struct Kick {
     double h, since;
     bool start;
@@ -51,14 +52,14 @@ class BendingGroup {
   Points x_, last_, rate_, force_;
 };
 
-// Longest steps of bending on its own (m) [s]: h (h + 2 beta) lambda = 4 safety^2. Triangles of a
-// patch have one lambda, that of the bending of the patch and its neighbours. Infinity without
-// bending.
+// Longest steps h (m) of bending without other forces [s]: h (h + 2 beta) lambda = 4 safety^2. All
+// triangles of a patch have the same damping beta [s] and eigenvalue lambda [1/s^2]: the largest
+// ones of the bending of the patch and its neighbours. Infinity without bending.
 Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& meshes,
                      double safety);
 
-// Mean of the steps (m) of each patch, for all of its triangles. With equal steps, few triangles
-// have neighbours with other steps.
+// Gives each triangle the mean of the steps (m) in its patch [s]. Few triangles then have
+// neighbours with a different step.
 Vector mean_of_patches(const Vector& steps);
 
 // Groups of all bending parts by the level of their triangles. Undamped groups also include the
@@ -84,7 +85,8 @@ class LevelGroups {
  private:
   struct Member {
     BendingGroup group;
-    int level, coarser;  // coarser: level of the group that acts in its place in coarser events; -1
+    // In events that include the level `coarser`, the group of that level acts instead; -1: none.
+    int level, coarser;
   };
   std::vector<Member> groups_;
 };

@@ -11,7 +11,7 @@ namespace loomstone {
 
 class LevelMembrane {
  public:
-  // Raises levels (m) such that no batch of eight triangles has two levels.
+  // Raises some of the levels (m), so that the eight triangles of a batch have the same level.
   LevelMembrane(const ClothModel& model, const ElementSteps& steps,
                 const std::vector<LimitModes>& limits, std::vector<std::uint8_t>& levels);
 
@@ -29,7 +29,8 @@ class LevelMembrane {
   // Latest phases of the strain limits of each triangle (m) since the last call; empty without
   // limits.
   std::vector<LimitPhases> take_phases();
-  // Impulse on a vertex: forces and shares of the load (3) on it, times the steps of their levels.
+  // Impulse on a vertex in an event of the levels >= first. Each triangle contributes its force and
+  // its share of the load (3) on the vertex, multiplied by the step of its level.
   Vec3 impulse(Index vertex, int first, const double* load,
                const std::vector<double>& step_of) const {
     double sum[3] = {0.0, 0.0, 0.0};
@@ -58,15 +59,16 @@ class LevelMembrane {
   Membrane membrane_;
   std::vector<Index> order_;      // triangles of the batches
   std::vector<Index> batches_;    // 0, 1, 2, ...
-  std::vector<Index> batch_end_;  // (levels) end of the batches of a level; they begin at the end
-                                  // of the next finer one
+  std::vector<Index> batch_end_;  // (levels) end of the batches of a level, which begin where those
+                                  // of the next finer level end
   std::vector<Index> slot_start_;
   std::vector<Slot> slots_;  // of each vertex, finest level first
   std::vector<std::uint8_t> vertex_levels_;
   std::vector<double> forces_;
   Points known_x_;  // positions of all forces, if they are the same for all triangles
   std::vector<std::uint8_t> entered_;  // see membrane::Tables; empty without limits
-  // Only if the membrane is viscous: vertices of each level, and their positions at its last event.
+  // Only if the membrane is viscous: the vertices of the triangles of each level, and their
+  // positions at the last event of this level.
   std::vector<std::vector<Index>> vertices_of_;
   std::vector<Points> last_;
   Points rates_;

@@ -7,8 +7,8 @@ namespace loomstone {
 
 namespace {
 
-// Present strain beyond which positions change, as a multiple of the predicted strain that is
-// allowed: 0.10 and 0.075 in [Thomaszewski2010].
+// Largest permitted present strain, beyond which positions change, divided by the largest permitted
+// strain at the next event. [Thomaszewski2010] permits 0.10 and 0.075.
 constexpr double present_ratio = 4.0 / 3.0;
 
 LimitedCloth limited_cloth(const ClothModel& model) {
@@ -16,8 +16,8 @@ LimitedCloth limited_cloth(const ClothModel& model) {
           model.strain_limit_of, model.mass,      model.prescribed};
 }
 
-// Bounds of which all finite ones of extension and shear are `bound`, or else multiplied by
-// `scale`.
+// Returns bounds of a limit. If `bound` is given, it replaces all finite upper bounds. All other
+// bounds are multiplied by `scale`.
 limit::Bounds bounds_of(const StrainLimit& limit, bool edges, std::optional<double> bound,
                         double scale) {
   const auto most = [&](double e) { return std::isfinite(e) ? bound.value_or(scale * e) : e; };
@@ -75,7 +75,7 @@ bool LimitImpulses::limit(Index triangle, const std::vector<limit::Bounds>& boun
   const Index slot = slot_of_[triangle];
   const Index row = model_.strain_limit_of[triangle];
   if (by_edges_[row]) return limit_edges(triangle, bounds[row].high[0], x);
-  // Tables of this triangle alone, whose corners are rows 0, 1 and 2.
+  // Tables that contain only this triangle. Its corners are rows 0, 1 and 2 of x.
   static constexpr Index corners[24] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 2};
   static constexpr Index only = 0;
   const limit::Tables all = elements_.tables();

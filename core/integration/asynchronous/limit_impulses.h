@@ -19,13 +19,14 @@ class LimitImpulses {
 
   // Corrects a triangle whose next event follows after `step` [s].
   void correct(Index triangle, double step, Points& x, Points& v);
-  // Corrects those of the listed triangles that exceed their limits, one after another. steps (m).
+  // Corrects those of the listed triangles that exceed their limits, one after another. `steps` (m)
+  // are the times from now to the next event of each triangle [s].
   void correct(const Team& team, const std::vector<Index>& triangles, const Vector& steps,
                Points& x, Points& v);
 
  private:
   using Corners = double[9];
-  // Moves the corners to positions within the bounds. Returns false if they are.
+  // Moves the corners so that the strain is within the bounds. Returns false if it is already.
   bool limit(Index triangle, const std::vector<limit::Bounds>& bounds, Corners& x) const;
   bool limit_edges(Index triangle, double longest, Corners& x) const;
   bool exceeds(Index triangle, double step, const Points& x, const Points& v) const;
@@ -33,7 +34,8 @@ class LimitImpulses {
   const ClothModel& model_;
   LimitElements elements_;
   std::vector<Index> slot_of_;  // (m) slot of LimitElements; -1: unlimited
-  // (limits) bounds of strain. Those of limits along edges are in high[0].
+  // (limits) bounds of the strain at the next event, and of the present strain. A limit along edges
+  // has its bound in high[0].
   std::vector<limit::Bounds> predicted_, present_;
   std::vector<std::uint8_t> by_edges_;  // (limits)
   std::vector<std::uint8_t> exceeds_;

@@ -15,7 +15,7 @@ namespace loomstone {
 
 namespace {
 
-// Vertices sorted by the finest level of the elements at each.
+// Vertices sorted by level. The level of a vertex is the finest one of its elements.
 struct LevelVertices {
   std::vector<Index> order;         // (n) finest level first
   std::vector<std::uint8_t> level;  // (n)
@@ -35,18 +35,18 @@ struct Plan {
   double interval = 0.0;             // [s]
   Index base = 1;                    // the interval has base 2^level steps of a level
   std::vector<std::uint8_t> wanted;  // (m) levels that the steps of the triangles need
-  std::vector<std::uint8_t> level;   // (m) levels of the membrane
+  std::vector<std::uint8_t> level;   // (m) levels of the triangles, at least those wanted
   std::vector<double> step_of;       // (levels) [s]
   std::unique_ptr<LevelMembrane> membrane;
-  std::vector<std::vector<Index>> limited;  // (levels) triangles of this level and finer ones
-  Vector steps;                             // (m) of the triangles [s]
+  std::vector<std::vector<Index>> limited;  // (levels) triangles of each level and the finer ones
+  Vector steps;                             // (m) steps of the levels of the triangles [s]
   LevelGroups groups;
   std::unique_ptr<LevelVertices> vertices;
 
   int finest() const { return static_cast<int>(step_of.size()) - 1; }
 };
 
-// The cloth as take_nested_steps() sees it.
+// The cloth with its bodies: the system that take_nested_steps() moves.
 struct NestedCloth {
   const Team& team;
   Plan& plan;
@@ -127,7 +127,7 @@ class NestedIntegrator final : public AsynchronousIntegrator {
     return taken;
   }
 
-  // The base depends on the steps at rest only, so that a resumed run has the same.
+  // The base depends only on the steps at rest, so that a resumed run chooses the same base.
   void make_plan(double interval, const Vector& steps) {
     if (interval != plan_.interval) {
       plan_ = {};

@@ -24,8 +24,8 @@ struct NestedSteps {
 
 inline constexpr int finest_level = 16;
 
-// Returns the coarsest level of a base whose step is at most `longest`; finest_level + 1 if there
-// is none.
+// Returns the coarsest level whose step, interval / (base 2^level), is at most `longest`. Returns
+// finest_level + 1 if no level up to finest_level has such a step.
 int level_below(double interval, Index base, double longest);
 
 // Returns the base with which events take the least time, for the longest steps of the membrane (m)

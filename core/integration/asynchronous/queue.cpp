@@ -70,7 +70,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   }
 
  private:
-  // Handles the pairs with a vertex of a triangle, after its event.
+  // After an event of a triangle, handles the contacts of its vertices.
   void collide(Index triangle) {
     corners_.assign(model_.triangles.row(triangle).begin(), model_.triangles.row(triangle).end());
     const double now = time_[corners_[0]];
@@ -133,7 +133,8 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     return element < m ? group_of_[element] : element - m;
   }
 
-  // Viscous forces act on the mean rate of strain over `duration`, since the last event.
+  // Viscous forces act on the mean rate of strain over `duration`, the time since the last event of
+  // the triangle [s].
   const double* find_force(Index triangle, double duration) {
     membrane::Tables tables = membrane_.tables();
     if (!entered_.empty()) tables.entered = entered_.data();
@@ -228,7 +229,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   Points rates_;                       // (n x 3) if the membrane is viscous
   std::vector<std::uint8_t> entered_;  // see membrane::Tables; empty without limits
   std::vector<BendingGroup> groups_;
-  Vector own_;                      // (m) steps of bending in events of its own [s]
+  Vector own_;                      // (m) steps of bending if it has events of its own [s]
   std::vector<Index> group_of_;     // (m) group in the events of each triangle; -1: none
   std::vector<double> group_step_;  // steps of the groups with events of their own [s]
 

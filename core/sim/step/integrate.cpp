@@ -17,7 +17,7 @@ Elasticity::LimitPhaseScope limit_phase(const State& state, Engines& engines) {
   return engines.elasticity->limit_phase(engines.team, state.cloth.x, first, last);
 }
 
-// Contacts at events, as the integrator sees them.
+// Lets the integrator handle contacts at events.
 class CollisionsOfStep final : public EventCollisions {
  public:
   explicit CollisionsOfStep(EventContacts& contacts) : contacts_(contacts) {}

@@ -7,7 +7,8 @@
 namespace loomstone {
 
 struct SolvedBodies {
-  // (2 b x 3) velocities with the action of the cloth [m/s, rad/s]; without cloth, those predicted
+  // (2 b x 3) velocities after the impulses of the cloth [m/s, rad/s]; without cloth, the predicted
+  // ones
   Points velocity;
   std::vector<RigidPose> poses;  // (b) at the end if the integrator moves bodies, or empty
 };

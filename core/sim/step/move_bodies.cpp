@@ -11,7 +11,7 @@ struct ClothImpulses {
   Points linear, angular;
 };
 
-// The velocities of bodies change from `before` (2 b x 3) to those of the solve.
+// Returns the impulses that change the velocities of the bodies from `before` to `after` (2 b x 3).
 ClothImpulses cloth_impulses(const Loads& loads, const Points& before, const Points& after,
                              const Model& model) {
   ClothImpulses impulses{Points::Zero(model.n_bodies(), 3), Points::Zero(model.n_bodies(), 3)};
@@ -33,8 +33,9 @@ void follow_bodies(const Model& model, State& state) {
   }
 }
 
-// The integrator has moved the bodies under all loads. The world finds their contacts, and bodies
-// without one keep the motion of the integrator. Returns the work of scripted obstacles [J].
+// Adds contacts to a motion of the bodies that the integrator has found under all loads. The world
+// repeats it with contacts, and bodies without a contact keep the motion of the integrator. Returns
+// the work of scripted obstacles [J].
 double move_solved_bodies(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
                           State& state, Engines& engines) {
   const Model& model = engines.model;

@@ -6,10 +6,10 @@
 
 namespace loomstone {
 
-// The difference of the velocities in `solved` from the prediction in `loads` gives the impulses of
-// the cloth. Bodies that the integrator has moved take its poses where they move freely, and
-// attached vertices follow the others. Returns the work of scripted obstacles on bodies, by
-// contacts and by magnets [J].
+// The impulses of the cloth follow from the difference between the velocities in `solved` and those
+// predicted in `loads`. If the integrator has moved the bodies, those without a contact keep its
+// poses; attached vertices follow the other bodies. Returns the work that scripted obstacles do on
+// bodies through contacts and magnets [J].
 double move_bodies(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
                    State& state, Engines& engines, StepReport& report);
 

@@ -1,4 +1,4 @@
-"""Every feature of a scene under every schedule of asynchronous steps."""
+"""Claims that the features of a scene act in every schedule of asynchronous steps."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ def pull_pins(sim: ls.Simulation) -> None:
 
 @dataclass(frozen=True)
 class Feature:
-    """Changes of the scene without the feature, and what a program does before each step."""
+    """A feature: how it changes the plain scene, and what a program does before each step."""
 
     scene: Callable[[ls.Scene], ls.Scene]
     before_step: Callable[[ls.Simulation], None] = still
@@ -151,7 +151,7 @@ FEATURES = {
 }
 
 
-# Fast vibrations, which the midpoint rule does not resolve, or many contacts.
+# These have many contacts, or fast vibrations that the midpoint rule does not resolve.
 DIFFICULT = {"velocities", "rest lengths", "two cloths"}
 
 
@@ -174,5 +174,5 @@ def test_a_feature_has_the_same_effect_in_every_schedule_as_with_the_midpoint_ru
     for schedule in SCHEDULES:
         steps = ls.Asynchronous(schedule=schedule, safety=0.2)
         error = np.linalg.norm(end(FEATURES[name], steps) - expected)
-        # Without the feature, the error would be as large as the effect.
+        # If the feature did not act, the error would be as large as its effect.
         assert error < (0.5 if name in DIFFICULT else 0.3) * effect, schedule

@@ -1,4 +1,4 @@
-// Claims about rigid bodies in asynchronous steps, docs/method.md, "Asynchronous steps".
+// Claims about rigid bodies in asynchronous steps (see "Asynchronous steps" in docs/method.md).
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -78,7 +78,8 @@ TEST_CASE("a body and the strip attached to it keep their momentum and energy in
   }
   CHECK((momentum() - before).norm() < 1e-11 * before.norm());
   CAPTURE(static_cast<int>(schedule), begin, least, most);
-  // Leapfrog keeps energy up to an oscillation; velocities of a queue lag by half a step.
+  // The energy of nested steps (leapfrog) only oscillates. The bound for a queue is larger, because
+  // its velocities lag behind its positions by half a step.
   const double bound = schedule == Schedule::Nested ? 0.005 : 0.05;
   CHECK(most < (1.0 + bound) * begin);
   CHECK(least > (1.0 - bound) * begin);
