@@ -51,11 +51,6 @@ struct CollisionModel {
   double gap_floor = 1e-5;
 };
 
-// Returns whether a vertex belongs to a rigid body.
-inline bool of_body(const CollisionModel& model, Index vertex) {
-  return model.surfaces[model.surface_of_vertex[vertex]].kind == CollisionSurface::Kind::Body;
-}
-
 // Returns whether triangles of surfaces a and b must not intersect. This requires at least one
 // cloth and, if a == b, self-collision.
 inline bool kept_apart(const CollisionModel& model, Index a, Index b) {

@@ -94,25 +94,6 @@ double steepest_slope(const Contact& contact, const ContactInputs& inputs) {
   return rigid / (inputs.step * inputs.step * std::max(inverse_mass, 1e-300));
 }
 
-// Change of the distance of a contact from x0 to x [m]. `prescribed` is due to vertices of
-// prescribed motion, and `free` to all other vertices.
-struct DistanceChange {
-  double prescribed = 0.0, free = 0.0;
-};
-
-DistanceChange distance_change(const Contact& contact, const CollisionModel& model,
-                               const ContactEnergyInputs& inputs) {
-  DistanceChange change;
-  for (int i = 0; i < 4; ++i) {
-    const Index v = contact.vertices[i];
-    const double part =
-        contact.weights[i] * (inputs.x.row(v) - inputs.x0.row(v)).dot(contact.normal.transpose());
-    const bool prescribed = inputs.inverse_mass[v] == 0.0 && !of_body(model, v);
-    (prescribed ? change.prescribed : change.free) += part;
-  }
-  return change;
-}
-
 }  // namespace
 
 ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inputs,
@@ -269,10 +250,11 @@ std::vector<double> contact_energies(const CollisionModel& model, const ContactE
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
     const double anchor = 0.5 * model.contact_stiffness * slips[c].squaredNorm();
-    const DistanceChange change = distance_change(contact, model, inputs);
+    const double change =
+        contact.normal.dot(weighted(contact, inputs.x) - weighted(contact, inputs.x0));
     for (int part = 1; part <= n; ++part) {
       const double done = static_cast<double>(part) / n;  // fraction of the motion
-      const double distance = contact.distance - change.prescribed - (1.0 - done) * change.free;
+      const double distance = contact.distance - (1.0 - done) * change;
       const double normal = contact_force(distance, contact.thickness, stiffness[c]).energy;
       energies[part - 1] += shares[c] * (normal + done * done * anchor);
     }

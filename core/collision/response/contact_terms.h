@@ -78,9 +78,8 @@ struct ContactEnergyInputs {
 };
 
 // Returns the energy of the normal forces and of the friction anchors of contacts at the end of
-// each part of the motion [J], as if vertices of prescribed motion stayed at x0. The energies of
-// all parts but the last are estimates. They assume that distances change linearly and that the
-// slip of anchors grows linearly from zero.
+// each part of the motion [J]. The energies of all parts but the last are estimates. They assume
+// that distances change linearly and that the anchors have no slip at the start.
 std::vector<double> contact_energies(const CollisionModel& model, const ContactEnergyInputs& inputs,
                                      const std::vector<Contact>& contacts,
                                      const ContactState& state);

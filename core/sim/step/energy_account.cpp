@@ -103,6 +103,9 @@ void report_account(const State& state, StepReport& report) {
 int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
                         const Engines& engines, const State& state) {
   if (!engines.error || !engines.contacts_in_solve || !part.halvable) return part.length;
+  const bool squeezed = !part.automatic && surfaces_move(loads);
+  const int least = squeezed ? StepPart::quarter : StepPart::least;
+  if (part.length <= least) return part.length;
   const EnergyAccount& account = state.account;
   const double tolerated = gain_tolerance * *engines.accuracy * account.largest_kinetic;
   const double energy = contact_energies(state, part.t1, engines, &loads.x0).back();
@@ -114,7 +117,7 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
   const std::vector<double> energies =
       contact_energies(state, part.t1, engines, &loads.x0, part.length);
   int longest = part.length;
-  while (longest > StepPart::least && gain + energies[longest - 1] > aim * tolerated) --longest;
+  while (longest > least && gain + energies[longest - 1] > aim * tolerated) --longest;
   return longest;
 }
 

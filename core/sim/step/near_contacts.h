@@ -30,9 +30,8 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
 
 // Returns the energy [J] that contacts have in `state` at `time` [s]. The contacts are those that
 // the next part would find. If positions x0 are given, the motion from x0 to `state` is divided
-// into `n_parts` equal parts, and the energies at their ends are returned, computed as if
-// prescribed vertices stayed at x0. All but the last are estimates. All are 0 if contacts are not
-// in the solve. Every rank computes them by itself.
+// into `n_parts` equal parts, and the energies at their ends are returned. All but the last are
+// estimates. All are 0 if contacts are not in the solve. Every rank computes them by itself.
 std::vector<double> contact_energies(const State& state, double time, const Engines& engines,
                                      const Points* x0 = nullptr, int n_parts = 1);
 
