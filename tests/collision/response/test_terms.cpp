@@ -108,6 +108,32 @@ TEST_CASE(
   CHECK(first.energy < 1e-12 * k * xi * xi);
 }
 
+TEST_CASE("contacts of any depth have a stiffness that the solve can add to the mass") {
+  TestScene scene =
+      make_scene({{grid_cells(0.1, 0.1, 6, 6), Kind::Cloth, 4e-3},
+                  {grid_cells(0.1, 0.1, 5, 5).moved(Vec3(3e-3, 2e-3, 1e-9)), Kind::Cloth, 4e-3}});
+  const Points& x = scene.x;
+  const Index n = static_cast<Index>(x.rows());
+  const Assembled at = assemble(scene, x, Points::Zero(n, 3), Points(0, 3), n);
+  REQUIRE(at.terms.size() > 50);
+  double stiffest = 0.0, strongest = 0.0;
+  for (const ExtraTerm& term : at.terms) {
+    double inverse_mass = 0.0;
+    for (int e = 0; e < term.n_entries; ++e)
+      inverse_mass +=
+          term.entries[e].weight * term.entries[e].weight * scene.inverse_mass[term.entries[e].row];
+    const double h = 1e-3;  // step of assemble()
+    stiffest = std::max(stiffest, h * h * inverse_mass * term.hessian.norm());
+    strongest = std::max(strongest, h * h * inverse_mass * term.gradient.norm());
+  }
+  // The law of M26 alone would reach 1e12 times the mass over the square of the step.
+  CHECK(stiffest < 1.0001e8);
+  CHECK(stiffest > 1e7);
+  // The force separates the surfaces in one step by a distance at which the law is less steep, and
+  // by no more than twice that distance.
+  CHECK(strongest < 1e8 * 4e-3);
+}
+
 TEST_CASE("contact forces are minus the gradient of the contact energies for fixed shares") {
   TestScene scene = two_sheets();
   const Points x = shaken(scene.x, 4e-4, 10);

@@ -86,6 +86,32 @@ TEST_CASE("collisions at events have the same bits on any number of threads and 
   CHECK(same(one.checkpoint(), resumed.checkpoint()));
 }
 
+TEST_CASE("the account has the work of a board that pushes cloth at events") {
+  Scene scene;
+  scene.gravity = Vec3::Zero();
+  scene.cloths = {sheet("sheet", 0.2, 6)};
+  scene.cloths[0].mesh = share(scene.cloths[0].mesh->moved(Vec3(0.05, 0.05, 0.01)));
+  Obstacle pusher = board(0.4, 0.4);
+  const double speed = 0.5;
+  pusher.times = {0.0, 1.0};
+  pusher.positions.resize(2, 3);
+  pusher.positions << 0, 0, 0, 0, 0, speed;
+  scene.obstacles = {pusher};
+  const Schedule schedule = GENERATE(Schedule::Nested, Schedule::Queue);
+  Simulation sim(scene, schedule_of(schedule), 1);
+  for (int i = 0; i < 60; ++i) sim.step();
+  const AccountReport& account = sim.report().account;
+  const double mass = 0.3 * 0.2 * 0.2, gained = mass * mean_of(sim.velocities(), 2);
+  CAPTURE(static_cast<int>(schedule), account.balance, account.scripts, gained);
+  // The board works at a constant velocity, so its work is that times the momentum of the sheet.
+  // The mean over vertices is not weighted by their masses, which differ on the boundary.
+  CHECK(gained > 0.8 * mass * speed);
+  CHECK(account.scripts == Approx(speed * gained).epsilon(0.05));
+  // The impact is inelastic: half of the work becomes kinetic energy, and the other half is lost.
+  // The margin is the energy of the velocity at which gaps are restored.
+  CHECK(account.balance == Approx(-1.0).margin(0.2));
+}
+
 TEST_CASE("two free sheets that collide at events keep their momentum") {
   Scene scene;
   scene.gravity = Vec3::Zero();
