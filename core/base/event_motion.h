@@ -36,7 +36,7 @@ struct EventBody {
   RigidPose pose_after(double time) const {
     return {pose.position + time * velocity, turned(pose.orientation, angular_velocity, time)};
   }
-  // Moves freely for a time [s]. The angular momentum is constant. Of order 2.
+  // Moves freely for a time [s], with constant angular momentum, by a scheme of order 2.
   void drift(double time) {
     const Vec3 momentum = world_inertia(pose.orientation) * angular_velocity;
     const auto rate = [&](const Vec4& q) -> Vec3 { return world_inertia(q).inverse() * momentum; };

@@ -69,8 +69,8 @@ inline EigenPair separate_eigenpair(const Mat3& a) {
 }
 
 // Returns a symmetric 3x3 matrix with its negative eigenvalues replaced by zero. Treats the
-// eigenpair of separate_eigenpair() first. What remains is a 2x2 problem in the plane perpendicular
-// to its eigenvector.
+// eigenpair of separate_eigenpair() first, and then a 2x2 problem in the plane perpendicular to its
+// eigenvector.
 inline Mat3 positive_part(const Mat3& a) {
   const EigenPair apart = separate_eigenpair(a);
   const Vec3 u = apart.vector.unitOrthogonal(), w = apart.vector.cross(u);

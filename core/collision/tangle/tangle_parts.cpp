@@ -48,7 +48,7 @@ bool are_disjoint(std::span<Piercing* const> contour, const std::vector<int>& la
 
 }  // namespace
 
-// Finds the parts into which contours separate surfaces. Of two parts, the smaller is taken to have
+// Finds the parts into which contours separate surfaces. The smaller of two parts is taken to have
 // passed through.
 void TangleFinder::cut_off(const Points& x, Tangle& tangle) const {
   tangle.contour_of_vertex.assign(model_.n_vertices, -1);

@@ -10,7 +10,7 @@ namespace loomstone {
 // Begins the account of a state at the start of a step, unless it already has one.
 void begin_account(const Engines& engines, State& state);
 
-// What happened in a part after its solve.
+// Changes in a part after its solve.
 struct AfterSolve {
   double limited = 0.0;        // energy that strain limits took from cloth [J]
   bool untangles = false;      // untangling forces acted
