@@ -69,6 +69,12 @@ void bind_tables(py::class_<State>& c) {
       {"external_forces", "N"}, [](State& s) -> Points& { return s.external_force; },
       "(n x 3) external forces [N]; applied in every step until changed");
   table(
+      {"external_body_forces", "N"}, [](State& s) -> Points& { return s.body_force; },
+      "(b x 3) external forces on the rigid bodies [N]; applied in every step until changed");
+  table(
+      {"external_body_torques", "N m"}, [](State& s) -> Points& { return s.body_torque; },
+      "(b x 3) external torques on the rigid bodies [N m]; applied in every step until changed");
+  table(
       {"pin_targets", "m"}, [](State& s) -> Points& { return s.pin_target; },
       "(n x 3) positions of flagged pins at the end of the next step [m]");
   flag("pin_flags", &State::pin_override, "(n) 1: pin_targets replaces the script of this pin");
@@ -187,6 +193,12 @@ void bind_positions(py::class_<S>& c) {
   array({"external_forces", "N"}, &S::external_forces, &S::set_external_forces,
         "(n x 3) external forces on the cloth vertices [N], a copy; assignable; applied in every "
         "step until changed");
+  array({"external_body_forces", "N"}, &S::external_body_forces, &S::set_external_body_forces,
+        "(b x 3) external forces on the rigid bodies at their centres of mass [N], a copy; "
+        "assignable; applied in every step until changed");
+  array({"external_body_torques", "N m"}, &S::external_body_torques, &S::set_external_body_torques,
+        "(b x 3) external torques on the rigid bodies about their centres of mass [N m], a copy; "
+        "assignable; applied in every step until changed");
   c.def(
       "set_pin_targets",
       [](S& self, const py::object& targets) {

@@ -83,6 +83,16 @@ struct Simulation::Data {
     for (Index i = 0; i < user.rows(); ++i) rows.row(model.row_of_vertex[i]) = user.row(i);
     writes.note(kind);
   }
+  void set_bodies(const Points& user, const char* name, Points& rows) {
+    if (user.rows() != model.n_bodies())
+      fail<InvalidInput>("{} must have {} rows (all rigid bodies), got {}", name, model.n_bodies(),
+                         user.rows());
+    for (Index i = 0; i < user.rows(); ++i)
+      if (!user.row(i).allFinite())
+        fail<InvalidInput>("{} must be finite, row {} is not; nothing was changed", name, i);
+    std::copy(user.data(), user.data() + user.size(), rows.data());
+    writes.note(UserWrites::Table);
+  }
   void settle() {
     const UserWrites::Kind written = writes.settle(*layout, state);
     if (written >= UserWrites::Velocities) forget_last_step();
@@ -203,6 +213,14 @@ void Simulation::set_velocities(const Points& velocities) {
 Points Simulation::external_forces() const { return data_->to_user(data_->state.external_force); }
 void Simulation::set_external_forces(const Points& forces) {
   data_->to_rows(forces, "external_forces", data_->state.external_force);
+}
+Points Simulation::external_body_forces() const { return data_->state.body_force; }
+void Simulation::set_external_body_forces(const Points& forces) {
+  data_->set_bodies(forces, "external_body_forces", data_->state.body_force);
+}
+Points Simulation::external_body_torques() const { return data_->state.body_torque; }
+void Simulation::set_external_body_torques(const Points& torques) {
+  data_->set_bodies(torques, "external_body_torques", data_->state.body_torque);
 }
 
 void Simulation::set_pin_targets(const Points& targets) {

@@ -62,6 +62,12 @@ class Simulation {
   void set_velocities(const Points& velocities);
   Points external_forces() const;  // (n x 3) [N], added in every step until changed
   void set_external_forces(const Points& forces);
+  // (b x 3) forces at the centres of mass [N] and torques about them [N m], added in every step
+  // until changed
+  Points external_body_forces() const;
+  void set_external_body_forces(const Points& forces);
+  Points external_body_torques() const;
+  void set_external_body_torques(const Points& torques);
   // Sets positions of pinned vertices from the end of the next step on, in place of the script.
   // Rows of other vertices are ignored.
   void set_pin_targets(const Points& targets);

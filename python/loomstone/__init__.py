@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from .base import waiting  # noqa: F401  # imported first, because it sets how threads wait
 
 # isort: split
-from . import collision, garments, limits, magnetics, meshes, obstacles, pictures, ranks
+from . import collision, garments, limits, magnetics, meshes, obstacles, pictures, ranks, viewer
 from ._core import (
     Air,
     Attachment,
@@ -128,6 +128,7 @@ __all__ = [
     "show_versions",
     "sphere",
     "units",
+    "viewer",
 ]
 
 

@@ -822,6 +822,14 @@ class Frame:
     """
     State of a run at one instant, in the user's vertex order. Arrays are read-only views.
     """
+    @staticmethod
+    def _repr_png_(frame: Frame, topology: FrameTopology | None = None) -> bytes | None:
+        """
+        Returns a picture (PNG), or None if the frame cannot be drawn.
+
+            topology : topology of the frame; None: that recorded by `remember`
+
+        """
     def __repr__(self) -> str: ...
     def with_contact(self, contact: numpy.typing.ArrayLike) -> Frame:
         """
@@ -2303,6 +2311,11 @@ class Scene:
         "rigid_iterations",
         "rigid_rebuild_interval",
     )
+    @staticmethod
+    def _repr_png_(scene: Scene) -> bytes | None:
+        """
+        Returns a picture (PNG) of the start of a scene, or None if it cannot be simulated.
+        """
     def __eq__(self, arg0: object) -> bool: ...
     def __init__(
         self,
@@ -3679,6 +3692,24 @@ class State:
         (b x 3) velocities of the centres of mass [m/s], read-only
         """
     @property
+    def external_body_forces(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (b x 3) external forces on the rigid bodies [N]; applied in every step until changed
+        """
+    @external_body_forces.setter
+    def external_body_forces(self, arg1: typing.Any) -> None: ...
+    @property
+    def external_body_torques(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (b x 3) external torques on the rigid bodies [N m]; applied in every step until changed
+        """
+    @external_body_torques.setter
+    def external_body_torques(self, arg1: typing.Any) -> None: ...
+    @property
     def external_forces(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
         (n x 3) external forces [N]; applied in every step until changed
@@ -3854,6 +3885,24 @@ class Simulation:
         """
         (coils) present currents of all coils, given or from circuits [A]
         """
+    @property
+    def external_body_forces(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (b x 3) external forces on the rigid bodies at their centres of mass [N], a copy; assignable; applied in every step until changed
+        """
+    @external_body_forces.setter
+    def external_body_forces(self, arg1: typing.Any) -> None: ...
+    @property
+    def external_body_torques(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (b x 3) external torques on the rigid bodies about their centres of mass [N m], a copy; assignable; applied in every step until changed
+        """
+    @external_body_torques.setter
+    def external_body_torques(self, arg1: typing.Any) -> None: ...
     @property
     def external_forces(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """

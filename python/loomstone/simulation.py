@@ -6,7 +6,7 @@ import hashlib
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsFloat, SupportsIndex
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from ._core import (
 from .base.arguments import takes
 from .integrators import Integrator, SemiImplicitEuler
 from .pictures.directory import drawn_with
+from .pictures.notebook import remember
 from .ranks import end_all_on_failure
 from .runs.execution import execute
 from .runs.frame_times import frame_count, frames_due
@@ -176,6 +177,18 @@ class Simulation(_core.Simulation):
         for name, values in sorted(state.bytes.items()):
             content.update(name.encode() + values)
         return content.hexdigest()
+
+    def frame(self) -> Frame:
+        """Returns the Frame of the current state."""
+        return remember(super().frame(), self.topology)
+
+    @takes(time="s")
+    def frame_at(self, time: SupportsFloat | SupportsIndex) -> Frame:
+        """Returns the Frame at a time [s] within the last step, by interpolation.
+
+        Raises InvalidInput for other times.
+        """
+        return remember(super().frame_at(time), self.topology)
 
     def __repr__(self) -> str:
         # A debugger or test runner may print a simulation whose constructor has raised an error.

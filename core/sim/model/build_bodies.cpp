@@ -215,6 +215,7 @@ void build_bodies(const Scene& scene, Model& model, State& state) {
     add_topology(mesh, name_of(scene, "body", b, scene.bodies.size(), scene.bodies[b].name), false);
   }
   const std::size_t n_obstacles = scene.obstacles.size();
+  state.body_force = state.body_torque = Points::Zero(model.n_bodies(), 3);
   state.pose_override.assign(n_obstacles, 0);
   state.pose_position = Points::Zero(n_obstacles, 3);
   state.pose_orientation.resize(n_obstacles, 4);

@@ -43,6 +43,8 @@ struct State {
   std::uint8_t tangled = 0;
   Points obstacle_vertices;  // (k x 3) vertices of all obstacles at the current time [m]
   Points external_force;     // (n x 3) [N], set by the user
+  // (b x 3) forces at the centres of mass [N] and torques about them [N m], set by the user
+  Points body_force, body_torque;
   // Time at which the motion to targets and poses set by the user is complete [s]. Until then, the
   // motion is linear in time. With steps of given length, it is complete at the end of the next
   // step.

@@ -34,6 +34,14 @@ void get(const Checkpoint& c, const std::string& name, Matrix& matrix, const Mat
                      now.rows(), matrix.rows());
 }
 
+// Reads a table that is absent if all its entries are zero.
+void get_unless_zero(const Checkpoint& c, const std::string& name, Points& matrix) {
+  if (c.arrays.count(name))
+    get(c, name, matrix, Points(matrix));
+  else
+    matrix.setZero();
+}
+
 const std::vector<std::int64_t>& integers(const Checkpoint& c, const std::string& name) {
   const auto found = c.integers.find(name);
   if (found == c.integers.end())
@@ -129,6 +137,8 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
   put(c, "contacts.normal_force", force);
   put(c, "obstacle_vertices", state.obstacle_vertices);
   put(c, "external_force", state.external_force);
+  if (!state.body_force.isZero(0.0)) put(c, "body_force", state.body_force);
+  if (!state.body_torque.isZero(0.0)) put(c, "body_torque", state.body_torque);
   put(c, "pin_target", state.pin_target);
   c.bytes["pin_override"] = state.pin_override;
   put(c, "pose_position", state.pose_position);
@@ -184,6 +194,8 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
                              slip.row(i).transpose(), force[i]};
   get(c, "obstacle_vertices", s.obstacle_vertices, state.obstacle_vertices);
   get(c, "external_force", s.external_force, state.external_force);
+  get_unless_zero(c, "body_force", s.body_force);
+  get_unless_zero(c, "body_torque", s.body_torque);
   get(c, "pin_target", s.pin_target, state.pin_target);
   s.pin_override = flags(c, "pin_override");
   get(c, "pose_position", s.pose_position, state.pose_position);

@@ -68,7 +68,8 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
   inputs.fixed = &model.prescribed;
   inputs.target = &loads.target;
   inputs.body_mass = &loads.body_mass;
-  const Points start = body_velocities(state.rigid);
+  Points start = body_velocities(state.rigid);
+  add_body_impulses(loads, start);
   const BodiesOfStep bodies{&loads.body_poses, &start, &model.attachments, &solved.poses};
   if (engines.integrator->moves_bodies()) {
     inputs.bodies = &bodies;

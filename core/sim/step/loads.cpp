@@ -18,6 +18,8 @@ void predict_bodies(const StepContext& part, const State& state, const Engines& 
   loads.body_mass.clear();
   loads.body_poses.clear();
   loads.body_velocity = Points::Zero(2 * model.n_bodies(), 3);
+  loads.body_angular_velocity = state.rigid.angular_velocities;
+  loads.body_impulse = Points::Zero(2 * model.n_bodies(), 3);
   std::vector<Wrench> magnetic(model.n_bodies());
   if (engines.magnetics && model.cloth.n_vertices > 0)
     magnetic = engines.magnetics->wrenches(
@@ -36,10 +38,21 @@ void predict_bodies(const StepContext& part, const State& state, const Engines& 
     loads.body_velocity.row(2 * b + 1) =
         state.rigid.angular_velocities.row(b) +
         part.h * (inertia.inverse() * magnetic[b].torque).transpose();
+    loads.body_impulse.row(2 * b) = part.h * state.body_force.row(b);
+    loads.body_impulse.row(2 * b + 1) = part.h * state.body_torque.row(b);
   }
+  add_body_impulses(loads, loads.body_velocity);
 }
 
 }  // namespace
+
+void add_body_impulses(const Loads& loads, Points& velocity) {
+  for (Index row = 0; row < velocity.rows(); ++row) {
+    if (loads.body_impulse.row(row).isZero(0.0)) continue;
+    velocity.row(row) +=
+        (loads.body_mass[row].inverse() * loads.body_impulse.row(row).transpose()).transpose();
+  }
+}
 
 void find_cloth_forces(double time, const State& state, const Engines& engines, Rows rows,
                        Points& force) {

@@ -22,6 +22,9 @@ struct Loads {
   // (2 b x 3) velocities predicted for the end of the part, without the action of cloth
   // [m/s, rad/s]
   Points body_velocity;
+  Points body_angular_velocity;  // (b x 3) angular velocities at the start [rad/s]
+  // (2 b x 3) impulses and angular impulses of the user's forces in the part [N s, N m s]
+  Points body_impulse;
 };
 
 struct Rows {
@@ -32,6 +35,9 @@ struct Rows {
 // the user forces alone in all other rows [N].
 void find_cloth_forces(double time, const State& state, const Engines& engines, Rows rows,
                        Points& force);
+
+// Adds the changes by `loads.body_impulse` to velocities of the bodies (2 b x 3).
+void add_body_impulses(const Loads& loads, Points& velocity);
 
 void find_loads(const StepContext& part, const State& state, const Engines& engines, Loads& loads);
 

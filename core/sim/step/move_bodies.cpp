@@ -6,21 +6,31 @@ namespace loomstone {
 
 namespace {
 
-// Impulses and angular impulses of the cloth on the bodies (b x 3 each).
-struct ClothImpulses {
+// Impulses and angular impulses on the bodies (b x 3 each).
+struct BodyImpulses {
   Points linear, angular;
 };
 
 // Returns the impulses that change the velocities of the bodies from `before` to `after` (2 b x 3).
-ClothImpulses cloth_impulses(const Loads& loads, const Points& before, const Points& after,
+BodyImpulses solved_impulses(const Loads& loads, const Points& before, const Points& after,
                              const Model& model) {
-  ClothImpulses impulses{Points::Zero(model.n_bodies(), 3), Points::Zero(model.n_bodies(), 3)};
+  BodyImpulses impulses{Points::Zero(model.n_bodies(), 3), Points::Zero(model.n_bodies(), 3)};
   if (model.cloth.n_vertices == 0) return impulses;
   for (Index b = 0; b < model.n_bodies(); ++b) {
     impulses.linear.row(b) = model.body_mass[b].mass * (after.row(2 * b) - before.row(2 * b));
     impulses.angular.row(b) =
         (loads.body_mass[2 * b + 1] * (after.row(2 * b + 1) - before.row(2 * b + 1)).transpose())
             .transpose();
+  }
+  return impulses;
+}
+
+// Returns the impulses of the cloth and of the user's forces.
+BodyImpulses given_impulses(const Loads& loads, const SolvedBodies& solved, const Model& model) {
+  BodyImpulses impulses = solved_impulses(loads, loads.body_velocity, solved.velocity, model);
+  for (Index b = 0; b < model.n_bodies(); ++b) {
+    impulses.linear.row(b) += loads.body_impulse.row(2 * b);
+    impulses.angular.row(b) += loads.body_impulse.row(2 * b + 1);
   }
   return impulses;
 }
@@ -40,8 +50,8 @@ double move_solved_bodies(const StepContext& part, const Loads& loads, const Sol
                           State& state, Engines& engines) {
   const Model& model = engines.model;
   RigidState& rigid = state.rigid;
-  const ClothImpulses impulses =
-      cloth_impulses(loads, body_velocities(rigid), solved.velocity, model);
+  const BodyImpulses impulses =
+      solved_impulses(loads, body_velocities(rigid), solved.velocity, model);
   std::vector<std::uint8_t> touched;
   engines.world->advance(part.h, impulses.linear, impulses.angular,
                          obstacle_places(model, state, part.t1, part.share), rigid, &touched);
@@ -64,8 +74,7 @@ double move_bodies(const StepContext& part, const Loads& loads, const SolvedBodi
   double work = 0.0;
   const Model& model = engines.model;
   if (engines.magnetics) {
-    const ClothImpulses impulses =
-        cloth_impulses(loads, loads.body_velocity, solved.velocity, model);
+    const BodyImpulses impulses = given_impulses(loads, solved, model);
     const ObstaclePlaces start = obstacle_places(model, state, part.t0, 0.0);
     const ObstaclePlaces places = obstacle_places(model, state, part.t1, part.share);
     const MagneticEffort effort = engines.magnetics->advance(
@@ -77,8 +86,7 @@ double move_bodies(const StepContext& part, const Loads& loads, const SolvedBodi
   } else if (!solved.poses.empty()) {
     work = move_solved_bodies(part, loads, solved, state, engines);
   } else {
-    const ClothImpulses impulses =
-        cloth_impulses(loads, loads.body_velocity, solved.velocity, model);
+    const BodyImpulses impulses = given_impulses(loads, solved, model);
     engines.world->advance(part.h, impulses.linear, impulses.angular,
                            obstacle_places(model, state, part.t1, part.share), state.rigid);
     work = engines.world->obstacle_work();

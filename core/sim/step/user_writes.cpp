@@ -33,6 +33,11 @@ void check_rows(const Model& model, const Points& table, const char* name,
   }
 }
 
+void check_bodies(const Points& table, const char* name) {
+  for (Index b = 0; b < table.rows(); ++b)
+    if (!table.row(b).allFinite()) refuse(formatted("{} of body {}", name, b), table, b, "finite");
+}
+
 }  // namespace
 
 void UserWrites::watch(const State& state) {
@@ -46,6 +51,8 @@ void UserWrites::check(const Model& model, const State& state) const {
   check_rows(model, state.cloth.x, "positions", nullptr);
   check_rows(model, state.cloth.v, "velocities", nullptr);
   check_rows(model, state.external_force, "external_forces", nullptr);
+  check_bodies(state.body_force, "external_body_forces");
+  check_bodies(state.body_torque, "external_body_torques");
   check_rows(model, state.pin_target, "pin_targets", &state.pin_override);
   for (std::size_t o = 0; o < state.pose_override.size(); ++o) {
     if (!state.pose_override[o]) continue;
@@ -80,6 +87,7 @@ UserWrites::Kind UserWrites::settle(const RowLayout& layout, State& state) {
       };
       from_rank_0(state.pin_override), from_rank_0(state.pose_override);
       from_rank_0(state.pose_position), from_rank_0(state.pose_orientation);
+      from_rank_0(state.body_force), from_rank_0(state.body_torque);
     }
   }
   remember(state);

@@ -45,6 +45,21 @@ double work_of_loads(const Loads& loads, const State& state, const Engines& engi
   });
 }
 
+// Work of the user's forces on bodies. Angles are those of the mean angular velocity.
+double work_on_bodies(const StepContext& part, const Loads& loads, const State& state) {
+  double work = 0.0;
+  for (Index b = 0; b < state.body_force.rows(); ++b) {
+    if (state.body_force.row(b).isZero(0.0) && state.body_torque.row(b).isZero(0.0)) continue;
+    const Vec3 moved = state.rigid.positions.row(b).transpose() -
+                       loads.body_poses[static_cast<std::size_t>(b)].position;
+    const Points& start = loads.body_angular_velocity;
+    work += state.body_force.row(b).dot(moved.transpose()) +
+            0.5 * part.h *
+                state.body_torque.row(b).dot(state.rigid.angular_velocities.row(b) + start.row(b));
+  }
+  return work;
+}
+
 // Returns the elastic forces at x in owned rows (n x 3) [N]. Includes the viscous forces at the
 // velocities v unless v is null.
 Points inner_forces(const Points& x, const Points* v, Engines& engines) {
@@ -147,7 +162,9 @@ bool surfaces_move(const Loads& loads) {
 
 PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts& near,
                       const Solved& solved, const State& state, Engines& engines) {
-  if (engines.model.cloth.n_vertices == 0) return {.scripts = solved.obstacle_work};
+  const double on_bodies = work_on_bodies(part, loads, state);
+  if (engines.model.cloth.n_vertices == 0)
+    return {.scripts = solved.obstacle_work, .loads = on_bodies};
   PartWork work = work_of_contacts(part, loads, near, solved, state, engines);
   work.scripts += solved.obstacle_work;
   if (engines.event_contacts) {
@@ -155,7 +172,7 @@ PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts&
     work.friction += engines.event_contacts->work().friction;
   }
   const Points viscous = viscous_forces(part, loads, solved, engines);
-  work.loads += work_of_loads(loads, state, engines);
+  work.loads += work_of_loads(loads, state, engines) + on_bodies;
   work.scripts += work_of_pins(loads, viscous, state, engines);
   if (viscous.rows() > 0)
     work.damping = sum_over_rows(

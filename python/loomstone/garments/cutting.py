@@ -43,6 +43,9 @@ class Cut:
     seam_of_pair: Indices
     groups: Mapping[str, Indices]
 
+    def __repr__(self) -> str:
+        return f"Cut({len(self.pattern.panels)} panels, {len(self.triangles)} triangles)"
+
 
 def cut(pattern: Pattern, *, spacing: float, triangles: int | None, seed: int) -> Cut:
     """Triangulates every panel with mesh edges of about `spacing` [m].

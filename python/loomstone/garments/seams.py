@@ -50,6 +50,10 @@ class Pattern:
         object.__setattr__(self, "panels", tuple(self.panels))
         object.__setattr__(self, "seams", tuple(_seam(s) for s in self.seams))
 
+    def __repr__(self) -> str:
+        names = ", ".join(panel.name for panel in self.panels)
+        return f"Pattern({names}: {len(self.seams)} seams)"
+
     def panel(self, name: str) -> Panel:
         for panel in self.panels:
             if panel.name == name:

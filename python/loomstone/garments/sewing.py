@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._core import InvalidInput, TriangleMesh, intersecting_pairs
+from .._core import Cloth, InvalidInput, Scene, TriangleMesh, intersecting_pairs
 from ..base.arguments import takes, whole
+from ..pictures.notebook import picture_of_scene
 from .cutting import Cut, cut
 from .panel import Panel
 from .relaxation import relaxed, stretches
@@ -43,6 +44,13 @@ class Garment:
     panel_of_triangle: Indices
     seam_edges: Indices
     cut: Cut | None = None
+
+    def __repr__(self) -> str:
+        triangles = len(self.panel_of_triangle)
+        return f"Garment({', '.join(self.panel_names)}: {triangles} triangles)"
+
+    def _repr_png_(self) -> bytes | None:
+        return picture_of_scene(Scene(cloths=[Cloth(mesh=self.mesh)]))
 
     def group(self, *names: str) -> list[int]:
         """Returns the vertices of one or several groups, for pins and attachments."""

@@ -14,7 +14,7 @@ from ..base.arguments import takes
 from .fields import field
 from .sources import Bodies, as_list, box_of
 
-__all__ = ["FieldLines", "LineEnd", "curves_of", "field_lines", "frame_curves"]
+__all__ = ["FieldLines", "LineEnd", "curves_of", "field_lines", "frame_curves", "frame_lines"]
 
 Floats = NDArray[np.float64]
 # Flux density below which pictures show no field lines [T]. It is 1/200 of the flux density that a
@@ -41,6 +41,9 @@ class FieldLines(NamedTuple):
     lines: list[Floats]
     begins: list[LineEnd]
     ends: list[LineEnd]
+
+    def __repr__(self) -> str:
+        return f"FieldLines({len(self.lines)} lines, {sum(map(len, self.lines))} points)"
 
 
 @takes(seeds="m", uniform="T", centre="m", extent="m", length="m", tolerance="1")
@@ -104,30 +107,42 @@ def curves_of(found: FieldLines, radius: float) -> Curves:
 
 
 @takes(uniform="T")
-def frame_curves(
+def frame_lines(
     simulation: Any, frame: Frame, lines: int, uniform: ArrayLike = (0.0, 0.0, 0.0)
-) -> Curves | None:
+) -> FieldLines | None:
     """Returns the field lines of a frame of a simulation, or None if the field is negligible.
 
     Sources are the magnets of the frame and the coils that carry a current.
     """
     magnets = simulation.magnets(frame)
-    if not magnets:
+    if not magnets or (not np.any(uniform) and _is_weak(magnets)):
         return None
-    beside = np.concatenate(
-        [
-            m.position + 1.2 * m.radius * np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
-            for m in magnets
-        ]
-    )
-    if not np.any(uniform) and np.abs(field(magnets, beside, threads=1)).max() < WEAK:
-        return None
-    low, high = box_of(magnets)
-    size = float(np.linalg.norm(0.5 * (high - low)))
-    thin = 0.006 * size**0.5 * max(m.radius for m in magnets) ** 0.5
     # Lines of this length can leave the ball of radius `extent`. A line that circles a current and
     # never closes is cut off before it forms a thick bundle.
-    return curves_of(
-        field_lines(magnets, lines, uniform=uniform, tolerance=1e-4, length=6.0 * size, threads=1),
-        thin,
-    )
+    length = 6.0 * _size(magnets)
+    return field_lines(magnets, lines, uniform=uniform, tolerance=1e-4, length=length, threads=1)
+
+
+@takes(uniform="T")
+def frame_curves(
+    simulation: Any, frame: Frame, lines: int, uniform: ArrayLike = (0.0, 0.0, 0.0)
+) -> Curves | None:
+    """Returns the lines of `frame_lines` as tubes for the renderer, or None if there are none."""
+    found = frame_lines(simulation, frame, lines, uniform)
+    if found is None:
+        return None
+    magnets = simulation.magnets(frame)
+    return curves_of(found, 0.006 * (_size(magnets) * max(m.radius for m in magnets)) ** 0.5)
+
+
+def _size(magnets: list[Any]) -> float:
+    """Returns half the diagonal of the box that contains all magnets [m]."""
+    low, high = box_of(magnets)
+    return float(np.linalg.norm(0.5 * (high - low)))
+
+
+def _is_weak(magnets: list[Any]) -> bool:
+    """Returns whether the flux density beside every magnet is below WEAK."""
+    directions = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
+    beside = np.concatenate([m.position + 1.2 * m.radius * directions for m in magnets])
+    return bool(np.abs(field(magnets, beside, threads=1)).max() < WEAK)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from .._core import CacheError, Frame, FrameReader, FrameTopology, Scene
+from ..pictures.notebook import picture_of_frame, remember
 from .scene_file import SceneFile
 from .stacked import Stacked
 from .steps import read_steps
@@ -77,10 +78,10 @@ class Run:
     def __getitem__(self, index: int | slice) -> Frame | list[Frame]:
         n = len(self)
         if isinstance(index, slice):
-            return [self._reader.frame(i) for i in range(n)[index]]
+            return [remember(self._reader.frame(i), self.topology) for i in range(n)[index]]
         if not -n <= (index := operator.index(index)) < n:
             raise IndexError(f"frame {index} of {n}")
-        return self._reader.frame(index % n)
+        return remember(self._reader.frame(index % n), self.topology)
 
     def __iter__(self) -> Iterator[Frame]:
         return (self[i] for i in range(len(self)))
@@ -175,6 +176,9 @@ class Run:
             [self.topology.triangles, self.topology.body_triangles + len(frame.positions)]
         )
         return np.concatenate([frame.positions, frame.body_vertices]), triangles
+
+    def _repr_png_(self) -> bytes | None:
+        return picture_of_frame(self[-1]) if len(self) else None
 
     def __repr__(self) -> str:
         end = f", to {self.times[-1]:g} s" if len(self) else ""

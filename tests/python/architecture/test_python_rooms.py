@@ -27,6 +27,7 @@ ORDER = [
     "pictures",
     "runs",
     "simulation",
+    "viewer",
     "fabrics",
     "garments",
     "",  # the package itself
@@ -42,7 +43,7 @@ MODULES = {
 }
 
 PUBLIC = ["", "collision", "fabrics", "fabrics.measurements", "garments", "limits", "magnetics",
-          "meshes", "obstacles", "pictures", "ranks"]  # fmt: skip
+          "meshes", "obstacles", "pictures", "ranks", "viewer"]  # fmt: skip
 
 
 def imports(module: str) -> set[str]:

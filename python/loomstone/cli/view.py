@@ -1,0 +1,76 @@
+"""The command loomstone view."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .._core import Camera, InvalidInput, RenderOptions
+from ..pictures.directory import drawn_with
+from ..runs.cache import Run
+from ..runs.scene_file import SceneFile, parse_parameters
+from ..viewer import Live, Player, live, play, write_html
+from .application import app, session
+from .options import Parameters, Threads
+
+
+@app.command()
+def view(
+    source: Annotated[Path, typer.Argument(help="directory of a run, or scene file")],
+    p: Parameters = [],  # noqa: B006
+    threads: Threads = 0,
+    port: Annotated[int, typer.Option(help="port of the page", min=0, max=65535)] = 8080,
+    host: Annotated[
+        str, typer.Option(help="address at which the page is served; 0.0.0.0: to all machines")
+    ] = "127.0.0.1",
+    paused: Annotated[bool, typer.Option("--paused", help="wait for the user to start")] = False,
+    html: Annotated[
+        Path | None, typer.Option(help="write a page that needs no server to this file, and end")
+    ] = None,
+) -> None:
+    """Shows a run, or a running simulation, on a web page.
+
+    A run is played with a timeline; a run that is still in progress grows. A scene file is
+    simulated as you watch: pull cloth, rigid bodies and obstacles with the left mouse button. On
+    another machine, first forward the port: ssh -L 8080:localhost:8080 HOST.
+
+    \b
+        loomstone view out/drape
+        loomstone view scenes/drape.py -p triangles=3600
+        loomstone view out/drape --html drape.html
+    """
+    with session(parallel=False):
+        if source.suffix == ".py":
+            if html is not None:
+                raise InvalidInput("--html needs a run, got a scene file; simulate it first")
+            file = SceneFile.open(source, parse_parameters(p))
+            shown: Live | Player = live(
+                file.scene(),
+                integrator=file.integrator,
+                threads=threads,
+                control=file.control,
+                title=source.stem,
+                camera=_camera(file.render),
+                paused=paused,
+                field_lines=file.render.field_lines if file.render else 0,
+                host=host,
+                port=port,
+            )
+        else:
+            run = Run(source)
+            camera = _camera(drawn_with(run.directory / "frames"))
+            if html is not None:
+                print(f"page: {write_html(run, html, camera=camera)}")
+                return
+            shown = play(run, camera=camera, host=host, port=port)
+        print(f"page: {shown.page.url} (Ctrl-C ends it)", flush=True)
+        try:
+            shown.wait()
+        except KeyboardInterrupt:
+            shown.stop()
+
+
+def _camera(options: RenderOptions | None) -> Camera:
+    return options.camera if options else Camera()

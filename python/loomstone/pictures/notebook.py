@@ -1,0 +1,53 @@
+"""Pictures that notebooks show for a Scene, a Frame, a Run and a Garment (`_repr_png_`)."""
+
+from __future__ import annotations
+
+import tempfile
+import weakref
+from pathlib import Path
+
+from .. import _core
+from .._core import Camera, Error, Frame, FrameTopology, RenderOptions, Scene
+
+__all__ = ["picture_of_frame", "picture_of_scene", "remember"]
+
+# Topologies of the frames that a simulation or a run has returned. A Frame does not contain them.
+_topologies: weakref.WeakKeyDictionary[Frame, FrameTopology] = weakref.WeakKeyDictionary()
+
+
+def remember(frame: Frame, topology: FrameTopology) -> Frame:
+    """Records the topology of a frame, so that a notebook can draw it, and returns the frame."""
+    _topologies[frame] = topology
+    return frame
+
+
+def picture_of_frame(frame: Frame, topology: FrameTopology | None = None) -> bytes | None:
+    """Returns a picture (PNG), or None if the frame cannot be drawn.
+
+    topology : topology of the frame; None: that recorded by `remember`
+    """
+    known = topology or _topologies.get(frame)
+    if known is None:
+        return None
+    options = RenderOptions(width=640, height=480, camera=Camera())
+    try:
+        pixels = _core.Renderer(known, options).render(frame)
+    except Error:  # there is no OpenGL library; the notebook shows the text
+        return None
+    with tempfile.TemporaryDirectory() as directory:
+        path = Path(directory) / "picture.png"
+        _core.write_png(str(path), pixels)
+        return path.read_bytes()
+
+
+def picture_of_scene(scene: Scene) -> bytes | None:
+    """Returns a picture (PNG) of the start of a scene, or None if it cannot be simulated."""
+    try:
+        simulation = _core.Simulation(scene, threads=1)
+    except Error:
+        return None
+    return picture_of_frame(simulation.frame(), simulation.topology)
+
+
+Frame._repr_png_ = picture_of_frame  # type: ignore[method-assign]
+Scene._repr_png_ = picture_of_scene  # type: ignore[method-assign]

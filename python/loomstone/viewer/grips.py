@@ -1,0 +1,156 @@
+"""Things that a user holds in a running simulation: a patch of cloth, a body or an obstacle.
+
+A grip pulls what it holds towards a goal, which the mouse sets. It changes only values that any
+program may assign between two steps: external forces and poses of obstacles. Forces leave the
+collision handling free to stop what is held, so a user cannot pull cloth through itself.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..simulation import Simulation
+
+__all__ = ["BodyGrip", "ClothGrip", "Grip", "ObstacleGrip"]
+
+Floats = NDArray[np.float64]
+
+# Share of the mass of a cloth that a hand holds.
+_PATCH = 0.05
+# Largest acceleration of all that hangs on the hand [m/s^2]: eight times that of gravity.
+_PULL = 80.0
+# Time constant of a hand in longest steps. With 1, the force of the spring would move the patch by
+# the whole distance in one step; with less, it would overshoot.
+_REACTION = 1.5
+# Time constant in which a hand makes up for the weight that it carries [s].
+_SETTLING = 0.3
+# Largest speed of a held obstacle [m/s].
+_SPEED = 1.0
+
+
+class Grip(Protocol):
+    """A held thing. `goal` (3) is where the hand wants it to be [m]."""
+
+    goal: Floats
+
+    def lead(self, sim: Simulation, length: float) -> None:
+        """Prepares the next step. `length` is the length of the step that has just ended [s]."""
+
+    def release(self, sim: Simulation) -> None:
+        """Lets go."""
+
+
+class _Spring:
+    """A damped spring, with an integral part that carries weight.
+
+    mass : mass that moves with the hand [kg]
+    carried : mass that may hang on it [kg], which limits the force
+    step : longest step [s]
+    """
+
+    def __init__(self, mass: float, carried: float, step: float) -> None:
+        self._mass, self._largest = mass, _PULL * carried
+        self._time = _REACTION * step
+        self._carried = np.zeros(3)
+
+    def force(self, way: Floats, velocity: Floats, length: float) -> Floats:
+        """Returns the force [N] on a thing that is `way` [m] short of the goal."""
+        stiffness = self._mass / self._time**2
+        force = stiffness * way - self._mass / self._time * velocity + self._carried
+        size = float(np.linalg.norm(force))
+        if size > self._largest:
+            return force * (self._largest / size)
+        self._carried += stiffness * way * (length / _SETTLING)
+        return force
+
+
+class ClothGrip:
+    """Holds the cloth around a point: the nearest vertices, with a twentieth of its mass."""
+
+    def __init__(
+        self, sim: Simulation, vertices: NDArray[np.int64], mass: Floats, point: ArrayLike
+    ) -> None:
+        """`vertices` are those of the cloth, and `mass` [kg] holds the masses of all vertices."""
+        distance = np.linalg.norm(sim.positions[vertices] - np.asarray(point), axis=1)
+        order = vertices[np.argsort(distance, kind="stable")]
+        whole = float(mass[order].sum())
+        count = np.searchsorted(np.cumsum(mass[order]), _PATCH * whole) + 1
+        self._patch = order[:count]
+        self._share = mass[self._patch] / mass[self._patch].sum()
+        self._spring = _Spring(float(mass[self._patch].sum()), whole, sim.step_size)
+        # The grabbed point stays at the same place relative to the centre of the patch.
+        self._arm = np.asarray(point) - self._centre(sim.positions)
+        self._before = sim.external_forces[self._patch]
+        self.goal = np.array(point, float)
+
+    def _centre(self, table: Floats) -> Floats:
+        return np.asarray(self._share @ table[self._patch])
+
+    def lead(self, sim: Simulation, length: float) -> None:
+        way = self.goal - self._arm - self._centre(sim.positions)
+        force = self._spring.force(way, self._centre(sim.velocities), length)
+        forces = sim.external_forces
+        forces[self._patch] = self._before + self._share[:, None] * force
+        sim.external_forces = forces
+
+    def release(self, sim: Simulation) -> None:
+        forces = sim.external_forces
+        forces[self._patch] = self._before
+        sim.external_forces = forces
+
+
+class BodyGrip:
+    """Holds a rigid body at its centre and damps its rotation."""
+
+    def __init__(self, sim: Simulation, body: int, mass: float, point: ArrayLike) -> None:
+        self.body, self._mass = body, mass
+        self._spring = _Spring(mass, mass, sim.step_size)
+        self._arm = np.asarray(point) - sim.body_centres[body]
+        self.goal = np.array(point, float)
+
+    def lead(self, sim: Simulation, length: float) -> None:
+        state = sim.state
+        way = self.goal - self._arm - state.body_centres[self.body]
+        force = self._spring.force(way, state.body_velocities[self.body], length)
+        self._set(sim, force)
+
+    def release(self, sim: Simulation) -> None:
+        self._set(sim, np.zeros(3))
+
+    def _set(self, sim: Simulation, force: Floats) -> None:
+        forces = sim.external_body_forces
+        forces[self.body] = force
+        sim.external_body_forces = forces
+
+
+class ObstacleGrip:
+    """Holds an obstacle and keeps its orientation. The obstacle leaves its keyframes for good."""
+
+    def __init__(
+        self,
+        sim: Simulation,
+        obstacle: int,
+        place: ArrayLike,
+        orientation: ArrayLike,
+        point: ArrayLike,
+    ) -> None:
+        """`place` is the position of the obstacle and `point` the grabbed point [m].
+
+        The orientation is a unit quaternion (w, x, y, z).
+        """
+        self.obstacle, self._orientation = obstacle, orientation
+        self._place = np.array(place, float)
+        self._arm = np.asarray(point) - self._place
+        self.goal = np.array(point, float)
+
+    def lead(self, sim: Simulation, length: float) -> None:
+        way = self.goal - self._arm - self._place
+        distance = float(np.linalg.norm(way))
+        self._place += way * min(1.0, _SPEED * length / max(distance, 1e-12))
+        sim.set_obstacle_pose(self.obstacle, self._place, self._orientation)
+
+    def release(self, sim: Simulation) -> None:
+        """The obstacle stays where it is."""
