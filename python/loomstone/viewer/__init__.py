@@ -15,7 +15,7 @@ from ..integrators import Integrator
 from ..runs.cache import Run
 from ..simulation import Simulation
 from .export import write_html
-from .live import Live
+from .live_page import Live
 from .player import Player
 
 __all__ = ["Live", "Player", "live", "play", "write_html"]
@@ -85,3 +85,7 @@ def live(
         host=host,
         port=port,
     )
+
+
+def __dir__() -> list[str]:
+    return __all__
