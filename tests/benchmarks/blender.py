@@ -1,7 +1,7 @@
 """A run in Blender: exports it, loads the export into Blender, compares positions and draws a
 picture.
 
-    python tests/benchmarks/blender.py [RUN] [--to usd|gltf|pc2|mdd] [--frame N]
+    python tests/benchmarks/blender.py [RUN] [--to usd|gltf|alembic|pc2|mdd] [--frame N]
             [--out DIRECTORY] [--blender-python PYTHON] [--samples N]
 
 Without RUN, the first second of scenes/drape.py is simulated with 3,600 triangles. PYTHON is an
@@ -25,7 +25,7 @@ import numpy as np
 from smoke import SCENES, missing, package, parsed
 
 INSIDE = Path(__file__).with_name("inside_blender.py")
-SUFFIXES = {"usd": "run.usdc", "gltf": "run.glb", "pc2": "pc2", "mdd": "mdd"}
+SUFFIXES = {"usd": "run.usdc", "gltf": "run.glb", "alembic": "run.abc", "pc2": "pc2", "mdd": "mdd"}
 
 
 def simulated(directory: Path, triangles: int, duration: float) -> ls.Run:
@@ -100,7 +100,7 @@ def main() -> None:
     found = [settings.blender_python, "-c", "import bpy"]
     if subprocess.run(found, capture_output=True).returncode:
         missing(f"{settings.blender_python} cannot import bpy")
-    for name in ("pxr", "pygltflib"):
+    for name in ("pxr", "pygltflib", "alembic3d"):
         package(name)
     with tempfile.TemporaryDirectory() as scratch:
         settings.out = settings.out or Path(scratch)

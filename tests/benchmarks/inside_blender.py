@@ -27,6 +27,8 @@ def load(order: dict) -> None:
     elif files[0].suffix == ".glb":
         # The first frame is flat, from which the importer would conclude that all frames are.
         bpy.ops.import_scene.gltf(filepath=str(files[0]), import_shading="SMOOTH")
+    elif files[0].suffix == ".abc":
+        bpy.ops.wm.alembic_import(filepath=str(files[0]))
     else:
         load_caches(files)
     scene.frame_set(order["frame"])
@@ -74,14 +76,14 @@ def draw(order: dict, seen: dict[str, np.ndarray]) -> None:
     camera.location = centre + 3.2 * reach * Vector((0.55, -0.75, 0.4)).normalized()
     camera.rotation_euler = (centre - camera.location).to_track_quat("-Z", "Y").to_euler()
     sun = bpy.data.objects.new("sun", bpy.data.lights.new("sun", "SUN"))
-    sun.data.energy, sun.data.angle = 2.0, 0.1
+    sun.data.energy, sun.data.angle = 1.5, 0.1
     sun.rotation_euler = (math.radians(35), math.radians(15), math.radians(30))
     for made in (camera, sun):
         scene.collection.objects.link(made)
     scene.camera = camera
     scene.world = bpy.data.worlds.new("world")
     scene.world.use_nodes = True
-    scene.world.node_tree.nodes["Background"].inputs[0].default_value = (0.6, 0.65, 0.7, 1.0)
+    scene.world.node_tree.nodes["Background"].inputs[0].default_value = (0.4, 0.43, 0.46, 1.0)
     scene.render.engine = "CYCLES"
     scene.cycles.samples = order["samples"]
     scene.render.resolution_x = order["width"]

@@ -16,13 +16,20 @@ from .targets import check_free, remove_sequences, unfinished, unfinished_direct
 
 __all__ = ["FORMATS", "Format", "export_run", "format_of"]
 
-Format = Literal["usd", "gltf", "pc2", "mdd", "obj", "ply"]
+Format = Literal["usd", "gltf", "alembic", "pc2", "mdd", "obj", "ply"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 
 # Suffixes of the formats that are one file; the first is the default.
 _FILES: dict[Format, tuple[str, ...]] = {
     "usd": (".usdc", ".usd", ".usda"),
     "gltf": (".glb", ".gltf"),
+    "alembic": (".abc",),
+}
+
+_PACKAGES: dict[Format, str] = {
+    "usd": "pxr.Usd",
+    "gltf": "pygltflib",
+    "alembic": "alembic3d.AbcGeom",
 }
 
 
@@ -43,11 +50,11 @@ def export_run(
     """
     path, to = _target(run, out, to)
     selected(len(run), frames, every)
-    if to in ("usd", "gltf"):
-        imported("pxr.Usd" if to == "usd" else "pygltflib", path)
+    if to in _PACKAGES:
+        imported(_PACKAGES[to], path)
     check_free(path, overwrite=overwrite)
     clip = clip_of(run, frames, every, progress)
-    if to in ("usd", "gltf"):
+    if to in _FILES:
         return [_write_file(path, clip, to)]
     return _write_directory(path, clip, to)
 
@@ -87,8 +94,10 @@ def _target(
 def _write_file(path: Path, clip: Clip, to: Format) -> Path:
     if to == "usd":
         from .usd_writer import write_usd as write
-    else:
+    elif to == "gltf":
         from .gltf_writer import write_gltf as write
+    else:
+        from .alembic_writer import write_alembic as write
     with unfinished(path) as partial:
         write(partial, clip)
     return path

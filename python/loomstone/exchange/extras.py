@@ -9,8 +9,13 @@ from .._core import Unsupported
 
 __all__ = ["imported"]
 
-_PACKAGES = {"pxr": "usd-core", "pygltflib": "pygltflib"}
-_EXTRAS = {"pxr": "usd", "pygltflib": "gltf"}
+_PACKAGES = {
+    "pxr": "usd-core",
+    "pygltflib": "pygltflib",
+    "alembic3d": "alembic3d",
+    "imath": "alembic3d",
+}
+_EXTRAS = {"pxr": "usd", "pygltflib": "gltf", "alembic3d": "alembic", "imath": "alembic"}
 
 
 def imported(module: str, what: object) -> Any:

@@ -170,16 +170,17 @@ class Run:
         """Writes frames for other programs; returns the paths of the files.
 
         to : usd (.usdc, .usd or .usda: points and poses over time, uv, materials), gltf (.glb or
-            .gltf: morph targets and animated nodes), pc2 or mdd (a point cache and an OBJ file for
-            each surface), obj or ply (a mesh file for each surface and frame). None: the suffix of
-            `out` determines it.
+            .gltf: morph targets and animated nodes, uv, materials), alembic (.abc: points and poses
+            over time, uv), pc2 or mdd (a point cache and an OBJ file for each surface), obj or ply
+            (a mesh file for each surface and frame). None: the suffix of `out` determines it.
         out : file, or directory for pc2, mdd, obj and ply; default: in the directory of the run
         frames : frames to export, such as range(10, 50); None: all
         every : only every so many of these frames
         overwrite : replace an earlier export
 
-        Lengths are in metres and z is up. Positions are doubles in obj and ply, and floats in the
-        others. A surface that moves rigidly is exported with poses instead of vertices.
+        Lengths are in metres. z is up, except in gltf and alembic, which have y up. Positions are
+        doubles in obj and ply, and floats in the others. In usd, gltf and alembic, bodies and
+        obstacles that move rigidly have poses instead of moving points.
 
         Raises InvalidInput if a file or directory is in the way or frames are not those of the run,
         Unsupported if a package is missing, and CacheError if files cannot be read or written.

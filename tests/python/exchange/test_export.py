@@ -158,6 +158,38 @@ def test_another_reader_of_gltf_sees_the_first_frame_with_its_uv(run, tmp_path):
     assert uv == pytest.approx(corner_uv(run, "a/b"), abs=2.0**-23)  # 1 - v is rounded too
 
 
+def test_alembic_has_the_positions_uv_and_poses_of_the_run(run, tmp_path):
+    geometry = pytest.importorskip("alembic3d.AbcGeom")
+    from alembic3d import Abc
+
+    (path,) = run.export(tmp_path / "run.abc", frames=range(1, 6), every=2)
+    top = Abc.IArchive(str(path)).getTop()
+    assert top.getNumChildren() == len(names(run))
+    for number, name in enumerate(names(run)):
+        pose = geometry.IXform(top, top.getChildHeader(number).getName())
+        mesh = geometry.IPolyMesh(pose, pose.getChildHeader(0).getName()).getSchema()
+        samples = max(mesh.getNumSamples(), pose.getSchema().getNumSamples())
+        assert samples == (1 if name == "floor" else 3)
+        for code in (1, 3, 5):
+            at = Abc.ISampleSelector(0.02 * code)  # the sample nearest to this time [s]
+            points = [tuple(p) for p in mesh.getValue(at).getPositions()]
+            moved = pose.getSchema().getValue(at).getMatrix()
+            world = np.array([[moved[i][j] for j in range(4)] for i in range(4)])
+            found = np.array(points) @ world[:3, :3] + world[3, :3]
+            z_up = np.column_stack([found[:, 0], -found[:, 2], found[:, 1]])
+            allowed = FLOAT if name in run.topology.cloth_names else 1e-7
+            assert z_up == pytest.approx(expected(run, name, run[code]), abs=allowed)
+        corners = np.array(list(mesh.getValue().getFaceIndices())).reshape(-1, 3)[:, ::-1]
+        own = run.topology.body_of_triangle if number > 1 else run.topology.cloth_of_triangle
+        every = run.topology.body_triangles if number > 1 else run.topology.triangles
+        mine = every[own == number % 2 if number < 2 else own == number - 2]
+        assert np.array_equal(corners, mine - mine.min())
+    mesh = geometry.IPolyMesh(geometry.IXform(top, "a_b"), "a_b_surface").getSchema()
+    uv = mesh.getUVsParam().getExpandedValue().getVals()
+    found = np.array([tuple(v) for v in uv]).reshape(-1, 3, 2)[:, ::-1].reshape(-1, 2)
+    assert found == pytest.approx(corner_uv(run, "a/b"), abs=2.0**-24)
+
+
 @pytest.mark.parametrize("to", ["pc2", "mdd"])
 def test_point_caches_have_the_positions_of_the_run(run, tmp_path, to):
     paths = run.export(tmp_path / "caches", to=to, frames=range(2, 6))
@@ -208,9 +240,9 @@ def test_an_earlier_export_is_replaced_only_on_request(run, tmp_path):
 @pytest.mark.parametrize(
     "settings, said",
     [
-        ({"to": "fbx"}, "to must be one of usd, gltf, pc2, mdd, obj, ply, got 'fbx'"),
+        ({"to": "fbx"}, "to must be one of usd, gltf, alembic, pc2, mdd, obj, ply, got 'fbx'"),
         ({}, "a format must be given"),
-        ({"out": "x.abc"}, "the format does not follow from this name"),
+        ({"out": "x.fbx"}, "the format does not follow from this name"),
         ({"out": "x.glb", "to": "usd"}, "a usd file must end in .usdc or .usd or .usda"),
         ({"to": "obj", "frames": range(-3, 2)}, "ascending range within the frames 0 to 5"),
         ({"to": "obj", "frames": range(3, 3)}, "ascending range within the frames 0 to 5"),
@@ -228,7 +260,8 @@ def test_wrong_settings_are_one_sentence(run, tmp_path, monkeypatch, settings, s
 
 
 @pytest.mark.parametrize(
-    "module, extra, suffix", [("pxr", "usd", "usd"), ("pygltflib", "gltf", "glb")]
+    "module, extra, suffix",
+    [("pxr", "usd", "usd"), ("pygltflib", "gltf", "glb"), ("alembic3d", "alembic", "abc")],
 )
 def test_a_missing_package_is_named_with_its_extra(
     run, tmp_path, monkeypatch, module, extra, suffix
@@ -259,11 +292,12 @@ def command(*arguments, largest_file=None):
     )
 
 
-@pytest.mark.parametrize("to", ["usd", "gltf", "pc2", "obj"])
+@pytest.mark.parametrize("to", ["usd", "gltf", "alembic", "pc2", "obj"])
 def test_a_full_disk_is_one_sentence_and_leaves_nothing(run, tmp_path, to):
-    if to in ("usd", "gltf"):
-        pytest.importorskip({"usd": "pxr", "gltf": "pygltflib"}[to])
-    suffix = {"usd": ".usdc", "gltf": ".glb"}.get(to, "")
+    needed = {"usd": "pxr", "gltf": "pygltflib", "alembic": "alembic3d"}
+    if to in needed:
+        pytest.importorskip(needed[to])
+    suffix = {"usd": ".usdc", "gltf": ".glb", "alembic": ".abc"}.get(to, "")
     done = command(run.directory, "--to", to, "--out", tmp_path / f"x{suffix}", largest_file=2000)
     assert done.returncode == 1 and len(done.stderr.strip().splitlines()) == 1, done.stderr
     assert f"x{suffix}: cannot be written" in done.stderr and "free some space" in done.stderr
