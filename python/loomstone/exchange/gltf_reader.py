@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .._core import CacheError, Error, InvalidInput
 from .gltf_animation import Channel, channels_of, value_at
 from .gltf_file import GltfFile, matrix
-from .parts import Part
+from .parts import MALFORMED, Part, sample_times
 from .surfaces import Floats, Indices
 
 __all__ = ["read_gltf"]
@@ -28,11 +28,10 @@ def read_gltf(path: Path, rate: float | None, animation: str | None) -> tuple[li
     """
     try:
         return _sampled(GltfFile(path), rate, animation)
-    except (KeyError, IndexError, TypeError, AttributeError, ValueError) as error:
+    except MALFORMED as error:
         if isinstance(error, Error):
             raise
-        reason = f"{type(error).__name__}: {error}"
-        raise CacheError(f"{path}: is malformed, and cannot be read as glTF: {reason}") from None
+        raise CacheError(f"{path}: is malformed, and cannot be read as glTF: {error!r}") from None
 
 
 def _sampled(
@@ -45,9 +44,7 @@ def _sampled(
         raise InvalidInput(
             f"{file.path}: the animation must last longer than 0 s, got one keyframe"
         )
-    count = 1 + int(np.floor(length * (rate or _RATE) * (1.0 + 1e-9)))
-    times = np.arange(count) / (rate or _RATE)
-    times = times if animation is None or count > 1 else np.array([0.0, length])
+    times = sample_times(file.path, length, rate or _RATE)
     shapes = _shapes(file)
     frames: list[list[Floats]] = [[] for _ in shapes]
     for time in times:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import CacheError, InvalidInput
+from .._core import CacheError, Error, InvalidInput
 from .extras import imported
-from .parts import Part
+from .parts import MALFORMED, Part, sample_times
 from .surfaces import Floats, Indices
 
 __all__ = ["read_usd"]
@@ -29,30 +29,34 @@ def read_usd(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part
     tf = imported("pxr.Tf", path)
     try:
         stage = usd.Stage.Open(str(path))
-        codes = _codes(path, stage, rate) if moving else np.array([_first_code(stage)])
+        per_second = float(stage.GetTimeCodesPerSecond())
+        times = _times(path, stage, rate or per_second) if moving else np.zeros(1)
+        codes = _first_code(stage) + per_second * times
         _bake_skins(path, stage, codes)
         prims = [prim for prim in _visible(stage) if prim.IsA(geometry.Mesh)]
         parts = [_part(path, geometry.Mesh(prim), codes, _to_metres(stage)) for prim in prims]
     except tf.ErrorException as error:
         reason = " ".join(str(error).split())[-200:]
         raise CacheError(f"{path}: cannot be read as USD: {reason}") from None
-    return parts, (codes - codes[0]) / stage.GetTimeCodesPerSecond()
+    except MALFORMED as error:
+        if isinstance(error, Error):
+            raise
+        raise CacheError(f"{path}: is malformed, and cannot be read as USD: {error!r}") from None
+    return parts, times
 
 
 def _first_code(stage: Any) -> float:
     return float(stage.GetStartTimeCode()) if stage.HasAuthoredTimeCodeRange() else 0.0
 
 
-def _codes(path: Path, stage: Any, rate: float | None) -> Floats:
+def _times(path: Path, stage: Any, rate: float) -> Floats:
     first, last = _first_code(stage), float(stage.GetEndTimeCode())
     if not stage.HasAuthoredTimeCodeRange() or last <= first:
         raise InvalidInput(
             f"{path}: has no animation (no range of time codes); use"
             " loomstone.obstacles.mesh(loomstone.meshes.read(path))"
         )
-    step = 1.0 if rate is None else stage.GetTimeCodesPerSecond() / rate
-    codes = np.arange(first, last + 1e-6 * step, step)
-    return codes if len(codes) > 1 else np.array([first, last])
+    return sample_times(path, (last - first) / stage.GetTimeCodesPerSecond(), rate)
 
 
 def _visible(stage: Any) -> Any:
@@ -77,8 +81,7 @@ def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
         binding = skel.BindingAPI(prim)
         targets = binding.GetSkeletonRel().GetTargets() if prim.HasAPI(skel.BindingAPI) else []
         for target in targets:
-            if not skel.Skeleton(stage.GetPrimAtPath(target)):
-                raise InvalidInput(f"{path}: {prim.GetPath()} is bound to {target}, no skeleton")
+            _check_skin(f"{path}: {prim.GetPath()}", binding, stage.GetPrimAtPath(target), target)
         skinned = skinned or bool(targets)
     if skinned:
         # BakeSkinning does not convert times between layers, so both need the same rate.
@@ -87,6 +90,28 @@ def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
         layer.framesPerSecond = stage.GetTimeCodesPerSecond()
         stage.SetEditTarget(layer)
         skel.BakeSkinning(stage.Traverse(), gf.Interval(float(codes[0]), float(codes[-1])))
+
+
+def _check_skin(where: str, binding: Any, prim: Any, target: Any) -> None:
+    """Raises InvalidInput unless a skin refers to joints that its skeleton has.
+
+    The library does not check this before it reads their poses.
+    """
+    skeleton = imported("pxr.UsdSkel", "usd").Skeleton(prim)
+    if not skeleton:
+        raise InvalidInput(f"{where} is bound to {target}, which is no skeleton")
+    joints = len(skeleton.GetJointsAttr().Get() or [])
+    for poses in (skeleton.GetBindTransformsAttr().Get(), skeleton.GetRestTransformsAttr().Get()):
+        if poses is not None and len(poses) != joints:
+            raise InvalidInput(
+                f"{where}: its skeleton must have {joints} poses, one per joint, got {len(poses)}"
+            )
+    own = binding.GetJointsAttr().Get()
+    used = np.array(binding.GetJointIndicesPrimvar().Get() or [0], int)
+    count = joints if own is None else len(own)
+    if used.min() < 0 or used.max() >= count:
+        wrong = used.min() if used.min() < 0 else used.max()
+        raise InvalidInput(f"{where} uses joint {wrong} of its skeleton, which has {count}")
 
 
 def _to_metres(stage: Any) -> Floats:

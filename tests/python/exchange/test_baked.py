@@ -275,6 +275,23 @@ def unbound(stage, mesh):
     UsdSkel.BindingAPI(mesh.GetPrim()).GetSkeletonRel().SetTargets(["/root/none"])
 
 
+def no_bone(_, mesh):
+    from pxr import UsdSkel
+
+    UsdSkel.BindingAPI(mesh.GetPrim()).GetJointIndicesPrimvar().Set([0, 5] * 12)
+
+
+def no_poses(stage, _):
+    from pxr import Gf, UsdSkel
+
+    bones = UsdSkel.Skeleton(stage.GetPrimAtPath("/root/bones"))
+    bones.GetRestTransformsAttr().Set([Gf.Matrix4d(1)])
+
+
+def many_codes(stage, _):
+    stage.SetEndTimeCode(1e9 + 1.0)
+
+
 def still(stage, _):
     stage.RemovePrim("/root")
 
@@ -297,7 +314,10 @@ def more_points(stage, _):
 @pytest.mark.parametrize(
     "change, settings, said",
     [
-        (unbound, {}, "/root/Tube is bound to /root/none, no skeleton"),
+        (unbound, {}, "/root/Tube is bound to /root/none, which is no skeleton"),
+        (no_bone, {}, "/root/Tube uses joint 5 of its skeleton, which has 2"),
+        (no_poses, {}, "its skeleton must have 2 poses, one per joint, got 1"),
+        (many_codes, {}, "must have at most 100000 samples, but 5e.08 s at 2 per second have more"),
         (still, {}, "must move, but is at rest in all 3 samples; use loomstone.obstacles.mesh"),
         (static, {}, r"has no animation \(no range of time codes\); use"),
         (fewer_points, {}, "must have faces of its 3 points"),
