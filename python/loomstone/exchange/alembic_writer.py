@@ -6,7 +6,6 @@ materials.
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +30,6 @@ def write_alembic(path: Path, clip: Clip) -> None:
     Raises OSError if the file cannot be written, and Unsupported without the package alembic3d.
     """
     abc, abstract = imported("alembic3d.Abc", path), imported("alembic3d.AbcCoreAbstract", path)
-    _reserve(path, clip)
     try:
         archive = abc.CreateArchiveWithInfo(str(path), f"loomstone {__version__}", "")
     except RuntimeError as error:
@@ -49,17 +47,6 @@ def write_alembic(path: Path, clip: Clip) -> None:
                 mesh.add(index, mesh.surface.positions(frame))
     except RuntimeError as error:
         raise OSError(0, _reason(error)) from None
-
-
-def _reserve(path: Path, clip: Clip) -> None:
-    """Raises OSError if the disk has no room for the file: the library ends the process then."""
-    size = 2**20
-    for surface, motion in zip(clip.surfaces, clip.motions, strict=True):
-        frames = 1 if motion.rigid else len(clip)
-        size += frames * (24 * len(motion.first) + 2**10) + 60 * len(surface.triangles)
-        size += 8 * len(surface.uv) + 2**8 * len(clip)
-    with path.open("wb") as file:
-        os.posix_fallocate(file.fileno(), 0, size)
 
 
 class _Mesh:

@@ -89,6 +89,7 @@ def _welded(part: Part) -> Part:
     keys = paths.view(np.dtype((np.void, paths.itemsize * paths.shape[1]))).ravel()
     _, first, index = np.unique(keys, return_index=True, return_inverse=True)
     triangles = first[index.reshape(-1)][part.triangles]
-    whole = np.array([len(set(corners)) == 3 for corners in triangles.tolist()], bool)
+    a, b, c = triangles.T
+    whole = (a != b) & (b != c) & (c != a)
     used, triangles = np.unique(triangles[whole], return_inverse=True)
     return Part(part.name, triangles.reshape(-1, 3), part.frames[:, used])

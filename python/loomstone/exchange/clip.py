@@ -47,6 +47,20 @@ class Clip:
         """(f) times of the frames [s]."""
         return np.asarray(self.run.times, float)[list(self.frames)]
 
+    @property
+    def largest_size(self) -> int:
+        """Bound on the size [bytes] of a file of all surfaces, with normals, in single precision.
+
+        The libraries for USD and Alembic do not report a full disk reliably, and alembic3d ends the
+        process, so space is reserved before they write.
+        """
+        size = 2**20
+        for surface, motion in zip(self.surfaces, self.motions, strict=True):
+            frames = 1 if motion.rigid else len(self)
+            size += frames * (24 * len(motion.first) + 2**10) + 60 * len(surface.triangles)
+            size += 8 * len(surface.uv) + 2**8 * len(self)
+        return size
+
     def __len__(self) -> int:
         return len(self.frames)
 

@@ -74,7 +74,7 @@ def _target(
     to = format_of(to)
     if out is None:
         if to is None:
-            raise InvalidInput(f"a format must be given: to = {', '.join(FORMATS)}")
+            raise InvalidInput(f"a format must be given by --to (to=): {', '.join(FORMATS)}")
         return run.directory / (f"run{_FILES[to][0]}" if to in _FILES else to), to
     path = Path(out)
     suffix = path.suffix.lower()
@@ -82,7 +82,8 @@ def _target(
     to = to or found
     if to is None:
         raise InvalidInput(
-            f"{path}: the format does not follow from this name; give to = {', '.join(FORMATS)}"
+            f"{path}: the format does not follow from this name; give it by --to (to=):"
+            f" {', '.join(FORMATS)}"
         )
     if to in _FILES and suffix not in _FILES[to]:
         raise InvalidInput(f"{path}: a {to} file must end in {' or '.join(_FILES[to])}")
@@ -98,7 +99,8 @@ def _write_file(path: Path, clip: Clip, to: Format) -> Path:
         from .gltf_writer import write_gltf as write
     else:
         from .alembic_writer import write_alembic as write
-    with unfinished(path) as partial:
+    text = path.suffix.lower() in (".usda", ".gltf")  # up to four times as long as binary files
+    with unfinished(path, size=clip.largest_size * (4 if text else 1)) as partial:
         write(partial, clip)
     return path
 

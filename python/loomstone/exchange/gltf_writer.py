@@ -119,9 +119,10 @@ class _Document:
                 turned = vertex_normals(now, surface.triangles) - vertex_normals(
                     motion.first, surface.triangles
                 )
+                shifts = (now - first)[source].astype(np.float32)
                 target = {
-                    "POSITION": self._array((now - first)[source].astype(np.float32), bounds=True),
-                    "NORMAL": self._array(turned[source].astype(np.float32)),
+                    "POSITION": self._array(shifts, _VERTICES, bounds=True),
+                    "NORMAL": self._array(turned[source].astype(np.float32), _VERTICES),
                 }
                 for primitive in self._made.meshes[self._made.nodes[node].mesh].primitives:
                     primitive.targets.append(target)

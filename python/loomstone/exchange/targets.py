@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 from collections.abc import Iterator
@@ -28,14 +29,19 @@ def check_free(path: Path, *, overwrite: bool) -> None:
 
 
 @contextmanager
-def unfinished(path: Path) -> Iterator[Path]:
+def unfinished(path: Path, *, size: int) -> Iterator[Path]:
     """Yields the path of a file that replaces `path` when it is complete.
 
     If writing fails, the unfinished file is removed. Raises CacheError for errors of the system.
+
+    size : free space [bytes] that is required before writing begins
     """
     partial = path.with_name(f"unfinished-{path.name}")
     try:
         with _told(path):
+            with partial.open("wb") as file:
+                os.posix_fallocate(file.fileno(), 0, size)
+            partial.unlink()
             yield partial
             partial.replace(path)
     except BaseException:
@@ -54,8 +60,8 @@ def unfinished_directory(directory: Path) -> Iterator[Path]:
         with _told(directory):
             shutil.rmtree(partial, ignore_errors=True)
             partial.mkdir()
-            directory.mkdir(exist_ok=True)
             yield partial
+            directory.mkdir(exist_ok=True)
             for path in sorted(partial.iterdir()):
                 path.replace(directory / path.name)
     finally:
@@ -67,10 +73,12 @@ def _told(path: Path) -> Iterator[None]:
     """Turns errors of the system into one sentence about `path`."""
     try:
         yield
-    except (OSError, CacheError) as error:
-        reason = getattr(error, "strerror", None) or error
+    except CacheError:
+        raise
+    except OSError as error:
         raise CacheError(
-            f"{path}: cannot be written: {reason}; free some space or give another path"
+            f"{path}: cannot be written: {error.strerror or error}; check the path and the space on"
+            " the disk"
         ) from error
 
 
@@ -79,6 +87,6 @@ def remove_sequences(directory: Path, names: list[str], suffixes: list[str]) -> 
     wanted = re.compile(
         rf"({'|'.join(map(re.escape, names))})(-\d+)?({'|'.join(map(re.escape, suffixes))})"
     )
-    for path in directory.iterdir():
+    for path in directory.iterdir() if directory.is_dir() else ():
         if wanted.fullmatch(path.name):
             path.unlink()

@@ -155,15 +155,17 @@ def _part(path: Path, mesh: Any, codes: Floats, to_metres: Floats) -> Part:
 
 def _triangles(where: str, counts: NDArray[Any], corners: NDArray[Any], points: int) -> Indices:
     """Splits polygons into fans from their first corner."""
-    if counts.sum() != len(corners) or np.any((corners < 0) | (corners >= points)):
+    if (
+        np.any(counts < 0)
+        or counts.sum() != len(corners)
+        or np.any((corners < 0) | (corners >= points))
+    ):
         raise InvalidInput(
             f"{where}: must have faces of its {points} points, got {len(corners)} corners for"
             f" {len(counts)} faces, or a corner beyond the points"
         )
-    starts = np.cumsum(counts) - counts
-    fans = [
-        [corners[start], corners[start + k - 1], corners[start + k]]
-        for start, count in zip(starts, counts, strict=True)
-        for k in range(2, count)
-    ]
-    return np.array(fans, np.int64).reshape(-1, 3)
+    number = np.maximum(counts - 2, 0)  # of triangles per face
+    first = np.repeat(np.cumsum(counts) - counts, number)
+    k = np.arange(len(first)) - np.repeat(np.cumsum(number) - number, number)
+    fans: Indices = corners[np.column_stack([first, first + k + 1, first + k + 2])]
+    return fans

@@ -39,7 +39,7 @@ def write_usd(path: Path, clip: Clip) -> None:
                     _sample(mesh, surface, surface.positions(frame), float(code))
         stage.GetRootLayer().Save()
     except tf.ErrorException as error:
-        raise OSError(0, _first_reason(error)) from None
+        raise OSError(0, f"usd-core: {' '.join(str(error).split())[-120:]}") from None
 
 
 def _new_stage(path: Path, clip: Clip) -> Any:
@@ -149,8 +149,3 @@ def _sample(mesh: Any, surface: Surface, positions: Floats, code: float) -> None
 
 def _vectors(values: Floats) -> Any:
     return imported("pxr.Vt", "usd").Vec3fArray.FromNumpy(np.ascontiguousarray(values, np.float32))
-
-
-def _first_reason(error: Exception) -> str:
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    return lines[-1] if lines else "usd-core gives no reason"
