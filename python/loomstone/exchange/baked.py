@@ -31,11 +31,11 @@ def read_parts(
     if not path.is_file():
         raise CacheError(f"{path}: cannot be read: there is no such file")
     if path.suffix.lower() in USD:
-        from .usd_reader import read_usd
+        from .usd_process import read_usd_apart
 
         if animation:
             raise InvalidInput(f"{path}: USD has no named animations; leave out animation")
-        parts, times = read_usd(path, rate, moving=animation is not None)
+        parts, times = read_usd_apart(path, rate, moving=animation is not None)
     else:
         from .gltf_reader import read_gltf
 

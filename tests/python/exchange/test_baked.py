@@ -346,6 +346,17 @@ def test_a_truncated_or_missing_usd_is_one_sentence(tmp_path, suffix):
         ls.obstacles.baked(tmp_path / "tube.fbx")
 
 
+def test_a_crash_of_the_library_is_one_sentence(tmp_path, monkeypatch):
+    path = write_usd(tmp_path / "tube.usda")
+    for program, said in (
+        ("import os; os.abort()", "is damaged, and cannot be read as USD: usd-core has crashed"),
+        ("raise ValueError('no\\nmore')", "cannot be read as USD: more"),
+    ):
+        monkeypatch.setattr("loomstone.exchange.usd_process._PROGRAM", program)
+        with pytest.raises(ls.CacheError, match=said):
+            ls.obstacles.baked(path)
+
+
 def test_what_an_export_writes_is_an_obstacle_of_the_next_run(tmp_path):
     pytest.importorskip("pxr")
     mesh = ls.grid(size=(0.1, 0.1), cells=(4, 4))

@@ -7,6 +7,7 @@ import sys
 import loomstone as ls
 import numpy as np
 import pytest
+from loomstone.exchange.clip import clip_of
 
 # Positions in single precision: half of the last of 24 bits, in coordinates below 0.5 m.
 FLOAT = 0.5 * 2.0**-24
@@ -90,6 +91,9 @@ def test_usd_has_the_positions_uv_poses_and_materials_of_the_run(run, tmp_path, 
     from pxr import UsdGeom, UsdShade
 
     (path,) = run.export(tmp_path / f"run{suffix}", frames=range(1, 6), every=2)
+    # The space that is reserved suffices; text takes up to four times as much.
+    bound = clip_of(run, range(1, 6), 2, lambda _: None).largest_size
+    assert path.stat().st_size <= bound * (4 if suffix == ".usda" else 1)
     stage = pxr.Stage.Open(str(path))
     assert UsdGeom.GetStageUpAxis(stage) == "Z" and UsdGeom.GetStageMetersPerUnit(stage) == 1.0
     assert stage.GetTimeCodesPerSecond() == stage.GetFramesPerSecond() == 50.0
