@@ -18,12 +18,12 @@ SUFFIXES = USD + GLTF
 
 
 def read_parts(
-    path: Path, *, rate: float | None, animation: str | None
+    path: Path, *, rate: float | None, animation: list[str] | None
 ) -> tuple[list[Part], Floats]:
     """Reads the meshes of a USD or glTF file, and the times [s] at which their motion is sampled.
 
     rate : samples per second [1/s]; None: that of the file, or 60 for glTF
-    animation : name of an animation in a glTF file; "": its only one; None: none, at rest
+    animation : names of animations in a glTF file; none: its only one; None: at rest
 
     Raises CacheError if the file cannot be read, and InvalidInput if it has no meshes or no such
     animation.

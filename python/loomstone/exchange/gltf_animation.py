@@ -24,8 +24,11 @@ class Channel:
     interpolation: str  # LINEAR, STEP or CUBICSPLINE
 
 
-def channels_of(file: GltfFile, name: str) -> list[Channel]:
-    """Returns the channels of the animation of this name, or of the only one if it is empty."""
+def channels_of(file: GltfFile, names: list[str]) -> list[Channel]:
+    """Returns the channels of the animations of these names, or of the only one if there are none.
+
+    If several animations move the same property, the last one counts.
+    """
     animations = file.content.animations
     known = [item.name or f"animation {i}" for i, item in enumerate(animations)]
     if not known:
@@ -33,12 +36,18 @@ def channels_of(file: GltfFile, name: str) -> list[Channel]:
             f"{file.path}: has no animation; use"
             " loomstone.obstacles.mesh(loomstone.meshes.read(path))"
         )
-    if name not in known and (name or len(known) > 1):
-        listed = ", ".join(map(repr, known))
-        raise InvalidInput(f"{file.path}: animation must be one of {listed}, got {name!r}")
-    animation = animations[known.index(name) if name else 0]
+    listed = ", ".join(map(repr, known))
+    if not names and len(known) > 1:
+        raise InvalidInput(
+            f"{file.path}: has several animations, {listed}; name one by animation, or a list of"
+            " those that run at the same time"
+        )
+    if unknown := [name for name in names if name not in known]:
+        raise InvalidInput(f"{file.path}: animation must be one of {listed}, got {unknown[0]!r}")
+    chosen = [animations[known.index(name)] for name in names] or animations
     return [
         _channel(file, animation, channel)
+        for animation in chosen
         for channel in animation.channels
         if channel.target.node is not None
     ]

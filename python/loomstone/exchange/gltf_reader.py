@@ -20,11 +20,13 @@ _RATE = 60.0  # samples of an animation per second [1/s]
 _UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # turns y up to z up
 
 
-def read_gltf(path: Path, rate: float | None, animation: str | None) -> tuple[list[Part], Floats]:
+def read_gltf(
+    path: Path, rate: float | None, animation: list[str] | None
+) -> tuple[list[Part], Floats]:
     """Reads all meshes of the scene at the times of an animation [s], which begin at 0.
 
     rate : samples per second [1/s]; None: 60
-    animation : name of the animation; "": the only one; None: the rest pose
+    animation : names of the animations; none: the only one; None: the rest pose
     """
     try:
         return _sampled(GltfFile(path), rate, animation)
@@ -35,7 +37,7 @@ def read_gltf(path: Path, rate: float | None, animation: str | None) -> tuple[li
 
 
 def _sampled(
-    file: GltfFile, rate: float | None, animation: str | None
+    file: GltfFile, rate: float | None, animation: list[str] | None
 ) -> tuple[list[Part], Floats]:
     channels = [] if animation is None else channels_of(file, animation)
     start = min((c.times[0] for c in channels), default=0.0)

@@ -33,7 +33,10 @@ def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[lis
         result = Path(scratch) / "result.npz"
         order = json.dumps([str(path.absolute()), str(path), rate, moving, str(result)])
         done = subprocess.run(
-            [sys.executable, "-c", _PROGRAM, order], capture_output=True, text=True
+            [sys.executable, "-c", _PROGRAM, order],
+            capture_output=True,
+            text=True,
+            errors="replace",
         )
         if done.returncode != 0 or not result.exists():
             lines = done.stderr.strip().splitlines()

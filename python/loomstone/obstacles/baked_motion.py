@@ -22,7 +22,7 @@ def baked(
     path: str | os.PathLike[str],
     *,
     parts: Sequence[str] | None = None,
-    animation: str = "",
+    animation: str | Sequence[str] = (),
     rate: float | None = None,
     start: float = 0.0,
     name: str = "",
@@ -35,7 +35,8 @@ def baked(
     path : file that ends in .usd, .usda, .usdc, .usdz, .gltf or .glb. Units and up axis of the file
         are converted to metres and z.
     parts : names of the meshes that form the obstacle; default: all visible ones
-    animation : name of an animation of a glTF file; needed if the file has several
+    animation : name of an animation of a glTF file, or names of several that run at the same time;
+        needed if the file has more than one
     rate : samples per second [1/s]; default: one per time code of USD, 60 of glTF
     start : time of the first sample [s]
     name : name in reports and files; default: that of the file
@@ -56,7 +57,8 @@ def baked(
         raise InvalidInput(f"parts must be a list of names, got {parts!r}")
     if rate is not None and not (np.isfinite(rate) and rate > 0):
         raise InvalidInput(f"rate must be > 0 [1/s], got {rate}; correct this value")
-    found, times = read_parts(path, rate=rate, animation=animation)
+    names = [animation] if isinstance(animation, str) else list(animation)
+    found, times = read_parts(path, rate=rate, animation=names)
     whole = joined(path, found, None if parts is None else list(parts))
     if np.array_equal(whole.frames, np.broadcast_to(whole.frames[:1], whole.frames.shape)):
         raise InvalidInput(

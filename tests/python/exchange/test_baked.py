@@ -82,7 +82,8 @@ def write_gltf(path, change=lambda _: None):
     ]
     made.skins = [g.Skin(joints=[1, 2], inverseBindMatrices=array(inverse, "MAT4", 5126))]
     sampler = g.AnimationSampler(
-        input=array(TIMES.astype(np.float32), "SCALAR", 5126), output=array(turns, "VEC4", 5126)
+        input=array((TIMES + 1 / 24).astype(np.float32), "SCALAR", 5126),
+        output=array(turns, "VEC4", 5126),
     )
     target = g.AnimationChannelTarget(node=2, path="rotation")
     channel = g.AnimationChannel(sampler=0, target=target)
@@ -206,7 +207,10 @@ def compressed(made):
 
 
 def two_animations(made):
-    made.animations.append(made.animations[0])
+    again = made.animations[0]
+    made.animations.append(
+        type(again)(name="Wave", samplers=again.samplers, channels=again.channels)
+    )
 
 
 def lines(made):
@@ -228,7 +232,8 @@ def cycle(made):
         (no_skin, {}, r"'Tube' refers to skins\[3\], but the file has 1"),
         (no_joint, {}, "uses joint 1 of its skin, which has 1"),
         (compressed, {}, "requires KHR_draco_mesh_compression, which is not supported"),
-        (two_animations, {}, "animation must be one of 'Bend', 'Bend', got ''"),
+        (two_animations, {}, "has several animations, 'Bend', 'Wave'; name one by animation"),
+        (two_animations, {"animation": ["Bend", "x"]}, "one of 'Bend', 'Wave', got 'x'"),
         (lines, {}, "'Tube' must consist of triangles, got points or lines"),
         (one_key, {}, "the animation must last longer than 0 s, got one keyframe"),
         (cycle, {}, "a node must have one parent, got several or a cycle"),

@@ -129,7 +129,7 @@ def test_gltf_has_the_positions_uv_poses_and_materials_of_the_run(run, tmp_path,
     from loomstone.exchange.gltf_reader import read_gltf
 
     (path,) = run.export(tmp_path / f"run{suffix}", frames=range(1, 6), every=2)
-    parts, times = read_gltf(path, 25.0, "run")
+    parts, times = read_gltf(path, 25.0, ["run"])
     assert times == pytest.approx([0.0, 0.04, 0.08])
     assert [part.name for part in parts] == names(run)
     for part in parts:
