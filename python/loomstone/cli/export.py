@@ -48,7 +48,7 @@ def export(
     with session(parallel=False):
         source = Run(run)
         chosen = None if frames is None else parse_frames(frames, len(source))
-        count = len(chosen or source) // max(every, 1)
+        count = len(range(0, len(chosen or source), max(every, 1)))
         with typer.progressbar(
             length=2 * count, label="exporting", hidden=not sys.stdout.isatty()
         ) as bar:
