@@ -25,6 +25,14 @@ bool equal_meshes(const TriangleMesh& a, const TriangleMesh& b) {
          same(a.uv(), b.uv()) && same(a.uv_triangles(), b.uv_triangles());
 }
 
+// Converts a mesh of trimesh or meshio. pybind11 calls this for every argument that takes a
+// TriangleMesh and is given another object; the result is null for objects that are no meshes.
+PyObject* converted_mesh(PyObject* object, PyTypeObject*) {
+  py::object mesh =
+      py::module_::import("loomstone.base.foreign_meshes").attr("converted")(py::handle(object));
+  return mesh.is_none() ? nullptr : mesh.release().ptr();
+}
+
 void bind_triangle_mesh(py::module_& m) {
   py::classh<TriangleMesh> c(m, "TriangleMesh",
                              "Immutable triangle mesh, validated when it is created.\n"
@@ -81,6 +89,7 @@ void bind_triangle_mesh(py::module_& m) {
       "Returns a copy with vertices at rotation * scale * x + translation [m] and unchanged uv.");
   c.def("__eq__", &equal_meshes, py::is_operator());
   c.def("__repr__", &repr);
+  py::detail::get_type_info(typeid(TriangleMesh))->implicit_conversions.push_back(&converted_mesh);
 }
 
 void bind_generators(py::module_& m) {

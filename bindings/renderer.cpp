@@ -6,6 +6,7 @@
 
 #include "bindings/descriptions.h"
 #include "core/base/message.h"
+#include "renderer/cloth_colors.h"
 
 namespace loomstone {
 
@@ -50,6 +51,8 @@ void bind_renderer(py::module_& m) {
   bind_description<RenderOptions>(m, "RenderOptions", "Options of a picture.");
   bind_curves(m);
   bind_write_png(m);
+  m.def("cloth_color", &cloth_color, py::arg("cloth"),
+        "Front colour of a cloth in linear RGB (3), by its number in the scene.");
   py::class_<Renderer> c(m, "Renderer",
                          "Draws frames of one run without a display, by OSMesa or else by EGL.");
   c.def(py::init<const FrameTopology&, const RenderOptions&>(), py::arg("topology"),

@@ -1,9 +1,9 @@
 // Draws the final picture and reads its pixels.
 #include "renderer/surface_pass.h"
 
-#include <array>
 #include <cstring>
 
+#include "renderer/cloth_colors.h"
 #include "renderer/surface_shaders.h"
 
 namespace loomstone {
@@ -11,12 +11,7 @@ namespace {
 
 using Rgb = Eigen::Vector3f;
 
-// Front colours of the cloths in linear RGB (our choice). If there are more cloths, the colours
-// repeat. The back of a cloth is paler.
-const std::array<Rgb, 6> palette = {Rgb(0.055f, 0.135f, 0.27f), Rgb(0.50f, 0.155f, 0.085f),
-                                    Rgb(0.245f, 0.31f, 0.185f), Rgb(0.56f, 0.36f, 0.11f),
-                                    Rgb(0.25f, 0.115f, 0.215f), Rgb(0.60f, 0.55f, 0.455f)};
-
+// The back of a cloth is paler.
 Rgb back_of(const Rgb& front) { return 0.72f * front + 0.28f * Rgb(0.55f, 0.53f, 0.48f); }
 
 }  // namespace
@@ -111,7 +106,7 @@ void SurfacePass::draw_things(const SurfaceShading& shading, const SurfaceThings
   cloth_program_.set("value_range", Eigen::Vector2f(static_cast<float>(options.range.low),
                                                     static_cast<float>(options.range.high)));
   for (Index part = 0; part < things.cloth.n_parts(); ++part) {
-    const Rgb& front = palette[static_cast<std::size_t>(part) % palette.size()];
+    const Rgb front = cloth_color(static_cast<std::size_t>(part));
     cloth_program_.set("front_color", front);
     cloth_program_.set("back_color", back_of(front));
     cloth_program_.set("checker_color", Rgb(0.66f, 0.63f, 0.57f));

@@ -1,5 +1,7 @@
 // Reads and writes triangle meshes. The extension selects the format: .obj (Wavefront) or .ply
-// (Stanford). Other formats can be read in Python (meshio, trimesh).
+// (Stanford). Other formats are read in Python. No library is used for these two, because seams of
+// panels need several uv at one vertex, and errors should name the line: trimesh 5.2 repeats such
+// vertices, meshio 5.3 cannot read such files, and neither names the line.
 #pragma once
 
 #include <string>

@@ -73,6 +73,7 @@ __all__: list[str] = [
     "box",
     "candidates",
     "capsule",
+    "cloth_color",
     "continuous",
     "corotational_strain",
     "cylinder",
@@ -4022,6 +4023,13 @@ def capsule(
 ) -> TriangleMesh:
     """
     Capsule along z with `length` between the centres of its caps [m].
+    """
+
+def cloth_color(
+    cloth: typing.SupportsInt | typing.SupportsIndex,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+    """
+    Front colour of a cloth in linear RGB (3), by its number in the scene.
     """
 
 def continuous(

@@ -11,7 +11,8 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import InvalidInput
+from .._core import InvalidInput, TriangleMesh
+from .foreign_meshes import converted
 from .quantities import in_unit
 
 __all__ = ["takes", "vector", "whole"]
@@ -50,6 +51,8 @@ def takes(**units: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
     units : unit of each number, by the name of the parameter; "1" for pure numbers. Quantities are
         converted to this unit. Quantities of another dimension raise InvalidInput.
 
+    Arguments annotated as TriangleMesh may also be meshes of trimesh and meshio.
+
     A misspelt keyword raises a TypeError that suggests the right one. If the C++ core rejects the
     type of an argument, the TypeError shows the given arguments and the expected types.
     """
@@ -67,6 +70,7 @@ def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Call
     parameters = inspect.signature(function).parameters
     order = list(parameters)
     assert units.keys() <= parameters.keys(), f"{name} has no {units.keys() - parameters.keys()}"
+    meshes = {key for key in order if "TriangleMesh" in str(parameters[key].annotation)}
 
     @functools.wraps(function)
     def call(*given: Any, **keywords: Any) -> R:
@@ -75,9 +79,13 @@ def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Call
                 raise TypeError(f"{name}() has no argument {key!r}; {_hint(key, order)}")
         for key in units.keys() & keywords.keys():
             keywords[key] = in_unit(keywords[key], units[key], f"{name}: {key}")
+        for key in meshes & keywords.keys():
+            keywords[key] = _mesh(keywords[key])
         places = zip(order, given, strict=False)
         plain = [
-            in_unit(value, units[key], f"{name}: {key}") if key in units else value
+            in_unit(value, units[key], f"{name}: {key}")
+            if key in units
+            else (_mesh(value) if key in meshes else value)
             for key, value in places
         ]
         try:
@@ -98,6 +106,11 @@ def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Call
 
     call.units = units  # type: ignore[attr-defined]
     return call
+
+
+def _mesh(value: Any) -> Any:
+    mesh = None if isinstance(value, TriangleMesh) else converted(value)
+    return value if mesh is None else mesh
 
 
 def _hint(key: str, known: list[str]) -> str:

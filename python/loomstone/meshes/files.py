@@ -5,41 +5,49 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-import numpy as np
-
 from .. import _core
 from .._core import InvalidInput, TriangleMesh
 from ..base.arguments import takes
+from ..base.foreign_meshes import converted
+from ..exchange.baked import SUFFIXES, mesh_at_rest
 
 __all__ = ["read", "write"]
 
 
 @takes()
 def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
-    """Reads a TriangleMesh from an OBJ or PLY file. Other formats need the package meshio.
+    """Reads a TriangleMesh from a file; polygons are split into fans.
 
-    with_uv : whether texture coordinates are read; obstacles and bodies do not need them
+    OBJ and PLY need no other package. From USD (extra `usd`) and glTF (extra `gltf`), all meshes
+    are read as one, at rest, in metres and with z up. Other formats need the package meshio.
+
+    with_uv : whether texture coordinates of OBJ and PLY are read; obstacles and bodies do not need
+        them
+
+    Raises CacheError if the file cannot be read, and InvalidInput if it holds no valid mesh.
     """
     path = Path(path)
     if path.suffix.lower() in (".obj", ".ply"):
         return _core.read_mesh(str(path), with_uv=with_uv)
+    if path.suffix.lower() in SUFFIXES:
+        return mesh_at_rest(path)
     try:
         import meshio
     except ImportError:
         raise _core.Unsupported(
-            f"{path}: formats other than .obj and .ply are read by meshio, which is not installed;"
-            " pip install meshio"
+            f"{path}: formats other than OBJ, PLY, USD and glTF are read by meshio, which is not"
+            " installed; pip install meshio"
         ) from None
     try:
         content = meshio.read(path)
     except (meshio.ReadError, OSError, SystemExit) as error:
         raise _core.CacheError(f"{path}: cannot be read as a mesh: {error}") from error
-    faces = content.get_cells_type("triangle")
-    if len(faces) == 0:
-        raise InvalidInput(
-            f"{path}: must contain triangles, got cells of {[c.type for c in content.cells]}"
-        )
-    return TriangleMesh(np.c_[content.points, np.zeros((len(content.points), 3))][:, :3], faces)
+    try:
+        mesh = converted(content)
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {error}") from None
+    assert mesh is not None  # meshio has returned a meshio.Mesh
+    return mesh
 
 
 @takes()

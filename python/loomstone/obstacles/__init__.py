@@ -9,11 +9,13 @@ True
 """
 
 from .._core import Obstacle
+from .baked_motion import baked
 from .sequences import sequence
 from .shapes import box, capsule, floor, funnel, mesh, sphere, wave_bar
 
 __all__ = [
     "Obstacle",
+    "baked",
     "box",
     "capsule",
     "floor",

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from .. import meshes
 from .._core import CacheError, InvalidInput, Obstacle, TriangleMesh
 from ..base.arguments import takes
+from ..exchange.point_caches import read_mdd, read_pc2
 
 __all__ = ["sequence"]
 
@@ -59,16 +60,16 @@ def sequence(
                 f"{one}: holds positions only; give the mesh whose vertices move, as"
                 " mesh=ls.meshes.read(...)"
             )
-        frames, times = _read_cache(one)
+        frames, times, step = _read_cache(one)
     else:
         mesh, frames = _read_meshes(_in_order(source), mesh)
-        times = None
+        times, step = None, 1.0
     if frames.ndim != 3 or frames.shape[1:] != (mesh.n_vertices, 3) or len(frames) < 2:
         raise InvalidInput(
             f"{source}: must hold 2 frames or more of {mesh.n_vertices} vertices (frames x"
             f" {mesh.n_vertices} x 3), got {frames.shape}"
         )
-    when = _moments(source, times, len(frames), rate, start)
+    when = _moments(source, times, len(frames), rate, step, start)
     positions = np.ascontiguousarray(frames, float).reshape(-1, 3)
     shape = TriangleMesh(positions[: mesh.n_vertices], mesh.triangles)
     return Obstacle(
@@ -86,13 +87,16 @@ def _moments(
     times: Floats | None,
     count: int,
     rate: float | None,
+    step: float,
     start: float | None,
 ) -> Floats:
-    """Returns the times of the frames [s]: from the rate if it is given, or else from the file."""
+    """Returns the times of the samples [s]: from the rate and the number of frames per sample if
+    the rate is given, or else from the file.
+    """
     if rate is not None:
         if not (np.isfinite(rate) and rate > 0):
             raise InvalidInput(f"rate must be > 0 [1/s], got {rate}; correct this value")
-        times = np.asarray(np.arange(count) * (_step_of(source) / rate), float)
+        times = np.asarray(np.arange(count) * (step / rate), float)
     elif times is None:
         raise InvalidInput(f"{source}: must come with times; give rate, frames per second [1/s]")
     elif times.shape != (count,):
@@ -135,14 +139,16 @@ def _read_meshes(paths: list[Path], mesh: TriangleMesh | None) -> tuple[Triangle
     return mesh, np.array(frames)
 
 
-def _read_cache(path: Path) -> tuple[NDArray[Any], Floats | None]:
-    """Returns positions, memory-mapped if possible, and times (None if the file has none)."""
+def _read_cache(path: Path) -> tuple[NDArray[Any], Floats | None, float]:
+    """Returns positions, memory-mapped if possible, times (None if the file has none) and the
+    number of frames per sample.
+    """
+    suffix = path.suffix.lower()
     try:
-        if path.suffix.lower() in (".npy", ".npz"):
-            return _read_numpy(path)
-        with path.open("rb") as file:
-            head = file.read(32)
-        return (_read_pc2 if path.suffix.lower() == ".pc2" else _read_mdd)(path, head)
+        if suffix == ".pc2":
+            positions, step = read_pc2(path)
+            return positions, None, step
+        return *(read_mdd(path) if suffix == ".mdd" else _read_numpy(path)), 1.0
     except (ValueError, EOFError) as error:
         if isinstance(error, InvalidInput):
             raise
@@ -168,43 +174,3 @@ def _read_numpy(path: Path) -> tuple[NDArray[Any], Floats | None]:
     if content.dtype.kind not in "fiu":
         raise InvalidInput(f"{path}: must hold numbers, got {content.dtype}")
     return content, times
-
-
-def _read_pc2(path: Path, head: bytes) -> tuple[NDArray[Any], None]:
-    """Reads a file in the format Point Cache 2 (.pc2).
-
-    The header contains "POINTCACHE2", version, number of points, first frame, frames per sample and
-    number of samples. Positions follow as little-endian floats.
-    """
-    if head[:12] != b"POINTCACHE2\0" or len(head) < 32:
-        raise CacheError(f"{path}: is not a point cache (.pc2)")
-    points, samples = (int(n) for n in np.frombuffer(head, "<i4")[[4, 7]])
-    return _mapped(path, "<f4", 32, samples, points), None
-
-
-def _step_of(source: StrPath | Sequence[StrPath]) -> float:
-    """Returns the number of frames per sample, which only .pc2 defines; 1 for other formats."""
-    if not isinstance(source, (str, os.PathLike)) or Path(source).suffix.lower() != ".pc2":
-        return 1.0
-    return float(np.fromfile(source, "<f4", 1, offset=24)[0])
-
-
-def _read_mdd(path: Path, head: bytes) -> tuple[NDArray[Any], Floats]:
-    """Reads an MDD file: numbers of frames and points, times [s] and positions, all big-endian."""
-    if len(head) < 8:
-        raise CacheError(f"{path}: is not a point cache (.mdd)")
-    samples, points = (int(n) for n in np.frombuffer(head[:8], ">i4"))
-    if samples < 1 or points < 1:
-        raise CacheError(f"{path}: is not a point cache (.mdd)")
-    frames = _mapped(path, ">f4", 8 + 4 * samples, samples, points)
-    return frames, np.fromfile(path, ">f4", samples, offset=8).astype(float)
-
-
-def _mapped(path: Path, kind: str, offset: int, samples: int, points: int) -> NDArray[Any]:
-    wanted, size = offset + 12 * samples * points, path.stat().st_size
-    if samples < 1 or points < 1 or size < wanted:
-        raise CacheError(
-            f"{path}: must have {wanted} bytes for {samples} frames of {points} points, got {size};"
-            " it is cut short"
-        )
-    return np.memmap(path, kind, "r", offset, (samples, points, 3))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from .._core import CacheError, Frame, FrameReader, FrameTopology, Scene
+from ..exchange.export import Format, export_run
 from ..pictures.notebook import picture_of_frame, remember
 from .scene_file import SceneFile
 from .stacked import Stacked
@@ -157,6 +158,37 @@ class Run:
         Raises CacheError if the run was not made from a scene file.
         """
         return SceneFile.of_run(self).scene()
+
+    def export(
+        self,
+        out: str | os.PathLike[str] | None = None,
+        *,
+        to: Format | None = None,
+        frames: range | None = None,
+        every: int = 1,
+        overwrite: bool = False,
+    ) -> list[Path]:
+        """Writes frames for other programs; returns the paths of the files.
+
+        to : usd (.usdc, .usd or .usda: points and poses over time, uv, materials), gltf (.glb or
+            .gltf: morph targets and animated nodes, uv, materials), alembic (.abc: points and poses
+            over time, uv), pc2 or mdd (a point cache and an OBJ file for each surface), obj or ply
+            (a mesh file for each surface and frame). None: the suffix of `out` determines it.
+        out : file, or directory for pc2, mdd, obj and ply; default: in the directory of the run
+        frames : frames to export, such as range(10, 50); None: all
+        every : only every so many of these frames
+        overwrite : replace an earlier export
+
+        Lengths are in metres. z is up, except in gltf and alembic, which have y up. Positions are
+        doubles in obj and ply, and floats in the others. In usd, gltf and alembic, bodies and
+        obstacles that move rigidly have poses instead of moving points.
+
+        Raises InvalidInput if a file or directory is in the way or frames are not those of the run,
+        Unsupported if a package is missing, and CacheError if files cannot be read or written.
+
+        >>> ls.Run("out/drape").export("drape.usdc", frames=range(0, 50))      # doctest: +SKIP
+        """
+        return export_run(self, out, to=to, frames=frames, every=every, overwrite=overwrite)
 
     def intersecting_pairs(self, index: int = -1) -> list[tuple[int, int]]:
         """Returns the pairs of intersecting triangles in a frame.

@@ -20,6 +20,7 @@ ORDER = [
     "versions",
     "collision",
     "limits",
+    "exchange",
     "meshes",
     "obstacles",
     "magnetics",

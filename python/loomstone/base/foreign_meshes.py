@@ -1,0 +1,63 @@
+"""Meshes of trimesh and meshio as TriangleMesh.
+
+The bindings and `base.arguments.takes` call `converted` for every mesh that is given, so such
+objects are accepted wherever a TriangleMesh is taken. Neither package is imported.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .._core import InvalidInput, TriangleMesh
+
+__all__ = ["converted", "triangles_of_cells"]
+
+_FACES = ("triangle", "quad", "polygon")
+_IGNORED = ("vertex", "line", "line3")  # for instance the physical groups of Gmsh
+
+
+def converted(value: Any) -> TriangleMesh | None:
+    """Returns a trimesh.Trimesh or meshio.Mesh as TriangleMesh, or None for any other object.
+
+    Vertices [m] keep their order. Polygons are split into fans from their first corner. Texture
+    coordinates are left out, because rest coordinates are lengths.
+
+    Raises InvalidInput if the object has no triangles or TriangleMesh rejects them.
+    """
+    classes = {(base.__module__.split(".")[0], base.__name__) for base in type(value).__mro__}
+    if ("trimesh", "Trimesh") in classes:
+        return TriangleMesh(np.array(value.vertices, float), np.array(value.faces))
+    if ("trimesh", "Scene") in classes:
+        names = ", ".join(map(repr, list(value.geometry)[:8]))
+        raise InvalidInput(
+            f"a mesh must be one surface, got a trimesh.Scene of {names or 'nothing'}; give one of"
+            " its meshes, scene.geometry[NAME], or all of them joined, scene.to_mesh()"
+        )
+    if ("meshio", "Mesh") in classes:
+        faces = triangles_of_cells(value.cells)
+        points = np.asarray(value.points, float)
+        return TriangleMesh(np.c_[points, np.zeros((len(points), 3))][:, :3], faces)
+    return None
+
+
+def triangles_of_cells(cells: Any) -> np.ndarray[Any, np.dtype[np.int64]]:
+    """Returns the triangles (m x 3) of meshio's cell blocks, with polygons split into fans.
+
+    Points and lines are ignored. Raises InvalidInput if there are other cells and no triangles.
+    """
+    kinds = sorted({block.type for block in cells} - set(_IGNORED))
+    faces = [np.asarray(block.data, int) for block in cells if block.type in _FACES]
+    if not sum(map(len, faces)) or any(kind.startswith(("triangle6", "quad8")) for kind in kinds):
+        raise InvalidInput(
+            "a mesh must consist of flat triangles or polygons, got cells of"
+            f" {', '.join(kinds) or 'no kind'}; extract the surface first"
+        )
+    return np.concatenate([_fans(corners) for corners in faces])
+
+
+def _fans(corners: np.ndarray[Any, np.dtype[np.int64]]) -> np.ndarray[Any, np.dtype[np.int64]]:
+    """Splits polygons (m x k) with equal numbers of corners into triangles ((k - 2) m x 3)."""
+    parts = [corners[:, [0, k - 1, k]] for k in range(2, corners.shape[1])]
+    return np.stack(parts, 1).reshape(-1, 3)

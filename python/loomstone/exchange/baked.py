@@ -1,0 +1,95 @@
+"""Surfaces over time, read from files of animated characters and objects."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from .._core import CacheError, InvalidInput, TriangleMesh
+from .parts import Part
+from .surfaces import Floats
+
+__all__ = ["SUFFIXES", "joined", "mesh_at_rest", "read_parts"]
+
+USD = (".usd", ".usda", ".usdc", ".usdz")
+GLTF = (".gltf", ".glb")
+SUFFIXES = USD + GLTF
+
+
+def read_parts(
+    path: Path, *, rate: float | None, animation: list[str] | None
+) -> tuple[list[Part], Floats]:
+    """Reads the meshes of a USD or glTF file, and the times [s] at which their motion is sampled.
+
+    rate : samples per second [1/s]; None: that of the file, or 60 for glTF
+    animation : names of animations in a glTF file; none: its only one; None: at rest
+
+    Raises CacheError if the file cannot be read, and InvalidInput if it has no meshes or no such
+    animation.
+    """
+    if not path.is_file():
+        raise CacheError(f"{path}: cannot be read: there is no such file")
+    if path.suffix.lower() in USD:
+        from .usd_process import read_usd_apart
+
+        if animation:
+            raise InvalidInput(f"{path}: USD has no named animations; leave out animation")
+        parts, times = read_usd_apart(path, rate, moving=animation is not None)
+    else:
+        from .gltf_reader import read_gltf
+
+        parts, times = read_gltf(path, rate, animation)
+    if not parts:
+        raise InvalidInput(f"{path}: must hold a mesh, but holds none that is visible")
+    return parts, times
+
+
+def joined(path: Path, parts: list[Part], names: list[str] | None) -> Part:
+    """Joins parts to one; vertices that always coincide become one vertex.
+
+    names : names of the parts that are used; None: all
+    """
+    known = [part.name for part in parts]
+    if names is not None and (unknown := [name for name in names if name not in known]):
+        raise InvalidInput(
+            f"{path}: parts must be names of its meshes, {', '.join(map(repr, known))}, got"
+            f" {unknown[0]!r}"
+        )
+    chosen = [part for part in parts if names is None or part.name in names]
+    if not chosen:
+        raise InvalidInput(f"{path}: parts must name a mesh, one of {', '.join(map(repr, known))}")
+    starts = np.cumsum([0, *(part.frames.shape[1] for part in chosen)])
+    triangles = [part.triangles + start for part, start in zip(chosen, starts, strict=False)]
+    frames = np.concatenate([part.frames for part in chosen], 1)
+    return _welded(Part(path.stem, np.concatenate(triangles), frames))
+
+
+def mesh_at_rest(path: Path) -> TriangleMesh:
+    """Reads all meshes of a file as one mesh: at the first frame of USD, or glTF's rest pose."""
+    parts, _ = read_parts(path, rate=None, animation=None)
+    whole = joined(path, parts, None)
+    try:
+        return TriangleMesh(whole.frames[0], whole.triangles)
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {error}") from None
+
+
+def _welded(part: Part) -> Part:
+    """Joins vertices that coincide in all frames, and leaves out triangles that lose a corner and
+    vertices without triangles.
+
+    Files repeat vertices where uv or normals differ, but a surface needs its vertices connected.
+    """
+    count = part.frames.shape[1]
+    paths = np.ascontiguousarray(part.frames.transpose(1, 0, 2).astype(np.float32)).reshape(
+        count, -1
+    )
+    paths += 0.0  # so that -0 equals 0
+    keys = paths.view(np.dtype((np.void, paths.itemsize * paths.shape[1]))).ravel()
+    _, first, index = np.unique(keys, return_index=True, return_inverse=True)
+    triangles = first[index.reshape(-1)][part.triangles]
+    a, b, c = triangles.T
+    whole = (a != b) & (b != c) & (c != a)
+    used, triangles = np.unique(triangles[whole], return_inverse=True)
+    return Part(part.name, triangles.reshape(-1, 3), part.frames[:, used])

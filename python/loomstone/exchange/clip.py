@@ -1,0 +1,80 @@
+"""The part of a run that is exported: some of its frames, with all surfaces and their motions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from .._core import Frame, FrameTopology
+from .motions import Motion, motions_of
+from .selection import selected
+from .surfaces import Floats, Surface, surfaces_of
+
+__all__ = ["Clip", "FramesOfRun", "clip_of"]
+
+
+class FramesOfRun(Protocol):
+    """The interface of a run that exports need; loomstone.Run implements it."""
+
+    directory: Path
+
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int, /) -> Frame: ...
+    @property
+    def times(self) -> Floats: ...
+    @property
+    def rate(self) -> float: ...
+    @property
+    def topology(self) -> FrameTopology: ...
+
+
+@dataclass(frozen=True)
+class Clip:
+    """Frames of a run with its surfaces."""
+
+    run: FramesOfRun
+    frames: range
+    surfaces: list[Surface]
+    motions: list[Motion]
+    progress: Callable[[int], None]
+
+    @property
+    def times(self) -> Floats:
+        """(f) times of the frames [s]."""
+        return np.asarray(self.run.times, float)[list(self.frames)]
+
+    @property
+    def largest_size(self) -> int:
+        """Bound on the size [bytes] of a file of all surfaces, with normals, in single precision.
+
+        The libraries for USD and Alembic do not report a full disk reliably, and alembic3d ends the
+        process, so space is reserved before they write.
+        """
+        size = 2**20
+        for surface, motion in zip(self.surfaces, self.motions, strict=True):
+            frames = 1 if motion.rigid else len(self)
+            size += frames * (24 * len(motion.first) + 2**10) + 60 * len(surface.triangles)
+            size += 8 * len(surface.uv) + 2**8 * len(self)
+        return size
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    def __iter__(self) -> Iterator[Frame]:
+        for index in self.frames:
+            yield self.run[index]
+            self.progress(1)
+
+
+def clip_of(
+    run: FramesOfRun, frames: range | None, every: int, progress: Callable[[int], None]
+) -> Clip:
+    """Returns the selected frames of a run; `progress` is called twice for each of them."""
+    chosen = selected(len(run), frames, every)
+    surfaces = surfaces_of(run.topology)
+    motions = motions_of(surfaces, lambda: (run[i] for i in chosen), len(chosen), progress)
+    return Clip(run, chosen, surfaces, motions, progress)

@@ -1,0 +1,33 @@
+"""Import of packages that only some files need."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+from .._core import Unsupported
+
+__all__ = ["imported"]
+
+_PACKAGES = {
+    "pxr": "usd-core",
+    "pygltflib": "pygltflib",
+    "alembic3d": "alembic3d",
+    "imath": "alembic3d",
+}
+_EXTRAS = {"pxr": "usd", "pygltflib": "gltf", "alembic3d": "alembic", "imath": "alembic"}
+
+
+def imported(module: str, what: object) -> Any:
+    """Returns a module; raises Unsupported, naming the extra, if its package is not installed.
+
+    what : the file for which it is needed
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        top = module.split(".")[0]
+        raise Unsupported(
+            f"{what}: this format needs the package {_PACKAGES[top]}, which is not installed; pip"
+            f" install loomstone[{_EXTRAS[top]}], or pip install {_PACKAGES[top]}"
+        ) from None

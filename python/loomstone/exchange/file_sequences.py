@@ -1,0 +1,72 @@
+"""Writes the surfaces of a run as files of their own: point caches, or one mesh file per frame."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+
+from .. import _core
+from .._core import InvalidInput, TriangleMesh
+from .clip import Clip
+from .point_caches import mdd_header, pc2_header, write_positions
+from .surfaces import Floats, Surface
+
+__all__ = ["write_meshes", "write_point_caches"]
+
+
+def write_point_caches(directory: Path, clip: Clip, suffix: str) -> list[Path]:
+    """Writes NAME.obj for each surface, as it is in the first frame, and NAME.pc2 or NAME.mdd for
+    each surface that moves.
+
+    The vertices of both files have the order of the run.
+    """
+    written = []
+    with ExitStack() as open_files:
+        caches = []
+        for surface, motion in zip(clip.surfaces, clip.motions, strict=True):
+            path = directory / f"{surface.identifier}.obj"
+            _write_mesh(path, surface, motion.first)
+            written.append(path)
+            if motion.still:
+                continue
+            path = directory / f"{surface.identifier}{suffix}"
+            written.append(path)
+            file = open_files.enter_context(path.open("wb"))
+            file.write(_header(clip, suffix, len(motion.first)))
+            caches.append((surface, file))
+        for frame in clip:
+            for surface, file in caches:
+                write_positions(file, suffix, surface.positions(frame))
+    return written
+
+
+def write_meshes(directory: Path, clip: Clip, suffix: str) -> list[Path]:
+    """Writes NAME-00000.obj or NAME-00000.ply and so on for each surface that moves, numbered as
+    the frames of the run, and one file NAME.obj or NAME.ply for each that does not.
+    """
+    written = []
+    for index, frame in zip(clip.frames, clip, strict=True):
+        for surface, motion in zip(clip.surfaces, clip.motions, strict=True):
+            if motion.still and index != clip.frames[0]:
+                continue
+            number = "" if motion.still else f"-{index:05d}"
+            path = directory / f"{surface.identifier}{number}{suffix}"
+            _write_mesh(path, surface, surface.positions(frame))
+            written.append(path)
+    return written
+
+
+def _header(clip: Clip, suffix: str, points: int) -> bytes:
+    if suffix == ".mdd":
+        return mdd_header(points, clip.times)
+    return pc2_header(points, clip.frames.start, clip.frames.step, len(clip))
+
+
+def _write_mesh(path: Path, surface: Surface, positions: Floats) -> None:
+    uv = surface.uv if len(surface.uv) else None
+    uv_triangles = surface.uv_triangles if len(surface.uv) else None
+    try:
+        mesh = TriangleMesh(positions, surface.triangles, uv, uv_triangles=uv_triangles)
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {error}; point caches and usd can hold this frame") from None
+    _core.write_mesh(str(path), mesh)

@@ -1,0 +1,227 @@
+"""Reads the meshes of a glTF 2.0 file over time: skins, morph targets and moving nodes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import CacheError, Error, InvalidInput
+from .gltf_animation import Channel, channels_of, value_at
+from .gltf_file import GltfFile, matrix
+from .parts import MALFORMED, Part, sample_times
+from .surfaces import Floats, Indices
+
+__all__ = ["read_gltf"]
+
+_RATE = 60.0  # samples of an animation per second [1/s]
+_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # turns y up to z up
+
+
+def read_gltf(
+    path: Path, rate: float | None, animation: list[str] | None
+) -> tuple[list[Part], Floats]:
+    """Reads all meshes of the scene at the times of an animation [s], which begin at 0.
+
+    rate : samples per second [1/s]; None: 60
+    animation : names of the animations; none: the only one; None: the rest pose
+    """
+    try:
+        return _sampled(GltfFile(path), rate, animation)
+    except MALFORMED as error:
+        if isinstance(error, Error):
+            raise
+        raise CacheError(f"{path}: is malformed, and cannot be read as glTF: {error!r}") from None
+
+
+def _sampled(
+    file: GltfFile, rate: float | None, animation: list[str] | None
+) -> tuple[list[Part], Floats]:
+    channels = [] if animation is None else channels_of(file, animation)
+    start = min((c.times[0] for c in channels), default=0.0)
+    length = max((c.times[-1] for c in channels), default=0.0) - start
+    if animation is not None and length <= 0.0:
+        raise InvalidInput(
+            f"{file.path}: the animation must last longer than 0 s, got one keyframe"
+        )
+    times = sample_times(file.path, length, rate or _RATE)
+    shapes = _shapes(file)
+    frames: list[list[Floats]] = [[] for _ in shapes]
+    for time in times:
+        poses, weights = _pose(file, channels, start + time)
+        for shape, mine in zip(shapes, frames, strict=True):
+            mine.append(shape.vertices(poses, weights) @ _UP.T)
+    poses, _ = _pose(file, channels, start)
+    return [
+        Part(shape.name, shape.triangles_in(poses), np.array(mine))
+        for shape, mine in zip(shapes, frames, strict=True)
+    ], times
+
+
+class _Shape:
+    """The triangles of a node, with its morph targets and its skin."""
+
+    def __init__(self, file: GltfFile, number: int) -> None:
+        node = file.content.nodes[number]
+        mesh = file.item("meshes", node.mesh, f"node {number}")
+        self.node, self.name = number, node.name or mesh.name or f"mesh {node.mesh}"
+        self.weights = np.array(mesh.weights or [], float)
+        pieces = [_Piece(file, p, self.name, node.skin is not None) for p in mesh.primitives]
+        starts = np.cumsum([0, *(len(p.points) for p in pieces)])
+        self.points = np.concatenate([p.points for p in pieces])
+        self.targets = np.concatenate([p.targets for p in pieces], 1)
+        self.triangles = np.concatenate(
+            [p.triangles + start for p, start in zip(pieces, starts, strict=False)]
+        )
+        self.skin: tuple[list[int], Floats] | None = None
+        if node.skin is not None:
+            self.joints = np.concatenate([p.joints for p in pieces])
+            self.shares = np.concatenate([p.shares for p in pieces])
+            self.skin = _skin(file, node.skin, self.name)
+            if self.joints.max(initial=0) >= len(self.skin[0]):
+                raise InvalidInput(
+                    f"{file.path}: {self.name!r} uses joint {self.joints.max()} of its skin, which"
+                    f" has {len(self.skin[0])}"
+                )
+
+    def vertices(self, poses: dict[int, Floats], weights: dict[int, Floats]) -> Floats:
+        """Returns the vertices in world space (n x 3) [m], with y up."""
+        share = weights.get(self.node, self.weights)[: len(self.targets)]
+        points = self.points + np.tensordot(share, self.targets[: len(share)], 1)
+        return _moved(points, self._matrices(poses))
+
+    def triangles_in(self, poses: dict[int, Floats]) -> Indices:
+        """Returns the triangles, turned over if the pose of the node is a reflection."""
+        mirrored = self.skin is None and np.linalg.det(poses[self.node][:3, :3]) < 0.0
+        return self.triangles[:, ::-1] if mirrored else self.triangles
+
+    def _matrices(self, poses: dict[int, Floats]) -> Floats:
+        """Returns one matrix (4 x 4), or one for each vertex (n x 4 x 4) from its joints."""
+        if self.skin is None:
+            return poses[self.node]
+        joints, inverse = self.skin
+        moved = np.array([poses[j] for j in joints]) @ inverse
+        return np.asarray(np.einsum("nk,nkij->nij", self.shares, moved[self.joints]))
+
+
+class _Piece:
+    """One primitive of a mesh."""
+
+    def __init__(self, file: GltfFile, primitive: Any, name: str, skinned: bool) -> None:
+        attributes = primitive.attributes
+        if attributes.POSITION is None:
+            raise InvalidInput(f"{file.path}: {name!r} has no positions")
+        self.points = file.array(attributes.POSITION, f"positions of {name!r}")
+        n = len(self.points)
+        self.triangles = _triangles(file, primitive, name, n)
+        targets = [t if isinstance(t, dict) else vars(t) for t in primitive.targets or []]
+        shifts = [
+            np.zeros((n, 3))
+            if t.get("POSITION") is None
+            else file.array(t["POSITION"], f"a morph target of {name!r}")
+            for t in targets
+        ]
+        self.targets = np.array(shifts).reshape(len(shifts), n, 3)
+        if skinned:
+            self.joints, self.shares = _joints(file, attributes, name)
+
+
+def _triangles(file: GltfFile, primitive: Any, name: str, points: int) -> Indices:
+    """Returns the triangles of a primitive: a list, a strip or a fan of triangles."""
+    corners = np.arange(points)
+    if primitive.indices is not None:
+        corners = file.array(primitive.indices, f"indices of {name!r}")[:, 0].astype(np.int64)
+    if corners.max(initial=0) >= points:
+        raise InvalidInput(
+            f"{file.path}: {name!r} refers to vertex {corners.max()}, but has {points}"
+        )
+    mode = 4 if primitive.mode is None else primitive.mode
+    k = np.arange(max(len(corners) - 2, 0))
+    if mode == 4:
+        return corners[: len(corners) // 3 * 3].reshape(-1, 3)
+    if mode == 5:
+        return corners[np.column_stack([k + k % 2, k + 1 - k % 2, k + 2])]
+    if mode == 6:
+        return corners[np.column_stack([0 * k, k + 1, k + 2])]
+    raise InvalidInput(f"{file.path}: {name!r} must consist of triangles, got points or lines")
+
+
+def _joints(file: GltfFile, attributes: Any, name: str) -> tuple[NDArray[np.int64], Floats]:
+    """Returns the joints (n x k) of all vertices and their shares (n x k), which add to 1."""
+    joints, shares = [], []
+    for number in range(8):
+        index = getattr(attributes, f"JOINTS_{number}", None)
+        weight = getattr(attributes, f"WEIGHTS_{number}", None)
+        if index is None or weight is None:
+            break
+        joints.append(file.array(index, f"joints of {name!r}").astype(np.int64))
+        shares.append(file.array(weight, f"weights of {name!r}"))
+    if not joints:
+        raise InvalidInput(f"{file.path}: {name!r} has a skin, but no joints and weights")
+    share = np.concatenate(shares, 1)
+    total = share.sum(1, keepdims=True)
+    return np.concatenate(joints, 1), share / np.where(total > 0.0, total, 1.0)
+
+
+def _skin(file: GltfFile, index: int, name: str) -> tuple[list[int], Floats]:
+    """Returns the nodes of the joints of a skin and their inverse bind matrices (j x 4 x 4)."""
+    skin = file.item("skins", index, repr(name))
+    for joint in skin.joints:
+        file.item("nodes", joint, f"the skin of {name!r}")
+    if skin.inverseBindMatrices is None:
+        return list(skin.joints), np.tile(np.eye(4), (len(skin.joints), 1, 1))
+    flat = file.array(skin.inverseBindMatrices, f"the skin of {name!r}")
+    return list(skin.joints), flat.reshape(-1, 4, 4).transpose(0, 2, 1)
+
+
+def _shapes(file: GltfFile) -> list[_Shape]:
+    """Returns the shapes of all nodes of the default scene."""
+    return [
+        _Shape(file, number)
+        for number, _ in _tree(file)
+        if file.content.nodes[number].mesh is not None
+    ]
+
+
+def _tree(file: GltfFile) -> list[tuple[int, int | None]]:
+    """Returns the nodes of the default scene with their parents, parents first."""
+    content = file.content
+    if not content.scenes:
+        return []
+    scene = file.item("scenes", content.scene or 0, "the file")
+    found: list[tuple[int, int | None]] = []
+    waiting: list[tuple[int, int | None]] = [(n, None) for n in scene.nodes or []]
+    while waiting:
+        number, parent = waiting.pop(0)
+        node = file.item("nodes", number, "a scene or node")
+        found.append((number, parent))
+        if len(found) > len(content.nodes):
+            raise InvalidInput(f"{file.path}: a node must have one parent, got several or a cycle")
+        waiting.extend((child, number) for child in node.children or [])
+    return found
+
+
+def _pose(
+    file: GltfFile, channels: list[Channel], time: float
+) -> tuple[dict[int, Floats], dict[int, Floats]]:
+    """Returns the poses (4 x 4) of all nodes in world space and the animated weights at a time."""
+    changed: dict[int, dict[str, Floats]] = {}
+    for channel in channels:
+        changed.setdefault(channel.node, {})[channel.path] = value_at(channel, time)
+    weights = {
+        node: values.pop("weights") for node, values in changed.items() if "weights" in values
+    }
+    poses: dict[int, Floats] = {}
+    for number, parent in _tree(file):
+        own = matrix(file.content.nodes[number], changed.get(number, {}))
+        poses[number] = own if parent is None else poses[parent] @ own
+    return poses, weights
+
+
+def _moved(points: Floats, matrices: Floats) -> Floats:
+    if matrices.ndim == 2:
+        return np.asarray(points @ matrices[:3, :3].T + matrices[:3, 3])
+    turned = np.einsum("nij,nj->ni", matrices[:, :3, :3], points)
+    return np.asarray(turned + matrices[:, :3, 3])

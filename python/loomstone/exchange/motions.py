@@ -1,0 +1,98 @@
+"""How the surfaces of a run move: not at all, as rigid bodies, or by deforming."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .._core import Frame
+from .surfaces import Floats, Surface
+
+__all__ = ["Motion", "motions_of"]
+
+# Largest deviation from a rigid motion, in sizes of the surface: the rounding of single precision.
+_RIGID = 1e-6
+
+
+@dataclass
+class Motion:
+    """Motion of a surface over the frames that are exported."""
+
+    first: Floats  # (n x 3) vertices in the first frame [m]
+    still: bool
+    rigid: bool  # also True if still
+    centre: Floats  # (3) mean of the vertices in the first frame [m]
+    rotations: Floats  # (f x 3 x 3) from the first frame; identity if not rigid
+    centres: Floats  # (f x 3) where `centre` is [m]
+
+    @property
+    def local(self) -> Floats:
+        """(n x 3) vertices of the first frame relative to their centre [m]."""
+        return self.first - self.centre
+
+    @property
+    def quaternions(self) -> Floats:
+        """(f x 4) rotations as x, y, z, w; neighbours lie on the same half of the sphere."""
+        from scipy.spatial.transform import Rotation
+
+        q: Floats = Rotation.from_matrix(self.rotations).as_quat()
+        signs = np.sign(np.einsum("ij,ij->i", q[1:], q[:-1]))
+        return q * np.cumprod(np.r_[1.0, np.where(signs < 0.0, -1.0, 1.0)])[:, None]
+
+
+def motions_of(
+    surfaces: list[Surface],
+    frames: Callable[[], Iterable[Frame]],
+    count: int,
+    progress: Callable[[int], None],
+) -> list[Motion]:
+    """Returns the motions of surfaces over `count` frames, which are read once.
+
+    A surface is rigid if a rotation and a translation give its vertices in all frames to single
+    precision. Cloth is never taken as rigid.
+    """
+    motions: list[Motion] = []
+    for index, frame in enumerate(frames()):
+        for number, surface in enumerate(surfaces):
+            positions = surface.positions(frame)
+            if index == 0:
+                motions.append(_begun(surface, positions, count))
+            else:
+                _extend(motions[number], index, positions)
+        progress(1)
+    return motions
+
+
+def _begun(surface: Surface, positions: Floats, count: int) -> Motion:
+    centre = positions.mean(0)
+    return Motion(
+        first=positions.copy(),
+        still=not surface.is_cloth,
+        rigid=not surface.is_cloth,
+        centre=centre,
+        rotations=np.tile(np.eye(3), (count, 1, 1)),
+        centres=np.tile(centre, (count, 1)),
+    )
+
+
+def _extend(motion: Motion, index: int, positions: Floats) -> None:
+    if not motion.rigid or (motion.still and np.array_equal(positions, motion.first)):
+        return
+    motion.still = False
+    local, centre = motion.local, positions.mean(0)
+    rotation = _best_rotation(local, positions - centre)
+    deviation = np.abs(local @ rotation.T + centre - positions).max()
+    motion.rigid = bool(deviation <= _RIGID * np.ptp(motion.first, axis=0).max())
+    motion.rotations[index], motion.centres[index] = rotation, centre
+
+
+def _best_rotation(before: Floats, after: Floats) -> Floats:
+    """Returns the rotation that maps points to others with the least squares of deviations.
+
+    Kabsch, "A solution for the best rotation to relate two sets of vectors", 1976.
+    """
+    u, _, vt = np.linalg.svd(after.T @ before)
+    turn: Floats = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
+    return turn

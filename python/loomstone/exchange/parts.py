@@ -1,0 +1,51 @@
+"""A mesh over time, as a file of another program holds it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .._core import InvalidInput
+from .surfaces import Floats, Indices
+
+__all__ = ["MALFORMED", "Part", "sample_times"]
+
+# Exceptions that malformed files cause in libraries and in the conversion of their content.
+MALFORMED = (
+    KeyError,
+    IndexError,
+    TypeError,
+    AttributeError,
+    ValueError,
+    OverflowError,
+    MemoryError,
+    RecursionError,
+)
+
+_MOST = 100_000  # samples of a motion
+
+
+@dataclass(frozen=True)
+class Part:
+    """One mesh of a file in world space, with z up."""
+
+    name: str
+    triangles: Indices  # (m x 3)
+    frames: Floats  # (f x n x 3) [m]
+
+
+def sample_times(path: Path, length: float, rate: float) -> Floats:
+    """Returns times from 0 to a length [s] with `rate` samples per second, at least both ends.
+
+    Raises InvalidInput if there would be more than 100,000.
+    """
+    if not length * rate <= _MOST:
+        raise InvalidInput(
+            f"{path}: must have at most {_MOST} samples, but {length:g} s at {rate:g} per second"
+            " have more; give a lower rate"
+        )
+    # Times in files have single precision, so the last sample may lie a little after the end.
+    times = np.arange(1 + int(np.floor(length * rate + 1e-3))) / rate
+    return times if len(times) > 1 or length == 0.0 else np.array([0.0, length])

@@ -1,0 +1,92 @@
+"""Files that an export writes: complete or absent, and never in place of others by surprise."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from .._core import CacheError, InvalidInput
+
+__all__ = ["check_free", "remove_sequences", "unfinished", "unfinished_directory"]
+
+
+def check_free(path: Path, *, overwrite: bool) -> None:
+    """Raises InvalidInput if a file exists, or a directory that is not empty."""
+    try:
+        taken = any(path.iterdir()) if path.is_dir() else path.exists()
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CacheError(f"{path}: cannot be written: {error.strerror or error}") from error
+    if taken and not overwrite:
+        raise InvalidInput(
+            f"{path}: exists already; give another path, or replace it by --overwrite"
+            " (overwrite=True)"
+        )
+
+
+@contextmanager
+def unfinished(path: Path, *, size: int) -> Iterator[Path]:
+    """Yields the path of a file that replaces `path` when it is complete.
+
+    If writing fails, the unfinished file is removed. Raises CacheError for errors of the system.
+
+    size : free space [bytes] that is required before writing begins
+    """
+    partial = path.with_name(f"unfinished-{path.name}")
+    try:
+        with _told(path):
+            with partial.open("wb") as file:
+                os.posix_fallocate(file.fileno(), 0, size)
+            partial.unlink()
+            yield partial
+            partial.replace(path)
+    except BaseException:
+        partial.unlink(missing_ok=True)
+        raise
+
+
+@contextmanager
+def unfinished_directory(directory: Path) -> Iterator[Path]:
+    """Yields the path of a new directory, whose files move to `directory` when all are complete.
+
+    If writing fails, the new directory is removed. Raises CacheError for errors of the system.
+    """
+    partial = directory.with_name(f"unfinished-{directory.name}")
+    try:
+        with _told(directory):
+            shutil.rmtree(partial, ignore_errors=True)
+            partial.mkdir()
+            yield partial
+            directory.mkdir(exist_ok=True)
+            for path in sorted(partial.iterdir()):
+                path.replace(directory / path.name)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """Turns errors of the system into one sentence about `path`."""
+    try:
+        yield
+    except CacheError:
+        raise
+    except OSError as error:
+        raise CacheError(
+            f"{path}: cannot be written: {error.strerror or error}; check the path and the space on"
+            " the disk"
+        ) from error
+
+
+def remove_sequences(directory: Path, names: list[str], suffixes: list[str]) -> None:
+    """Removes the files NAME.SUFFIX and NAME-NUMBER.SUFFIX of an earlier export."""
+    wanted = re.compile(
+        rf"({'|'.join(map(re.escape, names))})(-\d+)?({'|'.join(map(re.escape, suffixes))})"
+    )
+    for path in directory.iterdir() if directory.is_dir() else ():
+        if wanted.fullmatch(path.name):
+            path.unlink()

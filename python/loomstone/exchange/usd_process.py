@@ -1,0 +1,71 @@
+"""Reads USD in a process of its own.
+
+usd-core prints warnings of its own, and damaged files can end the process that reads them. Here
+either becomes one sentence.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from .._core import CacheError, Error, InvalidInput, Unsupported
+from .parts import Part
+from .surfaces import Floats
+
+__all__ = ["read_usd_apart", "serve"]
+
+_PROGRAM = "from loomstone.exchange.usd_process import serve; serve()"
+_ERRORS: tuple[type[Error], ...] = (InvalidInput, Unsupported, CacheError)
+
+
+def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part], Floats]:
+    """Reads a file as usd_reader.read_usd does, and raises the same errors.
+
+    Raises CacheError, too, if the library ends the process.
+    """
+    with tempfile.TemporaryDirectory() as scratch:
+        result = Path(scratch) / "result.npz"
+        order = json.dumps([str(path.absolute()), str(path), rate, moving, str(result)])
+        done = subprocess.run(
+            [sys.executable, "-c", _PROGRAM, order],
+            capture_output=True,
+            text=True,
+            errors="replace",
+        )
+        if done.returncode != 0 or not result.exists():
+            lines = done.stderr.strip().splitlines()
+            reason = lines[-1] if done.returncode > 0 and lines else "usd-core has crashed"
+            raise CacheError(f"{path}: is damaged, and cannot be read as USD: {reason}")
+        with np.load(result) as arrays:
+            content = dict(arrays)
+    if "error" in content:
+        kind, text = content["error"].tolist()
+        raise next(error for error in _ERRORS if error.__name__ == kind)(text)
+    parts = [
+        Part(name, content[f"triangles_{i}"], content[f"frames_{i}"])
+        for i, name in enumerate(content["names"].tolist())
+    ]
+    return parts, content["times"]
+
+
+def serve() -> None:
+    """Reads the file that the last argument describes, and writes its parts or the error."""
+    from .usd_reader import read_usd
+
+    path, shown, rate, moving, result = json.loads(sys.argv[-1])
+    try:
+        parts, times = read_usd(Path(path), rate, moving=moving)
+    except _ERRORS as error:
+        kind = next(known for known in _ERRORS if isinstance(error, known))
+        np.savez(result, error=[kind.__name__, str(error).replace(path, shown)])
+        return
+    arrays = {"names": np.array([part.name for part in parts], str), "times": times}
+    for i, part in enumerate(parts):
+        arrays[f"triangles_{i}"], arrays[f"frames_{i}"] = part.triangles, part.frames
+    np.savez(result, **arrays)  # type: ignore[arg-type]

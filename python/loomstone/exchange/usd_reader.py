@@ -1,0 +1,171 @@
+"""Reads the meshes of a USD file over time; skins and blend shapes are baked by UsdSkel."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import CacheError, Error, InvalidInput
+from .extras import imported
+from .parts import MALFORMED, Part, sample_times
+from .surfaces import Floats, Indices
+
+__all__ = ["read_usd"]
+
+
+def read_usd(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part], Floats]:
+    """Reads all visible meshes of a file at its time codes; the times [s] begin at 0.
+
+    Lengths are converted to metres and the up axis to z. Polygons are split into fans; the control
+    mesh of a subdivision surface is taken as it is.
+
+    rate : samples per second [1/s]; None: one per time code
+    moving : whether the motion is read, or only the first frame
+    """
+    usd, geometry = imported("pxr.Usd", path), imported("pxr.UsdGeom", path)
+    tf = imported("pxr.Tf", path)
+    try:
+        stage = usd.Stage.Open(str(path))
+        per_second = float(stage.GetTimeCodesPerSecond())
+        times = _times(path, stage, rate or per_second) if moving else np.zeros(1)
+        codes = _first_code(stage) + per_second * times
+        _bake_skins(path, stage, codes)
+        prims = [prim for prim in _visible(stage) if prim.IsA(geometry.Mesh)]
+        parts = [_part(path, geometry.Mesh(prim), codes, _to_metres(stage)) for prim in prims]
+    except tf.ErrorException as error:
+        reason = " ".join(str(error).split())[-200:]
+        raise CacheError(f"{path}: cannot be read as USD: {reason}") from None
+    except MALFORMED as error:
+        if isinstance(error, Error):
+            raise
+        raise CacheError(f"{path}: is malformed, and cannot be read as USD: {error!r}") from None
+    return parts, times
+
+
+def _first_code(stage: Any) -> float:
+    return float(stage.GetStartTimeCode()) if stage.HasAuthoredTimeCodeRange() else 0.0
+
+
+def _times(path: Path, stage: Any, rate: float) -> Floats:
+    first, last = _first_code(stage), float(stage.GetEndTimeCode())
+    if not stage.HasAuthoredTimeCodeRange() or last <= first:
+        raise InvalidInput(
+            f"{path}: has no animation (no range of time codes); use"
+            " loomstone.obstacles.mesh(loomstone.meshes.read(path))"
+        )
+    return sample_times(path, (last - first) / stage.GetTimeCodesPerSecond(), rate)
+
+
+def _visible(stage: Any) -> Any:
+    """Yields the prims that a picture shows, also those inside instances."""
+    usd, geometry = imported("pxr.Usd", "usd"), imported("pxr.UsdGeom", "usd")
+    hidden = (geometry.Tokens.guide, geometry.Tokens.proxy)
+    for prim in usd.PrimRange(stage.GetPseudoRoot(), usd.TraverseInstanceProxies()):
+        image = geometry.Imageable(prim)
+        if image and (
+            image.ComputeVisibility() == geometry.Tokens.invisible
+            or image.ComputePurpose() in hidden
+        ):
+            continue
+        yield prim
+
+
+def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
+    """Replaces skins by points at every time code, in a layer that is not saved."""
+    skel, gf = imported("pxr.UsdSkel", path), imported("pxr.Gf", path)
+    skinned = False
+    for prim in stage.Traverse():
+        binding = skel.BindingAPI(prim)
+        targets = binding.GetSkeletonRel().GetTargets() if prim.HasAPI(skel.BindingAPI) else []
+        for target in targets:
+            _check_skin(f"{path}: {prim.GetPath()}", binding, stage.GetPrimAtPath(target), target)
+        skinned = skinned or bool(targets)
+    if skinned:
+        # BakeSkinning does not convert times between layers, so both need the same rate.
+        layer = stage.GetSessionLayer()
+        layer.timeCodesPerSecond = stage.GetTimeCodesPerSecond()
+        layer.framesPerSecond = stage.GetTimeCodesPerSecond()
+        stage.SetEditTarget(layer)
+        skel.BakeSkinning(stage.Traverse(), gf.Interval(float(codes[0]), float(codes[-1])))
+
+
+def _check_skin(where: str, binding: Any, prim: Any, target: Any) -> None:
+    """Raises InvalidInput unless a skin refers to joints that its skeleton has.
+
+    The library does not check this before it reads their poses.
+    """
+    skeleton = imported("pxr.UsdSkel", "usd").Skeleton(prim)
+    if not skeleton:
+        raise InvalidInput(f"{where} is bound to {target}, which is no skeleton")
+    joints = len(skeleton.GetJointsAttr().Get() or [])
+    for poses in (skeleton.GetBindTransformsAttr().Get(), skeleton.GetRestTransformsAttr().Get()):
+        if poses is not None and len(poses) != joints:
+            raise InvalidInput(
+                f"{where}: its skeleton must have {joints} poses, one per joint, got {len(poses)}"
+            )
+    own = binding.GetJointsAttr().Get()
+    used = np.array(binding.GetJointIndicesPrimvar().Get() or [0], int)
+    count = joints if own is None else len(own)
+    if used.min() < 0 or used.max() >= count:
+        wrong = used.min() if used.min() < 0 else used.max()
+        raise InvalidInput(f"{where} uses joint {wrong} of its skeleton, which has {count}")
+
+
+def _to_metres(stage: Any) -> Floats:
+    """Returns the matrix (3 x 3) that maps points (as rows) of the stage to metres with z up."""
+    geometry = imported("pxr.UsdGeom", "usd")
+    scale = float(geometry.GetStageMetersPerUnit(stage))
+    if geometry.GetStageUpAxis(stage) == geometry.Tokens.z:
+        return np.eye(3) * scale
+    return np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]) * scale
+
+
+def _part(path: Path, mesh: Any, codes: Floats, to_metres: Floats) -> Part:
+    geometry = imported("pxr.UsdGeom", "usd")
+    where = f"{path}: {mesh.GetPath()}"
+    indices = mesh.GetFaceVertexIndicesAttr()
+    if indices.GetNumTimeSamples() > 1:
+        raise InvalidInput(f"{where}: must keep its faces, but they change over time")
+    frames: list[Floats] = []
+    for code in codes:
+        found = mesh.GetPointsAttr().Get(float(code))
+        if found is None:
+            raise InvalidInput(f"{where}: must have points, but has none at time code {code:g}")
+        points = np.array(found, float).reshape(-1, 3)
+        if frames and points.shape != frames[0].shape:
+            raise InvalidInput(
+                f"{where}: must keep its {len(frames[0])} points, got {len(points)} at time code"
+                f" {code:g}"
+            )
+        world = np.array(
+            geometry.XformCache(float(code)).GetLocalToWorldTransform(mesh.GetPrim()), float
+        )
+        frames.append((points @ world[:3, :3] + world[3, :3]) @ to_metres)
+    counts = np.array(mesh.GetFaceVertexCountsAttr().Get(float(codes[0])) or [], int)
+    corners = np.array(indices.Get(float(codes[0])) or [], int)
+    triangles = _triangles(where, counts, corners, len(frames[0]))
+    left = mesh.GetOrientationAttr().Get() == geometry.Tokens.leftHanded
+    if left != (np.linalg.det(world[:3, :3]) < 0.0):
+        triangles = triangles[:, ::-1]
+    return Part(mesh.GetPrim().GetName(), triangles, np.array(frames))
+
+
+def _triangles(where: str, counts: NDArray[Any], corners: NDArray[Any], points: int) -> Indices:
+    """Splits polygons into fans from their first corner."""
+    if (
+        np.any(counts < 0)
+        or counts.sum() != len(corners)
+        or np.any((corners < 0) | (corners >= points))
+    ):
+        raise InvalidInput(
+            f"{where}: must have faces of its {points} points, got {len(corners)} corners for"
+            f" {len(counts)} faces, or a corner beyond the points"
+        )
+    number = np.maximum(counts - 2, 0)  # of triangles per face
+    first = np.repeat(np.cumsum(counts) - counts, number)
+    k = np.arange(len(first)) - np.repeat(np.cumsum(number) - number, number)
+    fans: Indices = corners[np.column_stack([first, first + k + 1, first + k + 2])]
+    return fans

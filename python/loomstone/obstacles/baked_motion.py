@@ -1,0 +1,79 @@
+"""Deforming obstacles from animated characters and objects in USD and glTF files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from .._core import InvalidInput, Obstacle, TriangleMesh
+from ..base.arguments import takes
+from ..exchange.baked import SUFFIXES, joined, read_parts
+
+__all__ = ["baked"]
+
+_DEFAULT = Obstacle()
+
+
+@takes(rate="1/s", start="s", friction="1", thickness="m")
+def baked(
+    path: str | os.PathLike[str],
+    *,
+    parts: Sequence[str] | None = None,
+    animation: str | Sequence[str] = (),
+    rate: float | None = None,
+    start: float = 0.0,
+    name: str = "",
+    friction: float = _DEFAULT.friction,
+    thickness: float = _DEFAULT.thickness,
+) -> Obstacle:
+    """Obstacle that moves as the meshes of a USD or glTF file: skins, blend shapes (morph targets)
+    and moving nodes are baked to vertices, which move linearly between samples.
+
+    path : file that ends in .usd, .usda, .usdc, .usdz, .gltf or .glb. Units and up axis of the file
+        are converted to metres and z.
+    parts : names of the meshes that form the obstacle; default: all visible ones
+    animation : name of an animation of a glTF file, or names of several that run at the same time;
+        needed if the file has more than one
+    rate : samples per second [1/s]; default: one per time code of USD, 60 of glTF
+    start : time of the first sample [s]
+    name : name in reports and files; default: that of the file
+    friction : friction coefficient [1]
+    thickness : contact distance [m], 0: that of the cloth
+
+    All samples are kept in memory, with 24 bytes per vertex and sample. Vertices that always
+    coincide are joined. USD needs the extra `usd`, glTF the extra `gltf`.
+
+    Raises CacheError if the file cannot be read, and InvalidInput if nothing in it moves.
+
+    >>> walker = baked("walker.glb", parts=["Body"], animation="Walk")   # doctest: +SKIP
+    """
+    path = Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise InvalidInput(f"{path}: must end in {', '.join(SUFFIXES)}")
+    if isinstance(parts, str):
+        raise InvalidInput(f"parts must be a list of names, got {parts!r}")
+    if rate is not None and not (np.isfinite(rate) and rate > 0):
+        raise InvalidInput(f"rate must be > 0 [1/s], got {rate}; correct this value")
+    names = [animation] if isinstance(animation, str) else list(animation)
+    found, times = read_parts(path, rate=rate, animation=names)
+    whole = joined(path, found, None if parts is None else list(parts))
+    if np.array_equal(whole.frames, np.broadcast_to(whole.frames[:1], whole.frames.shape)):
+        raise InvalidInput(
+            f"{path}: must move, but is at rest in all {len(times)} samples; use"
+            " loomstone.obstacles.mesh(loomstone.meshes.read(path))"
+        )
+    try:
+        mesh = TriangleMesh(whole.frames[0], whole.triangles)
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {error}; name the meshes to use by parts") from None
+    return Obstacle(
+        mesh=mesh,
+        times=times + start,
+        vertex_positions=np.ascontiguousarray(whole.frames).reshape(-1, 3),
+        name=name or path.stem,
+        friction=friction,
+        thickness=thickness,
+    )

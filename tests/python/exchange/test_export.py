@@ -1,0 +1,345 @@
+"""What an export writes, read back by other programs' libraries and compared with the run."""
+
+import json
+import subprocess
+import sys
+
+import loomstone as ls
+import numpy as np
+import pytest
+from loomstone.exchange.clip import clip_of
+
+# Positions in single precision: half of the last of 24 bits, in coordinates below 0.5 m.
+FLOAT = 0.5 * 2.0**-24
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A run of 6 frames: two cloths, one sewn with a seam in its uv, a spinning body, a deforming
+    obstacle, a magnet and a floor at rest.
+    """
+    out = tmp_path_factory.mktemp("run") / "out"
+    flat = ls.grid(size=(0.1, 0.1), cells=(6, 6))
+    # The uv of the last column of cells lie apart, so its vertices have two uv.
+    apart = flat.vertices[flat.triangles][:, :, 0].mean(1) > 0.033
+    uv = np.concatenate([flat.uv, flat.uv + (1.0, 0.0)])
+    seam = ls.TriangleMesh(
+        flat.vertices,
+        flat.triangles,
+        uv,
+        uv_triangles=flat.triangles + flat.n_vertices * apart[:, None],
+    )
+    ball = ls.meshes.sphere(radius=0.03, subdivisions=1).moved((0.3, 0, 0))
+    breath = np.array([ball.vertices, 1.05 * ball.vertices])
+    spinning = ls.RigidBody(
+        name="a box",
+        mesh=ls.meshes.box(size=(0.02, 0.03, 0.04)),
+        position=(0, 0.3, 0),
+        angular_velocity=(3.0, 5.0, 20.0),
+        density=500.0,
+    )
+    magnet = ls.RigidBody(
+        name="magnet", mesh=ls.meshes.cylinder(radius=0.01, length=0.01), position=(0, -0.3, 0)
+    )
+    scene = ls.Scene(
+        cloths=[ls.Cloth(name="a/b", mesh=seam.moved((0, 0, 0.1)), pins=[0])]
+        + [ls.Cloth(name="a b", mesh=flat.moved((0, 0.15, 0.1)), pins=[0, 6])],
+        bodies=[spinning, magnet],
+        magnets=[
+            ls.Magnet(
+                body="magnet",
+                source=ls.magnetics.cylinder(radius=0.01, height=0.01, polarization=(0, 0, 1.0)),
+            )
+        ],
+        obstacles=[
+            ls.Obstacle(
+                name="breath",
+                mesh=ball,
+                times=[0.0, 1.0],
+                vertex_positions=breath.reshape(-1, 3),
+            ),
+            ls.floor(height=-0.4, size=0.8, cells=2),
+        ],
+    )
+    sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-3), threads=1)
+    sim.run(out=out, duration=0.1, rate=50)
+    return ls.Run(out)
+
+
+def expected(run, name, frame):
+    """Vertices of a cloth or body of a frame."""
+    t = run.topology
+    if name in t.cloth_names:
+        return frame.positions[t.cloth_of_vertex == t.cloth_names.index(name)]
+    return frame.body_vertices[t.body_of_vertex == t.body_names.index(name)]
+
+
+def names(run):
+    return [*run.topology.cloth_names, *run.topology.body_names]
+
+
+def corner_uv(run, name):
+    """(3 m x 2) uv of the corners of a cloth."""
+    t = run.topology
+    mine = np.flatnonzero(t.cloth_of_triangle == t.cloth_names.index(name))
+    return t.corner_uv.reshape(-1, 3, 2)[mine].reshape(-1, 2)
+
+
+@pytest.mark.parametrize("suffix", [".usdc", ".usda"])
+def test_usd_has_the_positions_uv_poses_and_materials_of_the_run(run, tmp_path, suffix):
+    pxr = pytest.importorskip("pxr.Usd")
+    from pxr import UsdGeom, UsdShade
+
+    (path,) = run.export(tmp_path / f"run{suffix}", frames=range(1, 6), every=2)
+    # The space that is reserved suffices; text takes up to four times as much.
+    bound = clip_of(run, range(1, 6), 2, lambda _: None).largest_size
+    assert path.stat().st_size <= bound * (4 if suffix == ".usda" else 1)
+    stage = pxr.Stage.Open(str(path))
+    assert UsdGeom.GetStageUpAxis(stage) == "Z" and UsdGeom.GetStageMetersPerUnit(stage) == 1.0
+    assert stage.GetTimeCodesPerSecond() == stage.GetFramesPerSecond() == 50.0
+    assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (1.0, 5.0)
+    meshes = {p.GetDisplayName(): UsdGeom.Mesh(p) for p in stage.Traverse() if p.IsA(UsdGeom.Mesh)}
+    assert list(meshes) == names(run) and stage.GetDefaultPrim().GetName() == "run"
+    for name, mesh in meshes.items():
+        for code in (1, 3, 5):
+            points = np.array(mesh.GetPointsAttr().Get(code), float)
+            world = np.array(UsdGeom.XformCache(code).GetLocalToWorldTransform(mesh.GetPrim()))
+            points = points @ world[:3, :3] + world[3, :3]
+            # Rigid poses are fitted to 1e-6 of sizes below 0.8 m, and points are floats.
+            allowed = FLOAT if name in run.topology.cloth_names else 1e-7
+            assert points == pytest.approx(expected(run, name, run[code]), abs=allowed)
+    moving = {n for n, m in meshes.items() if m.GetPointsAttr().GetNumTimeSamples()}
+    assert moving == {"a/b", "a b", "breath"}
+    assert len(meshes["a box"].GetOrderedXformOps()) == 2  # translation and rotation
+    assert meshes["floor"].GetOrderedXformOps() == []
+    for name in run.topology.cloth_names:
+        uv = UsdGeom.PrimvarsAPI(meshes[name]).GetPrimvar("st").ComputeFlattened()
+        # uv reach 1.05 m, so single precision keeps them to 2**-24.
+        assert np.array(uv) == pytest.approx(corner_uv(run, name), abs=2.0**-24)
+    bound = UsdShade.MaterialBindingAPI(meshes["a b"].GetPrim()).ComputeBoundMaterial()[0]
+    color = bound.ComputeSurfaceSource()[0].GetInput("diffuseColor").Get()
+    assert tuple(color) == tuple(ls._core.cloth_color(1))
+    subsets = UsdShade.MaterialBindingAPI(meshes["magnet"].GetPrim()).GetMaterialBindSubsets()
+    assert len(subsets) == 3  # sides, north and south
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".gltf"])
+def test_gltf_has_the_positions_uv_poses_and_materials_of_the_run(run, tmp_path, suffix):
+    pygltflib = pytest.importorskip("pygltflib")
+    from loomstone.exchange.gltf_reader import read_gltf
+
+    (path,) = run.export(tmp_path / f"run{suffix}", frames=range(1, 6), every=2)
+    parts, times = read_gltf(path, 25.0, ["run"])
+    assert times == pytest.approx([0.0, 0.04, 0.08])
+    assert [part.name for part in parts] == names(run)
+    for part in parts:
+        for index, code in enumerate((1, 3, 5)):
+            wanted = expected(run, part.name, run[code])
+            # The first frame and the displacements are floats, and so are times and rotations.
+            assert part.frames[index][: len(wanted)] == pytest.approx(wanted, abs=2e-7)
+    content = pygltflib.GLTF2().load(str(path))
+    assert content.asset.version == "2.0" and content.scene == 0
+    keyed = {c.target.path for c in content.animations[0].channels}
+    assert keyed == {"translation", "rotation", "weights"}
+    look = content.materials[1].pbrMetallicRoughness
+    assert look.baseColorFactor[:3] == pytest.approx(ls._core.cloth_color(1))
+    assert [m.doubleSided for m in content.materials][:3] == [True, True, False]
+
+
+def test_another_reader_of_gltf_sees_the_first_frame_with_its_uv(run, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("pygltflib")
+    (path,) = run.export(tmp_path / "run.glb")
+    scene = trimesh.load_scene(path, process=False)
+    turn, node = scene.graph["a/b"]
+    mesh = scene.geometry[node]
+    points = trimesh.transform_points(mesh.vertices, turn)  # y up
+    z_up = np.column_stack([points[:, 0], -points[:, 2], points[:, 1]])
+    wanted = expected(run, "a/b", run[0])
+    assert z_up[: len(wanted)] == pytest.approx(wanted, abs=FLOAT)
+    assert len(mesh.vertices) == len(wanted) + 7  # those of the seam have two uv
+    uv = mesh.visual.uv[mesh.faces].reshape(-1, 2)
+    assert uv == pytest.approx(corner_uv(run, "a/b"), abs=2.0**-23)  # 1 - v is rounded too
+
+
+def test_alembic_has_the_positions_uv_and_poses_of_the_run(run, tmp_path):
+    geometry = pytest.importorskip("alembic3d.AbcGeom")
+    from alembic3d import Abc
+
+    (path,) = run.export(tmp_path / "run.abc", frames=range(1, 6), every=2)
+    top = Abc.IArchive(str(path)).getTop()
+    assert top.getNumChildren() == len(names(run))
+    for number, name in enumerate(names(run)):
+        pose = geometry.IXform(top, top.getChildHeader(number).getName())
+        mesh = geometry.IPolyMesh(pose, pose.getChildHeader(0).getName()).getSchema()
+        samples = max(mesh.getNumSamples(), pose.getSchema().getNumSamples())
+        assert samples == (1 if name == "floor" else 3)
+        for code in (1, 3, 5):
+            at = Abc.ISampleSelector(0.02 * code)  # the sample nearest to this time [s]
+            points = [tuple(p) for p in mesh.getValue(at).getPositions()]
+            moved = pose.getSchema().getValue(at).getMatrix()
+            world = np.array([[moved[i][j] for j in range(4)] for i in range(4)])
+            found = np.array(points) @ world[:3, :3] + world[3, :3]
+            z_up = np.column_stack([found[:, 0], -found[:, 2], found[:, 1]])
+            allowed = FLOAT if name in run.topology.cloth_names else 1e-7
+            assert z_up == pytest.approx(expected(run, name, run[code]), abs=allowed)
+        corners = np.array(list(mesh.getValue().getFaceIndices())).reshape(-1, 3)[:, ::-1]
+        own = run.topology.body_of_triangle if number > 1 else run.topology.cloth_of_triangle
+        every = run.topology.body_triangles if number > 1 else run.topology.triangles
+        mine = every[own == number % 2 if number < 2 else own == number - 2]
+        assert np.array_equal(corners, mine - mine.min())
+    mesh = geometry.IPolyMesh(geometry.IXform(top, "a_b"), "a_b_surface").getSchema()
+    uv = mesh.getUVsParam().getExpandedValue().getVals()
+    found = np.array([tuple(v) for v in uv]).reshape(-1, 3, 2)[:, ::-1].reshape(-1, 2)
+    assert found == pytest.approx(corner_uv(run, "a/b"), abs=2.0**-24)
+
+
+@pytest.mark.parametrize("to", ["pc2", "mdd"])
+def test_point_caches_have_the_positions_of_the_run(run, tmp_path, to):
+    paths = run.export(tmp_path / "caches", to=to, frames=range(2, 6))
+    found = sorted(p.name for p in (tmp_path / "caches").iterdir())
+    assert sorted(p.name for p in paths) == found
+    still = {"floor.obj"}
+    moving = ["a_b", "a_b_2", "a_box", "magnet", "breath"]
+    assert set(found) == still | {f"{n}.{e}" for n in moving for e in ("obj", to)}
+    for name, file in zip(names(run), [*moving, "floor"], strict=True):
+        base = ls.meshes.read(tmp_path / "caches" / f"{file}.obj")
+        assert np.array_equal(base.vertices, expected(run, name, run[2]))
+        if file == "floor":
+            continue
+        rate = {"rate": 50.0} if to == "pc2" else {}
+        read = ls.obstacles.sequence(tmp_path / "caches" / f"{file}.{to}", mesh=base, **rate)
+        wanted = np.concatenate([expected(run, name, frame) for frame in run[2:6]])
+        assert np.array_equal(read.vertex_positions, wanted.astype(np.float32))
+        start = 0.0 if to == "pc2" else 0.04  # times of MDD are those of the run, as floats
+        assert read.times == pytest.approx(start + 0.02 * np.arange(4), abs=1e-8)
+
+
+@pytest.mark.parametrize("to", ["obj", "ply"])
+def test_mesh_sequences_have_the_bits_of_the_run_and_its_uv(run, tmp_path, to):
+    run.export(tmp_path, to=to, every=5)
+    files = sorted(p.name for p in tmp_path.iterdir())
+    assert f"floor.{to}" in files and f"a_b-00005.{to}" in files and len(files) == 11
+    mesh = ls.meshes.read(tmp_path / f"a_b-00005.{to}")
+    assert np.array_equal(mesh.vertices, expected(run, "a/b", run[5]))
+    assert np.array_equal(mesh.uv[mesh.uv_triangles].reshape(-1, 2), corner_uv(run, "a/b"))
+    sequence = ls.obstacles.sequence(tmp_path / f"breath-*.{to}", rate=10.0)
+    wanted = np.concatenate([expected(run, "breath", run[k]) for k in (0, 5)])
+    assert np.array_equal(sequence.vertex_positions, wanted)
+
+
+def test_an_earlier_export_is_replaced_only_on_request(run, tmp_path):
+    run.export(tmp_path / "x", to="obj")
+    (tmp_path / "x" / "notes.txt").write_text("mine")
+    with pytest.raises(ls.InvalidInput, match=r"x: exists already; .*--overwrite"):
+        run.export(tmp_path / "x", to="obj", frames=range(2))
+    assert (tmp_path / "x" / "a_b-00005.obj").exists()
+    run.export(tmp_path / "x", to="obj", frames=range(2), overwrite=True)
+    left = sorted(p.name for p in (tmp_path / "x").iterdir() if "a_b-" in p.name)
+    assert left == ["a_b-00000.obj", "a_b-00001.obj"]
+    assert (tmp_path / "x" / "notes.txt").read_text() == "mine"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["x"]
+
+
+@pytest.mark.parametrize(
+    "settings, said",
+    [
+        ({"to": "fbx"}, "to must be one of usd, gltf, alembic, pc2, mdd, obj, ply, got 'fbx'"),
+        ({}, "a format must be given"),
+        ({"out": "x.fbx"}, "the format does not follow from this name"),
+        ({"out": "x.glb", "to": "usd"}, "a usd file must end in .usdc or .usd or .usda"),
+        ({"to": "obj", "frames": range(-3, 2)}, "ascending range within the frames 0 to 5"),
+        ({"to": "obj", "frames": range(3, 3)}, "ascending range within the frames 0 to 5"),
+        ({"to": "obj", "frames": range(5, 0, -1)}, "ascending range within the frames 0 to 5"),
+        ({"to": "obj", "frames": range(9)}, "ascending range within the frames 0 to 5"),
+        ({"to": "obj", "frames": 3}, r"frames must be a range, such as range\(10, 50\), got 3"),
+        ({"to": "obj", "every": 0}, r"every must be in \[1, 1000000\], got 0"),
+    ],
+)
+def test_wrong_settings_are_one_sentence(run, tmp_path, monkeypatch, settings, said):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ls.InvalidInput, match=said):
+        run.export(**settings)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "module, extra, suffix",
+    [("pxr", "usd", "usd"), ("pygltflib", "gltf", "glb"), ("alembic3d", "alembic", "abc")],
+)
+def test_a_missing_package_is_named_with_its_extra(
+    run, tmp_path, monkeypatch, module, extra, suffix
+):
+    monkeypatch.setitem(sys.modules, module, None)
+    for name in [name for name in sys.modules if name.startswith(f"{module}.")]:
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(ls.Unsupported, match=rf"pip install loomstone\[{extra}\]"):
+        run.export(tmp_path / "new" / f"run.{suffix}")
+    assert not (tmp_path / "new").exists()
+
+
+def command(*arguments, largest_file=None):
+    def limit():
+        import resource
+        import signal
+
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        if largest_file:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))
+
+    return subprocess.run(
+        [sys.executable, "-m", "loomstone", "export", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        preexec_fn=limit,
+    )
+
+
+@pytest.mark.parametrize("to", ["usd", "gltf", "alembic", "pc2", "obj"])
+def test_a_full_disk_is_one_sentence_and_leaves_nothing(run, tmp_path, to):
+    needed = {"usd": "pxr", "gltf": "pygltflib", "alembic": "alembic3d"}
+    if to in needed:
+        pytest.importorskip(needed[to])
+    suffix = {"usd": ".usdc", "gltf": ".glb", "alembic": ".abc"}.get(to, "")
+    done = command(run.directory, "--to", to, "--out", tmp_path / f"x{suffix}", largest_file=2000)
+    assert done.returncode == 1 and len(done.stderr.strip().splitlines()) == 1, done.stderr
+    assert f"x{suffix}" in done.stderr and "cannot be written: File too large" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_command_exports_and_says_where(run, tmp_path):
+    done = command(run.directory, "--out", tmp_path / "new" / "x.glb", "--frames", "1:4")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(f"exported: {tmp_path / 'new' / 'x.glb'}, ")
+    content = (tmp_path / "new" / "x.glb").read_bytes()
+    length = int.from_bytes(content[12:16], "little")
+    head = json.loads(content[20 : 20 + length])
+    assert head["accessors"][head["animations"][0]["samplers"][0]["input"]]["count"] == 3
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        (["--to", "usd", "--frames", "-3:2"], "--frames must be A:B with 0 <= A < B <= 6"),
+        (["--to", "usd", "--frames", "4"], "--frames must be A:B with 0 <= A < B <= 6"),
+        (["--to", "usd", "--frames", "4:9"], "--frames must be A:B with 0 <= A < B <= 6"),
+        (["--to", "usd", "--every", "0"], "every must be in"),
+        ([], "a format must be given"),
+    ],
+)
+def test_wrong_options_of_the_command_are_one_sentence(run, arguments, said):
+    done = command(run.directory, *arguments)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1, done.stderr
+    assert said in done.stderr and "Traceback" not in done.stderr
+
+
+def test_a_missing_or_truncated_run_is_one_sentence(run, tmp_path):
+    (tmp_path / "cut").mkdir()
+    content = (run.directory / "run.vtkhdf").read_bytes()
+    (tmp_path / "cut" / "run.vtkhdf").write_bytes(content[: len(content) // 2])
+    (tmp_path / "empty").mkdir()
+    for name in ("cut", "empty", "absent"):
+        done = command(tmp_path / name, "--to", "usd")
+        assert done.returncode == 1 and done.stderr.count("\n") == 1, done.stderr
+        assert str(tmp_path / name) in done.stderr

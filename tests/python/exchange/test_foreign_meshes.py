@@ -1,0 +1,77 @@
+"""Meshes of trimesh and meshio are accepted wherever a mesh is taken."""
+
+import loomstone as ls
+import meshio
+import numpy as np
+import pytest
+
+trimesh = pytest.importorskip("trimesh")
+
+BOX = ls.meshes.box(size=(0.1, 0.2, 0.3))
+QUADS = np.array([[0, 1, 3, 2], [2, 3, 5, 4]])
+POINTS = np.array([[0, 0], [1, 0], [0, 1], [1, 1], [0, 2], [1, 2]], float)
+
+BOXES = {
+    "trimesh": trimesh.Trimesh(BOX.vertices, BOX.triangles, process=False),
+    "meshio": meshio.Mesh(BOX.vertices, [("line", BOX.edges[:2]), ("triangle", BOX.triangles)]),
+}
+
+
+@pytest.mark.parametrize("box", BOXES.values(), ids=list(BOXES))
+def test_a_foreign_mesh_is_taken_like_ours(box, tmp_path):
+    assert ls.Cloth(mesh=box).mesh == BOX
+    assert ls.Cloth(mesh=BOX).replace(mesh=box).mesh == BOX
+    assert ls.RigidBody(mesh=box, parts=[box]).parts == [BOX]
+    assert ls.Obstacle(mesh=box).mesh == BOX
+    assert ls.obstacles.mesh(box, centre=(1, 0, 0)).mesh == BOX.moved((1, 0, 0))
+    assert ls.meshes.quality(box) == ls.meshes.quality(BOX)
+    assert ls.meshes.mass_properties(box, density=1.0).mass == pytest.approx(0.006)
+    assert ls.meshes.nearest_vertices(box, BOX.vertices[:2]) == [0, 1]
+    point = ls.meshes.SpatialQuery(box).closest((1.0, 0.0, 0.0), 2.0)
+    assert point.distance == pytest.approx(0.95)
+    ls.meshes.write(tmp_path / "box.ply", box)
+    assert ls.meshes.read(tmp_path / "box.ply") == BOX
+    source = ls.magnetics.mesh(box, polarization=(0, 0, 1))
+    ours = ls.magnetics.mesh(BOX, polarization=(0, 0, 1))
+    at = [(0.3, 0.2, 0.1)]
+    assert np.array_equal(ls.magnetics.field([source], at), ls.magnetics.field([ours], at))
+
+
+def test_polygons_of_meshio_are_split_into_fans(tmp_path):
+    quads = meshio.Mesh(POINTS, [("quad", QUADS)])
+    wanted = [[0, 1, 3], [0, 3, 2], [2, 3, 5], [2, 5, 4]]
+    mesh = ls.Cloth(mesh=quads).mesh
+    assert np.array_equal(mesh.triangles, wanted) and not mesh.vertices[:, 2].any()
+    meshio.write(tmp_path / "quads.vtk", meshio.Mesh(np.c_[POINTS, 0 * POINTS[:, 0]], quads.cells))
+    assert np.array_equal(ls.meshes.read(tmp_path / "quads.vtk").triangles, wanted)
+
+
+@pytest.mark.parametrize(
+    "mesh, said",
+    [
+        (meshio.Mesh(POINTS, [("line", [[0, 1]])]), "flat triangles or polygons, got cells of no"),
+        (
+            meshio.Mesh(np.eye(4)[:, :3], [("tetra", [[0, 1, 2, 3]])]),
+            "flat triangles or polygons, got cells of tetra; extract the surface first",
+        ),
+        (
+            meshio.Mesh(POINTS, [("triangle6", [[0, 1, 2, 3, 4, 5]])]),
+            "got cells of triangle6; extract the surface first",
+        ),
+        (trimesh.Trimesh(POINTS @ np.eye(2, 3), [[0, 1, 1]], process=False), "triangle 0"),
+        (
+            trimesh.Scene({"a": BOXES["trimesh"], "b": BOXES["trimesh"]}),
+            "one surface, got a trimesh.Scene of 'a', 'b'; give one of its meshes",
+        ),
+    ],
+    ids=["lines", "tetra", "curved", "degenerate", "scene"],
+)
+def test_a_foreign_mesh_that_is_no_surface_is_one_sentence(mesh, said):
+    for take in (lambda: ls.Cloth(mesh=mesh), lambda: ls.obstacles.mesh(mesh)):
+        with pytest.raises(ls.InvalidInput, match=said):
+            take()
+
+
+def test_another_object_is_refused_as_no_mesh():
+    with pytest.raises(TypeError, match="mesh .* cannot be a dict"):
+        ls.Cloth(mesh={})
