@@ -27,6 +27,7 @@ ORDER = [
     "pictures",
     "runs",
     "simulation",
+    "sweeps",
     "fabrics",
     "garments",
     "",  # the package itself
