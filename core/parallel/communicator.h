@@ -53,7 +53,8 @@ std::shared_ptr<const Communicator> single_communicator();
 
 // Loads the MPI plug-in and duplicates a communicator, given by its Fortran handle such as mpi4py's
 // comm.py2f() (-1: MPI_COMM_WORLD). Initialises MPI if necessary. If MPI is missing, throws
-// Unsupported with the name of the package to install.
+// Unsupported with the name of the package to install. If LOOMSTONE_MPI_TIMEOUT [s] is set, a rank
+// that waits for the others longer than that ends all ranks (mpi_watch.h).
 std::shared_ptr<const Communicator> mpi_communicator(int fortran_handle = -1);
 
 // True if an MPI launcher started this process with more than one rank, according to the

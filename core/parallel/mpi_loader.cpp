@@ -64,17 +64,27 @@ int integer_of(const char* variable) {
   return text == nullptr ? 0 : std::atoi(text);
 }
 
+int launched_ranks() {
+  // Set by Open MPI; by MPICH and Intel MPI; and by srun, but not in a batch script without srun
+  for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"})
+    if (const int n = integer_of(variable); n > 0) return n;
+  return 1;
+}
+
 }  // namespace
 
 std::shared_ptr<const Communicator> mpi_communicator(int fortran_handle) {
   const char* problem = "MPI gave no communicator";
-  const Communicator* made = load_plugin()(fortran_handle, &problem);
+  std::shared_ptr<const Communicator> made(load_plugin()(fortran_handle, &problem));
   if (made == nullptr) throw InvalidInput(problem);
-  return std::shared_ptr<const Communicator>(made);
+  if (fortran_handle == -1 && made->size() == 1 && launched_by_mpi())
+    fail<InvalidInput>(
+        "the launcher must belong to the MPI library of loomstone, got {} processes that each run "
+        "alone; use its mpirun, or srun --mpi=pmix",
+        launched_ranks());
+  return made;
 }
 
-bool launched_by_mpi() {
-  return integer_of("OMPI_COMM_WORLD_SIZE") > 1 || integer_of("PMI_SIZE") > 1;
-}
+bool launched_by_mpi() { return launched_ranks() > 1; }
 
 }  // namespace loomstone

@@ -1,4 +1,5 @@
-// Communicator based on MPI. Only this file includes mpi.h; it is built as a separate plug-in.
+// Communicator based on MPI. Only this file and mpi_watch.cpp include mpi.h; they are built as a
+// separate plug-in.
 #include <mpi.h>
 
 #include <algorithm>
@@ -6,9 +7,12 @@
 #include <climits>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
 #include <thread>
+#include <utility>
 
 #include "core/parallel/mpi_plugin.h"
+#include "core/parallel/mpi_watch.h"
 
 namespace loomstone {
 
@@ -66,7 +70,8 @@ void finalise_at_exit() {
 
 class MpiCommunicator final : public Communicator {
  public:
-  explicit MpiCommunicator(MPI_Comm original) {
+  // watch: observes waits, or null
+  MpiCommunicator(MPI_Comm original, std::unique_ptr<MpiWatch> watch) : watch_(std::move(watch)) {
     MPI_Comm_dup(original, &comm_);
     MPI_Comm_dup(original, &failures_);
     MPI_Comm_rank(comm_, &rank_);
@@ -83,12 +88,14 @@ class MpiCommunicator final : public Communicator {
   int rank() const override { return rank_; }
   int size() const override { return size_; }
   void barrier() const override {
+    const MpiWatch::Wait wait(watch_.get());
     MPI_Request request;
     MPI_Ibarrier(comm_, &request);
     wait_for(request);
   }
 
   std::int64_t maximum(std::int64_t value) const override {
+    const MpiWatch::Wait wait(watch_.get());
     std::int64_t largest = value;
     MPI_Request request;
     MPI_Iallreduce(&value, &largest, 1, MPI_INT64_T, MPI_MAX, comm_, &request);
@@ -97,6 +104,7 @@ class MpiCommunicator final : public Communicator {
   }
 
   void broadcast(void* data, std::size_t bytes, int root) const override {
+    const MpiWatch::Wait wait(watch_.get());
     char* next = static_cast<char*>(data);
     while (bytes > 0) {
       const std::size_t part = std::min(bytes, largest_message);
@@ -107,6 +115,7 @@ class MpiCommunicator final : public Communicator {
   }
 
   void gather_all(void* data, const std::vector<std::size_t>& byte_offsets) const override {
+    const MpiWatch::Wait wait(watch_.get());
     if (byte_offsets.back() > largest_message) {
       for (int root = 0; root < size_; ++root)
         broadcast(static_cast<char*>(data) + byte_offsets[root],
@@ -124,6 +133,7 @@ class MpiCommunicator final : public Communicator {
   }
 
   void exchange(const std::vector<Message>& to, const std::vector<Message>& from) const override {
+    const MpiWatch::Wait wait(watch_.get());
     requests_.clear();
     for (const Message& message : from)
       in_parts(message, [&](void* data, int bytes) {
@@ -139,6 +149,7 @@ class MpiCommunicator final : public Communicator {
   }
 
   void agree(int& kind, std::string& text) const override {
+    const MpiWatch::Wait wait(watch_.get());
     const std::int64_t mine = kind == 0 ? 0 : size_ - rank_;
     std::int64_t lowest = 0;
     MPI_Request request;
@@ -189,6 +200,7 @@ class MpiCommunicator final : public Communicator {
 
   MPI_Comm comm_ = MPI_COMM_NULL, failures_ = MPI_COMM_NULL;
   int rank_ = 0, size_ = 1;
+  std::unique_ptr<MpiWatch> watch_;
   mutable std::vector<int> counts_, displacements_;  // scratch, kept to avoid allocations
   mutable std::vector<MPI_Request> requests_;
   mutable std::string agreed_;
@@ -217,9 +229,10 @@ extern "C" const loomstone::Communicator* loomstone_make_communicator_2(int fort
     }
     // Collective calls of Open MPI busy-wait. With this setting they yield between polls.
     setenv("OMPI_MCA_mpi_yield_when_idle", "1", 0);  // 0: keeps a value set by the user
-    // Only the thread that steps the simulation calls MPI.
+    // Only the thread that steps the simulation calls MPI, and the thread of a time-out.
+    const int needed = mpi_timeout() > 0.0 ? MPI_THREAD_MULTIPLE : MPI_THREAD_FUNNELED;
     int provided = MPI_THREAD_SINGLE;
-    MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
+    MPI_Init_thread(nullptr, nullptr, needed, &provided);
     std::atexit(finalise_at_exit);
   }
   int provided = MPI_THREAD_SINGLE;
@@ -234,5 +247,11 @@ extern "C" const loomstone::Communicator* loomstone_make_communicator_2(int fort
     *problem = "the communicator must be a valid MPI communicator; pass mpi4py's comm.py2f()";
     return nullptr;
   }
-  return new MpiCommunicator(original);
+  const char* refused = nullptr;
+  std::unique_ptr<MpiWatch> watch = make_watch(MPI_Comm_c2f(original), &refused);
+  if (refused != nullptr) {
+    *problem = refused;
+    return nullptr;
+  }
+  return new MpiCommunicator(original, std::move(watch));
 }

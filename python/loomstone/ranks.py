@@ -5,6 +5,7 @@ The failure of one rank raises the same error on all ranks.
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,6 +18,7 @@ from ._core import (
     InvalidInput,
     SolverFailure,
     Unsupported,
+    default_thread_count,
     launched_by_mpi,
     mpi_communicator,
     single_communicator,
@@ -38,6 +40,38 @@ _KINDS = (
     CacheError,
     Unsupported,
 )
+
+
+def launched_rank() -> int:
+    """Returns the rank that the launcher gave this process, before there is a communicator."""
+    names = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "SLURM_PROCID")
+    return next((_count(name) for name in names if name in os.environ), 0)
+
+
+# Open MPI sets it to "none" if it binds no rank to processors.
+_BINDING = "OMPI_MCA_hwloc_base_binding_policy"
+
+
+def default_threads() -> int:
+    """Returns the number of threads with which this rank uses its share of the processors.
+
+    Ranks on the same node share its processors. A launcher that binds each rank to processors of
+    its own has already divided them. Slurm says how many processors each rank has.
+    """
+    usable = default_thread_count()
+    if "SLURM_STEP_ID" in os.environ and (given := _count("SLURM_CPUS_PER_TASK")):
+        return min(usable, given)
+    # Variables of Open MPI, and of MPICH and Intel MPI
+    neighbours = _count("OMPI_COMM_WORLD_LOCAL_SIZE") or _count("MPI_LOCALNRANKS") or 1
+    bound = "OMPI_COMM_WORLD_SIZE" in os.environ and os.environ.get(_BINDING) != "none"
+    shared = (os.cpu_count() or usable) if bound else usable
+    return min(usable, max(1, shared // neighbours))
+
+
+def _count(variable: str) -> int:
+    """Returns the whole number in an environment variable, or 0."""
+    text = os.environ.get(variable, "")
+    return int(text) if text.isdecimal() else 0
 
 
 @contextmanager

@@ -49,8 +49,10 @@ SIZES = {
     "stack": ({"triangles": 128, "sheets": 12}, 1.0),
     "swing_integrators": ({"triangles": 400}, 2.0),
     "swing_limits": ({"triangles": 300}, 0.8),
+    "table_cloth": ({"triangles": 1200}, 1.0),
     "twist": ({"triangles": 1800}, 1.0),
     "uneven": ({"triangles": 600}, 0.8),
+    "wave_bar": ({"triangles": 1800}, 1.0),
 }
 # Constructor and duration [s] of each scene without a scene file. They run with SemiImplicitEuler.
 EXTREME = {

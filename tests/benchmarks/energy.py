@@ -51,10 +51,12 @@ SMALL: dict[str, dict[str, Any]] = {
     "swing": {"columns": 38, "rows": 48},
     "swing_integrators": {"triangles": 3600},
     "swing_limits": {"triangles": 3600},
+    "table_cloth": {"triangles": 3600},
     "toy_magnets": {},
     "twist": {"triangles": 3600},
     "uneven": {},
     "voice_coil": {},
+    "wave_bar": {"triangles": 3600},
 }
 TERMS = ("scripts", "loads", "friction", "damping", "limits", "withheld", "lost")
 

@@ -47,12 +47,14 @@ SMALL: dict[str, dict[str, object]] = {
     "swing": {"columns": 21, "rows": 29},
     "swing_integrators": {"triangles": 1000},
     "swing_limits": {"triangles": 1400},
+    "table_cloth": {"triangles": 1200},
     "toy_magnets": {},
     "toy_magnets:parallel": {"case": "parallel"},
     "toy_magnets:free": {"case": "free"},
     "twist": {"triangles": 1800},
     "uneven": {"triangles": 600},
     "voice_coil": {"triangles": 800},
+    "wave_bar": {"triangles": 1800},
 }
 
 INTEGRATORS: dict[str, ls.Integrator] = {

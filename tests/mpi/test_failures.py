@@ -2,7 +2,6 @@
 read and resumed.
 """
 
-import signal
 import subprocess
 import textwrap
 import time
@@ -172,34 +171,3 @@ def test_an_error_that_nobody_catches_ends_all_ranks(tmp_path):
         ranks.barrier()
     """)  # fmt: skip
     assert done.returncode != 0 and "RuntimeError: my own mistake" in done.stderr
-
-
-def test_a_killed_rank_ends_the_others_and_leaves_a_run_that_resumes(scene, tmp_path):
-    out = tmp_path / "out"
-    text = (
-        scene.read_text()
-        + "    if wanted == 'kill' and rank == 1:\n        os.kill(os.getpid(), 9)\n"
-    )
-    scene.write_text(text)
-    done = run(scene, out, "-p", "fault=kill")
-    assert done.returncode not in (0, None)
-    assert len(ls.Run(out)) >= 2
-    assert resumed_without_faults(out) == straight()
-
-
-def test_a_signal_to_mpirun_leaves_a_run_that_resumes(scene, tmp_path):
-    out = tmp_path / "out"
-    process = subprocess.Popen(
-        command(2, "-m", "loomstone", "run", scene, "--out", out, "--duration", 40),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=ENVIRONMENT,
-    )
-    for line in process.stdout:
-        if line.startswith("frame 3/"):
-            break
-    process.send_signal(signal.SIGUSR1)  # mpirun forwards it; SIGTERM would end the ranks at once
-    rest, _ = process.communicate(timeout=60)
-    assert process.returncode != 0 and "continue with: loomstone resume" in rest
-    assert len(ls.Run(out)) >= 3

@@ -111,3 +111,25 @@ def test_a_communicator_of_mpi4py_is_accepted(tmp_path):
     )
     done = ranks(2, "-m", "mpi4py", tmp_path / "program.py")
     assert done.returncode == 0 and done.stdout.count("agreed") == 1, done.stdout + done.stderr
+
+
+def test_a_part_of_a_communicator_of_mpi4py_is_accepted(tmp_path):
+    pytest.importorskip("mpi4py")
+    (tmp_path / "program.py").write_text(
+        textwrap.dedent("""
+        from mpi4py import MPI
+        import loomstone as ls
+        world = MPI.COMM_WORLD
+        part = world.Split(color=world.rank // 2, key=-world.rank)  # two ranks, and one
+        scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(12, 12)), pins=[0])])
+        sim = ls.Simulation(scene, communicator=part, threads=1)
+        for _ in range(5 + world.rank // 2):  # the parts do not wait for each other
+            sim.step()
+        told = world.gather((sim.ranks, sim.rank, sim.step_index))
+        if world.rank == 0:
+            assert told == [(2, 1, 5), (2, 0, 5), (1, 0, 6)], told
+            print("agreed")
+        """)
+    )
+    done = ranks(3, "-m", "mpi4py", tmp_path / "program.py")
+    assert done.returncode == 0 and done.stdout.count("agreed") == 1, done.stdout + done.stderr

@@ -44,8 +44,13 @@ TEST_CASE("a file that is no plug-in is refused") {
 }
 
 TEST_CASE("a launcher is recognised by more than one rank in the environment") {
-  const Variable open_mpi("OMPI_COMM_WORLD_SIZE", nullptr), pmi("PMI_SIZE", nullptr);
+  const Variable open_mpi("OMPI_COMM_WORLD_SIZE", nullptr), pmi("PMI_SIZE", nullptr),
+      slurm("SLURM_STEP_NUM_TASKS", nullptr);
   CHECK_FALSE(launched_by_mpi());
+  {
+    const Variable four("SLURM_STEP_NUM_TASKS", "4");
+    CHECK(launched_by_mpi());
+  }
   {
     const Variable one("OMPI_COMM_WORLD_SIZE", "1");
     CHECK_FALSE(launched_by_mpi());

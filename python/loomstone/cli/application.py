@@ -11,7 +11,7 @@ import typer
 
 from .. import _core
 from .._core import Communicator, Error
-from ..ranks import share_failure
+from ..ranks import launched_rank, share_failure
 
 __all__ = ["app", "main", "report", "session"]
 
@@ -46,15 +46,19 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
 
     An error of loomstone is printed as one sentence. A failure on one rank ends all ranks.
     """
-    if parallel and _core.launched_by_mpi():
-        communicator = _core.mpi_communicator()
-    else:
-        communicator = _core.single_communicator()
 
     def fail(message: str) -> NoReturn:
         print(f"loomstone: {message}", file=sys.stderr, flush=True)
         raise typer.Exit(1)
 
+    communicator = _core.single_communicator()
+    if parallel and _core.launched_by_mpi():
+        try:
+            communicator = _core.mpi_communicator()
+        except Error as error:  # the same on all ranks
+            if launched_rank() != 0:
+                raise typer.Exit(1) from None
+            fail(str(error))
     try:
         yield communicator
     except (Error, OSError) as error:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,10 +10,10 @@ from typing import Annotated
 
 import typer
 
-from .. import _core
 from .._core import Communicator
 from ..integrators import METHODS, Integrator, parse_step, step_text, with_method
 from ..pictures.directory import drawn_with
+from ..ranks import default_threads
 from ..runs.cache import Run
 from ..runs.execution import execute
 from ..runs.frame_times import frame_count
@@ -59,7 +59,7 @@ def run(
     --render adds frames/*.png and video.mp4. --verify adds frames.csv, and the exit code is 1 if
     triangles of cloth intersect. After Ctrl-C, SIGTERM, SIGUSR1 or a crash, `loomstone resume`
     continues the run with a bit-identical result. On several ranks: mpirun -n 2 loomstone run
-    scene.py.
+    scene.py; srun and exit codes: docs/cluster.md.
 
     \b
         loomstone run scenes/drape.py -p triangles=3600 --duration 0.5 --threads 2 --render
@@ -124,9 +124,7 @@ def _advance(task: _Task, communicator: Communicator) -> None:
     Exits with code 1 if triangles intersect, or with 128 plus the number of the signal that ended
     the run.
     """
-    # Ranks on the same node share its processors.
-    share = int(os.environ.get("OMPI_COMM_WORLD_LOCAL_SIZE", "1"))
-    threads = task.threads or max(1, _core.default_thread_count() // share)
+    threads = task.threads or default_threads()
     file, options, rank = task.file, task.options, communicator.rank
     simulation = Simulation(
         file.scene(), integrator=task.integrator, threads=threads, communicator=communicator
@@ -136,6 +134,7 @@ def _advance(task: _Task, communicator: Communicator) -> None:
         f"{simulation!r}, {step_text(task.integrator)}, {simulation.threads} threads,"
         f" {simulation.ranks} ranks"
     )
+    way_on = f"continue with: loomstone resume {shlex.quote(str(task.directory))}"
     try:
         report = execute(
             simulation,
@@ -146,12 +145,10 @@ def _advance(task: _Task, communicator: Communicator) -> None:
             resume=task.resume,
             control=file.control,
             observer=observer(rank),
+            farewell=way_on,
         )
     except Interrupted as stop:
-        say(
-            f"stopped by {stop} at {simulation.time:.3f} s; continue with: loomstone resume"
-            f" {task.directory}"
-        )
+        say(f"stopped by {stop} at {simulation.time:.3f} s; {way_on}")
         raise typer.Exit(128 + stop.signal) from None
     say(report_text(report))
     say(f"frames: {task.directory / 'run.vtkhdf'}")

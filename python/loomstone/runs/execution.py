@@ -17,6 +17,7 @@ from typing import Any
 from ..ranks import together
 from .checkpoints import latest_checkpoint
 from .frame_times import frame_count, frames_due
+from .last_words import last_words
 from .observer import Observer, Silence
 from .options import RunOptions
 from .signals import LONGEST_WAIT, Interrupted, Received, noted_signals
@@ -35,12 +36,15 @@ def execute(
     resume: bool = False,
     control: Callable[[Any], None] | None = None,
     observer: Observer | None = None,
+    farewell: str = "",
 ) -> dict[str, Any]:
     """Advances a Simulation to the end of its run and returns the report.
 
     All ranks must call this function. Only rank 0 writes files.
 
     control : function called with the simulation before every step
+    farewell : sentence that rank 0 prints if the run has begun and its process ends early, for
+        whatever reason
     """
     directory, watch, ranks = Path(out), observer or Silence(), simulation.communicator
     n_frames = frame_count(options.duration, options.rate)
@@ -55,7 +59,8 @@ def execute(
         )
     began, first_step = time.perf_counter(), simulation.step_index
     watch.start(n_frames, following)
-    with noted_signals() as received, writer:
+    speech = last_words(farewell if simulation.rank == 0 else "")
+    with noted_signals() as received, speech, writer:
         course = _Course(simulation, options, writer, watch, received)
         try:
             course.follow(following, control)
@@ -109,7 +114,8 @@ class _Course:
                     self._note_step()
                 self._write_frames()
             finished = self._following >= self._n_frames
-            number = simulation.agree(self._received.number)
+            number, due = self._asked()
+            self._unsaved = self._unsaved or due
             if (self._unsaved or number) and simulation.may_checkpoint:
                 self._save()
             if finished:
@@ -121,6 +127,16 @@ class _Course:
                     control(simulation)
             simulation.step()
             stepped = True
+
+    def _asked(self) -> tuple[int, bool]:
+        """Returns the signal that ends the run (0: none), and whether a checkpoint is due.
+
+        The same on all ranks.
+        """
+        mine = 2 * self._received.number + self._received.due
+        self._received.due = False
+        number, due = divmod(self._simulation.agree(mine), 2)
+        return number, due == 1
 
     def _note_step(self) -> None:
         done = self._simulation

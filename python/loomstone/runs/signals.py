@@ -1,4 +1,4 @@
-"""Signals that end a run at a step from which it can be resumed."""
+"""Signals that end a run at a step from which it can be resumed, or that ask for a checkpoint."""
 
 from __future__ import annotations
 
@@ -24,9 +24,11 @@ class Interrupted(Exception):
 
 
 class Received:
-    """The number of the first signal that arrived (0: none), and its time of arrival [s]."""
+    """The number of the first signal that ends the run (0: none), its time of arrival [s], and
+    whether a checkpoint is due.
+    """
 
-    number, when = 0, 0.0
+    number, when, due = 0, 0.0, False
 
     def waited(self) -> float:
         """Returns the time since the signal arrived [s], or 0 if there was none."""
@@ -35,13 +37,17 @@ class Received:
 
 @contextmanager
 def noted_signals() -> Iterator[Received]:
-    """Records SIGINT, SIGTERM and SIGUSR1 in the yielded object, for checks between steps.
+    """Records SIGINT, SIGTERM, SIGUSR1 and SIGCONT in the yielded object, for checks between steps.
 
-    A second SIGINT ends the run at once.
+    A second SIGINT ends the run at once. SIGCONT asks for a checkpoint, because mpirun sends it one
+    second before SIGTERM and two seconds before SIGKILL.
     """
     received = Received()
 
     def note(number: int, _: Any) -> None:
+        if number == signal.SIGCONT:
+            received.due = True
+            return
         if received.number and number == signal.SIGINT:
             raise KeyboardInterrupt
         if not received.number:
@@ -50,7 +56,8 @@ def noted_signals() -> Iterator[Received]:
 
     try:
         before = {
-            n: signal.signal(n, note) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
+            n: signal.signal(n, note)
+            for n in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1, signal.SIGCONT)
         }
     except ValueError:  # only the main thread can set handlers
         yield received

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .._core import CacheError, StepReport
 from .tables import read_table
 
-__all__ = ["StepTable", "read_steps", "summary_of_steps"]
+__all__ = ["StepTable", "names_of_summary", "read_steps", "summary_of_steps"]
 
 
 class StepTable:
@@ -52,7 +52,15 @@ class StepTable:
 def summary_of_steps(path: Path) -> dict[str, Any]:
     """Returns totals and extremes over all steps in the file steps.csv at `path`."""
     header, lines = read_table(path, "step")
-    rows = [dict(zip(header, line, strict=True)) for line in lines]
+    return _summary([dict(zip(header, line, strict=True)) for line in lines])
+
+
+def names_of_summary() -> dict[str, Any]:
+    """Returns a summary of steps with all its names; the values have no meaning."""
+    return _summary([{name: str(value) for name, value in StepReport().numbers().items()}])
+
+
+def _summary(rows: list[dict[str, str]]) -> dict[str, Any]:
     if not rows:
         return {}
     wanted = sum(float(r["withheld.requested"]) for r in rows)

@@ -29,6 +29,7 @@ ORDER = [
     "runs",
     "simulation",
     "viewer",
+    "sweeps",
     "fabrics",
     "garments",
     "",  # the package itself

@@ -1,0 +1,130 @@
+"""The command loomstone sweep."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from ..ranks import default_threads
+from ..runs.scene_file import SceneFile
+from ..runs.signals import Interrupted
+from ..sweeps.engines import Command, on_dask, on_this_machine
+from ..sweeps.plan import Point, claim, parse_values, points_of
+from ..sweeps.point import finished
+from ..sweeps.results import FIGURES, check_figures, plot_figures, write_table
+from .application import app, session
+from .options import SceneArgument
+
+Values = Annotated[
+    list[str],
+    typer.Option(
+        "-p",
+        "--parameter",
+        help="values of a parameter of scene(): name=a,b,c or name=first:last:count",
+    ),
+]
+
+
+@app.command()
+def sweep(
+    scene: SceneArgument,
+    p: Values = [],  # noqa: B006
+    out: Annotated[
+        Path | None, typer.Option(help="directory of all runs; default: out/NAME-sweep")
+    ] = None,
+    duration: Annotated[float | None, typer.Option(help="simulated time of each run [s]")] = None,
+    rate: Annotated[float | None, typer.Option(help="frames per second of simulated time")] = None,
+    step: Annotated[str | None, typer.Option(help="time step [s], or auto")] = None,
+    integrator: Annotated[str | None, typer.Option(help="as in loomstone run")] = None,
+    threads: Annotated[int, typer.Option(help="number of threads of each run", min=1)] = 1,
+    jobs: Annotated[
+        int, typer.Option(help="runs at a time on this machine; 0: one per --threads", min=0)
+    ] = 0,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help="address or file of a Dask scheduler, whose workers run the scene"),
+    ] = None,
+    plot: Annotated[
+        list[str], typer.Option(help="figure of the table to plot; may be repeated")
+    ] = list(FIGURES),  # noqa: B006
+) -> None:
+    """Runs a scene for all combinations of parameters.
+
+    Each run has a directory of its own in --out. table.csv has the parameters and the figures of
+    the report of each finished run, and figures.png plots some of them. If a sweep is interrupted,
+    the same command continues it: finished runs are kept, and others are resumed. More values may
+    be added. The exit code is 1 if a run fails; its log.txt says why. docs/cluster.md describes
+    how to run a sweep on a cluster.
+
+    \b
+        loomstone sweep scenes/twist.py -p triangles=800,3200 -p friction=0.1:0.5:5 --out out/sweep
+    """
+    with session(parallel=False):
+        check_figures(plot)
+        target = out or Path("out") / f"{scene.stem}-sweep"
+        values = parse_values(p)
+        points = points_of(values, scene, target)
+        given = {"duration": duration, "rate": rate, "step": step, "integrator": integrator}
+        options = {name: value for name, value in given.items() if value is not None}
+        claim(target, {"scene": SceneFile.open(scene, points[0].parameters).source, **given})
+        arguments = [str(scene.resolve())]
+        for name, value in options.items():
+            arguments += [f"--{name}", str(value)]
+        command = Command(arguments, ["--threads", str(threads)])
+        left = [point for point in points if not finished(point.directory)]
+        print(f"{len(points)} runs in {target}, {len(points) - len(left)} finished", flush=True)
+        if scheduler:
+            ends = on_dask(left, command, scheduler)
+        else:
+            ends = on_this_machine(left, command, jobs or max(1, default_threads() // threads))
+        failed = _follow(ends, points, len(left), target)
+        rows = write_table(points, target / "table.csv")
+        print(f"table: {target / 'table.csv'} ({len(rows)} runs)")
+        if picture := plot_figures(rows, values, plot, target / "figures.png"):
+            print(f"plots: {picture}")
+        for point, code in failed:
+            print(f"failed with exit code {code}: {point.directory / 'log.txt'}")
+        if failed:
+            raise typer.Exit(1)
+
+
+def _follow(
+    ends: Iterator[tuple[Point, int]], points: list[Point], n_left: int, target: Path
+) -> list[tuple[Point, int]]:
+    """Prints a line for each run that ends and updates the table; returns those that failed.
+
+    Exits with 128 plus the number of the signal that ended the sweep.
+    """
+    failed: list[tuple[Point, int]] = []
+    began, done = time.perf_counter(), 0
+    try:
+        for point, code in ends:
+            done += 1
+            if code:
+                failed.append((point, code))
+            write_table(points, target / "table.csv")
+            left = (time.perf_counter() - began) / done * (n_left - done)
+            print(f"{done}/{n_left}  {point.name}  {_said(point, code)}  left {left:.0f} s",
+                  flush=True)  # fmt: skip
+    except Interrupted as stop:
+        print(f"stopped by {stop}; continue with: {_again()}")
+        raise typer.Exit(128 + stop.signal) from None
+    return failed
+
+
+def _said(point: Point, code: int) -> str:
+    report: dict[str, Any] = finished(point.directory) or {}
+    if code or "wall_seconds" not in report:
+        return f"exit code {code}"
+    return f"{report['wall_seconds']:.1f} s, largest stretch {report['largest_stretch']:.3f}"
+
+
+def _again() -> str:
+    return shlex.join([os.path.basename(sys.argv[0]), *sys.argv[1:]])

@@ -1,0 +1,88 @@
+"""A sentence that a run leaves behind however it ends, even by SIGKILL."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import signal
+import subprocess
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+from .signals import Interrupted
+
+__all__ = ["last_words"]
+
+# A shell that prints its argument unless it receives the word "end" through a pipe. The system
+# closes the pipe when the process that holds its other end is gone.
+_SHELL = (
+    "trap '' HUP INT TERM USR1 USR2; read -r word; [ \"$word\" = end ] || printf '%s\\n' \"$0\" >&2"
+)
+# mpirun kills a rank one second after SIGTERM and then forwards no output. A run that has not ended
+# after this time [s] speaks while it still can.
+_PATIENCE = 0.5
+
+
+@contextmanager
+def last_words(sentence: str) -> Iterator[None]:
+    """Prints a sentence to standard error if this process ends before the `with` block.
+
+    It is printed after all other output of this process, also if the block raises an error.
+    Interrupted, whose message names the way to continue, is no such error. An empty sentence is not
+    printed.
+    """
+    speaker = _Speaker(sentence) if sentence else None
+    try:
+        yield
+    except Interrupted:
+        if speaker:
+            speaker.end(silent=True)
+        raise
+    except BaseException:
+        if speaker:
+            atexit.register(speaker.end, silent=False)
+        raise
+    if speaker:
+        speaker.end(silent=True)
+
+
+class _Speaker:
+    """The shell that prints the sentence, and a thread that lets it speak after SIGTERM."""
+
+    def __init__(self, sentence: str) -> None:
+        self._shell: subprocess.Popen[bytes] | None = None
+        with suppress(OSError):  # a container may have no shell
+            # In a session of its own, the shell outlives a signal to the process group of the run.
+            self._shell = subprocess.Popen(
+                ["/bin/sh", "-c", _SHELL, sentence],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                start_new_session=True,
+            )
+        self._ended = threading.Event()
+        self._signals, self._noted = os.pipe()
+        os.set_blocking(self._noted, False)
+        self._before: int | None = None
+        with suppress(ValueError):  # only the main thread can ask for signals
+            self._before = signal.set_wakeup_fd(self._noted, warn_on_full_buffer=False)
+        # The main thread may wait for a dead rank and never handle the signal.
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def _listen(self) -> None:
+        while number := os.read(self._signals, 1):
+            if number[0] == signal.SIGTERM and not self._ended.wait(_PATIENCE):
+                self._tell(b"speak\n")
+        os.close(self._signals)
+
+    def _tell(self, word: bytes) -> None:
+        if self._shell:
+            with suppress(OSError, ValueError):
+                self._shell.communicate(word)
+
+    def end(self, *, silent: bool) -> None:
+        if self._before is not None:
+            signal.set_wakeup_fd(self._before)
+        self._ended.set()
+        os.close(self._noted)
+        self._tell(b"end\n" if silent else b"speak\n")

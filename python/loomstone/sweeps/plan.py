@@ -1,0 +1,149 @@
+"""Combinations of parameters, and the directory of each."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._core import CacheError, InvalidInput
+from ..runs.scene_file import SceneFile, parse_parameters
+
+__all__ = ["MOST_POINTS", "Point", "claim", "parse_values", "points_of"]
+
+MOST_POINTS = 100_000
+_LONGEST_NAME = 120  # of a directory; file systems allow 255 bytes
+
+
+@dataclass(frozen=True)
+class Point:
+    """One combination of parameters, and the directory of its run."""
+
+    parameters: dict[str, Any]
+    directory: Path
+
+    @property
+    def name(self) -> str:
+        return self.directory.name
+
+
+def parse_values(items: Sequence[str]) -> dict[str, list[Any]]:
+    """Returns the values of each parameter of a sweep.
+
+    Values are separated by commas. first:last:count gives equally spaced values, which are whole
+    numbers if all of them are whole. Raises InvalidInput unless each item is name=values and each
+    name is given once.
+
+    >>> parse_values(["triangles=800,3200", "friction=0.1:0.5:5"])
+    {'triangles': [800, 3200], 'friction': [0.1, 0.2, 0.3, 0.4, 0.5]}
+    >>> parse_values(["case=free,parallel", "spheres=1:3:3"])
+    {'case': ['free', 'parallel'], 'spheres': [1, 2, 3]}
+    """
+    found: dict[str, list[Any]] = {}
+    for item in items:
+        name, _, text = item.partition("=")
+        values = [
+            value
+            for piece in _pieces(text)
+            for value in _spaced(name, piece) or parse_parameters([f"{name}={piece}"]).values()
+        ]
+        if "=" not in item:
+            parse_parameters([item])  # raises the error that names the form of an item
+        if name in found:
+            raise InvalidInput(f"-p {name} must be given once; separate its values by commas")
+        keys = [json.dumps(value) for value in values]
+        if len(set(keys)) < len(keys):
+            raise InvalidInput(f"-p {name} must have different values, got {text}")
+        found[name] = values
+    return found
+
+
+def _pieces(text: str) -> list[str]:
+    """Splits a text at commas outside of brackets and quotes."""
+    return [piece for piece in re.split(r",(?![^\[\](){}]*[\])}])", text) if piece] or [""]
+
+
+def _spaced(name: str, text: str) -> list[Any]:
+    """Returns the values of first:last:count, or nothing if the text has no such form."""
+    parts = text.split(":")
+    if len(parts) != 3:
+        return []
+    try:
+        first, last, count = float(parts[0]), float(parts[1]), int(parts[2])
+    except ValueError:
+        return []
+    if count < 2 or not np.isfinite([first, last]).all():
+        raise InvalidInput(
+            f"-p {name} must be first:last:count with finite numbers and at least 2 values, got"
+            f" {text}"
+        )
+    # 12 digits, so that a value is 0.3 and not 0.30000000000000004
+    values = [float(f"{value:.12g}") for value in np.linspace(first, last, count)]
+    whole = all(value.is_integer() for value in values) and "." not in text
+    return [int(value) for value in values] if whole else values
+
+
+def points_of(values: dict[str, list[Any]], scene: Path, out: Path) -> list[Point]:
+    """Returns all combinations of values; raises InvalidInput if scene() does not take one."""
+    n_points = int(np.prod([len(each) for each in values.values()], dtype=float))
+    if n_points > MOST_POINTS:
+        raise InvalidInput(
+            f"a sweep must have at most {MOST_POINTS} runs, got {n_points}; give fewer values"
+        )
+    for name, several in values.items():
+        for value in several:
+            others = {other: each[0] for other, each in values.items()}
+            SceneFile.open(scene, {**others, name: value})
+    return [
+        Point(chosen, out / _directory_name(chosen))
+        for combination in itertools.product(*values.values())
+        for chosen in [dict(zip(values, combination, strict=True))]
+    ]
+
+
+def _directory_name(parameters: dict[str, Any]) -> str:
+    """Returns a name for these parameters, which does not depend on the other runs of a sweep.
+
+    A hash replaces what a file name cannot hold.
+
+    >>> _directory_name({"triangles": 800, "friction": 0.1})
+    'triangles-800_friction-0.1'
+    """
+    plain = "_".join(f"{name}-{value}" for name, value in parameters.items()) or "default"
+    name = re.sub(r"[^A-Za-z0-9_.+-]", "", plain)
+    if name == plain and len(name) <= _LONGEST_NAME:
+        return name
+    digest = hashlib.sha256(json.dumps(parameters).encode()).hexdigest()[:12]
+    return f"{name[:_LONGEST_NAME]}_{digest}"
+
+
+def claim(out: Path, settings: dict[str, Any]) -> None:
+    """Makes the directory of a sweep. If it has runs of other settings, raises CacheError.
+
+    settings : what all runs have in common, as JSON; kept in sweep.json
+    """
+    note, before = out / "sweep.json", settings
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        if note.exists():
+            before = json.loads(note.read_text())
+        else:
+            temporary = note.with_suffix(".new")
+            temporary.write_text(json.dumps(settings, indent=1) + "\n")
+            temporary.replace(note)
+    except OSError as error:
+        raise CacheError(f"{out}: the sweep cannot be written: {error.strerror}") from error
+    except ValueError as error:
+        raise CacheError(f"{note} cannot be read: {error}; give another directory") from error
+    if different := [name for name in settings if before.get(name) != settings[name]]:
+        raise CacheError(
+            f"{out} has runs of another {different[0]}; give another directory by --out, or the"
+            " same scene and options"
+        )

@@ -1,0 +1,66 @@
+"""Runs one combination of parameters in a process of its own."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ..runs.checkpoints import checkpoint_files
+
+__all__ = ["finished", "run_point"]
+
+# A worker may be a task of srun or mpirun. Its runs must not count as ranks of that job.
+_OF_LAUNCHERS = ("OMPI_", "PMI", "MPI_LOCAL", "SLURM_STEP", "SLURM_PROCID")
+
+
+def finished(directory: Path) -> dict[str, Any] | None:
+    """Returns the report of a finished run, or None."""
+    try:
+        report = json.loads((directory / "report.json").read_text())
+    except (OSError, ValueError):
+        return None
+    return report if isinstance(report, dict) else None
+
+
+def run_point(
+    directory: str,
+    arguments: list[str],
+    options: list[str],
+    watch: Callable[[subprocess.Popen[bytes]], None] = lambda _: None,
+) -> int:
+    """Runs or resumes a scene in a directory unless it is finished, and returns the exit code.
+
+    arguments : those of `loomstone run`, without --out
+    options : those of both `loomstone run` and `loomstone resume`
+    watch : function called with the process when it has started
+
+    The output is appended to log.txt. A process holds a lock on the directory while it runs, even
+    if the worker that started it is killed. Another worker waits until the lock is free.
+    """
+    place = Path(directory)
+    place.mkdir(parents=True, exist_ok=True)
+    with (place / "lock").open("a") as lock, (place / "log.txt").open("ab") as log:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if finished(place):
+            return 0
+        command = [sys.executable, "-m", "loomstone"]
+        if checkpoint_files(place):
+            command += ["resume", directory, *options]
+        else:  # a run that was killed before its first checkpoint begins again
+            command += ["run", *arguments, "--out", directory, "--overwrite", *options]
+        process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            pass_fds=[lock.fileno()],
+            env={k: v for k, v in os.environ.items() if not k.startswith(_OF_LAUNCHERS)},
+        )
+        watch(process)
+        return process.wait()

@@ -1,0 +1,134 @@
+"""The table of a sweep, and plots of its figures over a parameter."""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from .._core import CacheError, InvalidInput, Unsupported
+from ..runs.steps import names_of_summary
+from .plan import Point
+from .point import finished
+
+__all__ = ["FIGURES", "check_figures", "plot_figures", "write_table"]
+
+FIGURES = ("wall_seconds", "largest_stretch", "most_contacts", "linear_iterations_per_step")
+
+
+def write_table(points: Sequence[Point], path: Path) -> list[dict[str, Any]]:
+    """Writes a table (CSV) with one row per finished run; returns its rows.
+
+    The columns are the directory, the parameters, and the figures of report.json.
+    """
+    rows = []
+    for point in points:
+        report = finished(point.directory)
+        if report is not None:
+            kept = {name: _cell(value) for name, value in point.parameters.items()}
+            rows.append({"run": point.name, **kept, **_flat(report, kept)})
+    columns = list(dict.fromkeys(name for row in rows for name in row)) or ["run"]
+    temporary = path.with_suffix(".new")
+    try:
+        with temporary.open("w", newline="") as file:
+            table = csv.DictWriter(file, columns, restval="")
+            table.writeheader()
+            table.writerows(rows)
+        temporary.replace(path)
+    except OSError as error:
+        raise CacheError(f"{path}: the table cannot be written: {error.strerror}") from error
+    return rows
+
+
+def _cell(value: Any) -> Any:
+    return value if isinstance(value, (bool, int, float, str)) else json.dumps(value)
+
+
+def _flat(report: dict[str, Any], taken: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Returns the entries of a report by paths such as energy_at_end.kinetic.
+
+    A figure that has the name of a parameter gets the prefix "report.".
+    """
+    flat: dict[str, Any] = {}
+    for name, value in report.items():
+        path = prefix + name
+        if isinstance(value, dict):
+            flat |= _flat(value, taken, f"{path}.")
+        elif isinstance(value, (bool, int, float, str)):
+            flat[f"report.{path}" if path in taken else path] = value
+    return flat
+
+
+def check_figures(names: Sequence[str]) -> None:
+    """Raises InvalidInput unless each name is a figure of the reports."""
+    known = ["frames", "steps", "time", "wall_seconds", *_flat(names_of_summary(), {})]
+    for name in names:
+        if name not in known:
+            close = difflib.get_close_matches(name, known, 1)
+            hint = f"did you mean {close[0]}?" if close else f"known: {', '.join(known)}"
+            raise InvalidInput(f"--plot must be a figure of the reports, got {name!r}; {hint}")
+
+
+def plot_figures(
+    rows: Sequence[dict[str, Any]],
+    values: dict[str, list[Any]],
+    figures: Sequence[str],
+    path: Path,
+) -> Path | None:
+    """Plots figures of the table over the numeric parameter with the most values.
+
+    Each combination of the other parameters is a line. Returns the path of the picture (PNG), or
+    None if no numeric parameter has several values.
+    """
+    numeric = [name for name, each in values.items() if len(each) > 1 and all(map(_number, each))]
+    if not rows or not numeric:
+        return None
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise Unsupported(
+            "plots need matplotlib, which is not installed; pip install matplotlib"
+        ) from None
+    # A figure that has the name of a parameter has a prefix in the table.
+    figures = [f"report.{name}" if name in values else name for name in figures]
+    across = max(numeric, key=lambda name: len(values[name]))
+    others = [name for name, each in values.items() if len(each) > 1 and name != across]
+    columns = min(2, len(figures))
+    lines = -(-len(figures) // columns)
+    picture = Figure(figsize=(5 * columns, 3.4 * lines), layout="constrained")
+    FigureCanvasAgg(picture)
+    panels = picture.subplots(lines, columns, squeeze=False).ravel()
+    for axes, name in zip(panels, figures, strict=False):
+        _draw(axes, rows, across, others, name)
+    for axes in panels[len(figures) :]:
+        axes.set_axis_off()
+    try:
+        picture.savefig(path, dpi=150)
+    except (OSError, ValueError) as error:
+        raise CacheError(f"{path}: the plot cannot be written: {error}") from error
+    return path
+
+
+def _draw(
+    axes: Any, rows: Sequence[dict[str, Any]], across: str, others: list[str], name: str
+) -> None:
+    series: dict[str, list[tuple[float, float]]] = {}
+    for row in rows:
+        label = ", ".join(f"{other}={row[other]}" for other in others)
+        series.setdefault(label, []).append((row[across], row[name]))
+    for label, found in series.items():
+        x, y = zip(*sorted(found), strict=True)
+        axes.plot(x, y, "o-", label=label or None, markersize=3)
+    axes.set_xlabel(across)
+    axes.set_ylabel(name)
+    axes.grid(alpha=0.3)
+    if others:
+        axes.legend(fontsize="small")
+
+
+def _number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
