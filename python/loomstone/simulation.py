@@ -6,7 +6,7 @@ import hashlib
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -44,6 +44,11 @@ class Simulation(_core.Simulation):
         has the positions and velocities of all vertices. If an array is assigned between steps,
         each row takes the value assigned on the rank that owns it. Values assigned for obstacles
         are those of rank 0.
+    decomposition : how the search for collisions is divided among ranks and threads. "predicted":
+        every rank searches neighbour lists that are kept over several steps. "static" and
+        "dynamic": every step traverses the bounding-volume hierarchies of the partitions of all
+        ranks. "static" deals the pairs of partitions out evenly. With "dynamic", idle ranks take
+        work from busy ones. Results do not depend on it.
 
     Raises InvalidInput if the scene cannot be simulated. `positions`, `velocities` and
     `external_forces` are copies that can be assigned. `state` provides views of the internal
@@ -67,6 +72,7 @@ class Simulation(_core.Simulation):
         integrator: Integrator | None = None,
         threads: int = 0,
         communicator: Any = None,
+        decomposition: Literal["predicted", "static", "dynamic"] = "predicted",
     ) -> None:
         integrator = SemiImplicitEuler() if integrator is None else integrator
         _check_type("scene", scene, Scene)
@@ -77,9 +83,16 @@ class Simulation(_core.Simulation):
             ", for instance SemiImplicitEuler(step=1e-3)",
         )
         _check_type("threads", threads, (int, np.integer))
+        _check_type("decomposition", decomposition, str)
         ranks = _communicator(communicator)
         end_all_on_failure(ranks)
-        super().__init__(scene, integrator, threads=threads, communicator=ranks)
+        super().__init__(
+            scene,
+            integrator,
+            threads=threads,
+            communicator=ranks,
+            decomposition=decomposition,
+        )
         self.communicator = ranks
 
     @takes(duration="s", rate="1/s")
