@@ -38,6 +38,8 @@ struct CollisionStage::Data {
   ImpactSearch search;
   std::unique_ptr<SharedSearch> shared;  // null: searches use the lists
   bool in_step = false;
+  bool keeps_motion = false;
+  CollisionRecord motion;
   // Positions in the last call of proximity(), and all contacts there, including those that a
   // tangle ignores. They are reused because a part of a step begins where the last one ended.
   Points known_x;
@@ -88,6 +90,9 @@ std::vector<Contact> CollisionStage::find_known(const Team& team, const Points& 
   return d.known;
 }
 
+void CollisionStage::keep_motion(bool keep) { data_->keeps_motion = keep; }
+const CollisionRecord& CollisionStage::motion() const { return data_->motion; }
+
 Approach CollisionStage::approach(const Team& team, const ExpectedMotion& motion,
                                   const Tangle& tangle) {
   return find_approach(team, {data_->model, data_->pairs, data_->broad_phase}, motion, tangle);
@@ -124,6 +129,10 @@ void CollisionStage::repel(const MotionInputs& inputs, const std::vector<Contact
 
 CertifyReport CollisionStage::certify(const Team& team, const MotionInputs& inputs, Points& x1,
                                       FreeBodies& bodies) {
+  if (data_->keeps_motion) {
+    const CollisionModel& model = data_->model;
+    data_->motion = {model.surfaces, model.triangles, model.gap_floor, inputs.x0, x1};
+  }
   Vector inverse_mass = inputs.inverse_mass;
   for (const CollisionSurface& surface : data_->model.surfaces)
     if (surface.kind != CollisionSurface::Kind::Cloth)

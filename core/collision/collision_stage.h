@@ -11,6 +11,7 @@
 #include "core/collision/approach.h"
 #include "core/collision/broad_phase/decomposition.h"
 #include "core/collision/certify/certify_report.h"
+#include "core/collision/collision_replay.h"
 #include "core/collision/model/collision_model.h"
 #include "core/collision/model/contact.h"
 #include "core/collision/model/free_body.h"
@@ -81,6 +82,11 @@ class CollisionStage {
   // remain.
   CertifyReport certify(const Team& team, const MotionInputs& inputs, Points& x1,
                         FreeBodies& bodies);
+
+  // Tells whether the motion that certify() receives is kept for motion().
+  void keep_motion(bool keep);
+  // Returns the motion that certify() received last, or one without vertices.
+  const CollisionRecord& motion() const;
 
  private:
   std::vector<Contact> find_known(const Team& team, const Points& x0);

@@ -1,6 +1,6 @@
 // Communication between the ranks of one simulation. A single rank needs no MPI. Several ranks use
-// a plug-in that is loaded on demand. All communication is collective, except abort() and the messages
-// of a Mailbox.
+// a plug-in that is loaded on demand. All communication is collective, except abort() and the
+// messages of a Mailbox.
 #pragma once
 
 #include <cstddef>

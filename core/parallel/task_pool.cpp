@@ -10,7 +10,7 @@
 #include <thread>
 #include <utility>
 
-#include "core/parallel/team.h"
+#include "core/parallel/termination.h"
 
 namespace loomstone {
 
@@ -22,9 +22,6 @@ using Tests = std::vector<NodeTest>;
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
-
-// Waves pass from rank 0 to all ranks along a tree in which each rank has up to this many children.
-constexpr int wave_children = 16;
 
 enum class Kind : std::int32_t { Request, Refusal, Task, Wave, Counts, End };
 
@@ -84,50 +81,6 @@ class SharedTasks {
   std::deque<Tests> tasks_;  // oldest first
   std::atomic<Index> size_{0};
   int active_ = 0;
-};
-
-// The part of a rank in the termination detection. Waves are numbered from 0. In every wave, counts
-// pass from all ranks to rank 0. Rank 0 starts the next wave, or ends the run.
-class Termination {
- public:
-  Termination(int rank, int size) : rank_(rank), size_(size) { begin(0); }
-
-  std::int32_t wave() const { return wave_; }
-  void begin(std::int32_t wave) {
-    wave_ = wave;
-    missing_ = last_child() - first_child();
-    sent_ = received_ = 0;
-    contributed_ = false;
-  }
-  void add(const Header& counts) {
-    sent_ += counts.sent, received_ += counts.received;
-    --missing_;
-  }
-  // Returns whether this rank may contribute to the wave once it has no work.
-  bool ready() const { return missing_ == 0 && !contributed_; }
-  void contribute(std::int64_t sent, std::int64_t received) {
-    sent_ += sent, received_ += received;
-    contributed_ = true;
-  }
-  // On rank 0 after its contribution: returns whether all work is done.
-  bool done() {
-    const bool done = received_before_ == sent_;
-    received_before_ = received_;
-    return done;
-  }
-  std::int64_t sent() const { return sent_; }
-  std::int64_t received() const { return received_; }
-  int parent() const { return (rank_ - 1) / wave_children; }
-  int first_child() const { return std::min(size_, wave_children * rank_ + 1); }
-  int last_child() const { return std::min(size_, wave_children * (rank_ + 1) + 1); }
-
- private:
-  int rank_, size_;
-  std::int32_t wave_ = 0;
-  int missing_ = 0;  // children whose counts have not arrived
-  bool contributed_ = false;
-  std::int64_t sent_ = 0, received_ = 0;  // sums over this rank and the ranks below it
-  std::int64_t received_before_ = -1;     // rank 0: tasks received up to the wave before
 };
 
 // One run of the pool on one rank. Only worker 0 uses the mailbox.
@@ -234,8 +187,7 @@ void PoolRun::perform_task(int worker, Tests& stack) {
 void PoolRun::share(Tests& stack) {
   if (!several() && team_.threads <= 1) return;
   for (Index most = stack_threshold(options_, tasks_.size());
-       static_cast<Index>(stack.size()) > most;
-       most = stack_threshold(options_, tasks_.size())) {
+       static_cast<Index>(stack.size()) > most; most = stack_threshold(options_, tasks_.size())) {
     const auto end = stack.begin() + most / 2;
     tasks_.put({stack.begin(), end});
     stack.erase(stack.begin(), end);
@@ -286,7 +238,7 @@ void PoolRun::handle(const std::vector<std::byte>& message) {
         send(child, Kind::Wave);
       break;
     case Kind::Counts:
-      termination_.add(header);
+      termination_.add(header.sent, header.received);
       break;
     case Kind::End:
       end();
@@ -323,7 +275,7 @@ void PoolRun::contribute() {
   termination_.contribute(report_.transfers, report_.received);
   if (mailbox_.rank() != 0) {
     send(termination_.parent(), Kind::Counts, termination_.sent(), termination_.received());
-  } else if (termination_.done() || !several()) {
+  } else if (termination_.done()) {
     end();
   } else {
     termination_.begin(termination_.wave() + 1);

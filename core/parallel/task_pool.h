@@ -4,11 +4,7 @@
 // own stack. If a stack exceeds tau = a sigma + b tests, where sigma is the number of tasks in the
 // pool of the rank, tau / 2 tests from the bottom of the stack become a new task. A rank whose
 // pool is empty asks the other ranks in turn for a task.
-//
-// The ranks detect the end by the four-counter method [Mattern1987]. Waves sum the numbers of tasks
-// sent and received, along a tree of ranks. A rank contributes to a wave only while it has no
-// work. All work is done if the sum of tasks sent in one wave equals the sum of tasks received in
-// the wave before it. No message may be lost, but messages may arrive late and in any order.
+// The run ends when Termination has found that no rank has work.
 #pragma once
 
 #include <cstdint>
@@ -65,7 +61,7 @@ class TaskPool {
  private:
   Mailbox& mailbox_;
   PoolOptions options_;
-  std::int32_t round_ = 0;                      // number of this run, part of every message
+  std::int32_t round_ = 0;                     // number of this run, part of every message
   std::vector<std::vector<std::byte>> early_;  // messages of ranks that are one run ahead
 };
 

@@ -157,6 +157,14 @@ double Simulation::time() const { return data_->state.time; }
 std::int64_t Simulation::step_index() const { return data_->state.step; }
 double Simulation::step_size() const { return data_->steps.largest; }
 int Simulation::threads() const { return data_->team.threads; }
+void Simulation::keep_collision_motion(bool keep) {
+  if (CollisionStage* const collision = data_->stepper->engines().collision.get())
+    collision->keep_motion(keep);
+}
+CollisionRecord Simulation::collision_motion() const {
+  const CollisionStage* const collision = data_->stepper->engines().collision.get();
+  return collision ? collision->motion() : CollisionRecord{};
+}
 Decomposition Simulation::decomposition() const { return data_->decomposition; }
 const Communicator& Simulation::communicator() const { return *data_->communicator; }
 

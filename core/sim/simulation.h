@@ -9,6 +9,7 @@
 #include "core/base/checkpoint.h"
 #include "core/base/frame.h"
 #include "core/collision/broad_phase/decomposition.h"
+#include "core/collision/collision_replay.h"
 #include "core/integration/options.h"
 #include "core/magnetics/sources/body.h"
 #include "core/parallel/communicator.h"
@@ -38,8 +39,13 @@ class Simulation {
   double step_size() const;  // length of a step; the largest length of automatic steps [s]
   int threads() const;
   const Communicator& communicator() const;
+  // Tells whether the motion that certification receives in each step is kept for
+  // collision_motion(), which returns that of the last certification. It has no vertices if nothing
+  // collides or no step has been taken.
+  void keep_collision_motion(bool keep);
+  CollisionRecord collision_motion() const;
   Decomposition decomposition() const;  // how collision handling is divided
-  const StepReport& report() const;  // of the last step
+  const StepReport& report() const;     // of the last step
   // Returns whether there are no bodies or the last step rebuilt the rigid-body world.
   bool may_checkpoint() const;
 

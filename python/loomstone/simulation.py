@@ -122,6 +122,7 @@ class Simulation(_core.Simulation):
         verify: bool = False,
         overwrite: bool = False,
         resume: bool = False,
+        record_tasks: int = 0,
         control: Callable[[Simulation], None] | None = None,
     ) -> dict[str, Any]:
         """Advances to `duration` [s] and writes frames, checkpoints, a table of steps and, on
@@ -138,6 +139,8 @@ class Simulation(_core.Simulation):
             those of existing pictures are refused.
         verify : count the intersecting triangles of every frame exactly, and write the counts to
             frames.csv and the report
+        record_tasks : number of steps between two whose collision work is recorded for
+            `loomstone replay`; 0: none is recorded
         control : function called before every step. It may write forces, pins and obstacle poses,
             which must depend on time and state alone.
 
@@ -148,7 +151,16 @@ class Simulation(_core.Simulation):
             look = (drawn_with(Path(out) / "frames") if resume else None) or RenderOptions()
         if look is not None:
             _check_type("render", look, RenderOptions, ", True or False")
-        options = RunOptions(duration=duration, rate=rate, render=look, verify=verify)
+        _check_type("record_tasks", record_tasks, (int, np.integer))
+        if record_tasks < 0:
+            raise InvalidInput(f"record_tasks must be at least 0, got {record_tasks}")
+        options = RunOptions(
+            duration=duration,
+            rate=rate,
+            render=look,
+            verify=verify,
+            record_tasks=int(record_tasks),
+        )
         return execute(self, options, out, overwrite=overwrite, resume=resume, control=control)
 
     def restore(self, checkpoint: Checkpoint) -> None:

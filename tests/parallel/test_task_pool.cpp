@@ -36,12 +36,12 @@ std::vector<PoolReport> run_rounds(int n_ranks, int threads, int rounds, unsigne
     TaskPool pool(mailboxes[rank]);
     for (int round = 0; round < rounds; ++round) {
       const RandomTree& tree = trees[round % 16];
-      const PoolReport report = pool.run(
-          Team{threads}, tree.roots(rank, n_ranks),
-          [&](int, const NodeTest& test, std::vector<NodeTest>& stack) {
-            broken += !RandomTree::intact(test);
-            ++visits[round][tree.expand(test, stack)];
-          });
+      const PoolReport report =
+          pool.run(Team{threads}, tree.roots(rank, n_ranks),
+                   [&](int, const NodeTest& test, std::vector<NodeTest>& stack) {
+                     broken += !RandomTree::intact(test);
+                     ++visits[round][tree.expand(test, stack)];
+                   });
       sums[rank].tests += report.tests;
       sums[rank].requests += report.requests;
       sums[rank].transfers += report.transfers;
@@ -129,9 +129,8 @@ TEST_CASE("a traversal visits every entry once on any number of threads") {
 
 TEST_CASE("an error in a traversal is rethrown after it") {
   for (const int threads : {1, 3})
-    CHECK_THROWS_WITH(parallel_traverse(Team{threads}, std::vector<int>(50, 1),
-                                        [](int, int, std::vector<int>&) {
-                                          throw std::runtime_error("entry");
-                                        }),
-                      "entry");
+    CHECK_THROWS_WITH(
+        parallel_traverse(Team{threads}, std::vector<int>(50, 1),
+                          [](int, int, std::vector<int>&) { throw std::runtime_error("entry"); }),
+        "entry");
 }

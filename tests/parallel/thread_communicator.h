@@ -14,7 +14,11 @@ namespace loomstone::testing {
 class ThreadCommunicators {
  public:
   ThreadCommunicators(int size, double most_delay, unsigned seed)
-      : mailboxes_(size, most_delay, seed), barrier_(size), given_(size), kinds_(size), texts_(size) {
+      : mailboxes_(size, most_delay, seed),
+        barrier_(size),
+        given_(size),
+        kinds_(size),
+        texts_(size) {
     for (int rank = 0; rank < size; ++rank)
       ends_.push_back(std::make_shared<const End>(*this, rank));
   }

@@ -1,8 +1,8 @@
 #include "core/collision/broad_phase/shared_search.h"
 
-#include <chrono>
 #include <utility>
 
+#include "core/collision/broad_phase/record_tests.h"
 #include "core/parallel/traverse.h"
 
 namespace loomstone {
@@ -17,15 +17,22 @@ constexpr std::size_t enough_branches = 256;
 SharedSearch::SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                            const BroadPhase& broad_phase, Decomposition decomposition,
                            std::shared_ptr<const Communicator> communicator)
+    : SharedSearch(model, pairs, broad_phase, decomposition, communicator, communicator->size()) {}
+
+SharedSearch::SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+                           const BroadPhase& broad_phase, Decomposition decomposition,
+                           std::shared_ptr<const Communicator> communicator, int n_parts)
     : broad_phase_(broad_phase),
       decomposition_(decomposition),
       communicator_(std::move(communicator)),
       mailbox_(communicator_->open_mailbox()),
       pool_(*mailbox_),
-      trees_(model, pairs, communicator_->size()) {}
+      n_parts_(n_parts),
+      trees_(model, pairs, n_parts) {}
 
 void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, const Take& take) {
-  const bool still = &motion.x0 == &motion.x1;  // boxes of motions do not show how compact trees are
+  const bool still =
+      &motion.x0 == &motion.x1;  // boxes of motions do not show how compact trees are
   trees_.refit(team, motion, still);
   scratch_.resize(std::max(1, team.threads));
   const TaskPool::Perform perform = [&](int thread, const NodeTest& test,
@@ -39,12 +46,17 @@ void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, con
     });
   };
   failure_ = nullptr;
+  start_ = std::chrono::steady_clock::now();
   try {
+    if (recorded_) {
+      record_tests(trees_, n_parts_, perform, *recorded_);
+      return;
+    }
     std::vector<NodeTest> tests = trees_.top_level(communicator_->rank(), communicator_->size());
     if (decomposition_ == Decomposition::Dynamic)
       report_ = pool_.run(team, std::move(tests), perform);
     else
-      traverse(team, std::move(tests), perform);
+      traverse(team, std::move(tests), perform), report_ = {};
   } catch (...) {
     failure_ = std::current_exception();
   }
@@ -53,7 +65,6 @@ void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, con
 // Performs the tests of this rank without the other ranks.
 void SharedSearch::traverse(const Team& team, std::vector<NodeTest> tests,
                             const TaskPool::Perform& perform) {
-  const auto start = std::chrono::steady_clock::now();
   if (team.threads > 1 && traversal_ == Traversal::Loops) {
     std::vector<NodeTest> next, leaves;
     while (!tests.empty() && tests.size() + leaves.size() < enough_branches) {
@@ -77,8 +88,6 @@ void SharedSearch::traverse(const Team& team, std::vector<NodeTest> tests,
   } else {
     parallel_traverse(team, std::move(tests), perform);
   }
-  report_ = {};
-  report_.wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 }  // namespace loomstone

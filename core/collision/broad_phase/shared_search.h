@@ -4,8 +4,11 @@
 // at its end.
 #pragma once
 
+#include <chrono>
+#include <exception>
 #include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/collision/broad_phase/broad_phase.h"
@@ -13,6 +16,7 @@
 #include "core/collision/broad_phase/partition_trees.h"
 #include "core/parallel/communicator.h"
 #include "core/parallel/gather_records.h"
+#include "core/parallel/pool_replay.h"
 #include "core/parallel/task_pool.h"
 
 namespace loomstone {
@@ -24,6 +28,10 @@ class SharedSearch {
   SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                const BroadPhase& broad_phase, Decomposition decomposition,
                std::shared_ptr<const Communicator> communicator);
+  // Divides each cloth into `n_parts` partitions, whatever the number of ranks.
+  SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+               const BroadPhase& broad_phase, Decomposition decomposition,
+               std::shared_ptr<const Communicator> communicator, int n_parts);
 
   // Receives a pair of features. Called concurrently for different threads.
   using Take = std::function<void(int thread, Index surface_pair, ContactKind kind, PairKey key)>;
@@ -36,11 +44,21 @@ class SharedSearch {
   // Collective. Returns the records that the threads of all ranks have made since each_pair().
   template <class Record>
   std::vector<Record> gather(const std::vector<std::vector<Record>>& of_thread) {
-    return gather_records(*communicator_, of_thread, std::exchange(failure_, nullptr));
+    std::vector<Record> all =
+        gather_records(*communicator_, of_thread, std::exchange(failure_, nullptr));
+    seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    return all;
   }
+
+  // Searches then run on one thread of one rank, and measure the tests of as many ranks as there
+  // are partitions.
+  void record(RecordedTests* tests) { recorded_ = tests; }
 
   void set_traversal(Traversal traversal) { traversal_ = traversal; }
   const PoolReport& report() const { return report_; }  // of the last search of this rank
+  // Time of the last search on this rank, from the end of the update of boxes to the end of
+  // gather() [s].
+  double seconds() const { return seconds_; }
 
  private:
   void traverse(const Team& team, std::vector<NodeTest> tests, const TaskPool::Perform& perform);
@@ -51,10 +69,14 @@ class SharedSearch {
   std::shared_ptr<const Communicator> communicator_;
   std::unique_ptr<Mailbox> mailbox_;
   TaskPool pool_;
+  const int n_parts_;
   PartitionTrees trees_;
+  RecordedTests* recorded_ = nullptr;
   std::vector<PartitionTrees::Scratch> scratch_;  // one for each thread
   std::exception_ptr failure_;                    // of the last search on this rank
   PoolReport report_;
+  std::chrono::steady_clock::time_point start_;
+  double seconds_ = 0.0;
 };
 
 }  // namespace loomstone

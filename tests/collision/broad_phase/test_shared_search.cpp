@@ -41,11 +41,15 @@ struct Layout {
 };
 
 const std::vector<Layout> layouts = {
-    {1, 1, Decomposition::Static},  {1, 2, Decomposition::Static},
+    {1, 1, Decomposition::Static},
+    {1, 2, Decomposition::Static},
     {1, 2, Decomposition::Static, Traversal::Loops},
-    {1, 1, Decomposition::Dynamic}, {1, 3, Decomposition::Dynamic},
-    {3, 1, Decomposition::Static},  {4, 1, Decomposition::Dynamic},
-    {7, 1, Decomposition::Dynamic}, {2, 2, Decomposition::Dynamic},
+    {1, 1, Decomposition::Dynamic},
+    {1, 3, Decomposition::Dynamic},
+    {3, 1, Decomposition::Static},
+    {4, 1, Decomposition::Dynamic},
+    {7, 1, Decomposition::Dynamic},
+    {2, 2, Decomposition::Dynamic},
 };
 
 // Calls body(rank, search) on all ranks of a layout.
@@ -160,9 +164,10 @@ TEST_CASE("an error on one rank is thrown on all ranks that share a search") {
   for (const Decomposition decomposition : {Decomposition::Static, Decomposition::Dynamic}) {
     std::atomic<int> told{0};
     search_together(scene, pairs, {3, 1, decomposition}, [&](int rank, SharedSearch& search) {
-      search.each_pair(Team{1}, {scene.x, scene.x, inflation}, [&](int, Index, ContactKind, PairKey) {
-        if (rank == 1) throw InvalidInput("pair");
-      });
+      search.each_pair(Team{1}, {scene.x, scene.x, inflation},
+                       [&](int, Index, ContactKind, PairKey) {
+                         if (rank == 1) throw InvalidInput("pair");
+                       });
       try {
         search.gather(std::vector<std::vector<int>>(1));
       } catch (const InvalidInput& error) {
