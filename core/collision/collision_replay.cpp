@@ -86,13 +86,15 @@ CollisionReplay::~CollisionReplay() = default;
 // Performs a search and returns the size of its results [bytes].
 std::size_t CollisionReplay::find(Search search, const Team& team, SharedSearch& shared) const {
   Data& d = *data_;
-  if (search == Search::Contacts)
-    return find_contacts(team, d.model, d.pairs, d.record.x0, shared).size() * sizeof(Contact);
+  if (search == Search::Contacts) {
+    find_contacts(team, d.model, d.pairs, d.record.x0, shared);
+    return shared.result_bytes();
+  }
   NeighbourLists unused(d.model, d.pairs, d.boxes);
   ImpactSearch impacts(d.model, d.boxes, unused);
   impacts.share(&shared);
-  return impacts.find(team, {d.record.x0, d.inverse_mass, {}}, d.record.x1, nullptr).size() *
-         sizeof(StepImpact);
+  impacts.find(team, {d.record.x0, d.inverse_mass, {}}, d.record.x1, nullptr);
+  return shared.result_bytes();
 }
 
 RecordedTests CollisionReplay::measure(Search search, int n_ranks, int repetitions) const {

@@ -19,12 +19,12 @@ constexpr double never = std::numeric_limits<double>::infinity();
 // Size of a message without the tests of a task [bytes].
 constexpr double header_bytes = 32.0;
 
-// Adds the time of the exchange at the end: all ranks receive all results, in a number of rounds
-// that grows with the logarithm of the number of ranks.
+// Adds the time of the exchange at the end. All ranks receive the numbers of results, and then the
+// results, each in a number of rounds that grows with the logarithm of the number of ranks.
 void add_exchange(const RecordedTests& tests, const Network& network, ReplayReport& report) {
   if (tests.n_ranks() == 1) return;
   report.exchange =
-      std::ceil(std::log2(tests.n_ranks())) * (network.latency + 2.0 * network.overhead) +
+      2.0 * std::ceil(std::log2(tests.n_ranks())) * (network.latency + 2.0 * network.overhead) +
       static_cast<double>(tests.result_bytes) / network.bandwidth;
   report.seconds += report.exchange;
 }

@@ -33,6 +33,24 @@ struct Header {
   std::int64_t sent, received;  // tasks, summed over a part of the tree of ranks (Kind::Counts)
 };
 
+// How a thread without work waits. It yields at first, and then sleeps for increasing times, so
+// that ranks that share a processor with others do not keep it from them.
+class Pause {
+ public:
+  void wait() {
+    if (++n_ < 1000) {
+      std::this_thread::yield();
+      return;
+    }
+    std::this_thread::sleep_for(length_);
+    length_ = std::min(2 * length_, std::chrono::microseconds{200});
+  }
+
+ private:
+  int n_ = 0;
+  std::chrono::microseconds length_{10};
+};
+
 // Tasks of one rank, and the number of its workers that perform tests.
 class SharedTasks {
  public:
@@ -139,18 +157,23 @@ void PoolRun::work(int worker) {
   const auto start = Clock::now();
   if (worker == 0) polled_ = start;
   Tests stack;
+  Pause pause;
   while (!ended_.load(std::memory_order_relaxed)) {
     if (tasks_.start(stack)) {
       perform_task(worker, stack);
       tasks_.stop();
+      pause = {};
       continue;
     }
     if (worker == 0) {
       const bool arrived = poll();
       contribute();
-      if (arrived) continue;
+      if (arrived) {
+        pause = {};
+        continue;
+      }
     }
-    std::this_thread::yield();
+    pause.wait();
   }
   if (worker != 0) return;
   report_.tests = tests_, report_.created = created_;

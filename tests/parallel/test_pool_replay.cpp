@@ -40,8 +40,10 @@ TEST_CASE("a static replay takes the time of the slowest rank and of the exchang
   RecordedTests tests = trees_on_rank_0(1, 4, 4);
   tests.result_bytes = 1000;
   const Network network{2e-6, 1e8, 0.5e-6};
-  // Two rounds of the exchange among four ranks, each 2 us + 2 x 0.5 us, and 1000 B at 1e8 B/s.
-  CHECK(replay_static(tests, network).seconds == Approx(tests.work() + 6e-6 + 1e-5));
+  // Counts and results take two rounds each among four ranks. A round takes 2 us + 2 x 0.5 us, and
+  // 1000 B take 10 us at 1e8 B/s.
+  CHECK(replay_static(tests, network).seconds == Approx(tests.work() + 12e-6 + 1e-5));
+  CHECK(replay_static(tests, network).exchange == Approx(22e-6));
   CHECK(replay_static(tests, network).least_busy == 0.0);
 }
 
@@ -67,7 +69,7 @@ TEST_CASE("a rank that starts alone and one that has nothing to give both end") 
   CHECK(report.transfers == 0);
   CHECK(report.waves >= 2);
   // The counts of two waves rise and fall through three levels of ranks each, and the exchange has
-  // nine rounds. Each takes the latency and some time on the processor.
-  CHECK(report.seconds > (12 + 9) * network.latency);
-  CHECK(report.seconds < 2 * (12 + 9) * network.latency);
+  // eighteen rounds. Each takes the latency and some time on the processor.
+  CHECK(report.seconds > (12 + 18) * network.latency);
+  CHECK(report.seconds < 2 * (12 + 18) * network.latency);
 }

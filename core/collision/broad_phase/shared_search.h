@@ -46,6 +46,7 @@ class SharedSearch {
   std::vector<Record> gather(const std::vector<std::vector<Record>>& of_thread) {
     std::vector<Record> all =
         gather_records(*communicator_, of_thread, std::exchange(failure_, nullptr));
+    result_bytes_ = all.size() * sizeof(Record);
     seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
     return all;
   }
@@ -59,6 +60,7 @@ class SharedSearch {
   // Time of the last search on this rank, from the end of the update of boxes to the end of
   // gather() [s].
   double seconds() const { return seconds_; }
+  std::size_t result_bytes() const { return result_bytes_; }  // of the last gather() [bytes]
 
  private:
   void traverse(const Team& team, std::vector<NodeTest> tests, const TaskPool::Perform& perform);
@@ -77,6 +79,7 @@ class SharedSearch {
   PoolReport report_;
   std::chrono::steady_clock::time_point start_;
   double seconds_ = 0.0;
+  std::size_t result_bytes_ = 0;
 };
 
 }  // namespace loomstone

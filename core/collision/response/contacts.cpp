@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 #include "core/collision/narrow_phase/distance.h"
 
@@ -129,6 +130,29 @@ std::vector<Contact> in_order(const std::vector<std::vector<Contact>>& of_range)
   return contacts;
 }
 
+// The part of a contact that its features do not determine, for sending to other ranks.
+struct FoundContact {
+  PairKey key;
+  Index pair;
+  ContactKind kind;
+  std::array<double, 4> weights;
+  Vec3 normal;
+  double distance;
+
+  Contact contact(const CollisionModel& model, const std::vector<SurfacePair>& pairs) const {
+    const SurfacePair& surfaces = pairs[pair];
+    return {kind,
+            first_of(key),
+            second_of(key),
+            pair_vertices(model, kind, key),
+            weights,
+            normal,
+            distance,
+            surfaces.thickness,
+            surfaces.friction};
+  }
+};
+
 // Looks for a contact between two features.
 struct ContactLook {
   const CollisionModel& model;
@@ -237,12 +261,22 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
   for (const SurfacePair& pair : pairs)
     for (const Index s : {pair.a, pair.b})
       inflation[s] = std::max(inflation[s], 0.5 * pair.thickness * (1.0 + 1e-12));
-  std::vector<std::vector<Contact>> of_thread(std::max(1, team.threads));
+  const std::size_t n_threads = std::max(1, team.threads);
+  std::vector<std::vector<FoundContact>> of_thread(n_threads);
+  std::vector<std::vector<Contact>> own(n_threads);  // empty, or one contact of each thread
   search.each_pair(team, {x, x, inflation},
                    [&](int thread, Index pair, ContactKind kind, PairKey key) {
-                     if (look.near(pair, kind, key)) look(pair, kind, key, of_thread[thread]);
+                     if (!look.near(pair, kind, key)) return;
+                     own[thread].clear();
+                     look(pair, kind, key, own[thread]);
+                     for (const Contact& contact : own[thread])
+                       of_thread[thread].push_back(
+                           {key, pair, kind, contact.weights, contact.normal, contact.distance});
                    });
-  return look.finished(in_order({search.gather(of_thread)}));
+  std::vector<Contact> all;
+  for (const FoundContact& found : search.gather(of_thread))
+    all.push_back(found.contact(model, pairs));
+  return look.finished(in_order({std::move(all)}));
 }
 
 std::vector<double> contact_shares(const std::vector<Contact>& contacts,

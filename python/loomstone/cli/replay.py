@@ -10,6 +10,7 @@ import typer
 
 from .._core import InvalidInput
 from ..runs import replay as replays
+from ..runs.motions import motion_files
 from .application import app, session
 from .options import RunArgument
 
@@ -57,7 +58,7 @@ def replay(
                 raise InvalidInput(f"--{what} must be above 0 and finite, got {value:g}")
         network = replays.Network(latency, bandwidth, overhead, poll_interval)
         numbers = replays.parse_ranks(ranks)
-        steps = len(replays.motion_files(run))
+        steps = len(motion_files(run))
         found = replays.replay(
             run,
             numbers,
@@ -70,8 +71,8 @@ def replay(
         for each in found:
             print(
                 f"{each.ranks:5d}  {each.decomposition:13}  {1e3 * each.seconds / steps:9.4f}"
-                f"  {1e3 * each.exchange / steps:13.4f}  {each.efficiency:10.3f}  {each.transfers // steps:9d}"
-                f"  {each.refusals // steps:8d}"
+                f"  {1e3 * each.exchange / steps:13.4f}  {each.efficiency:10.3f}"
+                f"  {each.transfers // steps:9d}  {each.refusals // steps:8d}"
             )
         replays.write_predictions(run / "replay.csv", found)
         print(f"table: {run / 'replay.csv'}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,9 +27,10 @@ def write_motion(directory: Path, step: int, motion: CollisionRecord) -> None:
     folder = directory / "tasks"
     folder.mkdir(exist_ok=True)
     path = folder / f"step-{step:010d}.npz"
+    arrays: dict[str, Any] = {name: np.asarray(getattr(motion, name)) for name in _ARRAYS}
     unfinished = path.with_suffix(".unfinished")
     with unfinished.open("wb") as file:
-        np.savez(file, **{name: np.asarray(getattr(motion, name)) for name in _ARRAYS})
+        np.savez(file, **arrays)
     unfinished.replace(path)
 
 

@@ -6,6 +6,7 @@
 
 #include "core/collision/broad_phase/shared_search.h"
 #include "core/collision/certify/impact_search.h"
+#include "core/collision/collision_replay.h"
 #include "core/collision/collision_stage.h"
 #include "core/collision/response/contacts.h"
 #include "tests/collision/collision_scenes.h"
@@ -203,4 +204,32 @@ TEST_CASE("top-level tests are dealt out evenly and none twice") {
     // Each partition with itself, with the others, and with the obstacle.
     CHECK(all.size() == static_cast<std::size_t>(ranks * (ranks + 1) / 2 + ranks));
   }
+}
+
+TEST_CASE("recorded tests form trees in which each test appears once") {
+  const TestScene scene = crumpled();
+  const Points x1 = shaken(scene.x, 2e-3, 6);
+  const CollisionReplay replay(
+      {scene.model.surfaces, scene.model.triangles, scene.model.gap_floor, scene.x, x1});
+  for (const auto search : {CollisionReplay::Search::Contacts, CollisionReplay::Search::Impacts}) {
+    const RecordedTests tests = replay.measure(search, 3, 2);
+    REQUIRE(tests.n_ranks() == 3);
+    REQUIRE(tests.size() > 1000);
+    CHECK(tests.result_bytes > 1000);
+    CHECK(tests.work() > 0.0);
+    std::vector<int> seen(tests.size(), 0);
+    for (const std::vector<Index>& roots : tests.roots) {
+      CHECK(!roots.empty());
+      for (const Index root : roots) ++seen[root];
+    }
+    for (std::size_t i = 0; i < tests.size(); ++i)
+      for (Index child = 0; child < tests.n_children[i]; ++child)
+        ++seen[tests.first_child[i] + child];
+    CHECK(std::count(seen.begin(), seen.end(), 1) == static_cast<std::ptrdiff_t>(seen.size()));
+    const CollisionReplay::Execution alone{Decomposition::Dynamic, Traversal::Tasks, Team{},
+                                           single_communicator()};
+    CHECK(replay.perform(search, alone, 3).size() == 3);
+  }
+  CHECK_THROWS_WITH(replay.measure(CollisionReplay::Search::Contacts, 0),
+                    Catch::Matchers::Contains("ranks must be at least 1"));
 }
