@@ -108,7 +108,8 @@ void bind_tests(py::module_& m) {
       py::arg("bandwidth") = 1e10, py::arg("overhead") = 0.2e-6, py::arg("poll_interval") = 5e-6,
       "Returns the ReplayReport of the search. decomposition: \"static\" or \"dynamic\". Messages "
       "take `latency` [s] and\n"
-      "have `bandwidth` [bytes/s]; sending and receiving take `overhead` [s] each. A rank that has "
+      "have `bandwidth` [bytes/s]; sending, receiving and looking for one take `overhead` [s] "
+      "each. A rank that has "
       "work polls every\n"
       "`poll_interval` [s].");
 }
@@ -145,7 +146,7 @@ void bind_replay(py::module_& m) {
             execution, repetitions);
       },
       py::kw_only(), py::arg("impacts"), py::arg("decomposition") = "dynamic",
-      py::arg("traversal") = "tasks", py::arg("threads") = 1, py::arg("communicator") = py::none(),
+      py::arg("traversal") = "loops", py::arg("threads") = 1, py::arg("communicator") = py::none(),
       py::arg("repetitions") = 1,
       "Performs the search for impacts or for contacts several times, together with the other "
       "ranks. Returns the time of each\n"

@@ -153,6 +153,7 @@ class Simulated {
   // afterwards.
   double poll(int rank, double time) {
     Rank& own = ranks_[rank];
+    if (ranks_.size() > 1) time += network_.overhead;
     std::vector<Message> arrived;
     const auto late = std::partition(own.inbox.begin(), own.inbox.end(),
                                      [&](const Message& m) { return m.arrival > time; });

@@ -27,7 +27,7 @@ struct RecordedTests {
 struct Network {
   double latency = 1.5e-6;   // [s]
   double bandwidth = 1e10;   // [bytes/s]
-  double overhead = 0.2e-6;  // time on the processor to send or to receive a message [s]
+  double overhead = 0.2e-6;  // time on the processor to send, to receive or to look for one [s]
 };
 
 struct ReplayReport {

@@ -55,6 +55,7 @@ class SharedSearch {
   // are partitions.
   void record(RecordedTests* tests) { recorded_ = tests; }
 
+  // How the threads of a rank share a static search. Loops, the default, are a little faster.
   void set_traversal(Traversal traversal) { traversal_ = traversal; }
   const PoolReport& report() const { return report_; }  // of the last search of this rank
   // Time of the last search on this rank, from the end of the update of boxes to the end of
@@ -67,7 +68,7 @@ class SharedSearch {
 
   const BroadPhase& broad_phase_;
   const Decomposition decomposition_;
-  Traversal traversal_ = Traversal::Tasks;
+  Traversal traversal_ = Traversal::Loops;
   std::shared_ptr<const Communicator> communicator_;
   std::unique_ptr<Mailbox> mailbox_;
   TaskPool pool_;

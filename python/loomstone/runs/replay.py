@@ -22,7 +22,7 @@ class Network:
 
     latency : time that a message takes [s]
     bandwidth : [bytes/s]
-    overhead : time on the processor to send or to receive a message [s]
+    overhead : time on the processor to send, to receive or to look for a message [s]
     poll_interval : time between two polls of a rank that has work [s]
     """
 

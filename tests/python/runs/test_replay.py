@@ -45,14 +45,13 @@ def test_a_run_records_the_motion_of_every_tenth_step(recorded):
     assert motion.x1[:900, 2].max() < motion.x0[:900, 2].max()  # the cloth falls
 
 
-def test_a_replay_on_one_rank_takes_the_serial_time_and_more_ranks_take_less(recorded):
+def test_more_ranks_take_less_time_and_exchange_results(recorded):
     found = {
         (each.ranks, each.decomposition): each
         for each in replay(recorded, [1, 4, 16], ["static", "dynamic"], Network(latency=1e-6))
     }
     for name in ("static", "dynamic"):
-        # The serial time is measured apart, and other programs may displace either measurement.
-        assert found[1, name].efficiency == pytest.approx(1.0, abs=0.5)
+        assert found[1, name].exchange == 0 < found[4, name].exchange < found[4, name].seconds
         assert found[4, name].seconds < found[1, name].seconds
     assert found[16, "dynamic"].transfers > 0
     assert found[16, "static"].transfers == 0
@@ -87,9 +86,7 @@ def test_other_numbers_of_ranks_are_refused(text):
 def test_bad_input_of_the_command_gets_one_sentence(recorded, tmp_path):
     for arguments, sentence in [
         (["--decomposition", "predicted"], "--decomposition must be static or dynamic"),
-        (["--latency", "-1"], "--latency must be at least 0 s"),
         (["--bandwidth", "0"], "--bandwidth must be above 0"),
-        (["--ranks", "x"], "ranks must be numbers"),
     ]:
         done = loomstone("replay", recorded, *arguments)
         assert done.returncode == 1 and sentence in done.stderr
