@@ -35,6 +35,7 @@ void bind_scene(py::module_& m);
 void bind_integrators(py::module_& m);
 void bind_limits(py::module_& m);
 void bind_collision(py::module_& m);
+void bind_replay(py::module_& m);
 void bind_cache(py::module_& m);
 void bind_renderer(py::module_& m);
 void bind_simulation(py::module_& m);

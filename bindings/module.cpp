@@ -16,6 +16,7 @@ PYBIND11_MODULE(_core, m) {
   loomstone::bind_integrators(m);
   loomstone::bind_limits(m);
   loomstone::bind_collision(m);
+  loomstone::bind_replay(m);
   loomstone::bind_cache(m);
   loomstone::bind_renderer(m);
   loomstone::bind_simulation(m);

@@ -117,13 +117,15 @@ using Released = py::call_guard<py::gil_scoped_release>;
 
 void bind_stepping(py::class_<S>& c) {
   c.def(py::init([](const Scene& scene, const IntegratorOptions& integrator, int threads,
-                    std::shared_ptr<Communicator> communicator) {
+                    std::shared_ptr<Communicator> communicator, const std::string& decomposition) {
           const py::gil_scoped_release release;
           return new S(scene, integrator, threads,
-                       communicator ? communicator : single_communicator());
+                       communicator ? communicator : single_communicator(),
+                       choice_named<Decomposition>(decomposition, "decomposition"));
         }),
         py::arg("scene"), py::arg("integrator") = IntegratorOptions{}, py::kw_only(),
-        py::arg("threads") = 0, py::arg("communicator") = py::none());
+        py::arg("threads") = 0, py::arg("communicator") = py::none(),
+        py::arg("decomposition") = "predicted");
   c.def("step", &S::step, Released(),
         "Advances by one step. If SolverFailure is raised, the state remains that of the last "
         "successful step.");
@@ -132,6 +134,12 @@ void bind_stepping(py::class_<S>& c) {
   c.def_property_readonly("step_size", &S::step_size,
                           "length of a step, or largest length of automatic steps [s]");
   c.def_property_readonly("report", &S::report, "StepReport of the last step");
+  c.def("keep_collision_motion", &S::keep_collision_motion, py::arg("keep"),
+        "Tells whether the motion that certification receives in each step is kept for "
+        "collision_motion().");
+  c.def("collision_motion", &S::collision_motion,
+        "Returns the CollisionRecord of the last certification; without vertices if nothing "
+        "collides or none was kept.");
   c.def("rebuild_stages", &S::rebuild_stages, Released(),
         "Discards all stages and builds them again. If may_checkpoint is True, this does not "
         "change any later result.");
@@ -150,6 +158,8 @@ void bind_stepping(py::class_<S>& c) {
 
 void bind_ranks(py::class_<S>& c) {
   c.def_property_readonly("threads", &S::threads);
+  c.def_property_readonly("decomposition", &S::decomposition,
+                          "How collision handling is divided among ranks and threads.");
   c.def_property_readonly("rank", [](const S& self) { return self.communicator().rank(); });
   c.def_property_readonly("ranks", [](const S& self) { return self.communicator().size(); });
   c.def(

@@ -1,6 +1,7 @@
 #include "core/collision/collision_stage.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/collision/certify/clean_up.h"
 #include "core/collision/certify/withholding.h"
@@ -16,13 +17,18 @@ namespace loomstone {
 constexpr int clean_up_rounds = 10;
 
 struct CollisionStage::Data {
-  explicit Data(const CollisionModel& given)
+  Data(const CollisionModel& given, Decomposition decomposition,
+       std::shared_ptr<const Communicator> communicator)
       : model(given),
         pairs(surface_pairs(model)),
         broad_phase(model, pairs),
         lists(model, pairs, broad_phase),
         tangles(model),
-        search(model, broad_phase, lists) {}
+        search(model, broad_phase, lists) {
+    if (decomposition != Decomposition::Predicted)
+      shared = std::make_unique<SharedSearch>(model, pairs, broad_phase, decomposition,
+                                              std::move(communicator));
+  }
 
   const CollisionModel& model;
   const std::vector<SurfacePair> pairs;
@@ -30,27 +36,32 @@ struct CollisionStage::Data {
   NeighbourLists lists;
   TangleFinder tangles;
   ImpactSearch search;
+  std::unique_ptr<SharedSearch> shared;  // null: searches use the lists
+  bool in_step = false;
+  bool keeps_motion = false;
+  CollisionRecord motion;
   // Positions in the last call of proximity(), and all contacts there, including those that a
   // tangle ignores. They are reused because a part of a step begins where the last one ended.
   Points known_x;
   std::vector<Contact> known;
 };
 
-CollisionStage::CollisionStage(const CollisionModel& model)
-    : data_(std::make_unique<Data>(model)) {}
+CollisionStage::CollisionStage(const CollisionModel& model, Decomposition decomposition,
+                               std::shared_ptr<const Communicator> communicator)
+    : data_(std::make_unique<Data>(model, decomposition, std::move(communicator))) {}
 CollisionStage::~CollisionStage() = default;
+
+void CollisionStage::set_in_step(bool in_step) {
+  data_->in_step = in_step;
+  data_->search.share(in_step ? data_->shared.get() : nullptr);
+}
 
 Tangle CollisionStage::find_tangle(const Points& x0) { return data_->tangles.find(x0); }
 
 std::vector<Contact> CollisionStage::proximity(const Team& team, const Points& x0,
                                                const Tangle& tangle) {
-  Data& d = *data_;
-  if (d.known_x.rows() != x0.rows() || d.known_x != x0) {
-    d.lists.update(team, x0);
-    d.known = find_contacts(team, d.model, d.pairs, x0, d.lists);
-    d.known_x = x0;
-  }
-  std::vector<Contact> contacts = d.known;
+  const Data& d = *data_;
+  std::vector<Contact> contacts = find_known(team, x0);
   if (!tangle.empty())
     std::erase_if(contacts, [&](const Contact& contact) {
       return tangle.ignores(d.model, contact.kind, pair_key(contact.a, contact.b),
@@ -58,6 +69,29 @@ std::vector<Contact> CollisionStage::proximity(const Team& team, const Points& x
     });
   return contacts;
 }
+
+// Returns all contacts at x0, including those that a tangle ignores.
+std::vector<Contact> CollisionStage::find_known(const Team& team, const Points& x0) {
+  Data& d = *data_;
+  if (d.known_x.rows() == x0.rows() && d.known_x == x0) return d.known;
+  if (d.shared && !d.in_step) {
+    // Other ranks do not search now, so `known` must not change: a step begins with a search on all
+    // ranks or on none.
+    d.lists.update(team, x0);
+    return find_contacts(team, d.model, d.pairs, x0, d.lists);
+  }
+  if (d.shared) {
+    d.known = find_contacts(team, d.model, d.pairs, x0, *d.shared);
+  } else {
+    d.lists.update(team, x0);
+    d.known = find_contacts(team, d.model, d.pairs, x0, d.lists);
+  }
+  d.known_x = x0;
+  return d.known;
+}
+
+void CollisionStage::keep_motion(bool keep) { data_->keeps_motion = keep; }
+const CollisionRecord& CollisionStage::motion() const { return data_->motion; }
 
 Approach CollisionStage::approach(const Team& team, const ExpectedMotion& motion,
                                   const Tangle& tangle) {
@@ -95,6 +129,10 @@ void CollisionStage::repel(const MotionInputs& inputs, const std::vector<Contact
 
 CertifyReport CollisionStage::certify(const Team& team, const MotionInputs& inputs, Points& x1,
                                       FreeBodies& bodies) {
+  if (data_->keeps_motion) {
+    const CollisionModel& model = data_->model;
+    data_->motion = {model.surfaces, model.triangles, model.gap_floor, inputs.x0, x1};
+  }
   Vector inverse_mass = inputs.inverse_mass;
   for (const CollisionSurface& surface : data_->model.surfaces)
     if (surface.kind != CollisionSurface::Kind::Cloth)

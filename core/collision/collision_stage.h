@@ -9,7 +9,9 @@
 
 #include "core/base/types.h"
 #include "core/collision/approach.h"
+#include "core/collision/broad_phase/decomposition.h"
 #include "core/collision/certify/certify_report.h"
+#include "core/collision/collision_replay.h"
 #include "core/collision/model/collision_model.h"
 #include "core/collision/model/contact.h"
 #include "core/collision/model/free_body.h"
@@ -17,6 +19,7 @@
 #include "core/collision/response/response_inputs.h"
 #include "core/collision/tangle/tangle.h"
 #include "core/linalg/extra_terms.h"
+#include "core/parallel/communicator.h"
 #include "core/parallel/team.h"
 
 namespace loomstone {
@@ -25,8 +28,16 @@ namespace loomstone {
 // affect speed, not results.
 class CollisionStage {
  public:
-  explicit CollisionStage(const CollisionModel& model);
+  // All decompositions give the same results. Unless the decomposition is "predicted", the ranks of
+  // `communicator` share the searches for contacts and impacts that begin while they step together.
+  explicit CollisionStage(const CollisionModel& model,
+                          Decomposition decomposition = Decomposition::Predicted,
+                          std::shared_ptr<const Communicator> communicator = single_communicator());
   ~CollisionStage();
+
+  // Tells whether all ranks are in the same step, so that they make the same calls. At other times
+  // one rank may ask for contacts alone, for example to write a frame.
+  void set_in_step(bool in_step);
 
   // Finds all intersections at x0. The other methods ignore contacts and impacts that would prevent
   // the intersecting surfaces from separating. An empty Tangle means that nothing intersects.
@@ -72,7 +83,14 @@ class CollisionStage {
   CertifyReport certify(const Team& team, const MotionInputs& inputs, Points& x1,
                         FreeBodies& bodies);
 
+  // Tells whether the motion that certify() receives is kept for motion().
+  void keep_motion(bool keep);
+  // Returns the motion that certify() received last, or one without vertices.
+  const CollisionRecord& motion() const;
+
  private:
+  std::vector<Contact> find_known(const Team& team, const Points& x0);
+
   struct Data;
   std::unique_ptr<Data> data_;
 };

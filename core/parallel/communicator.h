@@ -1,5 +1,6 @@
 // Communication between the ranks of one simulation. A single rank needs no MPI. Several ranks use
-// a plug-in that is loaded on demand. All communication is collective, except abort().
+// a plug-in that is loaded on demand. All communication is collective, except abort() and the
+// messages of a Mailbox.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/base/types.h"
+#include "core/parallel/mailbox.h"
 
 namespace loomstone {
 
@@ -34,6 +37,11 @@ class Communicator {
   // Sends the buffers in `to` and receives data into the buffers in `from`. The caller sets the
   // sizes of both.
   virtual void exchange(const std::vector<Message>& to, const std::vector<Message>& from) const = 0;
+  // Returns a new mailbox, whose messages are apart from those of all other mailboxes. The
+  // communicator must outlive it, and all ranks must destroy it. Collective.
+  virtual std::unique_ptr<Mailbox> open_mailbox() const {
+    throw Unsupported("this communicator has no mailboxes; use that of MPI or of a single rank");
+  }
   // Lets all ranks agree on a failure. The agreement uses a separate channel, because other ranks
   // may be waiting in another call. All ranks receive the kind (0: no failure) and text of the
   // lowest rank that failed. If the others do not call agree() within ten seconds, a failed rank

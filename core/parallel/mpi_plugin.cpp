@@ -7,6 +7,7 @@
 #include <climits>
 #include <cstdio>
 #include <cstdlib>
+#include <deque>
 #include <memory>
 #include <thread>
 #include <utility>
@@ -67,6 +68,65 @@ bool finalised() {
 void finalise_at_exit() {
   if (!finalised()) MPI_Finalize();
 }
+
+// Mailbox on a communicator of its own.
+class MpiMailbox final : public Mailbox {
+ public:
+  explicit MpiMailbox(MPI_Comm original) {
+    MPI_Comm_dup(original, &comm_);
+    MPI_Comm_rank(comm_, &rank_);
+    MPI_Comm_size(comm_, &size_);
+  }
+  ~MpiMailbox() override {
+    if (finalised()) return;
+    // The last messages of a run are short and may remain unread. MPI keeps short messages, so
+    // sending them completes without a receiver.
+    for (Sent& sent : sent_) wait_for(sent.request);
+    MPI_Comm_free(&comm_);
+  }
+  MpiMailbox(const MpiMailbox&) = delete;
+  MpiMailbox& operator=(const MpiMailbox&) = delete;
+
+  int rank() const override { return rank_; }
+  int size() const override { return size_; }
+  void send(int to, const void* data, std::size_t bytes) override {
+    forget_completed();
+    const auto* const first = static_cast<const std::byte*>(data);
+    Sent& sent = sent_.emplace_back();
+    sent.bytes.assign(first, first + bytes);
+    MPI_Isend(sent.bytes.data(), static_cast<int>(bytes), MPI_BYTE, to, exchange_tag, comm_,
+              &sent.request);
+  }
+  bool receive(std::vector<std::byte>& message) override {
+    int arrived = 0, bytes = 0;
+    MPI_Message handle;
+    MPI_Status status;
+    MPI_Improbe(MPI_ANY_SOURCE, exchange_tag, comm_, &arrived, &handle, &status);
+    if (!arrived) return false;
+    MPI_Get_count(&status, MPI_BYTE, &bytes);
+    message.resize(bytes);
+    MPI_Mrecv(message.data(), bytes, MPI_BYTE, &handle, MPI_STATUS_IGNORE);
+    return true;
+  }
+
+ private:
+  struct Sent {
+    MPI_Request request = MPI_REQUEST_NULL;
+    std::vector<std::byte> bytes;
+  };
+
+  void forget_completed() {
+    for (int done = 1; !sent_.empty();) {
+      MPI_Test(&sent_.front().request, &done, MPI_STATUS_IGNORE);
+      if (!done) return;
+      sent_.pop_front();
+    }
+  }
+
+  MPI_Comm comm_ = MPI_COMM_NULL;
+  int rank_ = 0, size_ = 1;
+  std::deque<Sent> sent_;  // messages that may not have left yet, oldest first
+};
 
 class MpiCommunicator final : public Communicator {
  public:
@@ -148,6 +208,10 @@ class MpiCommunicator final : public Communicator {
     wait_for(requests_);
   }
 
+  std::unique_ptr<Mailbox> open_mailbox() const override {
+    return std::make_unique<MpiMailbox>(comm_);
+  }
+
   void agree(int& kind, std::string& text) const override {
     const MpiWatch::Wait wait(watch_.get());
     const std::int64_t mine = kind == 0 ? 0 : size_ - rank_;
@@ -210,7 +274,7 @@ class MpiCommunicator final : public Communicator {
 
 }  // namespace loomstone
 
-extern "C" const loomstone::Communicator* loomstone_make_communicator_2(int fortran_handle,
+extern "C" const loomstone::Communicator* loomstone_make_communicator_3(int fortran_handle,
                                                                         const char** problem) {
   using namespace loomstone;
   int initialised = 0;

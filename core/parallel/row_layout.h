@@ -37,6 +37,7 @@ class RowLayout {
   int owner(Index row) const;
   const std::vector<Index>& starts() const { return starts_; }
   const Communicator& communicator() const { return *communicator_; }
+  std::shared_ptr<const Communicator> shared_communicator() const { return communicator_; }
   bool single() const { return communicator_->size() == 1; }
 
   // Adds block sums over all ranks in block order, so that the result has the same bits on any

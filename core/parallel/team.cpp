@@ -34,6 +34,8 @@ int default_thread_count() {
   return std::max(1, omp_get_num_procs());
 }
 
+int thread_number() { return omp_get_thread_num(); }
+
 void check_not_forked() {
   if (!region_has_run.load(std::memory_order_relaxed)) {
     static const int registered = pthread_atfork(nullptr, nullptr, in_forked_child);

@@ -27,6 +27,9 @@ struct Team {
 // process.
 int default_thread_count();
 
+// Returns the number of the calling thread in its parallel loop, 0 to threads - 1.
+int thread_number();
+
 // Throws Unsupported in a forked process if a parallel loop ran before the fork, because libgomp
 // would then hang.
 void check_not_forked();
@@ -107,6 +110,20 @@ void parallel_tasks(const Team& team, Index n, Body&& body) {
 #pragma omp for schedule(dynamic, 1) nowait
     for (Index i = 0; i < n; ++i) failure.guard([&] { body(i); });
   }
+  failure.rethrow();
+}
+
+// Calls body(thread) once on each thread.
+template <class Body>
+void on_each_thread(const Team& team, Body&& body) {
+  if (team.threads <= 1) {
+    body(0);
+    return;
+  }
+  check_not_forked();
+  FirstFailure failure;
+#pragma omp parallel num_threads(team.threads)
+  failure.guard([&] { body(thread_number()); });
   failure.rethrow();
 }
 

@@ -43,6 +43,7 @@ struct Simulation::Data {
   std::map<std::string, std::string> digests;  // hashes of the fields of scene and options, by name
   Team team;
   std::shared_ptr<const Communicator> communicator;
+  Decomposition decomposition = Decomposition::Predicted;
   Model model;
   State state;
   StepOutcome outcome;
@@ -56,7 +57,8 @@ struct Simulation::Data {
   void make_stepper() {
     Team counted = team;
     counted.iterations = &iterations;
-    stepper = std::make_unique<Stepper>(model, options, steps, counted, *layout, state);
+    stepper = std::make_unique<Stepper>(model, options, steps,
+                                        Workers{counted, *layout, decomposition}, state);
   }
   Points to_user(const Points& rows) const {
     Points user(model.cloth.n_vertices, 3);
@@ -126,7 +128,8 @@ void check_attachments(const IntegratorOptions& integrator, const Model& model) 
 }  // namespace
 
 Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, int threads,
-                       std::shared_ptr<const Communicator> communicator)
+                       std::shared_ptr<const Communicator> communicator,
+                       Decomposition decomposition)
     : data_(std::make_unique<Data>()) {
   if (threads < 0 || threads > most_threads)
     fail<InvalidInput>("threads must be in [0, {}] (0: all processors), got {}", most_threads,
@@ -134,6 +137,7 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
   integrator.visit([](const auto& method) { check_fields(method, "integrator"); });
   data_->team.threads = threads == 0 ? default_thread_count() : threads;
   data_->communicator = std::move(communicator);
+  data_->decomposition = decomposition;
   together(*data_->communicator, [&] { build(scene, data_->model, data_->state); });
   check_attachments(integrator, data_->model);
   data_->digests = digests(scene, integrator);
@@ -163,6 +167,15 @@ double Simulation::time() const { return data_->state.time; }
 std::int64_t Simulation::step_index() const { return data_->state.step; }
 double Simulation::step_size() const { return data_->steps.largest; }
 int Simulation::threads() const { return data_->team.threads; }
+void Simulation::keep_collision_motion(bool keep) {
+  if (CollisionStage* const collision = data_->stepper->engines().collision.get())
+    collision->keep_motion(keep);
+}
+CollisionRecord Simulation::collision_motion() const {
+  const CollisionStage* const collision = data_->stepper->engines().collision.get();
+  return collision ? collision->motion() : CollisionRecord{};
+}
+Decomposition Simulation::decomposition() const { return data_->decomposition; }
 const Communicator& Simulation::communicator() const { return *data_->communicator; }
 
 const StepReport& Simulation::report() const {

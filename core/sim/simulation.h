@@ -8,6 +8,8 @@
 
 #include "core/base/checkpoint.h"
 #include "core/base/frame.h"
+#include "core/collision/broad_phase/decomposition.h"
+#include "core/collision/collision_replay.h"
 #include "core/integration/options.h"
 #include "core/magnetics/sources/body.h"
 #include "core/parallel/communicator.h"
@@ -22,10 +24,11 @@ struct CircuitState;
 
 class Simulation {
  public:
-  // Checks the scene and builds it. threads = 0 uses all processors. Throws InvalidInput or
-  // Unsupported.
+  // Checks the scene and builds it. threads = 0 uses all processors. Results do not depend on
+  // threads, ranks and decomposition. Throws InvalidInput or Unsupported.
   Simulation(const Scene& scene, const IntegratorOptions& integrator, int threads = 0,
-             std::shared_ptr<const Communicator> communicator = single_communicator());
+             std::shared_ptr<const Communicator> communicator = single_communicator(),
+             Decomposition decomposition = Decomposition::Predicted);
   ~Simulation();
 
   // Advances by one step. If it throws SolverFailure, the state of the last successful step
@@ -36,7 +39,13 @@ class Simulation {
   double step_size() const;  // length of a step; the largest length of automatic steps [s]
   int threads() const;
   const Communicator& communicator() const;
-  const StepReport& report() const;  // of the last step
+  // Tells whether the motion that certification receives in each step is kept for
+  // collision_motion(), which returns that of the last certification. It has no vertices if nothing
+  // collides or no step has been taken.
+  void keep_collision_motion(bool keep);
+  CollisionRecord collision_motion() const;
+  Decomposition decomposition() const;  // how collision handling is divided
+  const StepReport& report() const;     // of the last step
   // Returns whether there are no bodies or the last step rebuilt the rigid-body world.
   bool may_checkpoint() const;
 

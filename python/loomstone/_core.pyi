@@ -25,6 +25,8 @@ __all__: list[str] = [
     "Cloth",
     "ClothMaterial",
     "Coil",
+    "CollisionRecord",
+    "CollisionReplay",
     "Collisions",
     "Communicator",
     "ContactReport",
@@ -49,8 +51,10 @@ __all__: list[str] = [
     "MassProperties",
     "NonlinearMidpoint",
     "Obstacle",
+    "RecordedTests",
     "RenderOptions",
     "Renderer",
+    "ReplayReport",
     "RigidBody",
     "Scene",
     "SemiImplicitEuler",
@@ -3290,6 +3294,142 @@ class Detector:
         Memory used by the tree [byte].
         """
 
+class CollisionRecord:
+    """
+    Motion of all surfaces in a step, as certification receives it.
+
+    surfaces (s, 6): kind (0: cloth, 1: body, 2: obstacle), first vertex, number of vertices, first triangle, number of
+    triangles, self-collision (0 or 1). thickness (s) [m]. triangles (t, 3). gap_floor [m]. x0, x1 (n, 3) [m].
+    """
+    def __init__(
+        self,
+        *,
+        surfaces: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 6]"],
+        thickness: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"],
+        triangles: typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, 3]"],
+        gap_floor: typing.SupportsFloat | typing.SupportsIndex,
+        x0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"],
+        x1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"],
+    ) -> None: ...
+    @property
+    def gap_floor(self) -> float: ...
+    @property
+    def surfaces(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 6]"]: ...
+    @property
+    def thickness(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]: ...
+    @property
+    def triangles(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 3]"]: ...
+    @property
+    def x0(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]: ...
+    @property
+    def x1(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]: ...
+
+class ReplayReport:
+    """
+    Predicted times of one search on several ranks.
+    """
+    @property
+    def exchange(self) -> float:
+        """
+        part of it in which ranks exchange results [s]
+        """
+    @property
+    def least_busy(self) -> float:
+        """
+        shortest work of a rank [s]
+        """
+    @property
+    def mean_busy(self) -> float:
+        """
+        mean work of the ranks [s]
+        """
+    @property
+    def most_busy(self) -> float:
+        """
+        longest work of a rank [s]
+        """
+    @property
+    def refusals(self) -> int:
+        """
+        requests that were refused
+        """
+    @property
+    def requests(self) -> int:
+        """
+        requests of all ranks
+        """
+    @property
+    def seconds(self) -> float:
+        """
+        until all ranks have all results [s]
+        """
+    @property
+    def transfers(self) -> int:
+        """
+        tasks that moved to another rank
+        """
+
+class RecordedTests:
+    """
+    Tests of one search that is divided among ranks, with their costs.
+    """
+    def __len__(self) -> int: ...
+    def replay(
+        self,
+        decomposition: str,
+        *,
+        latency: typing.SupportsFloat | typing.SupportsIndex = 1.5e-06,
+        bandwidth: typing.SupportsFloat | typing.SupportsIndex = 10000000000.0,
+        overhead: typing.SupportsFloat | typing.SupportsIndex = 2e-07,
+        poll_interval: typing.SupportsFloat | typing.SupportsIndex = 5e-06,
+    ) -> ReplayReport:
+        """
+        Returns the ReplayReport of the search. decomposition: "static" or "dynamic". Messages take `latency` [s] and
+        have `bandwidth` [bytes/s]; sending and receiving take `overhead` [s] each. A rank that has work polls every
+        `poll_interval` [s].
+        """
+    @property
+    def work(self) -> float:
+        """
+        sum of the costs of all tests [s]
+        """
+
+class CollisionReplay:
+    """
+    Measures the collision searches of a recorded motion.
+    """
+    def __init__(self, record: CollisionRecord) -> None: ...
+    def contacts(
+        self,
+        ranks: typing.SupportsInt | typing.SupportsIndex,
+        repetitions: typing.SupportsInt | typing.SupportsIndex = 3,
+    ) -> RecordedTests:
+        """
+        Returns the RecordedTests of the search for contacts at x0, divided for `ranks` ranks.
+        """
+    def impacts(
+        self,
+        ranks: typing.SupportsInt | typing.SupportsIndex,
+        repetitions: typing.SupportsInt | typing.SupportsIndex = 3,
+    ) -> RecordedTests:
+        """
+        Returns the RecordedTests of the search for impacts from x0 to x1, divided for `ranks` ranks.
+        """
+    def perform(
+        self,
+        *,
+        impacts: bool,
+        decomposition: str = "dynamic",
+        traversal: str = "tasks",
+        threads: typing.SupportsInt | typing.SupportsIndex = 1,
+        communicator: Communicator | None = None,
+        repetitions: typing.SupportsInt | typing.SupportsIndex = 1,
+    ) -> list[float]:
+        """
+        Performs the search for impacts or for contacts several times, together with the other ranks. Returns the time of each
+        until the last rank has all results [s]. traversal: "tasks" or "loops" over threads; only "static" uses it.
+        """
+
 class FrameWriter:
     """
     Writes run.vtkhdf (cloth) and bodies.vtkhdf into a directory. The files can be read at any time.
@@ -3781,6 +3921,7 @@ class Simulation:
         *,
         threads: typing.SupportsInt | typing.SupportsIndex = 0,
         communicator: Communicator | None = None,
+        decomposition: str = "predicted",
     ) -> None: ...
     def agree(self, value: typing.SupportsInt | typing.SupportsIndex) -> int:
         """
@@ -3789,6 +3930,10 @@ class Simulation:
     def checkpoint(self) -> Checkpoint:
         """
         Returns a Checkpoint with the exact state.
+        """
+    def collision_motion(self) -> CollisionRecord:
+        """
+        Returns the CollisionRecord of the last certification; without vertices if nothing collides or none was kept.
         """
     def frame(self) -> Frame:
         """
@@ -3808,6 +3953,10 @@ class Simulation:
     def intersecting_pairs(self) -> list[typing.Annotated[list[int], "FixedSize(2)"]]:
         """
         Returns the pairs of triangles that intersect in the current state. Triangles of all surfaces are numbered consecutively.
+        """
+    def keep_collision_motion(self, keep: bool) -> None:
+        """
+        Tells whether the motion that certification receives in each step is kept for collision_motion().
         """
     def magnetic_forces(
         self,
@@ -3885,6 +4034,11 @@ class Simulation:
     def currents(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
         (coils) present currents of all coils, given or from circuits [A]
+        """
+    @property
+    def decomposition(self) -> typing.Literal["predicted", "static", "dynamic"]:
+        """
+        How collision handling is divided among ranks and threads.
         """
     @property
     def external_body_forces(

@@ -6,7 +6,7 @@ import hashlib
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, SupportsFloat, SupportsIndex
+from typing import Any, Literal, SupportsFloat, SupportsIndex
 
 import numpy as np
 
@@ -45,6 +45,11 @@ class Simulation(_core.Simulation):
         has the positions and velocities of all vertices. If an array is assigned between steps,
         each row takes the value assigned on the rank that owns it. Values assigned for obstacles
         are those of rank 0.
+    decomposition : how the search for collisions is divided among ranks and threads. "predicted":
+        every rank searches neighbour lists that are kept over several steps. "static" and
+        "dynamic": every step traverses the bounding-volume hierarchies of the partitions of all
+        ranks. "static" deals the pairs of partitions out evenly. With "dynamic", idle ranks take
+        work from busy ones. Results do not depend on it.
 
     Raises InvalidInput if the scene cannot be simulated. `positions`, `velocities` and
     `external_forces` are copies that can be assigned. `state` provides views of the internal
@@ -68,6 +73,7 @@ class Simulation(_core.Simulation):
         integrator: Integrator | None = None,
         threads: int = 0,
         communicator: Any = None,
+        decomposition: Literal["predicted", "static", "dynamic"] = "predicted",
     ) -> None:
         integrator = SemiImplicitEuler() if integrator is None else integrator
         _check_type("scene", scene, Scene)
@@ -78,9 +84,16 @@ class Simulation(_core.Simulation):
             ", for instance SemiImplicitEuler(step=1e-3)",
         )
         _check_type("threads", threads, (int, np.integer))
+        _check_type("decomposition", decomposition, str)
         ranks = _communicator(communicator)
         end_all_on_failure(ranks)
-        super().__init__(scene, integrator, threads=threads, communicator=ranks)
+        super().__init__(
+            scene,
+            integrator,
+            threads=threads,
+            communicator=ranks,
+            decomposition=decomposition,
+        )
         self.communicator = ranks
 
     @takes(duration="s", rate="1/s")
@@ -110,6 +123,7 @@ class Simulation(_core.Simulation):
         verify: bool = False,
         overwrite: bool = False,
         resume: bool = False,
+        record_tasks: int = 0,
         control: Callable[[Simulation], None] | None = None,
     ) -> dict[str, Any]:
         """Advances to `duration` [s] and writes frames, checkpoints, a table of steps and, on
@@ -126,6 +140,8 @@ class Simulation(_core.Simulation):
             those of existing pictures are refused.
         verify : count the intersecting triangles of every frame exactly, and write the counts to
             frames.csv and the report
+        record_tasks : number of steps between two whose collision work is recorded for
+            `loomstone replay`; 0: none is recorded
         control : function called before every step. It may write forces, pins and obstacle poses,
             which must depend on time and state alone.
 
@@ -136,7 +152,16 @@ class Simulation(_core.Simulation):
             look = (drawn_with(Path(out) / "frames") if resume else None) or RenderOptions()
         if look is not None:
             _check_type("render", look, RenderOptions, ", True or False")
-        options = RunOptions(duration=duration, rate=rate, render=look, verify=verify)
+        _check_type("record_tasks", record_tasks, (int, np.integer))
+        if record_tasks < 0:
+            raise InvalidInput(f"record_tasks must be at least 0, got {record_tasks}")
+        options = RunOptions(
+            duration=duration,
+            rate=rate,
+            render=look,
+            verify=verify,
+            record_tasks=int(record_tasks),
+        )
         return execute(self, options, out, overwrite=overwrite, resume=resume, control=control)
 
     def restore(self, checkpoint: Checkpoint) -> None:

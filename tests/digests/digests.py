@@ -2,6 +2,7 @@
 
     python tests/digests/digests.py --compare [--threads 2] [names ...]
     mpirun -n 2 python tests/digests/digests.py --compare
+    python tests/digests/digests.py --compare --decomposition dynamic
     python tests/digests/digests.py --record [names ...]
 
 The 45 steps include the rebuild of the rigid bodies at step 40. A change that must not affect
@@ -16,7 +17,9 @@ import argparse
 import json
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import loomstone as ls
 from cases import Case, cases
@@ -27,9 +30,24 @@ RECORD = Path(__file__).with_name("digests.json")
 STEPS = 45
 
 
-def digest(make: Callable[[], Case], threads: int, ranks: _core.Communicator) -> str:
+@dataclass(frozen=True)
+class Layout:
+    """Threads, ranks and decomposition. None of them affects results."""
+
+    threads: int
+    ranks: _core.Communicator
+    decomposition: Any
+
+
+def digest(make: Callable[[], Case], layout: Layout) -> str:
     scene, integrator = make()
-    sim = ls.Simulation(scene, integrator=integrator, threads=threads, communicator=ranks)
+    sim = ls.Simulation(
+        scene,
+        integrator=integrator,
+        threads=layout.threads,
+        communicator=layout.ranks,
+        decomposition=layout.decomposition,
+    )
     failure = ""
     try:
         for _ in range(STEPS):
@@ -39,7 +57,7 @@ def digest(make: Callable[[], Case], threads: int, ranks: _core.Communicator) ->
     return sim.digest() + failure
 
 
-def digests(names: list[str], threads: int, ranks: _core.Communicator) -> Iterator[tuple[str, str]]:
+def digests(names: list[str], layout: Layout) -> Iterator[tuple[str, str]]:
     """Yields the digests of all cases, or of those whose name contains one of `names`.
 
     On several ranks, skips the cases that support one rank only.
@@ -47,9 +65,9 @@ def digests(names: list[str], threads: int, ranks: _core.Communicator) -> Iterat
     for name, make in cases():
         if not names or any(part in name for part in names):
             try:
-                yield name, digest(make, threads, ranks)
+                yield name, digest(make, layout)
             except ls.Unsupported:
-                if ranks.size == 1:
+                if layout.ranks.size == 1:
                     raise
 
 
@@ -61,6 +79,7 @@ def main() -> None:
     what.add_argument("--record", action="store_true")
     what.add_argument("--compare", action="store_true")
     parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--decomposition", default="predicted")
     parser.add_argument("names", nargs="*")
     given = parser.parse_args()
     ranks = _core.mpi_communicator() if _core.launched_by_mpi() else _core.single_communicator()
@@ -71,7 +90,8 @@ def main() -> None:
         if other:
             print(f"recorded on another machine; here {'; '.join(other)}", file=sys.stderr)
             raise SystemExit(77)
-    found = dict(digests(given.names, given.threads, ranks))
+    layout = Layout(given.threads, ranks, given.decomposition)
+    found = dict(digests(given.names, layout))
     if ranks.rank != 0:
         return
     if given.record:

@@ -140,11 +140,13 @@ void order_by_halves(const Points& centres, Index* items, Index n) {
 }  // namespace
 
 ClusterTree::ClusterTree(Triangles triangles, Index first_triangle, Edges edges,
-                         std::vector<Index> edge_ids)
+                         std::vector<Index> edge_ids, std::vector<Index> foreign)
     : triangles_(std::move(triangles)),
       first_triangle_(first_triangle),
       edges_(std::move(edges)),
-      edge_ids_(std::move(edge_ids)) {
+      edge_ids_(std::move(edge_ids)),
+      foreign_(std::move(foreign)) {
+  std::sort(foreign_.begin(), foreign_.end());
   n_clusters_ = static_cast<Index>((triangles_.rows() + slab_lanes - 1) / slab_lanes);
   Index n = n_clusters_;
   do {
@@ -225,6 +227,7 @@ void ClusterTree::rebuild(const Points& x) {
   owned.assign(n_clusters_, 0);
   for (Index i = 0; i < n_vertices; ++i) {
     if (start[i] == start[i + 1]) continue;
+    if (std::binary_search(foreign_.begin(), foreign_.end(), first + i)) continue;
     vertices.push_back(first + i);
     cluster_of_vertex.push_back(give(first + i, -1));
   }

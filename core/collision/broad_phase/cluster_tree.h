@@ -24,8 +24,10 @@ class ClusterTree {
   };
 
   // Takes the triangles and edges of one surface, with vertex ids of the whole model. Triangle t
-  // has the id first_triangle + t; edge e has the id edge_ids[e].
-  ClusterTree(Triangles triangles, Index first_triangle, Edges edges, std::vector<Index> edge_ids);
+  // has the id first_triangle + t; edge e has the id edge_ids[e]. The tree does not contain the
+  // vertices in `foreign`, which belong to the tree of another part of the surface.
+  ClusterTree(Triangles triangles, Index first_triangle, Edges edges, std::vector<Index> edge_ids,
+              std::vector<Index> foreign = {});
 
   // Recomputes all boxes from the vertex boxes of all surfaces. The vertex boxes include
   // `inflation` [m] and must stay alive until the next refit. The first call forms the clusters at
@@ -79,6 +81,7 @@ class ClusterTree {
   Index first_triangle_;
   Edges edges_;
   std::vector<Index> edge_ids_;
+  std::vector<Index> foreign_;  // sorted
   Index n_clusters_ = 0;
   double built_area_ = -1.0;  // total box area when clusters were formed [m^2]; -1: no clusters
   Features faces_, edge_features_, vertices_;

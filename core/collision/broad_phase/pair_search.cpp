@@ -281,20 +281,45 @@ void PairSearch::expand(const Nodes& nodes, std::vector<Nodes>& out) const {
         if ((meeting[i] >> j) & 1u)
           out.push_back({level_a, level_b, slab_lanes * nodes.a + i, slab_lanes * nodes.b + j});
   } else if (level_a > level_b) {
-    const unsigned lanes = LOOMSTONE_WIDEST(meeting_lanes)(
-        a_->children(nodes.level_a, nodes.a),
-        Lane{&b_->boxes(nodes.level_b, nodes.b), nodes.b % slab_lanes});
-    for (int i = slab_lanes - 1; i >= 0; --i)
-      if ((lanes >> i) & 1u)
-        out.push_back({level_a, nodes.level_b, slab_lanes * nodes.a + i, nodes.b});
+    expand_a(nodes, out);
   } else {
-    const unsigned lanes = LOOMSTONE_WIDEST(meeting_lanes)(
-        b_->children(nodes.level_b, nodes.b),
-        Lane{&a_->boxes(nodes.level_a, nodes.a), nodes.a % slab_lanes});
-    for (int j = slab_lanes - 1; j >= 0; --j)
-      if ((lanes >> j) & 1u)
-        out.push_back({nodes.level_a, level_b, nodes.a, slab_lanes * nodes.b + j});
+    expand_b(nodes, out);
   }
+}
+
+void PairSearch::expand_a(const Nodes& nodes, std::vector<Nodes>& out) const {
+  const unsigned lanes = LOOMSTONE_WIDEST(meeting_lanes)(
+      a_->children(nodes.level_a, nodes.a),
+      Lane{&b_->boxes(nodes.level_b, nodes.b), nodes.b % slab_lanes});
+  for (int i = slab_lanes - 1; i >= 0; --i)
+    if ((lanes >> i) & 1u)
+      out.push_back({nodes.level_a - 1, nodes.level_b, slab_lanes * nodes.a + i, nodes.b});
+}
+
+void PairSearch::expand_b(const Nodes& nodes, std::vector<Nodes>& out) const {
+  const unsigned lanes = LOOMSTONE_WIDEST(meeting_lanes)(
+      b_->children(nodes.level_b, nodes.b),
+      Lane{&a_->boxes(nodes.level_a, nodes.a), nodes.a % slab_lanes});
+  for (int j = slab_lanes - 1; j >= 0; --j)
+    if ((lanes >> j) & 1u)
+      out.push_back({nodes.level_a, nodes.level_b - 1, nodes.a, slab_lanes * nodes.b + j});
+}
+
+void PairSearch::expand_larger(const Nodes& nodes, std::vector<Nodes>& out) const {
+  const auto volume = [](const ClusterTree& tree, int level, Index node) {
+    const SlabGroup& group = tree.boxes(level, node);
+    const int lane = node % slab_lanes;
+    float product = 1.0f;
+    for (int k = 0; k < n_axis_slabs; ++k) product *= group.high[k][lane] - group.low[k][lane];
+    return product;
+  };
+  const bool expands_a =
+      nodes.level_b == 0 || (nodes.level_a > 0 && volume(*a_, nodes.level_a, nodes.a) >=
+                                                      volume(*b_, nodes.level_b, nodes.b));
+  if (expands_a)
+    expand_a(nodes, out);
+  else
+    expand_b(nodes, out);
 }
 
 void PairSearch::meeting_slots(Index a, Index b, double reach, Slots& out) const {

@@ -37,6 +37,8 @@ class PairSearch {
   // Appends the overlapping pairs of children. Expands the node on the higher level, or both nodes
   // if their levels are equal.
   void expand(const Nodes& nodes, std::vector<Nodes>& out) const;
+  // Like expand(), but expands the node of the larger volume. The nodes must be different.
+  void expand_larger(const Nodes& nodes, std::vector<Nodes>& out) const;
 
   // Calls visit(a, b) for the overlapping pairs of clusters below `start`.
   template <class Visit>
@@ -77,6 +79,8 @@ class PairSearch {
   }
 
  private:
+  void expand_a(const Nodes& nodes, std::vector<Nodes>& out) const;
+  void expand_b(const Nodes& nodes, std::vector<Nodes>& out) const;
   void meeting_slots(Index a, Index b, double reach, Slots& out) const;
 
   const ClusterTree *a_, *b_;

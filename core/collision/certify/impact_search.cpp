@@ -19,6 +19,12 @@ Impact test_pair(ContactKind kind, const std::array<Index, 4>& v, const Points& 
                                          : continuous_edge_edge_above_gap(q, gap_floor);
 }
 
+void sort_impacts(std::vector<StepImpact>& impacts) {
+  std::sort(impacts.begin(), impacts.end(), [](const StepImpact& x, const StepImpact& y) {
+    return std::tie(x.kind, x.key) < std::tie(y.kind, y.key);
+  });
+}
+
 }  // namespace
 
 ImpactSearch::ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase,
@@ -51,18 +57,32 @@ struct ImpactSearch::PairTest {
 std::vector<StepImpact> ImpactSearch::find(const Team& team, const MotionInputs& inputs,
                                            const Points& x1,
                                            const std::vector<std::uint8_t>* changed) {
+  const PairTest test{model_, inputs, x1, changed};
+  if (shared_) return find_shared(team, test);
   const Points& x0 = inputs.x0;
   travel_.resize(model_.n_vertices);
   parallel_for(
       team, model_.n_vertices, [&](Index i) { travel_[i] = (x1.row(i) - x0.row(i)).norm(); }, 4096);
   if (!lists_.updated_at(x0)) lists_.update(team, x0);
   lists_.cover(team, x1);
-  const PairTest test{model_, inputs, x1, changed};
   std::vector<StepImpact> impacts = find_listed(team, test);
   find_unlisted(team, test, impacts);
-  std::sort(impacts.begin(), impacts.end(), [](const StepImpact& x, const StepImpact& y) {
-    return std::tie(x.kind, x.key) < std::tie(y.kind, y.key);
-  });
+  sort_impacts(impacts);
+  return impacts;
+}
+
+std::vector<StepImpact> ImpactSearch::find_shared(const Team& team, const PairTest& test) const {
+  const std::vector<double> inflation(model_.surfaces.size(), 1.01 * model_.gap_floor);
+  std::vector<std::vector<StepImpact>> of_thread(std::max(1, team.threads));
+  shared_->each_pair(team, {test.inputs.x0, test.x1, inflation},
+                     [&](int thread, Index pair, ContactKind kind, PairKey key) {
+                       const std::array<Index, 4> v = pair_vertices(model_, kind, key);
+                       Impact impact;
+                       if (test.hits(kind, key, v, impact))
+                         of_thread[thread].push_back({kind, key, pair, v, impact});
+                     });
+  std::vector<StepImpact> impacts = shared_->gather(of_thread);
+  sort_impacts(impacts);
   return impacts;
 }
 

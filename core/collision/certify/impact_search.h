@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/collision/broad_phase/neighbour_lists.h"
+#include "core/collision/broad_phase/shared_search.h"
 #include "core/collision/narrow_phase/continuous.h"
 #include "core/collision/response/response_inputs.h"
 
@@ -29,6 +30,10 @@ class ImpactSearch {
   std::vector<StepImpact> find(const Team& team, const MotionInputs& inputs, const Points& x1,
                                const std::vector<std::uint8_t>* changed);
 
+  // If `shared` is not null, all ranks must call find() together. They then share the search, which
+  // does not use the lists.
+  void share(SharedSearch* shared) { shared_ = shared; }
+
   const CollisionModel& model() const { return model_; }
 
  private:
@@ -36,11 +41,13 @@ class ImpactSearch {
   std::vector<StepImpact> find_listed(const Team& team, const PairTest& test) const;
   void find_in_list(const NeighbourList& list, const PairTest& test,
                     std::vector<StepImpact>& impacts) const;
+  std::vector<StepImpact> find_shared(const Team& team, const PairTest& test) const;
   void find_unlisted(const Team& team, const PairTest& test, std::vector<StepImpact>& impacts);
 
   const CollisionModel& model_;
   BroadPhase& broad_phase_;
   NeighbourLists& lists_;
+  SharedSearch* shared_ = nullptr;
   std::vector<double> travel_;  // (n) length of each displacement [m]
 };
 

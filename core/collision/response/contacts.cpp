@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 #include "core/collision/narrow_phase/distance.h"
 
@@ -129,6 +130,77 @@ std::vector<Contact> in_order(const std::vector<std::vector<Contact>>& of_range)
   return contacts;
 }
 
+// The part of a contact that its features do not determine, for sending to other ranks.
+struct FoundContact {
+  PairKey key;
+  Index pair;
+  ContactKind kind;
+  std::array<double, 4> weights;
+  Vec3 normal;
+  double distance;
+
+  Contact contact(const CollisionModel& model, const std::vector<SurfacePair>& pairs) const {
+    const SurfacePair& surfaces = pairs[pair];
+    return {kind,
+            first_of(key),
+            second_of(key),
+            pair_vertices(model, kind, key),
+            weights,
+            normal,
+            distance,
+            surfaces.thickness,
+            surfaces.friction};
+  }
+};
+
+// Looks for a contact between two features.
+struct ContactLook {
+  const CollisionModel& model;
+  const std::vector<SurfacePair>& pairs;
+  const Points& x;
+  const Points normals;  // of smooth surfaces; no rows if there are none
+
+  FourPoints points(const std::array<Index, 4>& v) const {
+    FourPoints p;
+    for (int k = 0; k < 4; ++k) p[k] = x.row(v[k]).transpose();
+    return p;
+  }
+
+  // Returns false only if the features are at least their thickness apart.
+  bool near(Index i, ContactKind kind, PairKey key) const {
+    const double reach = pairs[i].thickness * (1.0 + 1e-12);
+    const FourPoints p = points(pair_vertices(model, kind, key));
+    return distance_within(kind == ContactKind::VertexFace, p, reach) <= reach;
+  }
+
+  // Returns the distance between the two features. Adds a contact if this distance is below the
+  // thickness.
+  double operator()(Index i, ContactKind kind, PairKey key, std::vector<Contact>& out) const {
+    const std::array<Index, 4> v = pair_vertices(model, kind, key);
+    const FourPoints p = points(v);
+    const bool face = kind == ContactKind::VertexFace;
+    const ClosestPair closest = face ? closest_vertex_face(p) : closest_edge_edge(p);
+    // Edges of a smooth surface are artefacts of its triangulation. Certification tests them, but
+    // they exert no contact force.
+    const bool smooth = model.surfaces[pairs[i].a].smooth || model.surfaces[pairs[i].b].smooth;
+    if (!(closest.distance < pairs[i].thickness) || (!face && (!closest.interior || smooth)))
+      return closest.distance;
+    Vec3 normal = face ? contact_normal_vertex_face(p, closest, Vec3::Zero())
+                       : contact_normal_edge_edge(p, closest, Vec3::Zero());
+    if (face && model.surfaces[model.surface_of_triangle[second_of(key)]].smooth)
+      normal = rounded_normal(normals, v, closest, normal);
+    out.push_back({kind, first_of(key), second_of(key), v, closest.weights, normal,
+                   closest.distance, pairs[i].thickness, pairs[i].friction});
+    return closest.distance;
+  }
+
+  // Returns the contacts that exert forces, of all that were found, which must be in order.
+  std::vector<Contact> finished(std::vector<Contact> contacts) const {
+    if (normals.rows() > 0) keep_nearest_on_smooth(model, contacts);
+    return contacts;
+  }
+};
+
 }  // namespace
 
 ContactForce contact_force(double distance, double thickness, double stiffness) {
@@ -152,29 +224,7 @@ ContactForce contact_force(double distance, double thickness, double stiffness) 
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    NeighbourLists& lists) {
-  const Points normals = smooth_normals(model, x);
-  // Returns the distance between the two features of a pair. Adds a contact if this distance is
-  // below the thickness.
-  const auto look = [&](Index i, ContactKind kind, PairKey key, std::vector<Contact>& out) {
-    const std::array<Index, 4> v = pair_vertices(model, kind, key);
-    FourPoints p;
-    for (int k = 0; k < 4; ++k) p[k] = x.row(v[k]).transpose();
-    const bool face = kind == ContactKind::VertexFace;
-    const ClosestPair closest = face ? closest_vertex_face(p) : closest_edge_edge(p);
-    // Edges of a smooth surface are artefacts of its triangulation. Certification tests them, but
-    // they exert no contact force.
-    const bool smooth = model.surfaces[pairs[i].a].smooth || model.surfaces[pairs[i].b].smooth;
-    if (!(closest.distance < pairs[i].thickness) || (!face && (!closest.interior || smooth)))
-      return closest.distance;
-    Vec3 normal = face ? contact_normal_vertex_face(p, closest, Vec3::Zero())
-                       : contact_normal_edge_edge(p, closest, Vec3::Zero());
-    if (face && model.surfaces[model.surface_of_triangle[second_of(key)]].smooth)
-      normal = rounded_normal(normals, v, closest, normal);
-    out.push_back({kind, first_of(key), second_of(key), v, closest.weights, normal,
-                   closest.distance, pairs[i].thickness, pairs[i].friction});
-    return closest.distance;
-  };
-
+  const ContactLook look{model, pairs, x, smooth_normals(model, x)};
   constexpr Index grain = 64;
   const Index n = static_cast<Index>(lists.lists().size());
   std::vector<std::vector<Contact>> of_range((n + grain - 1) / grain);
@@ -200,9 +250,33 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
     for (const PairKey key : unlisted[i].edge_edge) look(i, ContactKind::EdgeEdge, key, found);
   }
   of_range.push_back(std::move(found));
-  std::vector<Contact> contacts = in_order(of_range);
-  if (normals.rows() > 0) keep_nearest_on_smooth(model, contacts);
-  return contacts;
+  return look.finished(in_order(of_range));
+}
+
+std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
+                                   const std::vector<SurfacePair>& pairs, const Points& x,
+                                   SharedSearch& search) {
+  const ContactLook look{model, pairs, x, smooth_normals(model, x)};
+  std::vector<double> inflation(model.surfaces.size(), 0.0);
+  for (const SurfacePair& pair : pairs)
+    for (const Index s : {pair.a, pair.b})
+      inflation[s] = std::max(inflation[s], 0.5 * pair.thickness * (1.0 + 1e-12));
+  const std::size_t n_threads = std::max(1, team.threads);
+  std::vector<std::vector<FoundContact>> of_thread(n_threads);
+  std::vector<std::vector<Contact>> own(n_threads);  // empty, or one contact of each thread
+  search.each_pair(team, {x, x, inflation},
+                   [&](int thread, Index pair, ContactKind kind, PairKey key) {
+                     if (!look.near(pair, kind, key)) return;
+                     own[thread].clear();
+                     look(pair, kind, key, own[thread]);
+                     for (const Contact& contact : own[thread])
+                       of_thread[thread].push_back(
+                           {key, pair, kind, contact.weights, contact.normal, contact.distance});
+                   });
+  std::vector<Contact> all;
+  for (const FoundContact& found : search.gather(of_thread))
+    all.push_back(found.contact(model, pairs));
+  return look.finished(in_order({std::move(all)}));
 }
 
 std::vector<double> contact_shares(const std::vector<Contact>& contacts,

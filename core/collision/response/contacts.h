@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/collision/broad_phase/neighbour_lists.h"
+#include "core/collision/broad_phase/shared_search.h"
 #include "core/collision/model/contact.h"
 
 namespace loomstone {
@@ -13,6 +14,10 @@ namespace loomstone {
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    NeighbourLists& lists);
+// Collective. Returns the same contacts, found by all ranks together.
+std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
+                                   const std::vector<SurfacePair>& pairs, const Points& x,
+                                   SharedSearch& search);
 
 // Returns the share [1] of each contact, in [0, 1]. Shares prevent double counting and keep forces
 // continuous in x. A vertex above the common edge of two faces has a contact with each face. These

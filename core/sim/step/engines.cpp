@@ -22,14 +22,19 @@ LimitedCloth limited_cloth(const ClothModel& cloth) {
 
 }  // namespace
 
-Engines::Engines(const Model& model, const IntegratorOptions& options, const Team& team,
-                 const RowLayout& layout, const State& state)
-    : model(model), layout(layout), team(team), busy(team.threads, 0.0), collision_team(team) {
+Engines::Engines(const Model& model, const IntegratorOptions& options, const Workers& workers,
+                 const State& state)
+    : model(model),
+      layout(workers.layout),
+      team(workers.team),
+      busy(team.threads, 0.0),
+      collision_team(team) {
   collision_team.busy = busy.data();
   elasticity = std::make_unique<Elasticity>(model.cloth, bending_treatment(options, model.cloth));
   integrator = make_integrator(options, model.cloth, *elasticity);
   if (model.scene.collisions && model.cloth.n_vertices > 0)
-    collision = std::make_unique<CollisionStage>(model.collision);
+    collision = std::make_unique<CollisionStage>(model.collision, workers.decomposition,
+                                                 layout.shared_communicator());
   if (collision && integrator->events_collide())
     event_contacts =
         std::make_unique<EventContacts>(model.collision, collision->pairs(), model.inverse_mass);

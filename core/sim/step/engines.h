@@ -21,9 +21,16 @@
 
 namespace loomstone {
 
+// The threads and ranks of a simulation.
+struct Workers {
+  Team team;
+  const RowLayout& layout;
+  Decomposition decomposition = Decomposition::Predicted;
+};
+
 struct Engines {
-  Engines(const Model& model, const IntegratorOptions& options, const Team& team,
-          const RowLayout& layout, const State& state);
+  Engines(const Model& model, const IntegratorOptions& options, const Workers& workers,
+          const State& state);
 
   const Model& model;
   const RowLayout& layout;

@@ -26,13 +26,29 @@ StepSpan span_of(double t0, double h) { return {t0, h, t0 + h}; }
 // and the shortest step is a quarter of this time.
 constexpr double shortest_for_contacts = 256.0;
 
+// During its lifetime, ranks may share searches for collisions.
+class InStep {
+ public:
+  explicit InStep(CollisionStage* collision) : collision_(collision) {
+    if (collision_) collision_->set_in_step(true);
+  }
+  ~InStep() {
+    if (collision_) collision_->set_in_step(false);
+  }
+  InStep(const InStep&) = delete;
+  InStep& operator=(const InStep&) = delete;
+
+ private:
+  CollisionStage* collision_;
+};
+
 }  // namespace
 
 Stepper::Stepper(const Model& model, const IntegratorOptions& options, StepChoice steps,
-                 const Team& team, const RowLayout& layout, const State& state)
+                 const Workers& workers, const State& state)
     : steps_(steps),
-      engines_(model, options, team, layout, state),
-      threads_(team.threads, threads_sleep() || !layout.single()) {}
+      engines_(model, options, workers, state),
+      threads_(workers.team.threads, threads_sleep() || !workers.layout.single()) {}
 
 void Stepper::advance(State& state, StepOutcome& outcome) {
   state.rigid.manifolds.clear();  // manifolds are saved again when needed
@@ -44,6 +60,7 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
   std::fill(engines_.busy.begin(), engines_.busy.end(), 0.0);
   engines_.team.threads = engines_.collision_team.threads = threads_.threads();
   threads_.start();
+  const InStep in_step(engines_.collision.get());
   try {
     const StepSpan span = take_parts(state, outcome);
     finish(span, state, outcome);

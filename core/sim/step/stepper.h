@@ -15,8 +15,8 @@ namespace loomstone {
 class Stepper {
  public:
   // options.step() must be equal to steps.largest, even if steps are automatic.
-  Stepper(const Model& model, const IntegratorOptions& options, StepChoice steps, const Team& team,
-          const RowLayout& layout, const State& state);
+  Stepper(const Model& model, const IntegratorOptions& options, StepChoice steps,
+          const Workers& workers, const State& state);
 
   // Advances `state` by one step. If it throws SolverFailure, `state` returns to the start of the
   // step.

@@ -7,7 +7,15 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["Parameters", "Render", "RunArgument", "SceneArgument", "Threads"]
+__all__ = [
+    "Decomposition",
+    "Parameters",
+    "RecordTasks",
+    "Render",
+    "RunArgument",
+    "SceneArgument",
+    "Threads",
+]
 
 SceneArgument = Annotated[Path, typer.Argument(help="Python file with a function scene()")]
 RunArgument = Annotated[Path, typer.Argument(help="directory of a run")]
@@ -16,4 +24,17 @@ Parameters = Annotated[
     typer.Option("-p", "--parameter", help="parameter of scene() as name=value; may be repeated"),
 ]
 Threads = Annotated[int, typer.Option(help="number of threads; 0: all processors", min=0)]
+Decomposition = Annotated[
+    str,
+    typer.Option(
+        help="predicted | static | dynamic: how ranks divide the search for collisions; results do"
+        " not depend on it"
+    ),
+]
+RecordTasks = Annotated[
+    int,
+    typer.Option(
+        help="record the collision work of every n-th step for loomstone replay; 0: of none", min=0
+    ),
+]
 Render = Annotated[bool, typer.Option("--render", help="draw every frame and make a video")]

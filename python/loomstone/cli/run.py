@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -24,7 +24,15 @@ from ..runs.signals import Interrupted
 from ..simulation import Simulation
 from .application import app, session
 from .inspection import report_text
-from .options import Parameters, Render, RunArgument, SceneArgument, Threads
+from .options import (
+    Decomposition,
+    Parameters,
+    RecordTasks,
+    Render,
+    RunArgument,
+    SceneArgument,
+    Threads,
+)
 
 
 @app.command()
@@ -47,6 +55,8 @@ def run(
     ] = None,
     integrator: Annotated[str | None, typer.Option(help=" | ".join(sorted(METHODS)))] = None,
     threads: Threads = 0,
+    decomposition: Decomposition = "predicted",
+    record_tasks: RecordTasks = 0,
     render: Render = False,
     verify: Annotated[
         bool, typer.Option("--verify", help="count intersecting triangles of every frame exactly")
@@ -78,16 +88,25 @@ def run(
         frame_count(duration, rate)
         look = file.render if render else None
         directory = out or Path("out") / scene.stem
-        settings = RunOptions(duration, rate, look, verify)
-        task = _Task(file, options, settings, directory, threads, overwrite=overwrite)
+        settings = RunOptions(duration, rate, look, verify, record_tasks)
+        task = _Task(
+            file, options, settings, directory, threads, decomposition, overwrite=overwrite
+        )
         _advance(task, communicator)
 
 
 @app.command()
-def resume(run: RunArgument, threads: Threads = 0, render: Render = False) -> None:
+def resume(
+    run: RunArgument,
+    threads: Threads = 0,
+    decomposition: Decomposition = "predicted",
+    record_tasks: RecordTasks = 0,
+    render: Render = False,
+) -> None:
     """Continues a run that was interrupted or killed, with a bit-identical result.
 
-    Scene, parameters and options are those with which the run began; threads and ranks may differ.
+    Scene, parameters and options are those with which the run began; threads, ranks and
+    decomposition may differ.
     If frames/ contains pictures, drawing continues with their options. If it contains none,
     --render starts drawing. Missing pictures are drawn at the end.
 
@@ -101,8 +120,9 @@ def resume(run: RunArgument, threads: Threads = 0, render: Render = False) -> No
         looks = drawn_with(run / "frames") or (look if render else None)
         del begun
         verify = (run / "frames.csv").exists()
-        settings = RunOptions(duration, rate, looks, verify)
-        _advance(_Task(file, options, settings, run, threads, resume=True), communicator)
+        settings = RunOptions(duration, rate, looks, verify, record_tasks)
+        task = _Task(file, options, settings, run, threads, decomposition, resume=True)
+        _advance(task, communicator)
 
 
 @dataclass(frozen=True)
@@ -114,6 +134,7 @@ class _Task:
     options: RunOptions
     directory: Path
     threads: int
+    decomposition: Any  # a name, which Simulation checks
     overwrite: bool = False
     resume: bool = False
 
@@ -127,7 +148,11 @@ def _advance(task: _Task, communicator: Communicator) -> None:
     threads = task.threads or default_threads()
     file, options, rank = task.file, task.options, communicator.rank
     simulation = Simulation(
-        file.scene(), integrator=task.integrator, threads=threads, communicator=communicator
+        file.scene(),
+        integrator=task.integrator,
+        threads=threads,
+        communicator=communicator,
+        decomposition=task.decomposition,
     )
     say: Callable[..., None] = print if rank == 0 else (lambda *_: None)
     say(

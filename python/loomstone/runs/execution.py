@@ -98,6 +98,7 @@ class _Course:
     ) -> None:
         self._simulation, self._writer, self._watch = simulation, writer, watch
         self._rate, self._received = options.rate, received
+        self._record_tasks = options.record_tasks
         self._n_frames = frame_count(options.duration, options.rate)
         self._following, self._unsaved = 0, False
 
@@ -125,6 +126,7 @@ class _Course:
             if control:
                 with together(simulation.communicator):
                     control(simulation)
+            simulation.keep_collision_motion(self._records(simulation.step_index + 1))
             simulation.step()
             stepped = True
 
@@ -138,8 +140,13 @@ class _Course:
         number, due = divmod(self._simulation.agree(mine), 2)
         return number, due == 1
 
+    def _records(self, step: int) -> bool:
+        return self._record_tasks > 0 and step % self._record_tasks == 0
+
     def _note_step(self) -> None:
         done = self._simulation
+        if self._records(done.step_index):
+            self._writer.motion(done.step_index, done.collision_motion())
         self._writer.step(done.report, done.forced_pairs, done.broken_limits)
         self._watch.step(done.report)
 

@@ -20,9 +20,12 @@ class RunOptions:
     render : options of the pictures; None: no pictures. They are drawn during the run, or at its
         end if their colours span the values of all frames.
     verify : whether the intersections of every frame are counted exactly
+    record_tasks : number of steps between two whose collision work is recorded for
+        `loomstone replay`; 0: none is recorded
     """
 
     duration: float
     rate: float = 25.0
     render: RenderOptions | None = None
     verify: bool = False
+    record_tasks: int = 0

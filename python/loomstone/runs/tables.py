@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 
 from .._core import CacheError
 
-__all__ = ["read_table"]
+__all__ = ["read_table", "write_table"]
 
 
 def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
@@ -41,6 +42,14 @@ def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
             " remove this line or run the scene again"
         )
     return header, rows
+
+
+def write_table(path: Path, header: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
+    """Writes a whole CSV file. An existing file is replaced when the new one is complete."""
+    unfinished = path.with_suffix(".unfinished")
+    with unfinished.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([header, *rows])
+    unfinished.replace(path)
 
 
 def _is_number(text: str) -> bool:

@@ -10,13 +10,22 @@ from pathlib import Path
 from typing import Any
 
 from .. import _core
-from .._core import CacheError, Checkpoint, Error, Frame, FrameWriter, StepReport
+from .._core import (
+    CacheError,
+    Checkpoint,
+    CollisionRecord,
+    Error,
+    Frame,
+    FrameWriter,
+    StepReport,
+)
 from ..pictures.directory import claim, drawn_with, picture
 from ..pictures.drawing import render_run
 from ..pictures.painter import Painter, colors_need_all_frames
 from ..pictures.video import encode
 from .cache import Run
 from .checkpoints import checkpoint_files, write_checkpoint
+from .motions import write_motion
 from .options import RunOptions
 from .steps import StepTable
 from .verification import BROKEN, FORCED, MOST_BROKEN, FrameTable, append_rows, keep_rows
@@ -37,6 +46,8 @@ class NoWriter:
     def step(
         self, report: StepReport, forced: list[list[int]], broken: list[tuple[int, str, float]]
     ) -> None: ...
+
+    def motion(self, step: int, motion: CollisionRecord) -> None: ...
 
     def checkpoint(self, step: int, state: Checkpoint) -> None: ...
 
@@ -121,6 +132,10 @@ class Writer(NoWriter):
                 append_rows(
                     self._directory / BROKEN[0], BROKEN[1], report.step, broken[:MOST_BROKEN]
                 )
+
+    def motion(self, step: int, motion: CollisionRecord) -> None:
+        with self._writing():
+            write_motion(self._directory, step, motion)
 
     def checkpoint(self, step: int, state: Checkpoint) -> None:
         with self._writing():

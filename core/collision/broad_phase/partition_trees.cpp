@@ -1,0 +1,193 @@
+#include "core/collision/broad_phase/partition_trees.h"
+
+#include <algorithm>
+
+namespace loomstone {
+
+namespace {
+
+// Returns the number of cloth vertices, which come first.
+Index n_cloth_vertices(const CollisionModel& model) {
+  Index n = 0;
+  for (const CollisionSurface& surface : model.surfaces)
+    if (surface.kind == CollisionSurface::Kind::Cloth)
+      n = std::max(n, surface.first_vertex + surface.n_vertices);
+  return n;
+}
+
+// Returns for each vertex the lowest partition of its triangles.
+std::vector<Index> part_of_vertices(const CollisionModel& model,
+                                    const std::vector<Index>& part_of_triangle, Index n_parts) {
+  std::vector<Index> part(model.n_vertices, n_parts);
+  for (Index t = 0; t < model.triangles.rows(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      Index& of_vertex = part[model.triangles(t, k)];
+      of_vertex = std::min(of_vertex, part_of_triangle[t]);
+    }
+  return part;
+}
+
+// Calls visit(first, second) for the sides of a triangle, with the smaller vertex first.
+template <class Visit>
+void each_side(const Triangles& triangles, Index t, Visit&& visit) {
+  for (int k = 0; k < 3; ++k) {
+    const Index a = triangles(t, k), b = triangles(t, (k + 1) % 3);
+    visit(std::min(a, b), std::max(a, b));
+  }
+}
+
+// Returns for each edge the lowest partition of its triangles.
+std::vector<Index> part_of_edges(const CollisionModel& model,
+                                 const std::vector<Index>& part_of_triangle, Index n_parts) {
+  std::vector<Index> first_edge(model.n_vertices + 1, 0);  // edges are sorted by vertex
+  for (Index e = 0; e < model.edges.rows(); ++e) ++first_edge[model.edges(e, 0) + 1];
+  for (Index v = 0; v < model.n_vertices; ++v) first_edge[v + 1] += first_edge[v];
+  std::vector<Index> part(model.edges.rows(), n_parts);
+  for (Index t = 0; t < model.triangles.rows(); ++t)
+    each_side(model.triangles, t, [&](Index a, Index b) {
+      Index e = first_edge[a];
+      while (model.edges(e, 1) != b) ++e;
+      part[e] = std::min(part[e], part_of_triangle[t]);
+    });
+  return part;
+}
+
+}  // namespace
+
+// Partition of each feature.
+struct PartitionTrees::PartOf {
+  std::vector<Index> triangle, vertex, edge;
+};
+
+PartitionTrees::PartitionTrees(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+                               int n_parts)
+    : model_(model),
+      pairs_(pairs),
+      surfaces_(model.surfaces.size()),
+      pair_of_(surfaces_.size() * surfaces_.size(), -1),
+      vertex_boxes_(model.n_vertices) {
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    pair_of_[pairs[i].a * surfaces_.size() + pairs[i].b] = static_cast<Index>(i);
+  const std::int64_t n_cloth = std::max<Index>(1, n_cloth_vertices(model));
+  PartOf part_of;
+  part_of.triangle.assign(model.triangles.rows(), 0);
+  for (Index t = 0; t < model.triangles.rows(); ++t)
+    if (model.surfaces[model.surface_of_triangle[t]].kind == CollisionSurface::Kind::Cloth)
+      part_of.triangle[t] = static_cast<Index>(model.triangles(t, 0) * n_parts / n_cloth);
+  part_of.vertex = part_of_vertices(model, part_of.triangle, n_parts);
+  part_of.edge = part_of_edges(model, part_of.triangle, n_parts);
+  for (std::size_t s = 0; s < surfaces_.size(); ++s)
+    divide(static_cast<Index>(s), part_of, n_parts);
+}
+
+void PartitionTrees::divide(Index s, const PartOf& part_of, int n_parts) {
+  const CollisionSurface& surface = model_.surfaces[s];
+  struct Members {
+    std::vector<Index> triangles, edges;
+  };
+  std::vector<Members> members(n_parts);
+  for (Index t = surface.first_triangle; t < surface.first_triangle + surface.n_triangles; ++t)
+    members[part_of.triangle[t]].triangles.push_back(t);
+  for (Index e = 0; e < model_.edges.rows(); ++e)
+    if (model_.surface_of_edge[e] == s) members[part_of.edge[e]].edges.push_back(e);
+  surfaces_[s].first_part = n_hierarchies();
+  for (Index part = 0; part < n_parts; ++part) {
+    Members& own = members[part];
+    if (own.triangles.empty()) continue;
+    const Index n = static_cast<Index>(own.triangles.size());
+    Triangles triangles(n, 3);
+    Edges edges(own.edges.size(), 2);
+    std::vector<Index> foreign;
+    for (Index i = 0; i < n; ++i) {
+      triangles.row(i) = model_.triangles.row(own.triangles[i]);
+      for (int k = 0; k < 3; ++k)
+        if (part_of.vertex[triangles(i, k)] != part) foreign.push_back(triangles(i, k));
+    }
+    for (std::size_t i = 0; i < own.edges.size(); ++i)
+      edges.row(i) = model_.edges.row(own.edges[i]);
+    const Index first_id = static_cast<Index>(triangle_ids_.size());
+    triangle_ids_.insert(triangle_ids_.end(), own.triangles.begin(), own.triangles.end());
+    parts_.push_back({s, ClusterTree(std::move(triangles), first_id, std::move(edges),
+                                     std::move(own.edges), std::move(foreign))});
+  }
+  surfaces_[s].last_part = n_hierarchies();
+}
+
+void PartitionTrees::refit(const Team& team, const InflatedMotion& motion, bool may_rebuild) {
+  parallel_for(
+      team, model_.n_vertices,
+      [&](Index v) {
+        const std::size_t at = 3 * static_cast<std::size_t>(v);
+        vertex_boxes_[v] = packed(slabs_of(motion.x0.data() + at, motion.x1.data() + at,
+                                           motion.inflation[model_.surface_of_vertex[v]]));
+      },
+      2048);
+  for (Part& part : parts_)
+    part.tree.refit(team, motion.x0, vertex_boxes_, motion.inflation[part.surface], may_rebuild);
+  for (Surface& surface : surfaces_) {
+    surface.box = empty_slabs();
+    for (Index part = surface.first_part; part < surface.last_part; ++part)
+      surface.box.include(parts_[part].tree.root());
+  }
+}
+
+void PartitionTrees::add_root_test(Index a, Index b, std::vector<NodeTest>& tests) const {
+  const ClusterTree &first = parts_[a].tree, &second = parts_[b].tree;
+  if (overlapping(first.root(), second.root()))
+    tests.push_back({a, b, node(first.root_level(), 0), node(second.root_level(), 0)});
+}
+
+std::vector<NodeTest> PartitionTrees::top_level(int rank, int n_ranks) const {
+  std::vector<NodeTest> tests;
+  std::int64_t dealt = 0;  // top-level tests that have been dealt out
+  // Passes those of the next `n` tests that belong to this rank to add(i).
+  const auto deal = [&](Index n, auto&& add) {
+    for (std::int64_t i = (rank - dealt % n_ranks + n_ranks) % n_ranks; i < n; i += n_ranks)
+      add(static_cast<Index>(i));
+    dealt += n;
+  };
+  for (const SurfacePair& pair : pairs_) {
+    const Surface &a = surfaces_[pair.a], &b = surfaces_[pair.b];
+    const Index n_a = a.last_part - a.first_part, n_b = b.last_part - b.first_part;
+    if (pair.a != pair.b) {
+      if (overlapping(a.box, b.box))
+        for (Index j = 0; j < n_b; ++j)
+          deal(n_a, [&](Index i) { add_root_test(a.first_part + i, b.first_part + j, tests); });
+      continue;
+    }
+    // Partition i with partition i + distance, so that each partition appears equally often.
+    for (Index distance = 0; distance <= n_a / 2; ++distance)
+      deal(2 * distance == n_a && distance > 0 ? distance : n_a, [&](Index i) {
+        add_root_test(a.first_part + i, a.first_part + (i + distance) % n_a, tests);
+      });
+  }
+  return tests;
+}
+
+bool PartitionTrees::leaf(const NodeTest& test) {
+  return level_of(test.node_a) == 0 && level_of(test.node_b) == 0;
+}
+
+void PartitionTrees::expand(const NodeTest& test, std::vector<NodeTest>& stack,
+                            Scratch& scratch) const {
+  const PairSearch search(parts_[test.hierarchy_a].tree, parts_[test.hierarchy_b].tree);
+  const PairSearch::Nodes nodes = {level_of(test.node_a), level_of(test.node_b),
+                                   index_of(test.node_a), index_of(test.node_b)};
+  scratch.below.clear();
+  if (test.hierarchy_a == test.hierarchy_b && test.node_a == test.node_b)
+    search.expand(nodes, scratch.below);
+  else
+    search.expand_larger(nodes, scratch.below);
+  for (const PairSearch::Nodes& below : scratch.below)
+    stack.push_back({test.hierarchy_a, test.hierarchy_b, node(below.level_a, below.a),
+                     node(below.level_b, below.b)});
+}
+
+std::size_t PartitionTrees::bytes() const {
+  std::size_t sum = vertex_boxes_.capacity() * sizeof(PackedSlabs) +
+                    (triangle_ids_.capacity() + pair_of_.capacity()) * sizeof(Index);
+  for (const Part& part : parts_) sum += part.tree.bytes();
+  return sum;
+}
+
+}  // namespace loomstone

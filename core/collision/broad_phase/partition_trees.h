@@ -1,0 +1,97 @@
+// Bounding-volume hierarchies of partitions ([Thomaszewski2010], 5.3.1). Each cloth is divided into
+// partitions of consecutive rows, which are compact patches with a hierarchy each. A body or an
+// obstacle has one hierarchy. All ranks store all hierarchies, so a test of two nodes is given by
+// four indices. Each feature belongs to one hierarchy, so each pair of features is found once.
+#pragma once
+
+#include <vector>
+
+#include "core/collision/broad_phase/cluster_tree.h"
+#include "core/collision/broad_phase/pair_search.h"
+#include "core/collision/model/collision_model.h"
+#include "core/collision/model/feature_pairs.h"
+#include "core/parallel/task_pool.h"
+
+namespace loomstone {
+
+// Motion of all vertices, and the inflation of the boxes of each surface [m].
+struct InflatedMotion {
+  const Points& x0;
+  const Points& x1;
+  const std::vector<double>& inflation;
+};
+
+class PartitionTrees {
+ public:
+  // Scratch memory of one thread.
+  struct Scratch {
+    PairSearch::Slots slots;
+    std::vector<PairSearch::Nodes> below;
+  };
+
+  PartitionTrees(const CollisionModel& model, const std::vector<SurfacePair>& pairs, int n_parts);
+
+  // Recomputes all boxes. If `may_rebuild` is set, hierarchies whose boxes have grown too much are
+  // built again at x0.
+  void refit(const Team& team, const InflatedMotion& motion, bool may_rebuild);
+
+  // Returns the top-level tests of a rank whose boxes overlap. There is one for each partition with
+  // itself, with each other partition, and with each body or obstacle. Ranks take them in turn.
+  std::vector<NodeTest> top_level(int rank, int n_ranks) const;
+
+  // Returns whether a test concerns two clusters, which have features instead of children.
+  static bool leaf(const NodeTest& test);
+  // Appends the tests of overlapping children. Expands the node of the larger volume, or both if
+  // they are the same node.
+  void expand(const NodeTest& test, std::vector<NodeTest>& stack, Scratch& scratch) const;
+  // Calls visit(surface pair, kind, key) for the pairs of features of two clusters whose boxes
+  // overlap.
+  template <class Visit>
+  void features(const NodeTest& test, Scratch& scratch, Visit&& visit) const {
+    const Part &a = parts_[test.hierarchy_a], &b = parts_[test.hierarchy_b];
+    const Index pair = surface_pair(a, b);
+    PairSearch(a.tree, b.tree)
+        .features(index_of(test.node_a), index_of(test.node_b), 0.0, scratch.slots,
+                  [&](ContactKind kind, Index first, Index second) {
+                    if (kind == ContactKind::VertexFace) second = triangle_ids_[second];
+                    visit(pair, kind, pair_key(first, second));
+                  });
+  }
+
+  Index n_hierarchies() const { return static_cast<Index>(parts_.size()); }
+  std::size_t bytes() const;
+
+ private:
+  struct Part {
+    Index surface;
+    ClusterTree tree;
+  };
+  // Hierarchies first_part to last_part - 1 belong to a surface.
+  struct Surface {
+    Index first_part = 0, last_part = 0;
+    Slabs box;  // combined box of the roots of its hierarchies
+  };
+
+  // A node is stored as its level and its index on the level.
+  static constexpr int index_bits = 27;
+  static Index node(int level, Index index) { return level << index_bits | index; }
+  static int level_of(Index node) { return node >> index_bits; }
+  static Index index_of(Index node) { return node & ((1 << index_bits) - 1); }
+
+  struct PartOf;
+  void divide(Index surface, const PartOf& part_of, int n_parts);
+  Index surface_pair(const Part& a, const Part& b) const {
+    return pair_of_[a.surface * surfaces_.size() + b.surface];
+  }
+  void add_root_test(Index a, Index b, std::vector<NodeTest>& tests) const;
+
+  const CollisionModel& model_;
+  const std::vector<SurfacePair>& pairs_;
+  std::vector<Part> parts_;
+  std::vector<Surface> surfaces_;
+  std::vector<Index> pair_of_;       // (surfaces x surfaces) surface pair, or -1
+  std::vector<Index> triangle_ids_;  // ids of the triangles, sorted by hierarchy
+  std::vector<PackedSlabs> vertex_boxes_;
+};
+
+}  // namespace loomstone

@@ -1,0 +1,93 @@
+#include "core/collision/broad_phase/shared_search.h"
+
+#include <utility>
+
+#include "core/collision/broad_phase/record_tests.h"
+#include "core/parallel/traverse.h"
+
+namespace loomstone {
+
+namespace {
+
+// Minimum number of branches over which a loop traverses trees. The same as in BroadPhase.
+constexpr std::size_t enough_branches = 256;
+
+}  // namespace
+
+SharedSearch::SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+                           const BroadPhase& broad_phase, Decomposition decomposition,
+                           std::shared_ptr<const Communicator> communicator)
+    : SharedSearch(model, pairs, broad_phase, decomposition, communicator, communicator->size()) {}
+
+SharedSearch::SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+                           const BroadPhase& broad_phase, Decomposition decomposition,
+                           std::shared_ptr<const Communicator> communicator, int n_parts)
+    : broad_phase_(broad_phase),
+      decomposition_(decomposition),
+      communicator_(std::move(communicator)),
+      mailbox_(communicator_->open_mailbox()),
+      pool_(*mailbox_),
+      n_parts_(n_parts),
+      trees_(model, pairs, n_parts) {}
+
+void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, const Take& take) {
+  const bool still =
+      &motion.x0 == &motion.x1;  // boxes of motions do not show how compact trees are
+  trees_.refit(team, motion, still);
+  scratch_.resize(std::max(1, team.threads));
+  const TaskPool::Perform perform = [&](int thread, const NodeTest& test,
+                                        std::vector<NodeTest>& stack) {
+    if (!PartitionTrees::leaf(test)) {
+      trees_.expand(test, stack, scratch_[thread]);
+      return;
+    }
+    trees_.features(test, scratch_[thread], [&](Index pair, ContactKind kind, PairKey key) {
+      if (!broad_phase_.attached(kind, key)) take(thread, pair, kind, key);
+    });
+  };
+  failure_ = nullptr;
+  start_ = std::chrono::steady_clock::now();
+  try {
+    if (recorded_) {
+      record_tests(trees_, n_parts_, perform, *recorded_);
+      return;
+    }
+    std::vector<NodeTest> tests = trees_.top_level(communicator_->rank(), communicator_->size());
+    if (decomposition_ == Decomposition::Dynamic)
+      report_ = pool_.run(team, std::move(tests), perform);
+    else
+      traverse(team, std::move(tests), perform), report_ = {};
+  } catch (...) {
+    failure_ = std::current_exception();
+  }
+}
+
+// Performs the tests of this rank without the other ranks.
+void SharedSearch::traverse(const Team& team, std::vector<NodeTest> tests,
+                            const TaskPool::Perform& perform) {
+  if (team.threads > 1 && traversal_ == Traversal::Loops) {
+    std::vector<NodeTest> next, leaves;
+    while (!tests.empty() && tests.size() + leaves.size() < enough_branches) {
+      next.clear();
+      for (const NodeTest& test : tests)
+        if (PartitionTrees::leaf(test))
+          leaves.push_back(test);
+        else
+          trees_.expand(test, next, scratch_[0]);
+      tests.swap(next);
+    }
+    tests.insert(tests.end(), leaves.begin(), leaves.end());
+    parallel_tasks(team, static_cast<Index>(tests.size()), [&](Index i) {
+      std::vector<NodeTest> stack = {tests[i]};
+      while (!stack.empty()) {
+        const NodeTest test = stack.back();
+        stack.pop_back();
+        perform(thread_number(), test, stack);
+      }
+    });
+  } else {
+    parallel_traverse(team, std::move(tests), perform);
+  }
+}
+
+}  // namespace loomstone

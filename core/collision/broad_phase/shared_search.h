@@ -1,0 +1,86 @@
+// Search for pairs of features that all ranks share ([Thomaszewski2010], 5.3). The hierarchies of
+// the partitions are traversed from their roots in every search. Traversal and the tests of feature
+// pairs form one stream of work, so ranks communicate only to balance it and to exchange results
+// at its end.
+#pragma once
+
+#include <chrono>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/collision/broad_phase/broad_phase.h"
+#include "core/collision/broad_phase/decomposition.h"
+#include "core/collision/broad_phase/partition_trees.h"
+#include "core/parallel/communicator.h"
+#include "core/parallel/gather_records.h"
+#include "core/parallel/pool_replay.h"
+#include "core/parallel/task_pool.h"
+
+namespace loomstone {
+
+class SharedSearch {
+ public:
+  // `broad_phase` tells which features are attached. It must outlive this object. All ranks must
+  // make and destroy this object together.
+  SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+               const BroadPhase& broad_phase, Decomposition decomposition,
+               std::shared_ptr<const Communicator> communicator);
+  // Divides each cloth into `n_parts` partitions, whatever the number of ranks.
+  SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+               const BroadPhase& broad_phase, Decomposition decomposition,
+               std::shared_ptr<const Communicator> communicator, int n_parts);
+
+  // Receives a pair of features. Called concurrently for different threads.
+  using Take = std::function<void(int thread, Index surface_pair, ContactKind kind, PairKey key)>;
+
+  // Collective. Passes all pairs of features whose 18-DOPs overlap to take(), each on one rank.
+  // Thus each pair is found that comes closer than the sum of the inflations of its two surfaces.
+  // If take() throws on a rank, all ranks throw in gather().
+  void each_pair(const Team& team, const InflatedMotion& motion, const Take& take);
+
+  // Collective. Returns the records that the threads of all ranks have made since each_pair().
+  template <class Record>
+  std::vector<Record> gather(const std::vector<std::vector<Record>>& of_thread) {
+    std::vector<Record> all =
+        gather_records(*communicator_, of_thread, std::exchange(failure_, nullptr));
+    result_bytes_ = all.size() * sizeof(Record);
+    seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    return all;
+  }
+
+  // Searches then run on one thread of one rank, and measure the tests of as many ranks as there
+  // are partitions.
+  void record(RecordedTests* tests) { recorded_ = tests; }
+
+  // How the threads of a rank share a static search. Loops, the default, are a little faster.
+  void set_traversal(Traversal traversal) { traversal_ = traversal; }
+  const PoolReport& report() const { return report_; }  // of the last search of this rank
+  // Time of the last search on this rank, from the end of the update of boxes to the end of
+  // gather() [s].
+  double seconds() const { return seconds_; }
+  std::size_t result_bytes() const { return result_bytes_; }  // of the last gather() [bytes]
+
+ private:
+  void traverse(const Team& team, std::vector<NodeTest> tests, const TaskPool::Perform& perform);
+
+  const BroadPhase& broad_phase_;
+  const Decomposition decomposition_;
+  Traversal traversal_ = Traversal::Loops;
+  std::shared_ptr<const Communicator> communicator_;
+  std::unique_ptr<Mailbox> mailbox_;
+  TaskPool pool_;
+  const int n_parts_;
+  PartitionTrees trees_;
+  RecordedTests* recorded_ = nullptr;
+  std::vector<PartitionTrees::Scratch> scratch_;  // one for each thread
+  std::exception_ptr failure_;                    // of the last search on this rank
+  PoolReport report_;
+  std::chrono::steady_clock::time_point start_;
+  double seconds_ = 0.0;
+  std::size_t result_bytes_ = 0;
+};
+
+}  // namespace loomstone

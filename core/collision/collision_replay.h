@@ -1,0 +1,57 @@
+// Predicts how long ranks take to find the collisions of a recorded motion. The work is measured on
+// one thread, and its distribution is simulated.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/collision/broad_phase/decomposition.h"
+#include "core/collision/model/collision_model.h"
+#include "core/parallel/communicator.h"
+#include "core/parallel/pool_replay.h"
+#include "core/parallel/team.h"
+
+namespace loomstone {
+
+class SharedSearch;
+
+// Motion of all surfaces, as certification receives it.
+struct CollisionRecord {
+  std::vector<CollisionSurface> surfaces;
+  Triangles triangles;
+  double gap_floor = 0.0;  // see CollisionModel [m]
+  Points x0, x1;           // [m]
+};
+
+class CollisionReplay {
+ public:
+  // Throws InvalidInput if the record is inconsistent.
+  explicit CollisionReplay(CollisionRecord record);
+  ~CollisionReplay();
+
+  // The searches of a step: contacts at its start, and impacts of its motion.
+  enum class Search { Contacts, Impacts };
+
+  // Measures the tests of a search that is divided for `n_ranks` ranks. Each cost is the smallest
+  // of `repetitions` measurements.
+  RecordedTests measure(Search search, int n_ranks, int repetitions = 3) const;
+
+  // How a search is really performed.
+  struct Execution {
+    Decomposition decomposition;
+    Traversal traversal;
+    Team team;
+    std::shared_ptr<const Communicator> communicator;
+  };
+  // Collective. Performs a search `repetitions` times. Returns the time of each until the last rank
+  // has all results [s].
+  std::vector<double> perform(Search search, const Execution& execution, int repetitions) const;
+
+ private:
+  std::size_t find(Search search, const Team& team, SharedSearch& shared) const;
+
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+}  // namespace loomstone

@@ -1,0 +1,22 @@
+// Short messages between ranks that are sent without a matching call on the other side. The
+// receiver polls for them. Messages between two ranks may arrive in any order.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+namespace loomstone {
+
+class Mailbox {
+ public:
+  virtual ~Mailbox() = default;
+  virtual int rank() const = 0;
+  virtual int size() const = 0;
+  // Sends a copy of the bytes and returns without waiting for the receiver.
+  virtual void send(int to, const void* data, std::size_t bytes) = 0;
+  // If a message has arrived, copies it to `message` and returns true.
+  virtual bool receive(std::vector<std::byte>& message) = 0;
+};
+
+}  // namespace loomstone

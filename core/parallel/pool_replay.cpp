@@ -1,0 +1,304 @@
+#include "core/parallel/pool_replay.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <numeric>
+#include <queue>
+#include <utility>
+
+#include "core/parallel/termination.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr double never = std::numeric_limits<double>::infinity();
+
+// Size of a message without the tests of a task [bytes].
+constexpr double header_bytes = 32.0;
+
+// Adds the time of the exchange at the end. All ranks receive the numbers of results, and then the
+// results, each in a number of rounds that grows with the logarithm of the number of ranks.
+void add_exchange(const RecordedTests& tests, const Network& network, ReplayReport& report) {
+  if (tests.n_ranks() == 1) return;
+  report.exchange =
+      2.0 * std::ceil(std::log2(tests.n_ranks())) * (network.latency + 2.0 * network.overhead) +
+      static_cast<double>(tests.result_bytes) / network.bandwidth;
+  report.seconds += report.exchange;
+}
+
+void set_busy(const std::vector<double>& busy, ReplayReport& report) {
+  report.least_busy = *std::min_element(busy.begin(), busy.end());
+  report.most_busy = *std::max_element(busy.begin(), busy.end());
+  report.mean_busy =
+      std::accumulate(busy.begin(), busy.end(), 0.0) / static_cast<double>(busy.size());
+}
+
+using Tests = std::vector<Index>;
+
+enum class Kind { Request, Refusal, Task, Wave, Counts, End };
+
+struct Message {
+  double arrival;
+  Kind kind;
+  int from;
+  std::int32_t wave = 0;
+  std::int64_t sent = 0, received = 0;
+  Tests tests = {};
+};
+
+// State of a simulated rank. The rules are those of TaskPool.
+struct Rank {
+  Rank(int rank, int size) : termination(rank, size), victim(rank) {}
+
+  bool passive() const { return stack.empty() && pool.empty(); }
+
+  Termination termination;
+  Tests stack;
+  std::deque<Tests> pool;  // oldest task first
+  std::vector<Message> inbox;
+  double next = never;  // time of the next event of this rank [s]
+  double free = 0.0;    // time at which this rank has finished what it does [s]
+  double busy = 0.0, end = never;
+  int victim;
+  bool waiting = false;
+  std::int64_t sent = 0, received = 0;
+};
+
+class Simulated {
+ public:
+  Simulated(const RecordedTests& tests, const Network& network, const PoolOptions& options)
+      : tests_(tests), network_(network), options_(options) {
+    for (int rank = 0; rank < tests.n_ranks(); ++rank) {
+      Rank& own = ranks_.emplace_back(rank, tests.n_ranks());
+      own.stack = tests.roots[rank];
+      schedule(rank, tests.start[rank]);
+    }
+  }
+
+  ReplayReport run() {
+    while (!events_.empty()) {
+      const auto [time, rank] = events_.top();
+      events_.pop();
+      if (ranks_[rank].next == time) act(rank, time);
+    }
+    std::vector<double> busy;
+    for (const Rank& rank : ranks_) {
+      report_.seconds = std::max(report_.seconds, rank.end);
+      busy.push_back(rank.busy);
+    }
+    set_busy(busy, report_);
+    add_exchange(tests_, network_, report_);
+    return report_;
+  }
+
+ private:
+  void schedule(int rank, double time) {
+    ranks_[rank].next = time;
+    if (time < never) events_.emplace(time, rank);
+  }
+
+  // A rank polls, and then works until it polls again. Without work it waits for a message.
+  void act(int rank, double time) {
+    Rank& own = ranks_[rank];
+    own.next = never;
+    time = poll(rank, time);
+    if (own.end < never) return;
+    if (!own.passive()) {
+      own.free = work(own, time);
+      schedule(rank, own.free);
+      return;
+    }
+    own.free = time = contribute(rank, time);
+    if (own.end < never) return;
+    double next = never;
+    for (const Message& message : own.inbox) next = std::min(next, message.arrival);
+    schedule(rank, std::max(time, next));
+  }
+
+  double work(Rank& own, double time) {
+    const double start = time;
+    while (!own.passive() && time - start < options_.poll_interval) {
+      if (own.stack.empty()) {
+        own.stack = std::move(own.pool.back());
+        own.pool.pop_back();
+      }
+      const Index test = own.stack.back();
+      own.stack.pop_back();
+      for (Index i = 0; i < tests_.n_children[test]; ++i)
+        own.stack.push_back(tests_.first_child[test] + i);
+      time += tests_.seconds[test];
+      share(own);
+    }
+    own.busy += time - start;
+    return time;
+  }
+
+  void share(Rank& own) const {
+    if (ranks_.size() == 1) return;
+    const auto threshold = [&] {
+      return stack_threshold(options_, static_cast<Index>(own.pool.size()));
+    };
+    for (Index most = threshold(); static_cast<Index>(own.stack.size()) > most;
+         most = threshold()) {
+      const auto end = own.stack.begin() + most / 2;
+      own.pool.emplace_back(own.stack.begin(), end);
+      own.stack.erase(own.stack.begin(), end);
+    }
+  }
+
+  // Handles the messages that have arrived and asks for work if there is none. Returns the time
+  // afterwards.
+  double poll(int rank, double time) {
+    Rank& own = ranks_[rank];
+    if (ranks_.size() > 1) time += network_.overhead;
+    std::vector<Message> arrived;
+    const auto late = std::partition(own.inbox.begin(), own.inbox.end(),
+                                     [&](const Message& m) { return m.arrival > time; });
+    std::move(late, own.inbox.end(), std::back_inserter(arrived));
+    own.inbox.erase(late, own.inbox.end());
+    std::sort(arrived.begin(), arrived.end(), [](const Message& a, const Message& b) {
+      return std::pair(a.arrival, a.from) < std::pair(b.arrival, b.from);
+    });
+    for (Message& message : arrived) {
+      time += network_.overhead;
+      time = handle(rank, std::move(message), time);
+    }
+    return own.end < never || ranks_.size() == 1 ? time : ask(rank, time);
+  }
+
+  double handle(int rank, Message message, double time) {
+    Rank& own = ranks_[rank];
+    switch (message.kind) {
+      case Kind::Request:
+        return answer(rank, message.from, time);
+      case Kind::Refusal:
+        own.waiting = false;
+        return time;
+      case Kind::Task:
+        own.waiting = false;
+        ++own.received;
+        own.pool.push_back(std::move(message.tests));
+        return time;
+      case Kind::Wave:
+        own.termination.begin(message.wave);
+        return tell_children(rank, Kind::Wave, time);
+      case Kind::Counts:
+        own.termination.add(message.sent, message.received);
+        return time;
+      case Kind::End:
+        break;
+    }
+    return finish(rank, time);
+  }
+
+  double ask(int rank, double time) {
+    Rank& own = ranks_[rank];
+    if (own.waiting || !own.passive()) return time;
+    const int size = static_cast<int>(ranks_.size());
+    own.victim = (own.victim + 1) % size;
+    if (own.victim == rank) own.victim = (own.victim + 1) % size;
+    own.waiting = true;
+    ++report_.requests;
+    return send(own.victim, {0.0, Kind::Request, rank}, time);
+  }
+
+  double answer(int rank, int to, double time) {
+    Rank& own = ranks_[rank];
+    if (own.pool.empty()) {
+      ++report_.refusals;
+      return send(to, {0.0, Kind::Refusal, rank}, time);
+    }
+    Message message{0.0, Kind::Task, rank};
+    message.tests = std::move(own.pool.front());
+    own.pool.pop_front();
+    ++own.sent, ++report_.transfers;
+    return send(to, std::move(message), time);
+  }
+
+  double contribute(int rank, double time) {
+    Rank& own = ranks_[rank];
+    Termination& termination = own.termination;
+    if (!termination.ready()) return time;
+    termination.contribute(own.sent, own.received);
+    if (rank != 0)
+      return send(
+          termination.parent(),
+          {0.0, Kind::Counts, rank, termination.wave(), termination.sent(), termination.received()},
+          time);
+    ++report_.waves;
+    if (termination.done()) return finish(rank, time);
+    termination.begin(termination.wave() + 1);
+    return tell_children(rank, Kind::Wave, time);
+  }
+
+  double finish(int rank, double time) {
+    time = tell_children(rank, Kind::End, time);
+    ranks_[rank].end = time;
+    return time;
+  }
+
+  double tell_children(int rank, Kind kind, double time) {
+    const Termination& termination = ranks_[rank].termination;
+    for (int child = termination.first_child(); child < termination.last_child(); ++child)
+      time = send(child, {0.0, kind, rank, termination.wave()}, time);
+    return time;
+  }
+
+  // Returns the time at which the sender is free again.
+  double send(int to, Message message, double time) {
+    time += network_.overhead;
+    const double bytes =
+        header_bytes + static_cast<double>(message.tests.size() * sizeof(NodeTest));
+    message.arrival = time + network_.latency + bytes / network_.bandwidth;
+    Rank& receiver = ranks_[to];
+    if (receiver.end < never) return time;
+    // A rank that works polls when it is free. One that waits is woken.
+    const double wake = std::max(message.arrival, receiver.free);
+    receiver.inbox.push_back(std::move(message));
+    if (wake < receiver.next) schedule(to, wake);
+    return time;
+  }
+
+  using Event = std::pair<double, int>;
+  const RecordedTests& tests_;
+  const Network network_;
+  const PoolOptions options_;
+  std::vector<Rank> ranks_;
+  std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
+  ReplayReport report_;
+};
+
+}  // namespace
+
+double RecordedTests::work() const { return std::accumulate(seconds.begin(), seconds.end(), 0.0); }
+
+ReplayReport replay_static(const RecordedTests& tests, const Network& network) {
+  std::vector<double> busy;
+  ReplayReport report;
+  for (int rank = 0; rank < tests.n_ranks(); ++rank) {
+    Tests stack = tests.roots[rank];
+    double seconds = 0.0;
+    while (!stack.empty()) {
+      const Index test = stack.back();
+      stack.pop_back();
+      seconds += tests.seconds[test];
+      for (Index i = 0; i < tests.n_children[test]; ++i)
+        stack.push_back(tests.first_child[test] + i);
+    }
+    busy.push_back(seconds);
+    report.seconds = std::max(report.seconds, tests.start[rank] + seconds);
+  }
+  set_busy(busy, report);
+  add_exchange(tests, network, report);
+  return report;
+}
+
+ReplayReport replay_dynamic(const RecordedTests& tests, const Network& network,
+                            const PoolOptions& options) {
+  return Simulated(tests, network, options).run();
+}
+
+}  // namespace loomstone

@@ -1,0 +1,46 @@
+// Replays recorded tests on any number of ranks, by simulating events. Predicts how long ranks take
+// that divide the tests statically or by task pools. The model has a latency and a bandwidth of
+// messages, a time for each message on the processor, and the interval at which ranks poll.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/parallel/task_pool.h"
+
+namespace loomstone {
+
+// Tests of one traversal and their costs. The tests that follow from test i are numbered
+// first_child[i] to first_child[i] + n_children[i] - 1.
+struct RecordedTests {
+  std::vector<Index> first_child, n_children;
+  std::vector<double> seconds;            // cost of each test [s]
+  std::vector<std::vector<Index>> roots;  // tests with which each rank starts
+  std::vector<double> start;              // time until each rank knows its first tests [s]
+  std::size_t result_bytes = 0;           // size of all results, which all ranks receive [bytes]
+
+  std::size_t size() const { return seconds.size(); }
+  int n_ranks() const { return static_cast<int>(roots.size()); }
+  double work() const;  // sum of all costs [s]
+};
+
+struct Network {
+  double latency = 1.5e-6;   // [s]
+  double bandwidth = 1e10;   // [bytes/s]
+  double overhead = 0.2e-6;  // time on the processor to send, to receive or to look for one [s]
+};
+
+struct ReplayReport {
+  double seconds = 0.0;   // until all ranks have all results [s]
+  double exchange = 0.0;  // part of it in which the ranks exchange results [s]
+  double least_busy = 0.0, mean_busy = 0.0, most_busy = 0.0;  // time that ranks spend on tests [s]
+  std::int64_t requests = 0, transfers = 0, refusals = 0, waves = 0;  // sums over ranks
+};
+
+// Each rank performs the tests that follow from its first tests.
+ReplayReport replay_static(const RecordedTests& tests, const Network& network);
+// Ranks balance the tests as TaskPool does.
+ReplayReport replay_dynamic(const RecordedTests& tests, const Network& network,
+                            const PoolOptions& options = {});
+
+}  // namespace loomstone

@@ -1,0 +1,78 @@
+"""The command loomstone replay."""
+
+from __future__ import annotations
+
+import math
+import sys
+from typing import Annotated
+
+import typer
+
+from .._core import InvalidInput
+from ..runs import replay as replays
+from ..runs.motions import motion_files
+from .application import app, session
+from .options import RunArgument
+
+
+@app.command()
+def replay(
+    run: RunArgument,
+    ranks: Annotated[
+        str, typer.Option(help="numbers of ranks: 1,2,12, or 1:4096 for powers of two")
+    ] = "1:4096",
+    decomposition: Annotated[
+        list[str], typer.Option(help=f"{' | '.join(replays.REPLAYED)}; may be repeated")
+    ] = list(replays.REPLAYED),  # noqa: B006
+    latency: Annotated[float, typer.Option(help="time that a message takes [s]")] = 1.5e-6,
+    bandwidth: Annotated[float, typer.Option(help="bandwidth of the network [bytes/s]")] = 1e10,
+    overhead: Annotated[
+        float, typer.Option(help="time on the processor to send, receive or look for a message [s]")
+    ] = 0.2e-6,
+    poll_interval: Annotated[
+        float, typer.Option(help="time between two polls of a rank that has work [s]")
+    ] = 5e-6,
+) -> None:
+    """Predicts the time of collision searches on many ranks.
+
+    Uses the motions that `loomstone run --record-tasks` has recorded. Measures the work of each
+    search on one thread, divided for each number of ranks, and simulates how the ranks share it.
+    Prints the time of a recorded step and the efficiency, which is the time on one rank over the
+    time of all ranks together. Writes replay.csv into the run.
+
+    \b
+        loomstone run scenes/drape.py --record-tasks 20
+        loomstone replay out/drape --ranks 1:4096
+    """
+    with session(parallel=False):
+        for name in decomposition:
+            if name not in replays.REPLAYED:
+                raise InvalidInput(
+                    f"--decomposition must be {' or '.join(replays.REPLAYED)}, got {name!r}"
+                )
+        for what, value in (("latency", latency), ("overhead", overhead)):
+            if not 0.0 <= value < math.inf:
+                raise InvalidInput(f"--{what} must be at least 0 s and finite, got {value:g}")
+        for what, value in (("bandwidth", bandwidth), ("poll-interval", poll_interval)):
+            if not 0.0 < value < math.inf:
+                raise InvalidInput(f"--{what} must be above 0 and finite, got {value:g}")
+        network = replays.Network(latency, bandwidth, overhead, poll_interval)
+        numbers = replays.parse_ranks(ranks)
+        steps = len(motion_files(run))
+        found = replays.replay(
+            run,
+            numbers,
+            decomposition,
+            network,
+            observer=lambda path: print(path, file=sys.stderr),
+        )
+        print(f"{steps} recorded steps; times of a step")
+        print("ranks  decomposition  time [ms]  exchange [ms]  efficiency  transfers  refusals")
+        for each in found:
+            print(
+                f"{each.ranks:5d}  {each.decomposition:13}  {1e3 * each.seconds / steps:9.4f}"
+                f"  {1e3 * each.exchange / steps:13.4f}  {each.efficiency:10.3f}"
+                f"  {each.transfers // steps:9d}  {each.refusals // steps:8d}"
+            )
+        replays.write_predictions(run / "replay.csv", found)
+        print(f"table: {run / 'replay.csv'}")

@@ -1,0 +1,44 @@
+"""Recorded motions of a run, from which `loomstone replay` predicts times on many ranks."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._core import CacheError, CollisionRecord
+
+__all__ = ["motion_files", "read_motion", "write_motion"]
+
+_ARRAYS = ("surfaces", "thickness", "triangles", "gap_floor", "x0", "x1")
+
+
+def motion_files(directory: Path) -> list[Path]:
+    """Returns the paths of the recorded motions of a run, in the order of the steps."""
+    return sorted((directory / "tasks").glob("step-*.npz"))
+
+
+def write_motion(directory: Path, step: int, motion: CollisionRecord) -> None:
+    """Writes the motion of a step, unless it has no vertices."""
+    if not len(motion.x0):
+        return
+    folder = directory / "tasks"
+    folder.mkdir(exist_ok=True)
+    path = folder / f"step-{step:010d}.npz"
+    arrays: dict[str, Any] = {name: np.asarray(getattr(motion, name)) for name in _ARRAYS}
+    unfinished = path.with_suffix(".unfinished")
+    with unfinished.open("wb") as file:
+        np.savez(file, **arrays)
+    unfinished.replace(path)
+
+
+def read_motion(path: Path) -> CollisionRecord:
+    """Returns the motion in a file. Raises CacheError if the file is not a recorded motion."""
+    try:
+        with np.load(path) as arrays:
+            values = {name: arrays[name] for name in _ARRAYS}
+        return CollisionRecord(**values | {"gap_floor": float(values["gap_floor"])})
+    except (KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
+        raise CacheError(f"{path}: is not a recorded motion ({error})") from error

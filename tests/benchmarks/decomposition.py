@@ -1,0 +1,95 @@
+"""Time of the collision searches of recorded motions, measured and predicted by replay.
+
+    loomstone run scenes/twist.py -p triangles=14450 --record-tasks 100 --out out/twist
+    mpirun -n 2 python tests/benchmarks/decomposition.py out/twist
+    python tests/benchmarks/decomposition.py out/twist --threads 1 2
+
+On one rank, compares the ways in which threads share a traversal: OpenMP tasks, loops and the pool.
+On several ranks, compares static and dynamic decomposition with their replays. Each number is the
+smallest of the repetitions, so that times in which other programs ran do not count. The default
+network is shared memory.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from loomstone import _core
+from loomstone.runs.motions import motion_files, read_motion
+
+
+def compare_threads(motion: _core.CollisionReplay, impacts: bool, given: argparse.Namespace) -> str:
+    ways = [("static", "tasks"), ("static", "loops"), ("dynamic", "tasks")]
+    parts = []
+    for threads in given.threads:
+        times = [
+            min(
+                motion.perform(
+                    impacts=impacts,
+                    decomposition=decomposition,
+                    traversal=traversal,
+                    threads=threads,
+                    repetitions=given.repetitions,
+                )
+            )
+            for decomposition, traversal in ways
+        ]
+        tasks, loops, pool = (f"{1e3 * t:.2f}" for t in times)
+        parts.append(f"{threads} threads: tasks {tasks}, loops {loops}, pool {pool} ms")
+    return "; ".join(parts)
+
+
+def compare_replay(
+    motion: _core.CollisionReplay,
+    impacts: bool,
+    ranks: _core.Communicator,
+    given: argparse.Namespace,
+) -> str:
+    search = motion.impacts if impacts else motion.contacts
+    parts = []
+    for name in ("static", "dynamic"):
+        times = motion.perform(
+            impacts=impacts,
+            decomposition=name,
+            communicator=ranks,
+            repetitions=given.repetitions,
+        )
+        ranks.barrier()
+        if ranks.rank == 0:
+            replayed = search(ranks.size, given.repetitions).replay(
+                name, latency=given.latency, overhead=given.overhead
+            )
+            parts.append(
+                f"{name} {1e3 * min(times):.3f} ms, replayed {1e3 * replayed.seconds:.3f} ms"
+                f" ({replayed.seconds / min(times):.2f})"
+            )
+        ranks.barrier()
+    return "; ".join(parts)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("run", type=Path)
+    parser.add_argument("--threads", type=int, nargs="+", default=[1, 2])
+    parser.add_argument("--repetitions", type=int, default=20)
+    parser.add_argument("--latency", type=float, default=0.5e-6, help="[s]")
+    parser.add_argument("--overhead", type=float, default=0.2e-6, help="[s]")
+    given = parser.parse_args()
+    ranks = _core.mpi_communicator() if _core.launched_by_mpi() else _core.single_communicator()
+    for path in motion_files(given.run):
+        motion = _core.CollisionReplay(read_motion(path))
+        for impacts in (False, True):
+            line = (
+                compare_threads(motion, impacts, given)
+                if ranks.size == 1
+                else compare_replay(motion, impacts, ranks, given)
+            )
+            if ranks.rank == 0:
+                print(f"{path.stem} {'impacts' if impacts else 'contacts'}: {line}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

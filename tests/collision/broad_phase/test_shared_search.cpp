@@ -1,0 +1,235 @@
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <mutex>
+#include <tuple>
+
+#include "core/collision/broad_phase/shared_search.h"
+#include "core/collision/certify/impact_search.h"
+#include "core/collision/collision_replay.h"
+#include "core/collision/collision_stage.h"
+#include "core/collision/response/contacts.h"
+#include "tests/collision/collision_scenes.h"
+#include "tests/parallel/thread_communicator.h"
+
+using namespace loomstone;
+using testing::on_ranks;
+using testing::ThreadCommunicators;
+using Kind = CollisionSurface::Kind;
+
+namespace {
+
+// Two crumpled sheets above a body and an obstacle. A corner of the first sheet is attached to the
+// body.
+TestScene crumpled() {
+  TestScene scene = make_scene(
+      {{grid_cells(0.2, 0.2, 40, 40), Kind::Cloth, 3e-3},
+       {jittered_grid(0.2, 0.2, 21, 21, 0.2, 3).moved(Vec3(4e-3, 1e-3, 8e-3)), Kind::Cloth, 4e-3},
+       {grid_cells(0.1, 0.1, 9, 9).moved(Vec3(0.0, 0.0, -4e-3)), Kind::Body, 3e-3},
+       {grid_cells(0.3, 0.3, 5, 5).moved(Vec3(0.0, 0.0, -8e-3)), Kind::Script, 3e-3}});
+  scene.model.attached_surface.assign(scene.model.n_vertices, -1);
+  for (Index v = 0; v < 120; ++v) scene.model.attached_surface[v] = 2;
+  scene.x = shaken(scene.x, 2.5e-3, 5);
+  return scene;
+}
+
+using Found = std::vector<std::tuple<Index, ContactKind, PairKey>>;
+
+struct Layout {
+  int ranks, threads;
+  Decomposition decomposition;
+  Traversal traversal = Traversal::Tasks;
+};
+
+const std::vector<Layout> layouts = {
+    {1, 1, Decomposition::Static},
+    {1, 2, Decomposition::Static},
+    {1, 2, Decomposition::Static, Traversal::Loops},
+    {1, 1, Decomposition::Dynamic},
+    {1, 3, Decomposition::Dynamic},
+    {3, 1, Decomposition::Static},
+    {4, 1, Decomposition::Dynamic},
+    {7, 1, Decomposition::Dynamic},
+    {2, 2, Decomposition::Dynamic},
+};
+
+// Calls body(rank, search) on all ranks of a layout.
+template <class Body>
+void search_together(const TestScene& scene, const std::vector<SurfacePair>& pairs,
+                     const Layout& layout, Body&& body) {
+  ThreadCommunicators ranks(layout.ranks, 20e-6, 9);
+  const BroadPhase broad_phase(scene.model, pairs);
+  on_ranks(layout.ranks, [&](int rank) {
+    SharedSearch search(scene.model, pairs, broad_phase, layout.decomposition, ranks[rank]);
+    search.set_traversal(layout.traversal);
+    body(rank, search);
+  });
+}
+
+bool same(const Contact& a, const Contact& b) {
+  return a.kind == b.kind && a.a == b.a && a.b == b.b && a.vertices == b.vertices &&
+         a.weights == b.weights && a.normal == b.normal && a.distance == b.distance &&
+         a.thickness == b.thickness && a.friction == b.friction;
+}
+
+bool same(const StepImpact& a, const StepImpact& b) {
+  return a.kind == b.kind && a.key == b.key && a.pair == b.pair && a.vertices == b.vertices &&
+         a.impact.time == b.impact.time && a.impact.weights == b.impact.weights &&
+         a.impact.normal == b.impact.normal && a.impact.start_distance == b.impact.start_distance;
+}
+
+template <class Record>
+bool same(const std::vector<Record>& a, const std::vector<Record>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const Record& x, const Record& y) { return same(x, y); });
+}
+
+}  // namespace
+
+TEST_CASE("ranks together find each pair of overlapping boxes once") {
+  const TestScene scene = crumpled();
+  const std::vector<SurfacePair> pairs = surface_pairs(scene.model);
+  const Points x1 = shaken(scene.x, 2e-3, 6);
+  BroadPhase whole(scene.model, pairs);
+  std::vector<Index> which(pairs.size());
+  for (std::size_t i = 0; i < which.size(); ++i) which[i] = static_cast<Index>(i);
+  std::vector<FeaturePairs> by_pair;
+  whole.swept_pairs(Team{1}, {scene.x, x1, 1e-3}, which, [](ContactKind, auto&) {}, by_pair);
+  Found expected;
+  for (const Index i : which) {
+    for (const PairKey key : by_pair[i].vertex_face)
+      expected.emplace_back(i, ContactKind::VertexFace, key);
+    for (const PairKey key : by_pair[i].edge_edge)
+      expected.emplace_back(i, ContactKind::EdgeEdge, key);
+  }
+  REQUIRE(expected.size() > 10000);
+  const std::vector<double> inflation(scene.model.surfaces.size(), 1e-3);
+  for (const Layout& layout : layouts) {
+    Found found;
+    std::mutex mutex;
+    search_together(scene, pairs, layout, [&](int, SharedSearch& search) {
+      for (const Points& start : {Points(shaken(scene.x, 0.02, 7)), scene.x}) {
+        // The first search builds the hierarchies at other positions.
+        const bool counts = start == scene.x;
+        search.each_pair(Team{layout.threads}, {start, x1, inflation},
+                         [&](int, Index pair, ContactKind kind, PairKey key) {
+                           const std::lock_guard lock(mutex);
+                           if (counts) found.emplace_back(pair, kind, key);
+                         });
+        search.gather(std::vector<std::vector<int>>(1));
+      }
+    });
+    std::sort(found.begin(), found.end());
+    CHECK(found == expected);
+  }
+}
+
+TEST_CASE("contacts and impacts have the same bits whichever ranks find them") {
+  const TestScene scene = crumpled();
+  const std::vector<SurfacePair> pairs = surface_pairs(scene.model);
+  const Points x1 = shaken(scene.x, 2e-3, 6);
+  std::vector<std::uint8_t> changed(scene.model.n_vertices, 0);
+  std::fill_n(changed.begin(), 300, 1);
+  BroadPhase broad_phase(scene.model, pairs);
+  NeighbourLists lists(scene.model, pairs, broad_phase);
+  lists.update(Team{1}, scene.x);
+  const std::vector<Contact> contacts = find_contacts(Team{1}, scene.model, pairs, scene.x, lists);
+  ImpactSearch alone(scene.model, broad_phase, lists);
+  const MotionInputs inputs{scene.x, scene.inverse_mass, {}};
+  const std::vector<StepImpact> impacts = alone.find(Team{1}, inputs, x1, nullptr),
+                                some = alone.find(Team{1}, inputs, x1, &changed);
+  REQUIRE(contacts.size() > 1000);
+  REQUIRE(impacts.size() > 100);
+  REQUIRE(some.size() > 10);
+  REQUIRE(some.size() < impacts.size());
+  for (const Layout& layout : layouts) {
+    std::atomic<int> wrong{0};
+    search_together(scene, pairs, layout, [&](int, SharedSearch& search) {
+      const Team team{layout.threads};
+      BroadPhase own_boxes(scene.model, pairs);
+      NeighbourLists own_lists(scene.model, pairs, own_boxes);
+      ImpactSearch own(scene.model, own_boxes, own_lists);
+      own.share(&search);
+      wrong += !same(find_contacts(team, scene.model, pairs, scene.x, search), contacts);
+      wrong += !same(own.find(team, inputs, x1, nullptr), impacts);
+      wrong += !same(own.find(team, inputs, x1, &changed), some);
+    });
+    CHECK(wrong == 0);
+  }
+}
+
+TEST_CASE("an error on one rank is thrown on all ranks that share a search") {
+  const TestScene scene = crumpled();
+  const std::vector<SurfacePair> pairs = surface_pairs(scene.model);
+  const std::vector<double> inflation(scene.model.surfaces.size(), 1e-3);
+  for (const Decomposition decomposition : {Decomposition::Static, Decomposition::Dynamic}) {
+    std::atomic<int> told{0};
+    search_together(scene, pairs, {3, 1, decomposition}, [&](int rank, SharedSearch& search) {
+      search.each_pair(Team{1}, {scene.x, scene.x, inflation},
+                       [&](int, Index, ContactKind, PairKey) {
+                         if (rank == 1) throw InvalidInput("pair");
+                       });
+      try {
+        search.gather(std::vector<std::vector<int>>(1));
+      } catch (const InvalidInput& error) {
+        told += std::string(error.what()) == "pair";
+      }
+    });
+    CHECK(told == 3);
+  }
+}
+
+TEST_CASE("top-level tests are dealt out evenly and none twice") {
+  const TestScene scene = make_scene({{grid_cells(0.2, 0.2, 40, 40), Kind::Cloth, 3e-3},
+                                      {grid_cells(0.3, 0.3, 5, 5), Kind::Script, 3e-3}});
+  const std::vector<SurfacePair> pairs = surface_pairs(scene.model);
+  // With this inflation, all boxes overlap.
+  const std::vector<double> inflation(scene.model.surfaces.size(), 1.0);
+  for (const int ranks : {1, 2, 4, 5, 12}) {
+    PartitionTrees trees(scene.model, pairs, ranks);
+    CHECK(trees.n_hierarchies() == ranks + 1);
+    trees.refit(Team{1}, {scene.x, scene.x, inflation}, false);
+    std::vector<std::array<Index, 2>> all;
+    std::size_t fewest = 1000, most = 0;
+    for (int rank = 0; rank < ranks; ++rank) {
+      const std::vector<NodeTest> tests = trees.top_level(rank, ranks);
+      fewest = std::min(fewest, tests.size()), most = std::max(most, tests.size());
+      for (const NodeTest& test : tests)
+        all.push_back({std::min(test.hierarchy_a, test.hierarchy_b),
+                       std::max(test.hierarchy_a, test.hierarchy_b)});
+    }
+    CHECK(most - fewest <= 1);
+    std::sort(all.begin(), all.end());
+    CHECK(std::adjacent_find(all.begin(), all.end()) == all.end());
+    // Each partition with itself, with the others, and with the obstacle.
+    CHECK(all.size() == static_cast<std::size_t>(ranks * (ranks + 1) / 2 + ranks));
+  }
+}
+
+TEST_CASE("recorded tests form trees in which each test appears once") {
+  const TestScene scene = crumpled();
+  const Points x1 = shaken(scene.x, 2e-3, 6);
+  const CollisionReplay replay(
+      {scene.model.surfaces, scene.model.triangles, scene.model.gap_floor, scene.x, x1});
+  for (const auto search : {CollisionReplay::Search::Contacts, CollisionReplay::Search::Impacts}) {
+    const RecordedTests tests = replay.measure(search, 3, 2);
+    REQUIRE(tests.n_ranks() == 3);
+    REQUIRE(tests.size() > 1000);
+    CHECK(tests.result_bytes > 1000);
+    CHECK(tests.work() > 0.0);
+    std::vector<int> seen(tests.size(), 0);
+    for (const std::vector<Index>& roots : tests.roots) {
+      CHECK(!roots.empty());
+      for (const Index root : roots) ++seen[root];
+    }
+    for (std::size_t i = 0; i < tests.size(); ++i)
+      for (Index child = 0; child < tests.n_children[i]; ++child)
+        ++seen[tests.first_child[i] + child];
+    CHECK(std::count(seen.begin(), seen.end(), 1) == static_cast<std::ptrdiff_t>(seen.size()));
+    const CollisionReplay::Execution alone{Decomposition::Dynamic, Traversal::Tasks, Team{},
+                                           single_communicator()};
+    CHECK(replay.perform(search, alone, 3).size() == 3);
+  }
+  CHECK_THROWS_WITH(replay.measure(CollisionReplay::Search::Contacts, 0),
+                    Catch::Matchers::Contains("ranks must be at least 1"));
+}

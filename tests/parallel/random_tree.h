@@ -1,0 +1,51 @@
+// A random tree of tests. Some of its branches are long and others end at once, as in the traversal
+// of two hierarchies.
+#pragma once
+
+#include <algorithm>
+#include <random>
+#include <vector>
+
+#include "core/parallel/task_pool.h"
+
+namespace loomstone::testing {
+
+class RandomTree {
+ public:
+  RandomTree(Index n_roots, Index n_nodes, unsigned seed) : n_roots_(n_roots) {
+    std::mt19937 random(seed);
+    children_.resize(n_nodes);
+    for (Index node = n_roots; node < n_nodes; ++node) {
+      // Small parents are drawn more often, which makes the branches uneven.
+      const double at = std::uniform_real_distribution<double>(0.0, 1.0)(random);
+      children_[static_cast<Index>(at * at * node)].push_back(node);
+    }
+  }
+
+  Index size() const { return static_cast<Index>(children_.size()); }
+  // Deals out the roots: rank r starts with the roots r, r + n_ranks, ...
+  std::vector<NodeTest> roots(int rank, int n_ranks) const {
+    std::vector<NodeTest> tests;
+    for (Index root = rank; root < n_roots_; root += n_ranks) tests.push_back(test(root));
+    return tests;
+  }
+  // Appends the tests that follow from a test and returns its node.
+  Index expand(const NodeTest& given, std::vector<NodeTest>& stack) const {
+    for (const Index child : children_[given.node_a]) stack.push_back(test(child));
+    return given.node_a;
+  }
+  // Returns whether a test has the four indices with which it was made.
+  static bool intact(const NodeTest& given) {
+    const NodeTest made = test(given.node_a);
+    return given.node_b == made.node_b && given.hierarchy_a == made.hierarchy_a &&
+           given.hierarchy_b == made.hierarchy_b;
+  }
+
+ private:
+  static NodeTest test(Index node) { return {node % 7, node % 11, node, 3 * node}; }
+
+  Index n_roots_;
+  std::vector<std::vector<Index>> children_;
+};
+
+}  // namespace loomstone::testing

@@ -1,0 +1,75 @@
+#include <catch2/catch.hpp>
+
+#include <random>
+
+#include "core/parallel/pool_replay.h"
+
+using namespace loomstone;
+
+namespace {
+
+// Balanced trees of tests of 1 us each: `n_trees` trees with `depth` levels below the root, and
+// four children at each node. They are dealt out so that rank 0 starts with all trees.
+RecordedTests trees_on_rank_0(int n_trees, int depth, int n_ranks) {
+  RecordedTests tests;
+  tests.roots.resize(n_ranks);
+  tests.start.assign(n_ranks, 0.0);
+  Index n = n_trees;
+  for (Index i = 0; i < n_trees; ++i) tests.roots[0].push_back(i);
+  Index level = n_trees;
+  for (int d = 0; d <= depth; ++d, level *= 4)
+    for (Index i = 0; i < level; ++i) {
+      tests.first_child.push_back(n);
+      tests.n_children.push_back(d < depth ? 4 : 0);
+      tests.seconds.push_back(1e-6);
+      n += d < depth ? 4 : 0;
+    }
+  return tests;
+}
+
+}  // namespace
+
+TEST_CASE("a replay on one rank takes the time of all tests") {
+  const RecordedTests tests = trees_on_rank_0(3, 5, 1);
+  CHECK(tests.work() == Approx(1e-6 * static_cast<double>(tests.size())));
+  CHECK(replay_static(tests, {}).seconds == Approx(tests.work()));
+  CHECK(replay_dynamic(tests, {}).seconds == Approx(tests.work()));
+}
+
+TEST_CASE("a static replay takes the time of the slowest rank and of the exchange") {
+  RecordedTests tests = trees_on_rank_0(1, 4, 4);
+  tests.result_bytes = 1000;
+  const Network network{2e-6, 1e8, 0.5e-6};
+  // Counts and results take two rounds each among four ranks. A round takes 2 us + 2 x 0.5 us, and
+  // 1000 B take 10 us at 1e8 B/s.
+  CHECK(replay_static(tests, network).seconds == Approx(tests.work() + 12e-6 + 1e-5));
+  CHECK(replay_static(tests, network).exchange == Approx(22e-6));
+  CHECK(replay_static(tests, network).least_busy == 0.0);
+}
+
+TEST_CASE("a dynamic replay performs all tests and spreads them over the ranks") {
+  const RecordedTests tests = trees_on_rank_0(1, 8, 12);  // 87,381 tests
+  const ReplayReport fast = replay_dynamic(tests, {1e-6, 1e10, 0.1e-6});
+  CHECK(12 * fast.mean_busy == Approx(tests.work()));
+  CHECK(fast.transfers > 12);
+  // At the end, a request of each rank may remain without an answer.
+  CHECK(fast.requests >= fast.transfers + fast.refusals);
+  CHECK(fast.requests <= fast.transfers + fast.refusals + 12);
+  // Twelve ranks share 87 ms of work, which takes 7.3 ms, with less than 20 % to balance it.
+  CHECK(fast.seconds > tests.work() / 12);
+  CHECK(fast.seconds < 1.2 * tests.work() / 12);
+  const ReplayReport slow = replay_dynamic(tests, {100e-6, 1e10, 0.1e-6});
+  CHECK(slow.seconds > 1.1 * fast.seconds);
+}
+
+TEST_CASE("a rank that starts alone and one that has nothing to give both end") {
+  const RecordedTests tests = trees_on_rank_0(1, 0, 300);
+  const Network network{10e-6, 1e10, 0.1e-6};
+  const ReplayReport report = replay_dynamic(tests, network);
+  CHECK(report.transfers == 0);
+  CHECK(report.waves >= 2);
+  // The counts of two waves rise and fall through three levels of ranks each, and the exchange has
+  // eighteen rounds. Each takes the latency and some time on the processor.
+  CHECK(report.seconds > (12 + 18) * network.latency);
+  CHECK(report.seconds < 2 * (12 + 18) * network.latency);
+}

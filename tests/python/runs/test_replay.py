@@ -1,0 +1,139 @@
+"""Recorded motions of a run, and the prediction of times on many ranks."""
+
+import csv
+import subprocess
+import sys
+
+import loomstone as ls
+import numpy as np
+import pytest
+from loomstone._core import CollisionReplay
+from loomstone.runs.motions import motion_files, read_motion
+from loomstone.runs.replay import Network, parse_ranks, replay
+
+
+def loomstone(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "loomstone", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    out = tmp_path_factory.mktemp("recorded") / "run"
+    sheet = ls.grid(size=(0.3, 0.3), cells=(30, 30))
+    cloths = [ls.Cloth(mesh=sheet), ls.Cloth(mesh=sheet.moved((0.01, 0.01, 0.01)))]
+    scene = ls.Scene(cloths=cloths, obstacles=[ls.sphere(radius=0.06, centre=(0, 0, -0.065))])
+    sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=4e-3))
+    sim.run(out=out, duration=0.1, rate=50, record_tasks=10)
+    return out
+
+
+def test_a_run_records_the_motion_of_every_tenth_step(recorded):
+    assert [path.name for path in motion_files(recorded)] == [
+        "step-0000000010.npz",
+        "step-0000000020.npz",
+    ]
+    assert not list(recorded.rglob("*.unfinished"))
+    motion = read_motion(motion_files(recorded)[1])
+    assert len(motion.surfaces) == 3 and list(motion.surfaces[:, 0]) == [0, 0, 2]
+    assert len(motion.triangles) > 2 * 1800
+    assert np.abs(motion.x1 - motion.x0).max() < 0.1
+    assert motion.x1[:900, 2].max() < motion.x0[:900, 2].max()  # the cloth falls
+
+
+def test_more_ranks_take_less_time_and_exchange_results(recorded):
+    found = {
+        (each.ranks, each.decomposition): each
+        for each in replay(recorded, [1, 4, 16], ["static", "dynamic"], Network(latency=1e-6))
+    }
+    for name in ("static", "dynamic"):
+        assert found[1, name].exchange == 0 < found[4, name].exchange < found[4, name].seconds
+        assert found[4, name].seconds < found[1, name].seconds
+    assert found[16, "dynamic"].transfers > 0
+    assert found[16, "static"].transfers == 0
+
+
+def test_the_command_prints_and_writes_the_predictions(recorded):
+    done = loomstone("replay", recorded, "--ranks", "1:4", "--latency", "1e-6")
+    assert done.returncode == 0, done.stderr
+    assert "2 recorded steps" in done.stdout
+    with (recorded / "replay.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["ranks"], row["decomposition"]) for row in rows] == [
+        (n, name) for n in "124" for name in ("static", "dynamic")
+    ]
+    assert all(float(row["seconds"]) > 0 for row in rows)
+
+
+@pytest.mark.parametrize(
+    ("text", "numbers"),
+    [("1:4096", [2**k for k in range(13)]), ("12", [12]), ("1,12,64:200", [1, 12, 64, 128])],
+)
+def test_numbers_of_ranks_are_lists_and_doubling_ranges(text, numbers):
+    assert parse_ranks(text) == numbers
+
+
+@pytest.mark.parametrize("text", ["", "0", "4:2", "1:2:3", "a", "-1:4", "70000", "1:1000000"])
+def test_other_numbers_of_ranks_are_refused(text):
+    with pytest.raises(ls.InvalidInput, match="ranks must be"):
+        parse_ranks(text)
+
+
+def test_bad_input_of_the_command_gets_one_sentence(recorded, tmp_path):
+    for arguments, sentence in [
+        (["--decomposition", "predicted"], "--decomposition must be static or dynamic"),
+        (["--bandwidth", "0"], "--bandwidth must be above 0"),
+    ]:
+        done = loomstone("replay", recorded, *arguments)
+        assert done.returncode == 1 and sentence in done.stderr
+    done = loomstone("replay", tmp_path)
+    assert done.returncode == 1 and "--record-tasks" in done.stderr
+
+
+def test_a_file_that_is_no_motion_is_refused(tmp_path):
+    folder = tmp_path / "tasks"
+    folder.mkdir()
+    (folder / "step-0000000010.npz").write_bytes(b"nothing")
+    with pytest.raises(ls.CacheError, match="is not a recorded motion"):
+        replay(tmp_path, [1], ["static"])
+
+
+def test_inconsistent_motions_are_refused():
+    def record(**changed):
+        values = {
+            "surfaces": [[0, 0, 3, 0, 1, 1]],
+            "thickness": [1e-3],
+            "triangles": [[0, 1, 2]],
+            "gap_floor": 1e-5,
+            "x0": np.eye(3),
+            "x1": np.eye(3),
+        }
+        return ls._core.CollisionRecord(**values | changed)
+
+    CollisionReplay(record())
+    with pytest.raises(ls.InvalidInput, match="surface 0 must have"):
+        CollisionReplay(record(surfaces=[[0, 0, 4, 0, 1, 1]]))
+    with pytest.raises(ls.InvalidInput, match="kind of a surface"):
+        record(surfaces=[[3, 0, 3, 0, 1, 1]])
+    with pytest.raises(ls.InvalidInput, match="thickness must have one entry"):
+        record(thickness=[])
+    with pytest.raises(ls.InvalidInput, match="as many rows"):
+        CollisionReplay(record(x1=np.zeros((2, 3))))
+    with pytest.raises(ls.InvalidInput, match="ranks must be at least 1"):
+        CollisionReplay(record()).contacts(0)
+
+
+def test_a_simulation_refuses_an_unknown_decomposition():
+    scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(2, 2)))])
+    with pytest.raises(ls.InvalidInput, match="decomposition must be"):
+        ls.Simulation(scene, decomposition="dynmic")
+    with pytest.raises(ls.InvalidInput, match="decomposition must be str"):
+        ls.Simulation(scene, decomposition=3)
+    sim = ls.Simulation(scene, decomposition="dynamic")
+    for record_tasks in (-1, 2.5):
+        with pytest.raises(ls.InvalidInput, match="record_tasks must be"):
+            sim.run(out="unused", duration=0.1, record_tasks=record_tasks)
