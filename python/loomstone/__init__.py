@@ -46,6 +46,7 @@ from ._core import (
     __version__,
 )
 from .base import pickling  # noqa: F401
+from .base.cautions import SceneWarning
 from .fabrics.curve_fit import fit as fit_fabric
 from .garments import garment
 from .integrators import (
@@ -101,6 +102,7 @@ __all__ = [
     "RigidBody",
     "Run",
     "Scene",
+    "SceneWarning",
     "SemiImplicitEuler",
     "Simulation",
     "SolverFailure",

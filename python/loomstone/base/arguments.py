@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import functools
 import inspect
+import re
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
 
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from .._core import InvalidInput
 from .quantities import in_unit
 
-__all__ = ["takes", "vector", "whole"]
+__all__ = ["in_one_sentence", "takes", "vector", "whole"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -103,3 +104,25 @@ def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Call
 def _hint(key: str, known: list[str]) -> str:
     close = difflib.get_close_matches(key, known, 1)
     return f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
+
+
+def in_one_sentence(error: BaseException) -> str:
+    """Returns the text of an error in one line.
+
+    If the C++ core has rejected the types of arguments, the text shows the given and the expected
+    arguments.
+    """
+    text = str(error)
+    rejected = re.match(r"(\w+)\(\): incompatible (?:constructor|function) arguments", text)
+    if not rejected:
+        return " ".join(text.split())
+    wanted = re.findall(r"^ +\d+\. (.*)$", text, re.M)[-1]
+    for long, short in (
+        ("loomstone._core.", ""),
+        ("typing.SupportsFloat | typing.SupportsIndex", "float"),
+        ("typing.SupportsInt | typing.SupportsIndex", "int"),
+        ("typing.", ""),
+    ):
+        wanted = wanted.replace(long, short)
+    given = " ".join(text.partition("Invoked with: ")[2].split())
+    return f"{rejected[1]}() cannot take the arguments {given[:200]}; it is {wanted[:300]}"

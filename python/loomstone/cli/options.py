@@ -2,12 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-__all__ = ["Parameters", "Render", "RunArgument", "SceneArgument", "Threads"]
+__all__ = [
+    "AsJson",
+    "Parameters",
+    "Quiet",
+    "Render",
+    "RunArgument",
+    "SceneArgument",
+    "Threads",
+    "one_of",
+]
+
+
+def one_of(names: Iterable[str]) -> Callable[[str], list[str]]:
+    """Returns the function by which a shell completes an option that takes one of `names`."""
+    known = sorted(names)
+
+    def matching(incomplete: str) -> list[str]:
+        return [name for name in known if name.startswith(incomplete)]
+
+    return matching
+
 
 SceneArgument = Annotated[Path, typer.Argument(help="Python file with a function scene()")]
 RunArgument = Annotated[Path, typer.Argument(help="directory of a run")]
@@ -17,3 +38,5 @@ Parameters = Annotated[
 ]
 Threads = Annotated[int, typer.Option(help="number of threads; 0: all processors", min=0)]
 Render = Annotated[bool, typer.Option("--render", help="draw every frame and make a video")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="print only warnings and errors")]
+AsJson = Annotated[bool, typer.Option("--json", help="print only the result, as JSON")]
