@@ -26,6 +26,7 @@ ORDER = [
     "integrators",
     "pictures",
     "runs",
+    "plausibility",
     "simulation",
     "fabrics",
     "garments",
