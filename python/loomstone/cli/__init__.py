@@ -1,7 +1,7 @@
 """The command `loomstone`, with one module for each command or group of commands."""
 
 # The help lists commands in the order of these imports.
-from . import run, render, check, plot, fabrics, versions  # noqa: F401, I001
+from . import new, scenes, run, render, check, plot, fabrics, versions  # noqa: F401, I001
 from .application import app, main
 
 __all__ = ["app", "main"]
