@@ -19,7 +19,7 @@ from ..runs.frame_times import told_of_part_frame
 from ..runs.options import RunOptions
 from ..runs.scene_file import SceneFile, parse_parameters, stored_options
 from ..runs.signals import Interrupted
-from ..runs.stored_scene import StoredScene
+from ..runs.stored_scene import StoredScene, begun_in_python
 from ..runs.writer import check_room
 from ..simulation import Simulation
 from .application import app, session
@@ -135,17 +135,13 @@ def resume(
         begun = Run(run)
         kept = begun.metadata
         file: SceneFile | StoredScene
-        file = StoredScene(run, kept) if _begun_in_python(kept) else SceneFile.of_run(begun)
+        file = StoredScene(run, kept) if begun_in_python(kept) else SceneFile.of_run(begun)
         duration, rate, options, look = stored_options(begun)
         looks = drawn_with(run / "frames") or (look if render else None)
         del begun
         verify = (run / "frames.csv").exists()
         settings = RunOptions(duration, rate, looks, verify)
         _advance(_Task(file, options, settings, run, threads), communicator, words)
-
-
-def _begun_in_python(metadata: dict[str, Any]) -> bool:
-    return "loomstone" in metadata and "scene_file" not in metadata
 
 
 @dataclass(frozen=True)

@@ -90,7 +90,9 @@ def _warn_of_misspelt_globals(path: Path, source: str) -> None:
     for name, line in names.items():
         if name in KNOWN or name in read or name.startswith("_"):
             continue
-        if close := difflib.get_close_matches(name.lower(), absent, 1, 0.75):
+        close = difflib.get_close_matches(name.lower(), absent, 1, 0.75)
+        close = close or difflib.get_close_matches(name.lower(), KNOWN, 1, 0.92)
+        if close:
             warnings.warn(
                 f"{path.name}, line {line}: {name!r} has no effect; did you mean {close[0]!r}?",
                 SceneWarning,

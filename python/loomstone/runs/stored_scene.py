@@ -19,11 +19,16 @@ from .. import _core
 from .._core import CacheError, MagneticBody, Scene, SoftBody, TriangleMesh
 from .checkpoints import checkpoint_files
 
-__all__ = ["STORED_SCENE", "StoredScene", "read_scene", "write_scene"]
+__all__ = ["STORED_SCENE", "StoredScene", "begun_in_python", "read_scene", "write_scene"]
 
 STORED_SCENE = "scene.npz"
 
 Arrays = dict[str, NDArray[Any]]
+
+
+def begun_in_python(metadata: dict[str, Any]) -> bool:
+    """Returns whether the metadata are those of a run by Simulation.run."""
+    return "loomstone" in metadata and "scene_file" not in metadata
 
 
 class StoredScene:
@@ -79,7 +84,7 @@ def read_scene(directory: Path) -> Scene:
     except FileNotFoundError:
         raise CacheError(
             f"{directory}: has neither a scene file nor {STORED_SCENE}, so its scene is not known;"
-            " resume it in Python"
+            " only the Python program that made it can resume it"
         ) from None
     except (OSError, EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
         told = " ".join(str(error).split())[:200]

@@ -232,6 +232,9 @@ def test_a_run_begun_in_python_is_resumed_by_the_command(loomstone):
     assert code == 0, said.err
     assert json.loads(Path("stopped/report.json").read_text())["digest"] == whole["digest"]
     assert ls.Run("stopped").scene() == simulation().scene
+    assert "from Python" in loomstone("info", "stopped")[1].out
+    code, said = loomstone("check", "stopped")
+    assert code == 0 and "was begun in Python" in said.out
 
 
 def test_a_run_that_needs_python_says_so_before_it_starts(loomstone):

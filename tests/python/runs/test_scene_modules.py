@@ -113,6 +113,7 @@ def scene(): return ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(2, 2)))])
     "text, said",
     [
         ("durration = 0.5", "line 4: 'durration' has no effect; did you mean 'duration'?"),
+        ("durration = 0.5\nduration = 1.0", "'durration' has no effect; did you mean 'duration'?"),
         ("Duration = 0.5", "'Duration' has no effect; did you mean 'duration'?"),
         ("rates: float = 30", "'rates' has no effect; did you mean 'rate'?"),
         ("def controll(sim): pass", "'controll' has no effect; did you mean 'control'?"),
