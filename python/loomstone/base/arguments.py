@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import functools
 import inspect
-import re
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
 
@@ -13,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import InvalidInput
+from .explained import WrongArguments
 from .quantities import in_unit
 
-__all__ = ["in_one_sentence", "takes", "vector", "whole"]
+__all__ = ["takes", "vector", "whole"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -83,9 +83,7 @@ def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Call
         ]
         try:
             return function(*plain, *given[len(plain) :], **keywords)
-        except TypeError as error:
-            if "incompatible function arguments" not in str(error):
-                raise
+        except WrongArguments:
             bound = inspect.signature(function).bind(*given, **keywords).arguments
             text = ", ".join(f"{key}={value!r}" for key, value in bound.items())
             wanted = ", ".join(
@@ -104,25 +102,3 @@ def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Call
 def _hint(key: str, known: list[str]) -> str:
     close = difflib.get_close_matches(key, known, 1)
     return f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
-
-
-def in_one_sentence(error: BaseException) -> str:
-    """Returns the text of an error in one line.
-
-    If the C++ core has rejected the types of arguments, the text shows the given and the expected
-    arguments.
-    """
-    text = str(error)
-    rejected = re.match(r"(\w+)\(\): incompatible (?:constructor|function) arguments", text)
-    if not rejected:
-        return " ".join(text.split())
-    wanted = re.findall(r"^ +\d+\. (.*)$", text, re.M)[-1]
-    for long, short in (
-        ("loomstone._core.", ""),
-        ("typing.SupportsFloat | typing.SupportsIndex", "float"),
-        ("typing.SupportsInt | typing.SupportsIndex", "int"),
-        ("typing.", ""),
-    ):
-        wanted = wanted.replace(long, short)
-    given = " ".join(text.partition("Invoked with: ")[2].split())
-    return f"{rejected[1]}() cannot take the arguments {given[:200]}; it is {wanted[:300]}"

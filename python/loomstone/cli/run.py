@@ -102,7 +102,7 @@ def run(
         duration = file.duration if duration is None else duration
         rate = file.rate if rate is None else rate
         if told := told_of_part_frame(duration, rate):
-            words.say(told)
+            words.insist(told)
         look = file.render if render else None
         directory = out or Path("out") / scene.stem
         if communicator.rank == 0:

@@ -29,7 +29,6 @@ from typing import Any, Protocol
 
 from .. import _core
 from .._core import CacheError, Error, InvalidInput, RenderOptions, Scene
-from ..base.arguments import in_one_sentence
 from ..integrators import Integrator, SemiImplicitEuler, from_record, to_record
 from ..pictures.directory import options_from_dict
 from .scene_module import absolute_files, execute_module, in_directory_of
@@ -143,8 +142,8 @@ class SceneFile:
                 if f.filename == str(self.path)
             ]
             where = f"{self.path}, line {lines[-1]}" if lines else str(self.path)
-            told = in_one_sentence(error)
-            raise InvalidInput(f"{where}: {type(error).__name__}: {told}") from error
+            told = " ".join(str(error).split())
+            raise InvalidInput(f"{where}: {_kind(error)}: {told}") from error
 
     @property
     def duration(self) -> float:
@@ -236,6 +235,11 @@ class SceneFile:
                 f" {default!r}, got {value!r}"
             )
         return value
+
+
+def _kind(error: Exception) -> str:
+    """Names the type of an error as users know it."""
+    return "TypeError" if isinstance(error, TypeError) else type(error).__name__
 
 
 _ARTICLES = {bool: "a bool", int: "an int", float: "a float", str: "a str"}

@@ -272,3 +272,35 @@ def test_every_public_name_is_there_once():
 def test_versions_are_printed(capsys):
     ls.show_versions()
     assert "numpy" in (text := capsys.readouterr().out) and ls.__version__ in text
+
+
+@pytest.mark.parametrize(
+    "mistake, said",
+    [
+        (
+            lambda: ls.TriangleMesh(1),
+            r"TriangleMesh\(1\) has wrong arguments; expected TriangleMesh\(vertices: object, ",
+        ),
+        (
+            lambda: GRID.moved((0, 0, 0), 1, scale="a"),
+            r"moved\(\(0, 0, 0\), 1, scale='a'\) has wrong arguments; expected moved\(transl",
+        ),
+        (lambda: ls.Air().replace(1), r"replace\(1\) has wrong arguments; expected replace\(\*"),
+        (
+            lambda: ls.collision.intersecting_pairs(GRID),
+            r"intersecting_pairs\(TriangleMesh\(9 vertices, 8 triangles, uv\)\) has wrong",
+        ),
+        (lambda: ls.pictures.write_png(3, 4), r"write_png\(3, 4\) has wrong arguments; expected"),
+    ],
+)
+def test_calls_that_the_core_rejects_are_one_sentence(mistake, said):
+    with pytest.raises(TypeError, match=said) as told:
+        mistake()
+    assert "\n" not in str(told.value)
+
+
+def test_functions_of_the_core_keep_their_names_and_help():
+    assert ls.collision.intersecting_pairs.__module__ == "loomstone._core"
+    assert ls.TriangleMesh.moved.__name__ == "moved" and "translation" in GRID.moved.__doc__
+    with pytest.raises(ls.InvalidInput, match="must have shape"):  # other errors stay as they are
+        GRID.moved((0, 0))

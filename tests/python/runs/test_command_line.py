@@ -155,6 +155,8 @@ def test_a_duration_that_is_no_whole_number_of_frames_is_told(loomstone):
     assert code == 0
     assert "duration 0.02 s is 0.5 frames at 25 frames/s, so no step is taken" in said.out
     assert "frames at" not in loomstone("run", "scene.py", "--out", "whole")[1].out
+    code, said = loomstone("run", "scene.py", "--out", "quiet", "--duration", 0.02, "--quiet")
+    assert said.out == "" and "so no step is taken" in said.err
 
 
 def test_a_directory_that_holds_no_run_is_not_written_into(loomstone, tmp_path):

@@ -152,7 +152,7 @@ def test_wrong_arguments_in_a_scene_file_are_one_sentence(loomstone, tmp_path):
             ("ls.Cloth(material='cotton')", "Cloth.material must be a ClothMaterial, got the str"),
             (
                 "ls.grid(cells=(2, 2)).moved((0, 0, 0), 1)",
-                "moved() cannot take the arguments TriangleMesh(",
+                "TypeError: moved((0, 0, 0), 1) has wrong arguments; expected moved(tr",
             ),
         ]
     ):
