@@ -145,7 +145,9 @@ std::vector<Contact> present_contacts(const State& state, const Engines& engines
   Points x;
   collision_vertices(engines.model, state, x);
   const Tangle tangle = state.tangled ? engines.collision->find_tangle(x) : Tangle();
-  return engines.collision->proximity(engines.team, x, tangle);
+  Team uncounted = engines.team;
+  uncounted.iterations = nullptr;  // only iterations within steps are counted
+  return engines.collision->proximity(uncounted, x, tangle);
 }
 
 double terms_at(NearContacts& near, const Engines& engines, const Points& displacement, double time,
