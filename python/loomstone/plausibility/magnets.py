@@ -31,15 +31,26 @@ def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int
     names = [*(body.name for body in scene.bodies), *(each.name for each in scene.obstacles)]
     carriers = {name: index for index, name in enumerate(names)}
     found, placed, owners = [], [], []
+    # Shapes and reaches of equal magnets in equal bodies. The states keep the meshes alive whose
+    # addresses are part of the keys.
+    known: dict[Any, tuple[TriangleMesh | None, float, Any]] = {}
     for i, magnet in enumerate(scene.magnets):
-        mesh = _mesh_of(magnet.source)
-        if mesh is None:
-            continue
         owner = carriers[magnet.body]
         carrier = surfaces[owner]
+        state = magnet.source.__getstate__()
+        key = (id(carrier.mesh), id(state[0][2]), repr(state))
+        if key not in known:
+            shape = _mesh_of(state)
+            known[key] = shape, 0.0 if shape is None else _reach(shape, carrier.mesh), state
+        mesh, reach, _ = known[key]
+        if mesh is None:
+            continue
         name = f"magnets[{i}]"
-        if sentence := _reaches_out(name, mesh, carrier):
-            found.append(sentence)
+        if reach > 0.0:
+            found.append(
+                f"{name} reaches {1e3 * reach:.3g} mm out of its body, {carrier.name}; sizes and"
+                " position of a magnet are in metres, in the frame of the body's mesh"
+            )
         points = carrier.placed(np.asarray(mesh.vertices))
         placed.append(Surface(name, mesh, points, carrier.free))
         owners.append(owner)
@@ -54,38 +65,26 @@ def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int
     return found
 
 
-def _reaches_out(name: str, mesh: TriangleMesh, carrier: Surface) -> str:
-    """Returns the sentence about a magnet that reaches out of its body; empty if it does not."""
-    if not carrier.mesh.closed:
-        return ""
-    points = np.asarray(mesh.vertices)
-    size = float(np.ptp(points, axis=0).max())
-    query = _core.SpatialQuery(carrier.mesh)
+def _reach(magnet: TriangleMesh, body: TriangleMesh) -> float:
+    """Returns how far a magnet reaches out of its body [m]; 0 if that is little for its size."""
+    if not body.closed:
+        return 0.0
+    points = np.asarray(magnet.vertices)
+    query = _core.SpatialQuery(body)
     reach = max(
-        (
-            0.0 if query.inside(point) else _distance(query, point)
-            for point in points[:: 1 + len(points) // MOST_TESTED]
-        ),
-        default=0.0,
+        0.0 if query.inside(point) else float(query.closest(point, 1e9).distance)
+        for point in points[:: 1 + len(points) // MOST_TESTED]
     )
-    if reach <= REACH * size:
-        return ""
-    return (
-        f"{name} reaches {1e3 * reach:.3g} mm out of its body, {carrier.name}; sizes and position"
-        " of a magnet are in metres, in the frame of the body's mesh"
-    )
+    return reach if reach > REACH * float(np.ptp(points, axis=0).max()) else 0.0
 
 
-def _distance(query: _core.SpatialQuery, point: NDArray[np.float64]) -> float:
-    return float(query.closest(point, 1e9).distance)
+def _mesh_of(state: tuple[Any, ...]) -> TriangleMesh | None:
+    """Returns the surface of a magnet in the frame of its carrier; None for dipoles and cells.
 
-
-def _mesh_of(source: Any) -> TriangleMesh | None:
-    """Returns the surface of a magnet in the frame of its carrier; None for dipoles and cells."""
-    if source is None:
-        return None
+    state : the recipe of the magnet and its pose, as pickle stores them
+    """
     mesh: TriangleMesh
-    (kind, values, mesh, _), position, orientation, *_ = source.__getstate__()
+    (kind, values, mesh, _), position, orientation, *_ = state
     known = dict(values)
     shape = kind.removeprefix("soft_")
     if shape == "cuboid":

@@ -18,6 +18,8 @@ Floats = NDArray[np.float64]
 # Surfaces overlap if they still intersect after each has shrunk by this share of its size about its
 # centre. The value is our choice: it excludes surfaces that touch, and the facets of round ones.
 SHRINKAGE = 0.02
+# Number of surfaces that are tested for intersections, to bound the time of the test.
+MOST_TESTED = 1000
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,7 @@ def overlapping_pairs(surfaces: list[Surface]) -> list[tuple[int, int]]:
         for b in np.flatnonzero(within) if surface.mesh.closed else ():
             if _inside(surface, surfaces[b]):
                 pairs.add((min(a, int(b)), max(a, int(b))))
-    close = [int(i) for i in np.flatnonzero(near)]
+    close = [int(i) for i in np.flatnonzero(near)[:MOST_TESTED]]
     if close:
         chosen = [surfaces[i] for i in close]
         crossing = _intersecting(chosen) & _intersecting([_shrunk(each) for each in chosen])
