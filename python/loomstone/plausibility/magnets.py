@@ -37,7 +37,8 @@ def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int
     for i, magnet in enumerate(scene.magnets):
         owner = carriers[magnet.body]
         carrier = surfaces[owner]
-        state = magnet.source.__getstate__()
+        source: Any = magnet.source
+        state = source.__getstate__()
         key = (id(carrier.mesh), id(state[0][2]), repr(state))
         if key not in known:
             shape = _mesh_of(state)
