@@ -51,7 +51,7 @@ class Simulation(_core.Simulation):
     Raises InvalidInput if the scene cannot be simulated. Warns with SceneWarning if it can be, but
     looks like a mistake, for example if bodies overlap at the start. `positions`, `velocities` and
     `external_forces` are copies that can be assigned. `state` provides views of the internal
-    tables.
+    tables. `scene` and `integrator` are those that were given.
 
     >>> import loomstone as ls
     >>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), pins=[0, 4])])

@@ -7,13 +7,16 @@ import subprocess
 from pathlib import Path
 
 import loomstone as ls
+import numpy as np
 import pytest
 from loomstone import cli
 from loomstone.cli.estimate import memory_of, memory_text
 from loomstone.cli.options import one_of
 from loomstone.cli.scenes import scene_files
 from loomstone.runs import progress
+from loomstone.runs.scene_file import SceneFile
 from loomstone.runs.signals import Interrupted
+from loomstone.runs.stored_scene import read_scene, write_scene
 
 SCENES = Path(__file__).parents[3] / "scenes"
 SMALL = """
@@ -270,3 +273,36 @@ def test_the_scenes_are_installed_with_the_package(tmp_path):
     subprocess.run(install, check=True, capture_output=True)
     installed = {path.name for path in (tmp_path / "loomstone" / "scenes").iterdir()}
     assert installed == {path.name for path in SCENES.glob("*.py")}
+
+
+@pytest.mark.parametrize("name", ["clasp", "levitation", "toy_magnets", "voice_coil", "twist"])
+def test_a_stored_scene_is_equal_to_the_scene(name, tmp_path):
+    parameters = {"triangles": 50} if name in ("clasp", "twist", "voice_coil") else {}
+    described = SceneFile.open(SCENES / f"{name}.py", parameters).scene()
+    write_scene(tmp_path, described)
+    assert read_scene(tmp_path) == described
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.npz"]
+
+
+def test_a_damaged_stored_scene_is_an_error_in_one_sentence(tmp_path):
+    write_scene(tmp_path, simulation().scene)
+    whole = (tmp_path / "scene.npz").read_bytes()
+    random, refused = np.random.default_rng(3), 0
+    for number in range(100):
+        damaged = bytearray(whole)
+        if number % 2:
+            damaged = damaged[: random.integers(len(whole))]
+        else:
+            for place in random.integers(len(whole), size=20):
+                damaged[place] = random.integers(256)
+        (tmp_path / "scene.npz").write_bytes(damaged)
+        try:
+            read_scene(tmp_path)
+        except ls.CacheError as error:
+            refused += 1
+            assert "the scene cannot be read" in str(error) and "\n" not in str(error)
+    assert refused > 90  # the rest damages dates and the like
+    for text in ("[]", '{"description": "Scene", "fields": []}', '{"source": "os", "state": 1}'):
+        np.savez(tmp_path / "scene.npz", scene=np.array(text))
+        with pytest.raises(ls.CacheError):
+            read_scene(tmp_path)
