@@ -11,6 +11,7 @@
 
 #include "bindings/automatic.h"
 #include "bindings/bindings.h"
+#include "bindings/kinds.h"
 #include "core/base/field.h"
 #include "core/electrodynamics/magnet.h"
 #include "core/electrodynamics/source_recipes.h"
@@ -18,8 +19,6 @@
 
 namespace loomstone {
 
-template <class T>
-concept Description = requires { T::fields(); };
 template <class T>
 concept EigenArray = std::is_base_of_v<Eigen::MatrixBase<T>, T>;
 template <class T>
@@ -175,6 +174,13 @@ std::string repr_description(const D& value, const char* name) {
   return text + ")";
 }
 
+template <Description D>
+py::list field_names() {
+  py::list names;
+  for_each_field<D>([&](const auto& each) { names.append(each.name); });
+  return names;
+}
+
 // Help text of a field: "meaning [unit]; limits; default ..." or "meaning: choices; default ...".
 template <class D, class F>
 std::string field_text(const F& each) {
@@ -223,50 +229,83 @@ py::object plain_number(const py::object& value, const F& each, const char* name
   return in_unit(value, unit_of(each).c_str(), std::string(name) + "." + each.name);
 }
 
+// Throws an error that names an unknown keyword and the field that is most like it.
+inline void explain_keywords(const char* name, const py::list& known, const py::kwargs& arguments) {
+  for (const auto& [key, value] : arguments) {
+    if (known.contains(key)) continue;
+    const auto close =
+        py::module_::import("difflib").attr("get_close_matches")(key, known, 1).cast<py::list>();
+    const std::string hint =
+        close.empty() ? "; known: " + py::str(", ").attr("join")(known).cast<std::string>()
+                      : "; did you mean '" + close[0].cast<std::string>() + "'?";
+    throw py::type_error(std::string(name) + " has no field '" + key.cast<std::string>() + "'" +
+                         hint);
+  }
+}
+
+// Throws an error that explains why a value cannot be assigned to a field.
+template <Description D, class F>
+[[noreturn]] void explain_value(const char* name, const F& each, const py::object& value) {
+  using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
+  const std::string where = std::string(name) + "." + each.name;
+  explain_kind<Member>(where, value);
+  if constexpr (Choice<Member>)
+    if (py::isinstance<py::str>(value))
+      throw_no_choice(where, choice_names<Member>(), value.cast<std::string>());
+  if constexpr (EigenArray<Member>) {
+    const py::object array = py::module_::import("numpy").attr("asarray")(value);
+    const auto columns = Member::ColsAtCompileTime == 1
+                             ? formatted("{},", int{Member::RowsAtCompileTime})
+                             : formatted("n, {}", int{Member::ColsAtCompileTime});
+    fail<InvalidInput>("{} must be numbers of shape ({}), got shape {} of {}", where, columns,
+                       py::str(array.attr("shape")).cast<std::string>(),
+                       py::str(array.attr("dtype")).cast<std::string>());
+  }
+  if (std::is_same_v<Member, Automatic> && py::isinstance<py::str>(value))
+    throw py::type_error(where + " must be a number [" + unit_of(each) + "] or 'auto', got " +
+                         shown(value));
+  throw py::type_error(where + " (" + field_text<D>(each) + ") cannot be a " + type_name(value) +
+                       ": got " + shown(value));
+}
+
 // Throws an error that explains why no D can be made from these keyword arguments: a name is
 // unknown, or a value has the wrong type or shape.
 template <Description D>
 [[noreturn]] void explain_arguments(const char* name, const py::kwargs& arguments) {
-  py::list known;
-  for_each_field<D>([&](const auto& each) { known.append(each.name); });
-  for (const auto& [key, value] : arguments) {
-    if (known.contains(key)) continue;
-    const auto close = py::module_::import("difflib")
-                           .attr("get_close_matches")(key, known, 1)
-                           .template cast<py::list>();
-    const std::string hint =
-        close.empty() ? "; known: " + py::str(", ").attr("join")(known).template cast<std::string>()
-                      : "; did you mean '" + close[0].template cast<std::string>() + "'?";
-    throw py::type_error(std::string(name) + " has no field '" + key.template cast<std::string>() +
-                         "'" + hint);
-  }
+  explain_keywords(name, field_names<D>(), arguments);
   for_each_field<D>([&](const auto& each) {
-    using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
     if (!arguments.contains(each.name)) return;
     const py::object value = plain_number<D>(arguments[each.name], each, name);
-    py::detail::make_caster<Member> caster;
-    if (caster.load(value, true)) return;
-    const std::string where = std::string(name) + "." + each.name;
-    if constexpr (Choice<Member>)
-      if (py::isinstance<py::str>(value))
-        throw_no_choice(where, choice_names<Member>(), value.template cast<std::string>());
-    if constexpr (EigenArray<Member>) {
-      const py::object array = py::module_::import("numpy").attr("asarray")(value);
-      const auto columns = Member::ColsAtCompileTime == 1
-                               ? formatted("{},", int{Member::RowsAtCompileTime})
-                               : formatted("n, {}", int{Member::ColsAtCompileTime});
-      fail<InvalidInput>("{} must be numbers of shape ({}), got shape {} of {}", where, columns,
-                         py::str(array.attr("shape")).template cast<std::string>(),
-                         py::str(array.attr("dtype")).template cast<std::string>());
-    }
-    if (std::is_same_v<Member, Automatic> && py::isinstance<py::str>(value))
-      throw py::type_error(where + " must be a number [" + unit_of(each) + "] or 'auto', got " +
-                           py::repr(value).template cast<std::string>().substr(0, 200));
-    throw py::type_error(where + " (" + field_text<D>(each) + ") cannot be a " +
-                         py::type::of(value).attr("__name__").template cast<std::string>() +
-                         ": got " + py::repr(value).template cast<std::string>().substr(0, 200));
+    std::decay_t<decltype(std::declval<D>().*(each.member))> member{};
+    if (!loaded(value, member)) explain_value<D>(name, each, value);
   });
   throw py::type_error(std::string(name) + ": takes keyword arguments only");
+}
+
+// Adds positional arguments to the keywords by the names of the first n_positional fields. Throws a
+// TypeError if there are more, or if a name is given twice.
+template <Description D>
+py::kwargs named_arguments(const char* name, std::size_t n_positional, const py::args& values,
+                           const py::kwargs& keywords) {
+  const py::list known = field_names<D>();
+  if (values.size() > n_positional) {
+    const std::string first = known[n_positional].template cast<std::string>();
+    const std::string limit =
+        n_positional == 0
+            ? " takes keyword arguments only"
+            : formatted(" takes at most {} arguments without a keyword", n_positional);
+    throw py::type_error(name + limit + ", as in " + name + "(" + first + "=...), got " +
+                         shown(py::object(values[n_positional])) + " without one");
+  }
+  const py::kwargs all(py::reinterpret_steal<py::object>(PyDict_Copy(keywords.ptr())));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (all.contains(known[i]))
+      throw py::type_error(name + std::string(" must get ") +
+                           known[i].template cast<std::string>() +
+                           " once, got it with and without its keyword");
+    all[known[i]] = values[i];
+  }
+  return all;
 }
 
 // Throws a TypeError if the arguments lack a field that has no default.
@@ -280,16 +319,11 @@ void require_arguments(const char* name, const py::kwargs& arguments) {
 
 template <Description D>
 D from_arguments(const char* name, D value, const py::kwargs& arguments) {
-  py::list known;
+  const py::list known = field_names<D>();
   bool good = true;
   for_each_field<D>([&](const auto& each) {
-    using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
-    known.append(each.name);
-    if (!arguments.contains(each.name)) return;
-    const py::object given = plain_number<D>(arguments[each.name], each, name);
-    py::detail::make_caster<Member> caster;
-    good = good && caster.load(given, true);
-    if (good) value.*(each.member) = py::detail::cast_op<Member&>(caster);
+    if (!good || !arguments.contains(each.name)) return;
+    good = loaded(plain_number<D>(arguments[each.name], each, name), value.*(each.member));
   });
   for (const auto& [key, unused] : arguments) good = good && known.contains(key);
   if (!good) explain_arguments<D>(name, arguments);
@@ -297,8 +331,8 @@ D from_arguments(const char* name, D value, const py::kwargs& arguments) {
   return value;
 }
 
-// Binds two constructors. The first takes keywords only, converts units and explains errors. The
-// second has the full signature, for stubs and help, and also takes positional arguments.
+// Binds two constructors. The first takes all arguments, converts units and explains errors. The
+// second has the full signature, for stubs and help.
 template <Description D, class Class, std::size_t... P, std::size_t... K, class... F>
 void bind_constructor(Class& c, const char* name, std::index_sequence<P...>,
                       std::index_sequence<K...>, const std::tuple<F...>& fields) {
@@ -309,7 +343,8 @@ void bind_constructor(Class& c, const char* name, std::index_sequence<P...>,
     else
       return py::arg(each.name) = defaults.*(each.member);
   };
-  c.def(py::init([name](const py::kwargs& arguments) {
+  c.def(py::init([name](const py::args& values, const py::kwargs& keywords) {
+    const py::kwargs arguments = named_arguments<D>(name, sizeof...(P), values, keywords);
     require_arguments<D>(name, arguments);
     return from_arguments(name, D{}, arguments);
   }));
@@ -357,9 +392,7 @@ py::class_<D, Bases...> bind_description(py::module_& m, const char* name,
       "to_dict", [](const D& self) { return plain(self); },
       "Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices "
       "and triangles.");
-  py::list names;
-  for_each_field<D>([&](const auto& each) { names.append(each.name); });
-  c.attr("field_names") = py::tuple(names);
+  c.attr("field_names") = py::tuple(field_names<D>());
   return c;
 }
 

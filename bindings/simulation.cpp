@@ -5,6 +5,7 @@
 #include "bindings/integrators.h"
 #include "core/base/message.h"
 #include "core/cloth/limits/strain_limiter.h"
+#include "core/collision/model/contact.h"
 #include "core/sim/model/state.h"
 
 namespace loomstone {
@@ -270,6 +271,32 @@ void bind_failures(py::class_<S>& c) {
   c.def("intersecting_pairs", &S::intersecting_pairs, Released(),
         "Returns the pairs of triangles that intersect in the current state. Triangles of all "
         "surfaces are numbered consecutively.");
+  c.def(
+      "near_contacts",
+      [](const S& self) {
+        std::vector<Contact> contacts;
+        {
+          const py::gil_scoped_release release;
+          contacts = self.near_contacts();
+        }
+        const auto n = static_cast<py::ssize_t>(contacts.size());
+        py::array_t<Index> vertices({n, py::ssize_t{4}});
+        py::array_t<double> distances(n), thicknesses(n);
+        for (py::ssize_t i = 0; i < n; ++i) {
+          std::copy_n(contacts[i].vertices.data(), 4, vertices.mutable_data(i, 0));
+          distances.mutable_at(i) = contacts[i].distance;
+          thicknesses.mutable_at(i) = contacts[i].thickness;
+        }
+        return py::make_tuple(vertices, distances, thicknesses);
+      },
+      "Returns the pairs of features that are closer than their contact distance in the current "
+      "state.\n"
+      "\n"
+      "The result is a tuple of the vertices of each pair (k x 4), their distances (k) [m] and "
+      "their contact distances (k) [m].\n"
+      "A pair is a vertex and the three corners of a triangle, or the ends of two edges. Vertices "
+      "of all surfaces are numbered\n"
+      "consecutively: cloth, then bodies, then obstacles. All ranks must call this method.");
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "core/sim/record/capture.h"
 #include "core/sim/record/frame_magnets.h"
 #include "core/sim/scene/scene_digest.h"
+#include "core/sim/step/near_contacts.h"
 #include "core/sim/step/step_choice.h"
 #include "core/sim/step/stepper.h"
 #include "core/sim/step/user_writes.h"
@@ -337,6 +338,18 @@ std::vector<std::array<Index, 2>> Simulation::intersecting_pairs() const {
   Points vertices;
   collision_vertices(data_->model, data_->state, vertices);
   return data_->to_user(loomstone::intersecting_pairs(vertices, data_->model.collision.triangles));
+}
+
+std::vector<Contact> Simulation::near_contacts() const {
+  const Data& d = *data_;
+  std::vector<Contact> contacts = present_contacts(d.state, d.stepper->engines());
+  std::vector<Index> user(d.model.row_of_vertex.size());
+  for (std::size_t i = 0; i < user.size(); ++i)
+    user[d.model.row_of_vertex[i]] = static_cast<Index>(i);
+  for (Contact& contact : contacts)
+    for (Index& vertex : contact.vertices)
+      if (vertex < d.model.cloth.n_vertices) vertex = user[vertex];
+  return contacts;
 }
 
 std::vector<BrokenLimit> Simulation::broken_limits() const {

@@ -19,6 +19,7 @@ namespace loomstone {
 
 struct State;
 struct BrokenLimit;
+struct Contact;
 
 struct CircuitState;
 
@@ -112,6 +113,11 @@ class Simulation {
   // Returns the pairs of triangles (user numbering, all surfaces concatenated) that intersect in
   // the current state.
   std::vector<std::array<Index, 2>> intersecting_pairs() const;
+
+  // Returns the pairs of features that are closer than their contact distance in the current state.
+  // Their vertices are numbered as the user's, all surfaces concatenated. All ranks must call this
+  // function.
+  std::vector<Contact> near_contacts() const;
 
  private:
   struct Data;

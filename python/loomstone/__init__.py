@@ -16,6 +16,9 @@ from typing import TYPE_CHECKING, Any
 from .base import waiting  # noqa: F401  # imported first, because it sets how threads wait
 
 # isort: split
+from .base import explained  # noqa: F401  # before modules that import functions of the core
+
+# isort: split
 from . import collision, garments, limits, magnetics, meshes, obstacles, pictures, ranks, viewer
 from ._core import (
     Air,
@@ -46,6 +49,7 @@ from ._core import (
     __version__,
 )
 from .base import pickling  # noqa: F401
+from .base.cautions import SceneWarning
 from .fabrics.curve_fit import fit as fit_fabric
 from .garments import garment
 from .integrators import (
@@ -101,6 +105,7 @@ __all__ = [
     "RigidBody",
     "Run",
     "Scene",
+    "SceneWarning",
     "SemiImplicitEuler",
     "Simulation",
     "SolverFailure",

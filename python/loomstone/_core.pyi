@@ -3971,6 +3971,20 @@ class Simulation:
         Returns the magnets at their poses in a frame of this scene, in the order of the scene, followed by the coils that
         carry a current. Magnetisable spheres have the magnetisation of that frame.
         """
+    def near_contacts(
+        self,
+    ) -> tuple[
+        numpy.typing.NDArray[numpy.int32],
+        numpy.typing.NDArray[numpy.float64],
+        numpy.typing.NDArray[numpy.float64],
+    ]:
+        """
+        Returns the pairs of features that are closer than their contact distance in the current state.
+
+        The result is a tuple of the vertices of each pair (k x 4), their distances (k) [m] and their contact distances (k) [m].
+        A pair is a vertex and the three corners of a triangle, or the ends of two edges. Vertices of all surfaces are numbered
+        consecutively: cloth, then bodies, then obstacles. All ranks must call this method.
+        """
     def rebuild_stages(self) -> None:
         """
         Discards all stages and builds them again. If may_checkpoint is True, this does not change any later result.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Literal, SupportsFloat, SupportsIndex
@@ -20,12 +21,14 @@ from ._core import (
     Scene,
 )
 from .base.arguments import takes
-from .integrators import Integrator, SemiImplicitEuler
+from .base.cautions import SceneWarning
+from .integrators import Integrator, SemiImplicitEuler, to_record
 from .pictures.directory import drawn_with
 from .pictures.notebook import remember
+from .plausibility import implausible
 from .ranks import end_all_on_failure
 from .runs.execution import execute
-from .runs.frame_times import frame_count, frames_due
+from .runs.frame_times import frame_count, frames_due, warn_of_part_frame
 from .runs.options import RunOptions
 
 __all__ = ["Simulation"]
@@ -51,9 +54,10 @@ class Simulation(_core.Simulation):
         ranks. "static" deals the pairs of partitions out evenly. With "dynamic", idle ranks take
         work from busy ones. Results do not depend on it.
 
-    Raises InvalidInput if the scene cannot be simulated. `positions`, `velocities` and
+    Raises InvalidInput if the scene cannot be simulated. Warns with SceneWarning if it can be, but
+    looks like a mistake, for example if bodies overlap at the start. `positions`, `velocities` and
     `external_forces` are copies that can be assigned. `state` provides views of the internal
-    tables.
+    tables. `scene` and `integrator` are those that were given.
 
     >>> import loomstone as ls
     >>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), pins=[0, 4])])
@@ -63,8 +67,11 @@ class Simulation(_core.Simulation):
     0.005
     """
 
-    __slots__ = ("communicator",)  # assigning to a misspelt name raises an error
+    # Assigning to a misspelt name raises an error.
+    __slots__ = ("communicator", "integrator", "scene")
     communicator: Communicator
+    integrator: Integrator
+    scene: Scene
 
     def __init__(
         self,
@@ -94,7 +101,10 @@ class Simulation(_core.Simulation):
             communicator=ranks,
             decomposition=decomposition,
         )
-        self.communicator = ranks
+        self.communicator, self.integrator, self.scene = ranks, integrator, scene
+        found = implausible(self)
+        for sentence in found if ranks.rank == 0 else []:
+            warnings.warn(sentence, SceneWarning, stacklevel=2)
 
     @takes(duration="s", rate="1/s")
     def frames(self, *, duration: float, rate: float = 25.0) -> Iterator[Frame]:
@@ -105,6 +115,8 @@ class Simulation(_core.Simulation):
         already advanced, the frames continue from the current time.
         """
         last = frame_count(duration, rate) - 1
+        if self.communicator.rank == 0:
+            warn_of_part_frame(duration, rate, stacklevel=2)
         following = frames_due(self.time, rate) if self.step_index else 0
         while following <= last:
             while frames_due(self.time, rate) <= following:
@@ -145,7 +157,8 @@ class Simulation(_core.Simulation):
         control : function called before every step. It may write forces, pins and obstacle poses,
             which must depend on time and state alone.
 
-        Returns the report that is also written to report.json.
+        Returns the report that is also written to report.json. The scene is stored in scene.npz, so
+        that `loomstone resume` can continue a run without `control`.
         """
         look = render or None
         if look is True:
@@ -162,7 +175,25 @@ class Simulation(_core.Simulation):
             verify=verify,
             record_tasks=int(record_tasks),
         )
-        return execute(self, options, out, overwrite=overwrite, resume=resume, control=control)
+        if self.communicator.rank == 0:
+            warn_of_part_frame(duration, rate, stacklevel=3)
+        metadata = {
+            "loomstone": _core.__version__,
+            "control": control is not None,
+            "duration": duration,
+            "rate": rate,
+            "integrator": to_record(self.integrator),
+            "render": (look or RenderOptions()).to_dict(),
+        }
+        return execute(
+            self,
+            options,
+            out,
+            metadata=metadata,
+            overwrite=overwrite,
+            resume=resume,
+            control=control,
+        )
 
     def restore(self, checkpoint: Checkpoint) -> None:
         """Continues from a checkpoint of the same scene and integrator.

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/base/error.h"
+#include "core/collision/model/contact.h"
 #include "core/mesh/generators.h"
 #include "core/sim/model/state.h"
 #include "tests/sim/sim_support.h"
@@ -51,6 +52,26 @@ Scene hammock() {
 }
 
 }  // namespace
+
+TEST_CASE("near contacts name the user's vertices and leave the next step as it is") {
+  Simulation fallen(drape(24), step_of(4e-3), 1);
+  for (int i = 0; i < 20; ++i) fallen.step();
+  const Points x = fallen.positions();
+  const auto contacts = fallen.near_contacts();
+  REQUIRE(!contacts.empty());
+  for (const Contact& contact : contacts) {
+    CHECK(contact.distance < contact.thickness);
+    if (contact.kind != ContactKind::VertexFace || contact.vertices[0] >= x.rows()) continue;
+    // The sphere's facets lie up to 1 mm inside the sphere of 0.15 m, and the distance is to them.
+    const Vec3 place = x.row(contact.vertices[0]);
+    CHECK((place - Vec3(0.03, 0.02, 0)).norm() - 0.15 < contact.distance + 1e-9);
+  }
+  Simulation other(drape(24), step_of(4e-3), 1);
+  for (int i = 0; i < 20; ++i) other.step();
+  fallen.step();
+  other.step();
+  CHECK(same(fallen.checkpoint(), other.checkpoint()));
+}
 
 TEST_CASE("1, 2, 3 and 7 threads give the same bits after a drape with contacts") {
   Simulation one(drape(24), step_of(4e-3), 1);

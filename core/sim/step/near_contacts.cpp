@@ -140,6 +140,16 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
   return engines.collision->energies(inputs, contacts, state.contacts);
 }
 
+std::vector<Contact> present_contacts(const State& state, const Engines& engines) {
+  if (!engines.collision) return {};
+  Points x;
+  collision_vertices(engines.model, state, x);
+  const Tangle tangle = state.tangled ? engines.collision->find_tangle(x) : Tangle();
+  Team uncounted = engines.team;
+  uncounted.iterations = nullptr;  // only iterations within steps are counted
+  return engines.collision->proximity(uncounted, x, tangle);
+}
+
 double terms_at(NearContacts& near, const Engines& engines, const Points& displacement, double time,
                 TermRequest request, ExtraTerms& terms) {
   double energy = near.contact_terms.at(engines.collision_team, displacement, time, request, terms);

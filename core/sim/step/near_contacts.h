@@ -35,6 +35,10 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
 std::vector<double> contact_energies(const State& state, double time, const Engines& engines,
                                      const Points* x0 = nullptr, int n_parts = 1);
 
+// Returns the pairs of features that are closer than their thickness in the present state, sorted
+// by (kind, a, b); empty if nothing collides. All ranks must call this function.
+std::vector<Contact> present_contacts(const State& state, const Engines& engines);
+
 // Evaluates the terms for an iterate of Newton's method, after cloth and bodies have moved by
 // `displacement` (rows x 3) [m] in `time` [s]. On entry, `terms` are those of the start. Returns
 // their energy [J].

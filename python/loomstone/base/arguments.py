@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import InvalidInput, TriangleMesh
+from .explained import WrongArguments
 from .foreign_meshes import converted
 from .quantities import in_unit
 
@@ -90,9 +91,7 @@ def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Call
         ]
         try:
             return function(*plain, *given[len(plain) :], **keywords)
-        except TypeError as error:
-            if "incompatible function arguments" not in str(error):
-                raise
+        except WrongArguments:
             bound = inspect.signature(function).bind(*given, **keywords).arguments
             text = ", ".join(f"{key}={value!r}" for key, value in bound.items())
             wanted = ", ".join(

@@ -3,34 +3,54 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
 
 from .. import _core
 from .._core import Communicator, Error
+from ..base.cautions import SceneWarning
 from ..ranks import launched_rank, share_failure
 
 __all__ = ["app", "main", "report", "session"]
 
 app = typer.Typer(
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"max_content_width": 100},
     rich_markup_mode=None,  # plain text, because units in brackets are not markup
     help="""Simulates cloth and renders it.
 
-    A scene file is Python with a function scene() that returns a loomstone.Scene; see the
-    directory scenes. First steps:
+    A scene file is Python with a function scene() that returns a loomstone.Scene. First steps:
 
     \b
-        loomstone run scenes/hanging.py --out out/hanging --render
-        loomstone info out/hanging
+        loomstone new mine.py
+        loomstone run mine.py --out out/mine --render
+        loomstone info out/mine
     """,
 )
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"loomstone {_core.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def common(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="print the version, and exit"
+        ),
+    ] = False,
+) -> None:
+    pass
+
 
 report = typer.Typer(
     no_args_is_help=True,
@@ -60,7 +80,8 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
                 raise typer.Exit(1) from None
             fail(str(error))
     try:
-        yield communicator
+        with _warnings_in_one_line():
+            yield communicator
     except (Error, OSError) as error:
         share_failure(communicator, error)
         if communicator.rank != 0:  # rank 0 has received the same error and prints it
@@ -80,6 +101,23 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
             sys.stderr.flush()
             communicator.abort(1)
         raise
+
+
+@contextmanager
+def _warnings_in_one_line() -> Iterator[None]:
+    """Prints each SceneWarning as one line on standard error."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", SceneWarning)
+        show = warnings.showwarning
+
+        def told(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+            if issubclass(category, SceneWarning):
+                print(f"loomstone: warning: {message}", file=sys.stderr, flush=True)
+            else:
+                show(message, category, *where, **more)
+
+        warnings.showwarning = told
+        yield
 
 
 def main() -> Any:

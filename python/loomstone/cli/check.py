@@ -10,8 +10,10 @@ import typer
 from ..runs.cache import Run
 from ..runs.scene_file import SceneFile, parse_parameters
 from .application import app, session
+from .facts import facts
 from .inspection import check_run, check_scene, describe
-from .options import Parameters
+from .options import AsJson, Parameters
+from .words import Words
 
 
 @app.command()
@@ -35,7 +37,7 @@ def check(
     """
     with session(parallel=False):
         if path.is_dir():
-            good = check_run(Run(path))
+            good = check_run(Run(path.absolute()))
         else:
             good = check_scene(SceneFile.open(path, parse_parameters(p)), render)
         if not good:
@@ -45,11 +47,16 @@ def check(
 @app.command()
 def info(
     path: Annotated[Path, typer.Argument(help="run, .vtkhdf file, checkpoint, mesh or scene file")],
+    as_json: AsJson = False,
 ) -> None:
     """Describes the content of a run, cache file, checkpoint, mesh or scene file.
 
     \b
         loomstone info out/drape
+        loomstone info out/drape --json
     """
     with session(parallel=False):
-        describe(path)
+        if as_json:
+            Words(as_json=True).json(facts(path))
+        else:
+            describe(path)

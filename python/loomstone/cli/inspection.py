@@ -14,6 +14,7 @@ from ..runs.cache import Run
 from ..runs.checkpoints import checkpoint_files, latest_checkpoint
 from ..runs.scene_file import SceneFile
 from ..runs.steps import summary_of_steps
+from ..runs.stored_scene import begun_in_python
 from ..runs.verification import count_intersections
 from ..simulation import Simulation
 
@@ -63,10 +64,11 @@ def _describe_run(run: Run) -> None:
         for name in names:
             print(f"  {kind} {name}")
     kept = run.metadata
-    if "scene_file" in kept:
-        print(f"made by loomstone {kept['loomstone']} from {kept['scene_file']['path']}")
+    if "loomstone" in kept:
+        file = kept.get("scene_file", {"path": "Python", "parameters": {}})
+        print(f"made by loomstone {kept['loomstone']} from {file['path']}")
         print(
-            f"  parameters {kept['scene_file']['parameters'] or 'default'}, {kept['duration']:g} s"
+            f"  parameters {file['parameters'] or 'default'}, {kept['duration']:g} s"
             f" at {kept['rate']:g} frames/s"
         )
         options = from_record(kept["integrator"])
@@ -99,6 +101,9 @@ def check_run(run: Run) -> bool:
         )
     for index, number in tangled.items():
         print(f"  frame {index} at {run.times[index]:.3f} s: {number} pairs")
+    if begun_in_python(run.metadata):
+        print("the run was begun in Python, so there is no scene file with a check()")
+        return not tangled
     claims = SceneFile.of_run(run).check
     if claims is None:
         print("the scene file has no check()")

@@ -2,20 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 __all__ = [
+    "AsJson",
     "Decomposition",
     "Parameters",
+    "Quiet",
     "RecordTasks",
     "Render",
     "RunArgument",
     "SceneArgument",
     "Threads",
+    "one_of",
 ]
+
+
+def one_of(names: Iterable[str]) -> Callable[[str], list[str]]:
+    """Returns the function by which a shell completes an option that takes one of `names`."""
+    known = sorted(names)
+
+    def matching(incomplete: str) -> list[str]:
+        return [name for name in known if name.startswith(incomplete)]
+
+    return matching
+
 
 SceneArgument = Annotated[Path, typer.Argument(help="Python file with a function scene()")]
 RunArgument = Annotated[Path, typer.Argument(help="directory of a run")]
@@ -38,3 +53,5 @@ RecordTasks = Annotated[
     ),
 ]
 Render = Annotated[bool, typer.Option("--render", help="draw every frame and make a video")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="print only warnings and errors")]
+AsJson = Annotated[bool, typer.Option("--json", help="print only the result, as JSON")]

@@ -7,10 +7,12 @@ from typing import Annotated
 
 import typer
 
-from .._core import InvalidInput
+from .._core import CacheError, InvalidInput
 from ..pictures import plots
+from ..runs.cache import Run
 from ..runs.steps import read_steps
 from .application import app, session
+from .options import one_of
 
 
 @app.command()
@@ -21,7 +23,9 @@ def plot(
             help="directory of a run, or `force` or `torque` for magnets given by --mesh"
         ),
     ],
-    what: Annotated[str, typer.Option(help=" | ".join(plots.KINDS))] = "energy",
+    what: Annotated[
+        str, typer.Option(help=" | ".join(plots.KINDS), autocompletion=one_of(plots.KINDS))
+    ] = "energy",
     out: Annotated[
         Path | None,
         typer.Option(help="picture to write; default: WHAT.png in the run, or force.png"),
@@ -64,7 +68,8 @@ def plot(
         elif what not in plots.KINDS:
             raise InvalidInput(f"plot must be one of {', '.join(plots.KINDS)}, got {what!r}")
         else:
-            path = plots.plot_steps(read_steps(run), out or run / f"{what}.png", kind=what)
+            target = out or run / f"{what}.png"
+            path = plots.plot_steps(read_steps(run), target, kind=what, title=_title(run))
         print(f"plot: {path}")
 
 
@@ -108,3 +113,16 @@ def field(
         if slice_:
             magnet = pictures.magnet_of(mesh, polarization)
             print(f"slice: {figures.plot_slice(magnet, slice_, plane=plane)}")  # type: ignore[arg-type]
+
+
+def _title(directory: Path) -> str:
+    """Returns the name of a run, with its scene and parameters if they are known."""
+    name = str(directory)
+    try:
+        made = Run(directory).metadata.get("scene_file")
+    except CacheError:  # a table of steps can be plotted without its run
+        return name
+    if not made:
+        return name
+    given = ", ".join(f"{key}={value}" for key, value in made["parameters"].items())
+    return f"{name}: {Path(made['path']).name}{f' ({given})' if given else ''}"

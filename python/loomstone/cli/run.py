@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,23 +15,49 @@ from ..pictures.directory import drawn_with
 from ..ranks import default_threads
 from ..runs.cache import Run
 from ..runs.execution import execute
-from ..runs.frame_times import frame_count
+from ..runs.frame_times import told_of_part_frame
 from ..runs.options import RunOptions
-from ..runs.progress import observer
 from ..runs.scene_file import SceneFile, parse_parameters, stored_options
 from ..runs.signals import Interrupted
+from ..runs.stored_scene import StoredScene, begun_in_python
+from ..runs.writer import check_room
 from ..simulation import Simulation
 from .application import app, session
+from .estimate import memory_text
 from .inspection import report_text
 from .options import (
+    AsJson,
     Decomposition,
     Parameters,
+    Quiet,
     RecordTasks,
     Render,
     RunArgument,
     SceneArgument,
     Threads,
+    one_of,
 )
+from .words import Words
+
+Duration = Annotated[
+    float | None, typer.Option(help="simulated time [s]; default: that of the scene file")
+]
+Rate = Annotated[
+    float | None,
+    typer.Option(help="frames per second of simulated time; default: that of the scene file"),
+]
+Step = Annotated[
+    str | None, typer.Option(help="time step [s], or auto; default: that of the scene file")
+]
+Method = Annotated[
+    str | None, typer.Option(help=" | ".join(sorted(METHODS)), autocompletion=one_of(METHODS))
+]
+Verify = Annotated[
+    bool, typer.Option("--verify", help="count intersecting triangles of every frame exactly")
+]
+Overwrite = Annotated[
+    bool, typer.Option("--overwrite", help="replace an existing run, or write beside other files")
+]
 
 
 @app.command()
@@ -43,25 +68,18 @@ def run(
         typer.Option(help="directory for the results; default: out/NAME of the scene file"),
     ] = None,
     p: Parameters = [],  # noqa: B006
-    duration: Annotated[
-        float | None, typer.Option(help="simulated time [s]; default: that of the scene file")
-    ] = None,
-    rate: Annotated[
-        float | None,
-        typer.Option(help="frames per second of simulated time; default: that of the scene file"),
-    ] = None,
-    step: Annotated[
-        str | None, typer.Option(help="time step [s], or auto; default: that of the scene file")
-    ] = None,
-    integrator: Annotated[str | None, typer.Option(help=" | ".join(sorted(METHODS)))] = None,
+    duration: Duration = None,
+    rate: Rate = None,
+    step: Step = None,
+    integrator: Method = None,
     threads: Threads = 0,
     decomposition: Decomposition = "predicted",
     record_tasks: RecordTasks = 0,
     render: Render = False,
-    verify: Annotated[
-        bool, typer.Option("--verify", help="count intersecting triangles of every frame exactly")
-    ] = False,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="replace an existing run")] = False,
+    verify: Verify = False,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
 ) -> None:
     """Simulates a scene.
 
@@ -75,6 +93,8 @@ def run(
         loomstone run scenes/drape.py -p triangles=3600 --duration 0.5 --threads 2 --render
     """
     with session() as communicator:
+        words = Words(communicator.rank, quiet=quiet, as_json=as_json)
+        words.say(f"reading {scene}")
         file = SceneFile.open(scene, parse_parameters(p))
         options = (
             file.integrator
@@ -85,14 +105,17 @@ def run(
             options = options.replace(step=parse_step(step))
         duration = file.duration if duration is None else duration
         rate = file.rate if rate is None else rate
-        frame_count(duration, rate)
+        if told := told_of_part_frame(duration, rate):
+            words.insist(told)
         look = file.render if render else None
         directory = out or Path("out") / scene.stem
+        if communicator.rank == 0:
+            check_room(directory, overwrite)
         settings = RunOptions(duration, rate, look, verify, record_tasks)
-        task = _Task(
-            file, options, settings, directory, threads, decomposition, overwrite=overwrite
-        )
-        _advance(task, communicator)
+        metadata = file.metadata(duration, rate, options, file.render)
+        work = _Work(threads, decomposition)
+        task = _Task(file, options, settings, directory, work, metadata, overwrite)
+        _advance(task, communicator, words)
 
 
 @app.command()
@@ -102,6 +125,8 @@ def resume(
     decomposition: Decomposition = "predicted",
     record_tasks: RecordTasks = 0,
     render: Render = False,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
 ) -> None:
     """Continues a run that was interrupted or killed, with a bit-identical result.
 
@@ -114,48 +139,62 @@ def resume(
         loomstone resume out/drape
     """
     with session() as communicator:
+        words = Words(communicator.rank, quiet=quiet, as_json=as_json)
         begun = Run(run)
-        file = SceneFile.of_run(begun)
+        kept = begun.metadata
+        file: SceneFile | StoredScene
+        file = StoredScene(run, kept) if begun_in_python(kept) else SceneFile.of_run(begun)
         duration, rate, options, look = stored_options(begun)
         looks = drawn_with(run / "frames") or (look if render else None)
         del begun
         verify = (run / "frames.csv").exists()
         settings = RunOptions(duration, rate, looks, verify, record_tasks)
-        task = _Task(file, options, settings, run, threads, decomposition, resume=True)
-        _advance(task, communicator)
+        _advance(
+            _Task(file, options, settings, run, _Work(threads, decomposition)), communicator, words
+        )
+
+
+@dataclass(frozen=True)
+class _Work:
+    """How a run is divided among threads and ranks."""
+
+    threads: int
+    decomposition: Any  # a name, which Simulation checks
 
 
 @dataclass(frozen=True)
 class _Task:
-    """A run to be executed, with its scene file, options and target directory."""
+    """A run to be executed, with its scene, options and target directory.
 
-    file: SceneFile
+    metadata : metadata of a new run; None: the run is resumed
+    """
+
+    file: SceneFile | StoredScene
     integrator: Integrator
     options: RunOptions
     directory: Path
-    threads: int
-    decomposition: Any  # a name, which Simulation checks
+    work: _Work
+    metadata: dict[str, Any] | None = None
     overwrite: bool = False
-    resume: bool = False
 
 
-def _advance(task: _Task, communicator: Communicator) -> None:
+def _advance(task: _Task, communicator: Communicator, words: Words) -> None:
     """Runs a task.
 
     Exits with code 1 if triangles intersect, or with 128 plus the number of the signal that ended
     the run.
     """
-    threads = task.threads or default_threads()
-    file, options, rank = task.file, task.options, communicator.rank
+    threads = task.work.threads or default_threads()
+    scene = task.file.scene()
+    words.say(memory_text(scene, task.integrator))
     simulation = Simulation(
-        file.scene(),
+        scene,
         integrator=task.integrator,
         threads=threads,
         communicator=communicator,
-        decomposition=task.decomposition,
+        decomposition=task.work.decomposition,
     )
-    say: Callable[..., None] = print if rank == 0 else (lambda *_: None)
-    say(
+    words.say(
         f"{simulation!r}, {step_text(task.integrator)}, {simulation.threads} threads,"
         f" {simulation.ranks} ranks"
     )
@@ -163,24 +202,31 @@ def _advance(task: _Task, communicator: Communicator) -> None:
     try:
         report = execute(
             simulation,
-            options,
+            task.options,
             task.directory,
-            metadata=file.metadata(options.duration, options.rate, task.integrator, file.render),
+            metadata=task.metadata,
             overwrite=task.overwrite,
-            resume=task.resume,
-            control=file.control,
-            observer=observer(rank),
+            resume=task.metadata is None,
+            control=task.file.control,
+            observer=words.observer(),
             farewell=way_on,
         )
     except Interrupted as stop:
-        say(f"stopped by {stop} at {simulation.time:.3f} s; {way_on}")
+        words.insist(f"stopped by {stop} at {simulation.time:.3f} s; {way_on}")
         raise typer.Exit(128 + stop.signal) from None
-    say(report_text(report))
-    say(f"frames: {task.directory / 'run.vtkhdf'}")
-    if options.render:
-        say(
+    _conclude(task, report, words)
+    if report.get("intersecting_frames"):
+        raise typer.Exit(1)
+
+
+def _conclude(task: _Task, report: dict[str, Any], words: Words) -> None:
+    """Prints the report of a run, and where its files are."""
+    frames = task.directory / "run.vtkhdf"
+    words.say(report_text(report))
+    words.say(f"frames: {frames}")
+    if task.options.render:
+        words.say(
             f"pictures: {task.directory / 'frames'}\n"
             f"video: {report.get('video', 'none: the options of frames/ changed during the run')}"
         )
-    if report.get("intersecting_frames"):
-        raise typer.Exit(1)
+    words.json({"directory": str(task.directory), "run": str(frames), **report})

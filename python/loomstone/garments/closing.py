@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from .._core import Cloth, ClothMaterial, InvalidInput, Obstacle, Scene, SolverFailure
 from ..base.arguments import takes, whole
+from ..base.cautions import SceneWarning
 from ..integrators import SemiImplicitEuler
 from ..simulation import Simulation
 from .cutting import Cut, cut
@@ -80,7 +82,7 @@ def close_seams(
     cloth = Cloth(name="panels", mesh=mesh, material=material, friction=0.0, thickness=0.1 * edge)
     body = [obstacle.replace(friction=0.0) for obstacle in obstacles]
     scene = Scene(cloths=[cloth], obstacles=body, gravity=(0.0, 0.0, 0.0))
-    sim = Simulation(scene, integrator=SemiImplicitEuler(step=step), threads=threads)
+    sim = _simulation(scene, step, threads)
     masses = np.asarray(np.bincount(index, material.density * _areas(pieces)), float)
     positions = _pulled(sim, pieces, index[pieces.pairs], masses, _Limits(step, longest, edge))
     sewn = joined(pieces, positions[index])
@@ -91,6 +93,13 @@ def close_seams(
     )
     check_free(sewn)
     return sewn
+
+
+def _simulation(scene: Scene, step: float, threads: int) -> Simulation:
+    """Builds the simulation of sewing, without warnings of panels that touch at closed seams."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)
+        return Simulation(scene, integrator=SemiImplicitEuler(step=step), threads=threads)
 
 
 def _closed_already(pieces: Cut, distance: float) -> NDArray[np.bool_]:

@@ -18,13 +18,50 @@ __all__ = ["KINDS", "plot_steps"]
 Steps = Mapping[str, NDArray[Any]]
 KINDS = ("energy", "stages", "contacts", "stretch", "strain", "iterations", "step")
 
+# Share of the wall time below which a stage is left out.
+LEAST_SHARE = 1e-3
+
+# Names of columns in legends. Other columns are shown by their own names.
+WORDS = {
+    "energy.kinetic": "kinetic energy of cloth",
+    "energy.membrane": "membrane energy",
+    "energy.bending": "bending energy",
+    "energy.gravity": "gravitational energy of cloth",
+    "energy.contact": "energy of contacts",
+    "energy.body_kinetic": "kinetic energy of bodies",
+    "energy.body_gravity": "gravitational energy of bodies",
+    "energy.magnetic": "magnetic energy",
+    "account.friction": "lost to friction",
+    "account.damping": "lost to damping",
+    "account.limits": "lost to strain limits",
+    "account.withheld": "lost to withheld motion",
+    "account.lost": "lost otherwise, mostly to damping of the integrator",
+    "seconds.loads": "loads and scripts",
+    "seconds.proximity": "search for contacts",
+    "seconds.integrate": "integration of cloth",
+    "seconds.bodies": "bodies and magnets",
+    "seconds.limit": "strain limits",
+    "seconds.certify": "certification",
+    "seconds.check": "checks",
+    "contacts.near": "contacts",
+    "contacts.impacts": "impacts",
+    "withheld.vertices": "vertices with withheld motion",
+    "solver.linear_iterations": "linear iterations",
+    "solver.newton_iterations": "Newton iterations",
+}
+
 
 @takes()
-def plot_steps(steps: Steps, path: str | os.PathLike[str], *, kind: str = "energy") -> Path:
+def plot_steps(
+    steps: Steps, path: str | os.PathLike[str], *, kind: str = "energy", title: str = ""
+) -> Path:
     """Plots columns of a table of steps over time; returns the path of the picture (PNG).
 
     steps : columns by name, as returned by loomstone.Run.steps
     kind : energy, stages, contacts, stretch, strain, iterations or step
+    title : title of the picture, for instance the name of the run
+
+    Columns that are always 0 are left out, and stages that take less than 0.1 % of the time.
     """
     if kind not in KINDS:
         raise InvalidInput(f"plot must be one of {', '.join(KINDS)}, got {kind!r}")
@@ -39,6 +76,10 @@ def plot_steps(steps: Steps, path: str | os.PathLike[str], *, kind: str = "energ
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     _DRAW[kind](axes, steps)
+    if title:
+        figure.suptitle(title, fontsize="medium")
+    if not axes.lines and not axes.collections:
+        axes.text(0.5, 0.5, "all values are 0", transform=axes.transAxes, ha="center")
     axes.set_xlabel("time [s]")
     axes.grid(alpha=0.3)
     if axes.get_legend_handles_labels()[0]:
@@ -56,16 +97,14 @@ def _energy(axes: Any, steps: Steps) -> None:
         for name, values in steps.items()
         if name.startswith("energy.")
     }
-    for name, values in energies.items():
-        axes.plot(steps["time"], values, label=name)
-    axes.plot(steps["time"], sum(energies.values()), "k", label="sum")
+    _lines(axes, steps, [f"energy.{name}" for name in energies])
+    axes.plot(steps["time"], sum(energies.values()), "k", label="sum of energies")
     work = steps["account.scripts"] + steps["account.loads"]
     if work.any():
         axes.plot(steps["time"], work, "k:", label="work of scripts, air and external forces")
         axes.plot(steps["time"], sum(energies.values()) - work, "k--", label="sum less work")
-    for name in ("friction", "damping", "limits", "withheld", "lost"):
-        if steps[f"account.{name}"].any():
-            axes.plot(steps["time"], steps[f"account.{name}"], linestyle=":", label=f"loss: {name}")
+    losses = ("friction", "damping", "limits", "withheld", "lost")
+    _lines(axes, steps, [f"account.{name}" for name in losses], linestyle=":")
     kinetic = steps["account.largest_kinetic"]
     if kinetic.any():
         gain = steps["account.balance"] * kinetic / kinetic.max()
@@ -78,22 +117,24 @@ def _energy(axes: Any, steps: Steps) -> None:
     axes.set_ylabel("energy [J]")
 
 
+def _lines(axes: Any, steps: Steps, names: list[str], **style: Any) -> None:
+    """Plots the columns that are not always 0, with their names in words."""
+    for name in names:
+        if steps[name].any():
+            axes.plot(steps["time"], steps[name], label=WORDS.get(name, name), **style)
+
+
 def _stages(axes: Any, steps: Steps) -> None:
     names = [name for name in steps if name.startswith("seconds.")]
+    total = sum(steps[name].sum() for name in names)
+    names = [name for name in names if steps[name].sum() > LEAST_SHARE * total]
     milliseconds = [1e3 * steps[name] for name in names]
-    axes.stackplot(
-        steps["time"], milliseconds, labels=[name.removeprefix("seconds.") for name in names]
-    )
+    axes.stackplot(steps["time"], milliseconds, labels=[WORDS.get(name, name) for name in names])
     axes.set_ylabel("wall time per step [ms]")
 
 
 def _contacts(axes: Any, steps: Steps) -> None:
-    for name, label in (
-        ("contacts.near", "contacts"),
-        ("contacts.impacts", "impacts"),
-        ("withheld.vertices", "vertices with withheld motion"),
-    ):
-        axes.plot(steps["time"], steps[name], label=label)
+    _lines(axes, steps, ["contacts.near", "contacts.impacts", "withheld.vertices"])
     axes.set_ylabel("number [1]")
 
 
@@ -113,14 +154,15 @@ def _strain(axes: Any, steps: Steps) -> None:
             " scene again"
         )
     for name, color in (("weft", "C0"), ("warp", "C1"), ("shear", "C2")):
-        axes.plot(steps["time"], steps[f"strain.{name}"], color, label=name)
+        if steps[f"strain.{name}"].any():
+            axes.plot(steps["time"], steps[f"strain.{name}"], color, label=name)
         if steps[f"limits.{name}_excess"].any():
             axes.plot(
                 steps["time"],
                 steps[f"limits.{name}_excess"],
                 color,
                 linestyle=":",
-                label=f"excess of {name}",
+                label=f"excess over the limit of {name}",
             )
     axes.set_ylabel("largest strain [1]")
     if steps["limits.sweeps"].any():
@@ -131,8 +173,7 @@ def _strain(axes: Any, steps: Steps) -> None:
 
 
 def _iterations(axes: Any, steps: Steps) -> None:
-    axes.plot(steps["time"], steps["solver.linear_iterations"], label="linear")
-    axes.plot(steps["time"], steps["solver.newton_iterations"], label="Newton")
+    _lines(axes, steps, ["solver.linear_iterations", "solver.newton_iterations"])
     axes.set_ylabel("iterations per step [1]")
 
 

@@ -19,6 +19,7 @@ from ..pictures.notebook import picture_of_frame, remember
 from .scene_file import SceneFile
 from .stacked import Stacked
 from .steps import read_steps
+from .stored_scene import read_scene
 
 __all__ = ["Run"]
 
@@ -129,7 +130,10 @@ class Run:
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """Scene file, parameters and options of the run; empty for files of other programs."""
+        """Options of the run, with scene file and parameters if it was made by `loomstone run`.
+
+        Empty for files of other programs.
+        """
         try:
             content = json.loads(self._reader.metadata or "{}")
         except json.JSONDecodeError:
@@ -153,11 +157,13 @@ class Run:
         return float(f"{(len(self) - 1) / length:.6g}") if length > 0.0 else 25.0
 
     def scene(self) -> Scene:
-        """Returns the scene as defined by its file when the run began.
+        """Returns the scene as it was when the run began.
 
-        Raises CacheError if the run was not made from a scene file.
+        Raises CacheError if the run has stored neither a scene file nor a scene.
         """
-        return SceneFile.of_run(self).scene()
+        if "scene_file" in self.metadata:
+            return SceneFile.of_run(self).scene()
+        return read_scene(self.directory)
 
     def export(
         self,

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
 from .._core import InvalidInput
+from ..base.cautions import SceneWarning
 
-__all__ = ["frame_count", "frames_due"]
+__all__ = ["frame_count", "frames_due", "told_of_part_frame", "warn_of_part_frame"]
 
 MOST_FRAMES = 1_000_000
 
@@ -28,3 +31,24 @@ def frame_count(duration: float, rate: float) -> int:
 def frames_due(time: float, rate: float) -> int:
     """Returns the number of frames up to a time. A tolerance absorbs rounding of summed steps."""
     return int(np.floor(time * rate + 1e-6)) + 1
+
+
+def told_of_part_frame(duration: float, rate: float) -> str:
+    """Returns the sentence about a duration that is no whole number of frames; empty otherwise."""
+    whole = frame_count(duration, rate) - 1
+    if abs(duration * rate - whole) <= 1e-6 * max(1.0, whole):
+        return ""
+    end = "no step is taken" if whole == 0 else f"the simulation ends at {whole / rate:.6g} s"
+    return (
+        f"duration {duration:g} s is {duration * rate:.4g} frames at {rate:g} frames/s, so {end};"
+        f" {(whole + 1) / rate:.6g} s is a whole number of frames"
+    )
+
+
+def warn_of_part_frame(duration: float, rate: float, stacklevel: int = 1) -> None:
+    """Warns with SceneWarning if a duration is no whole number of frames.
+
+    stacklevel : number of calls from the caller of this function to the line that is to blame
+    """
+    if told := told_of_part_frame(duration, rate):
+        warnings.warn(told, SceneWarning, stacklevel=stacklevel + 1)

@@ -21,6 +21,9 @@ from .observer import Observer, Silence
 
 __all__ = ["observer"]
 
+# Time after which a line is printed within a frame [s].
+LONGEST_SILENCE = 10.0
+
 
 def observer(rank: int = 0) -> Observer:
     """Returns the observer that suits the rank and the standard output."""
@@ -86,9 +89,16 @@ class _Counts:
 
 
 class Lines(_Counts):
-    """Prints one line per frame."""
+    """Prints one line per frame, and one line in between if a frame takes long."""
+
+    def step(self, report: StepReport) -> None:
+        super().step(report)
+        if time.perf_counter() - self._last > LONGEST_SILENCE:
+            self._last = time.perf_counter()
+            print(f"step {report.step}  {self.status()}", flush=True)
 
     def frame(self, index: int, frame: Frame) -> None:
+        self._last = time.perf_counter()
         done = index + 1 - self._done_before
         left = (time.perf_counter() - self._began) / max(done, 1) * (self._frames - index - 1)
         minutes, seconds = divmod(round(left), 60)

@@ -10,6 +10,9 @@
     def check(run: ls.Run) -> None: ...            # optional: asserts claims about the frames
 
 `integrator` and `duration` may also be functions of the scene's parameters.
+
+A scene file is a module: it can import modules in its directory. Relative paths in its code are
+relative to its directory. check() gets a run, which knows its own directory.
 """
 
 from __future__ import annotations
@@ -19,7 +22,6 @@ import difflib
 import inspect
 import json
 import traceback
-import types
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -29,6 +31,7 @@ from .. import _core
 from .._core import CacheError, Error, InvalidInput, RenderOptions, Scene
 from ..integrators import Integrator, SemiImplicitEuler, from_record, to_record
 from ..pictures.directory import options_from_dict
+from .scene_module import absolute_files, execute_module, in_directory_of
 
 __all__ = ["SceneFile", "parse_parameters", "stored_options"]
 
@@ -47,15 +50,13 @@ class SceneFile:
 
     def __init__(self, path: Path, source: str, parameters: dict[str, Any]) -> None:
         self.path, self.source = path, source
-        module = types.ModuleType("loomstone_scene")
-        module.__file__ = str(path)
         with self._located():
-            exec(compile(source, str(path), "exec"), module.__dict__)
-        self._module = module
-        function = getattr(module, "scene", None)
+            self._module = execute_module(path, source)
+        function = getattr(self._module, "scene", None)
         if not callable(function):
             raise InvalidInput(
-                f"{path} must define a function scene(), but does not; see loomstone run --help"
+                f"{path} must define a function scene(), but does not; `loomstone new` writes an"
+                " example"
             )
         self._function: Callable[..., Scene] = function
         accepted = inspect.signature(function).parameters.values()
@@ -85,7 +86,7 @@ class SceneFile:
             raise CacheError(
                 f"{path}: scene file cannot be read: it is not a text file; give a Python file"
             ) from error
-        return cls(path.resolve(), source, parameters)
+        return cls(path.resolve(), source, absolute_files(parameters))
 
     @classmethod
     def of_run(cls, run: Stored) -> SceneFile:
@@ -126,9 +127,10 @@ class SceneFile:
 
     @contextmanager
     def _located(self) -> Iterator[None]:
-        """Reports an error of the scene file with the number of the line that raised it."""
+        """Runs code of the scene file in its directory, and reports an error with its line."""
         try:
-            yield
+            with in_directory_of(self.path):
+                yield
         except (Error, AssertionError) as error:
             raise error
         except SyntaxError as error:
@@ -140,7 +142,8 @@ class SceneFile:
                 if f.filename == str(self.path)
             ]
             where = f"{self.path}, line {lines[-1]}" if lines else str(self.path)
-            raise InvalidInput(f"{where}: {type(error).__name__}: {error}") from error
+            told = " ".join(str(error).split())
+            raise InvalidInput(f"{where}: {_kind(error)}: {told}") from error
 
     @property
     def duration(self) -> float:
@@ -232,6 +235,11 @@ class SceneFile:
                 f" {default!r}, got {value!r}"
             )
         return value
+
+
+def _kind(error: Exception) -> str:
+    """Names the type of an error as users know it."""
+    return "TypeError" if isinstance(error, TypeError) else type(error).__name__
 
 
 _ARTICLES = {bool: "a bool", int: "an int", float: "a float", str: "a str"}

@@ -28,9 +28,10 @@ from .checkpoints import checkpoint_files, write_checkpoint
 from .motions import write_motion
 from .options import RunOptions
 from .steps import StepTable
+from .stored_scene import STORED_SCENE, write_scene
 from .verification import BROKEN, FORCED, MOST_BROKEN, FrameTable, append_rows, keep_rows
 
-__all__ = ["NoWriter", "Writer", "open_writer"]
+__all__ = ["NoWriter", "Writer", "check_room", "open_writer"]
 
 
 class NoWriter:
@@ -187,7 +188,7 @@ class Writer(NoWriter):
 
 
 def open_writer(
-    simulation: _core.Simulation,
+    simulation: Any,
     options: RunOptions,
     directory: Path,
     metadata: str | None,
@@ -210,6 +211,7 @@ def open_writer(
     else:
         _make_room(directory, options, metadata, overwrite)
         frames = FrameWriter(str(directory), simulation.topology, metadata)
+        _store_scene(directory, simulation, metadata)
     writer = Writer(directory, simulation, options, frames, following)
     if renderer and options.render and not colors_need_all_frames(options.render):
         lines = options.render.field_lines
@@ -232,14 +234,27 @@ def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | Non
     return begun[0] if following else None
 
 
+def check_room(directory: Path, overwrite: bool) -> None:
+    """Raises CacheError if a new run may not be written into a directory."""
+    if overwrite:
+        return
+    if (directory / "run.vtkhdf").exists():
+        raise CacheError(
+            f"{directory} must hold no run yet, but has run.vtkhdf; resume it, give another"
+            " directory, or overwrite"
+        )
+    if others := _files_of_others(directory):
+        more = f" and {len(others) - 1} more" if len(others) > 1 else ""
+        raise CacheError(
+            f"{directory} must be empty or absent, but holds no run and has {others[0]}{more}; give"
+            " another directory, or overwrite, which keeps the files of others"
+        )
+
+
 def _make_room(directory: Path, options: RunOptions, metadata: str, overwrite: bool) -> None:
     """Prepares the directory of a new run."""
+    check_room(directory, overwrite)
     if (directory / "run.vtkhdf").exists():
-        if not overwrite:
-            raise CacheError(
-                f"{directory} must hold no run yet, but has run.vtkhdf; resume it, give another"
-                " directory, or overwrite"
-            )
         _remove_run(directory)
     try:
         directory.mkdir(parents=True, exist_ok=True)
@@ -255,6 +270,26 @@ def _make_room(directory: Path, options: RunOptions, metadata: str, overwrite: b
             again=overwrite,
             advice="give another directory, or overwrite",
         )
+
+
+def _store_scene(directory: Path, simulation: Any, metadata: str) -> None:
+    """Stores the scene of a run that was not made from a scene file."""
+    if "scene_file" in json.loads(metadata):
+        return
+    try:
+        write_scene(directory, simulation.scene)
+    except OSError as error:
+        raise CacheError(
+            f"{directory / STORED_SCENE}: could not be written: {error.strerror}; make room, or"
+            " give another directory"
+        ) from error
+
+
+def _files_of_others(directory: Path) -> list[str]:
+    """Returns the names of the files in a directory, in order, except hidden ones."""
+    if not directory.is_dir():
+        return []
+    return sorted(path.name for path in directory.iterdir() if not path.name.startswith("."))
 
 
 def _check_rate(directory: Path, rate: float) -> None:
@@ -278,6 +313,7 @@ def _remove_run(directory: Path) -> None:
         "limits.csv",
         "report.json",
         "video.mp4",
+        STORED_SCENE,
     ):
         (directory / name).unlink(missing_ok=True)
     for path in checkpoint_files(directory):

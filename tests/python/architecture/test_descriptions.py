@@ -86,8 +86,67 @@ def test_a_value_of_the_wrong_kind_is_refused_with_what_is_wanted():
         TypeError, match=r"ClothMaterial.density \(mass per area .* cannot be a str"
     ):
         ls.ClothMaterial(density="heavy")
-    with pytest.raises(TypeError):
-        ls.ClothMaterial(0.3)
+
+
+GRID = ls.grid(cells=(2, 2))
+
+
+@pytest.mark.parametrize(
+    "mistake, said",
+    [
+        (lambda: ls.ClothMaterial(0.3), r"ClothMaterial takes keyword arguments only, as in .*0.3"),
+        (
+            lambda: ls.Scene([ls.Cloth()]),
+            r"Scene takes keyword arguments only, as .*\(cloths",
+        ),
+        (
+            lambda: ls.BDF2(1e-3),
+            r"BDF2 takes keyword arguments only, as in BDF2\(step",
+        ),
+        (
+            lambda: ls.StrainLimit(0.1, 0.2, 0.3, 0.4),
+            "StrainLimit takes at most 3 arguments without a keyword, .* got 0.4 without one",
+        ),
+        (lambda: ls.StrainLimit(0.1, weft=0.2), "StrainLimit must get weft once, got it with and"),
+        (
+            lambda: ls.Cloth(material="cotton"),
+            r"Cloth.material must be a ClothMaterial, got the str 'cotton'; a fabric is"
+            r" loomstone.fabrics\['cotton'\]",
+        ),
+        (lambda: ls.Cloth(mesh="a.obj"), "Cloth.mesh must be a TriangleMesh, got the str 'a.obj'"),
+        (lambda: ls.Scene(air=3), "Scene.air must be an Air, got the int 3"),
+        (
+            lambda: ls.Scene(cloths=[ls.Cloth(), GRID]),
+            r"Scene.cloths\[1\] must be a Cloth, got the TriangleMesh",
+        ),
+        (lambda: ls.Scene(cloths=[None]), r"Scene.cloths\[0\] must be a Cloth, got None"),
+        (
+            lambda: ls.Scene(cloths=ls.Cloth()),
+            r"Scene.cloths must be a list of Cloth, got the Cloth Cloth\(\); put it into a list",
+        ),
+        (
+            lambda: ls.Cloth(pins=[0, 1.5]),
+            r"Cloth.pins\[1\] must be a whole number, got the float 1.5",
+        ),
+        (
+            lambda: ls.Cloth(pins=3),
+            "pins must be a list of whole numbers, got the int 3; put",
+        ),
+        (lambda: ls.Cloth(pins=["a"]), r"Cloth.pins\[0\] must be a whole number, got the str 'a'"),
+        (
+            lambda: ls.Cloth(script_times=[0, "b"]),
+            r"script_times\[1\] must be a number, got",
+        ),
+    ],
+)
+def test_arguments_of_the_wrong_type_are_one_sentence(mistake, said):
+    with pytest.raises(TypeError, match=said) as told:
+        mistake()
+    assert "\n" not in str(told.value)
+
+
+def test_the_first_limits_of_strain_may_be_given_by_position():
+    assert ls.StrainLimit(0.1, 0.2, shear=0.3) == ls.StrainLimit(weft=0.1, warp=0.2, shear=0.3)
 
 
 def test_lists_tuples_and_arrays_are_the_same_to_a_field():
@@ -213,3 +272,35 @@ def test_every_public_name_is_there_once():
 def test_versions_are_printed(capsys):
     ls.show_versions()
     assert "numpy" in (text := capsys.readouterr().out) and ls.__version__ in text
+
+
+@pytest.mark.parametrize(
+    "mistake, said",
+    [
+        (
+            lambda: ls.TriangleMesh(1),
+            r"TriangleMesh\(1\) has wrong arguments; expected TriangleMesh\(vertices: object, ",
+        ),
+        (
+            lambda: GRID.moved((0, 0, 0), 1, scale="a"),
+            r"moved\(\(0, 0, 0\), 1, scale='a'\) has wrong arguments; expected moved\(transl",
+        ),
+        (lambda: ls.Air().replace(1), r"replace\(1\) has wrong arguments; expected replace\(\*"),
+        (
+            lambda: ls.collision.intersecting_pairs(GRID),
+            r"intersecting_pairs\(TriangleMesh\(9 vertices, 8 triangles, uv\)\) has wrong",
+        ),
+        (lambda: ls.pictures.write_png(3, 4), r"write_png\(3, 4\) has wrong arguments; expected"),
+    ],
+)
+def test_calls_that_the_core_rejects_are_one_sentence(mistake, said):
+    with pytest.raises(TypeError, match=said) as told:
+        mistake()
+    assert "\n" not in str(told.value)
+
+
+def test_functions_of_the_core_keep_their_names_and_help():
+    assert ls.collision.intersecting_pairs.__module__ == "loomstone._core"
+    assert ls.TriangleMesh.moved.__name__ == "moved" and "translation" in GRID.moved.__doc__
+    with pytest.raises(ls.InvalidInput, match="must have shape"):  # other errors stay as they are
+        GRID.moved((0, 0))

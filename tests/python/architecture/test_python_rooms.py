@@ -27,6 +27,7 @@ ORDER = [
     "integrators",
     "pictures",
     "runs",
+    "plausibility",
     "simulation",
     "viewer",
     "sweeps",

@@ -127,7 +127,7 @@ def test_a_video_lacks_no_frame(copied, tmp_path):
 
 
 def test_a_run_remembers_the_options_of_its_pictures(copied):
-    assert ls.Run(copied).metadata == {} and drawn_with(copied / "frames") == FIT
+    assert "scene_file" not in ls.Run(copied).metadata and drawn_with(copied / "frames") == FIT
     times = {path: path.stat().st_mtime_ns for path in (copied / "frames").glob("*.png")}
     code, said = render(copied)
     assert code == 0 and "(5)" in said

@@ -54,7 +54,7 @@ def test_help_gives_an_example_of_every_command():
         for line in command("--help").stdout.splitlines()
         if line.startswith("  ") and line.split()
     }
-    names = {"run", "resume", "render", "check", "info", "plot"}
+    names = {"new", "scenes", "run", "resume", "render", "check", "info", "plot"}
     assert names | {"field", "fabrics", "report", "versions"} <= listed
     for name in names:  # each help text has an example
         assert any(

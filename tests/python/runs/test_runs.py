@@ -5,6 +5,7 @@ import os
 import signal
 
 import loomstone as ls
+import matplotlib.figure
 import numpy as np
 import pytest
 from loomstone import _core
@@ -31,7 +32,7 @@ def test_a_run_leaves_frames_checkpoints_steps_and_a_report(run):
     assert (
         len(frames) == 4
         and frames.times == pytest.approx([0, 0.04, 0.08, 0.12])
-        and frames.metadata == {}
+        and frames.metadata["rate"] == 25.0
     )
     assert (
         len(list(frames)) == 4
@@ -259,6 +260,44 @@ def test_checkpoints_keep_arrays_integers_bytes_and_texts(falling, euler, tmp_pa
 @pytest.mark.parametrize("kind", plots.KINDS)
 def test_every_plot_can_be_drawn(run, kind):
     assert plots.plot_steps(read_steps(run), run / f"{kind}.png", kind=kind).stat().st_size > 5000
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Returns the matplotlib figures that are made."""
+    figures = []
+
+    class Kept(matplotlib.figure.Figure):
+        def __init__(self, *arguments, **keywords):
+            super().__init__(*arguments, **keywords)
+            figures.append(self)
+
+    monkeypatch.setattr("matplotlib.figure.Figure", Kept)
+    return figures
+
+
+def legends(figure):
+    return [text.get_text() for axes in figure.axes for text in axes.get_legend().get_texts()]
+
+
+def test_a_plot_has_a_title_and_words_and_no_series_that_is_always_0(run, drawn):
+    steps = read_steps(run)
+    plots.plot_steps(steps, run / "energy.png", kind="energy", title="out/a: b.py (cells=3)")
+    assert drawn[-1].get_suptitle() == "out/a: b.py (cells=3)"
+    words = legends(drawn[-1])
+    assert "kinetic energy of cloth" in words and "sum of energies" in words
+    assert not any("bodies" in word or "magnetic" in word for word in words)
+    plots.plot_steps(steps, run / "iterations.png", kind="iterations")
+    assert legends(drawn[-1]) == ["linear iterations", "Newton iterations"]
+    plots.plot_steps(steps, run / "contacts.png", kind="contacts")
+    assert [text.get_text() for text in drawn[-1].axes[0].texts] == ["all values are 0"]
+    plots.plot_steps(steps, run / "stages.png", kind="stages")
+    assert "integration of cloth" in legends(drawn[-1])
+
+
+def test_words_of_legends_belong_to_columns_of_steps(run):
+    assert plots.WORDS.keys() <= read_steps(run).keys()
+    assert all(f"energy.{name}" in plots.WORDS for name in ls.StepReport().energy.to_dict())
 
 
 def test_an_unknown_plot_is_refused(run):

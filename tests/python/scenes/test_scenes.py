@@ -70,6 +70,13 @@ def test_every_scene_has_a_small_version_here():
     } == SMALL.keys() | APART.keys() | MAGNETIC.keys()
 
 
+@pytest.mark.filterwarnings("error::loomstone.SceneWarning")
+@pytest.mark.parametrize("name", sorted(SMALL | APART | MAGNETIC))
+def test_no_scene_looks_like_a_mistake(name):
+    file = SceneFile.open(SCENES / f"{name}.py", (SMALL | APART | MAGNETIC)[name][0])
+    ls.Simulation(file.scene(), integrator=file.integrator, threads=1)
+
+
 @pytest.mark.parametrize("name", sorted(MAGNETIC))
 def test_magnets_gain_no_energy_and_fall_through_nothing(name):
     parameters, duration = MAGNETIC[name]

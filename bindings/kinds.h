@@ -1,0 +1,111 @@
+// Conversion of Python values to the members of descriptions, and errors that name the value, or
+// the element of a list, that has the wrong type.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "bindings/bindings.h"
+#include "core/cloth/material/material.h"
+#include "core/mesh/triangle_mesh.h"
+
+namespace loomstone {
+
+template <class T>
+concept Description = requires { T::fields(); };
+
+template <class T>
+struct ListOf : std::false_type {};
+template <class T>
+struct ListOf<std::vector<T>> : std::true_type {
+  using Element = T;
+};
+template <class T>
+struct OptionalOf : std::false_type {};
+template <class T>
+struct OptionalOf<std::optional<T>> : std::true_type {
+  using Value = T;
+};
+
+inline std::string type_name(const py::handle& value) {
+  return py::type::handle_of(value).attr("__name__").cast<std::string>();
+}
+
+// The value as Python shows it, in one line of at most 200 characters.
+inline std::string shown(const py::handle& value) {
+  return py::repr(value).cast<std::string>().substr(0, 200);
+}
+
+// Converts a value to `member`; returns false if its type is wrong.
+template <class Member>
+bool loaded(const py::object& value, Member& member) {
+  try {
+    py::detail::make_caster<Member> caster;
+    if (!caster.load(value, true)) return false;
+    member = py::detail::cast_op<Member&>(caster);
+    return true;
+  } catch (const py::reference_cast_error&) {  // None for a description, or for one in a list
+    return false;
+  }
+}
+
+// What a value of type T is called in messages; empty if only the meaning of its field tells.
+template <class T>
+std::string kind_name() {
+  if constexpr (Description<T>)
+    return py::type::of<T>().attr("__name__").template cast<std::string>();
+  else if constexpr (std::is_same_v<T, std::shared_ptr<const TriangleMesh>>)
+    return "TriangleMesh";
+  else if constexpr (std::is_integral_v<T>)
+    return "whole number";
+  else if constexpr (std::is_floating_point_v<T>)
+    return "number";
+  else if constexpr (OptionalOf<T>::value)
+    return kind_name<typename OptionalOf<T>::Value>();
+  else
+    return "";
+}
+
+[[noreturn]] inline void throw_wrong_kind(const std::string& where, const std::string& kind,
+                                          const py::handle& value, const std::string& hint) {
+  const bool vowel = std::string("AEIO").find(kind[0]) != std::string::npos;
+  throw py::type_error(where + " must be " + (vowel ? "an " : "a ") + kind + ", got " +
+                       (value.is_none() ? "" : "the " + type_name(value) + " ") + shown(value) +
+                       hint);
+}
+
+// Throws a TypeError that names the kind of value that a field takes, if its type has a name. In a
+// list, names the first element of another type.
+template <class Member>
+void explain_kind(const std::string& where, const py::object& value) {
+  if constexpr (ListOf<Member>::value) {
+    using Element = typename ListOf<Member>::Element;
+    const std::string kind = kind_name<Element>();
+    if (kind.empty()) return;
+    const bool text = py::isinstance<py::str>(value) || py::isinstance<py::bytes>(value);
+    if (text || !py::isinstance<py::iterable>(value)) {
+      Element element{};
+      const std::string hint = loaded(value, element) ? "; put it into a list: [...]" : "";
+      const bool number = std::is_arithmetic_v<Element>;
+      throw_wrong_kind(where, "list of " + kind + (number ? "s" : ""), value, hint);
+    }
+    std::size_t index = 0;
+    for (const py::handle each : value) {
+      Element element{};
+      if (each.is_none() || !loaded(py::reinterpret_borrow<py::object>(each), element))
+        throw_wrong_kind(formatted("{}[{}]", where, index), kind, each, "");
+      ++index;
+    }
+  } else if constexpr (!std::is_arithmetic_v<Member>) {
+    const std::string kind = kind_name<Member>();
+    if (kind.empty() || kind == "number") return;
+    const bool fabric = std::is_same_v<Member, ClothMaterial> && py::isinstance<py::str>(value);
+    const std::string hint = fabric ? "; a fabric is loomstone.fabrics[" + shown(value) + "]" : "";
+    throw_wrong_kind(where, kind, value, hint);
+  }
+}
+
+}  // namespace loomstone

@@ -1,0 +1,94 @@
+"""Errors in one sentence for calls that the C++ core rejects.
+
+pybind11 reports arguments of the wrong number or type in several lines, with all signatures. This
+module wraps the functions and methods of the core, so that they raise WrongArguments. It must be
+imported before modules that import functions of the core.
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Callable
+from typing import Any
+
+from .. import _core
+
+__all__ = ["WrongArguments"]
+
+_SHORT = (
+    ("loomstone._core.", ""),
+    ("typing.SupportsFloat | typing.SupportsIndex", "float"),
+    ("typing.SupportsInt | typing.SupportsIndex", "int"),
+    ("typing.", ""),
+    ("collections.abc.", ""),
+)
+_REJECTED = re.compile(r"(\w+)\(\): incompatible (constructor|function) arguments")
+
+
+class WrongArguments(TypeError):
+    """The number or the types of the arguments of a function of the core are wrong."""
+
+
+def _sentence(text: str) -> str:
+    """Returns what pybind11 reports in several lines as one sentence."""
+    found = _REJECTED.match(text)
+    assert found is not None
+    name, constructor = found[1], found[2] == "constructor"
+    wanted = re.findall(r"^ +\d+\. (.*)$", text, re.M)[-1]
+    for long, short in _SHORT:
+        wanted = wanted.replace(long, short)
+    method = wanted.startswith("(self: ")
+    wanted = re.sub(r"^\(self: \w+(, )?", "(", wanted)
+    given = " ".join(text.partition("Invoked with: ")[2].split())
+    given, _, keywords = given.partition("; kwargs: ")
+    if method:
+        given = _without_first(given)
+    given = ", ".join(part for part in (given[:200], keywords[:200]) if part)
+    if constructor:
+        name = wanted.partition("(")[0]
+        wanted = wanted[len(name) :]
+    return f"{name}({given}) has wrong arguments; expected {name}{wanted}"
+
+
+def _without_first(given: str) -> str:
+    """Removes the first of the arguments, which may contain commas in brackets."""
+    depth = 0
+    for place, letter in enumerate(given):
+        depth += (letter in "([{<") - (letter in ")]}>")
+        if letter == "," and depth == 0:
+            return given[place + 2 :]
+    return ""
+
+
+def _explained(function: Callable[..., Any]) -> Callable[..., Any]:
+    @functools.wraps(function)
+    def call(*given: Any, **keywords: Any) -> Any:
+        try:
+            return function(*given, **keywords)
+        except TypeError as error:
+            if not _REJECTED.match(str(error)):
+                raise
+            raise WrongArguments(_sentence(str(error))) from None
+
+    return call
+
+
+def _explain(owner: Any) -> None:
+    """Wraps the functions of the core, or the methods of one of its classes."""
+    for name, value in list(vars(owner).items()):
+        if isinstance(value, type):
+            if owner is _core:
+                _explain(value)
+        elif isinstance(value, staticmethod):
+            setattr(owner, name, staticmethod(_explained(value.__func__)))
+        elif callable(value) and (not name.startswith("_") or _is_constructor(owner, name)):
+            setattr(owner, name, _explained(value))
+
+
+def _is_constructor(owner: Any, name: str) -> bool:
+    """Returns whether an attribute is a constructor that does not explain errors by itself."""
+    return name == "__init__" and isinstance(owner, type) and not hasattr(owner, "field_names")
+
+
+_explain(_core)

@@ -1,0 +1,45 @@
+"""What a command prints: text, only warnings and errors, or one JSON object."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import Any
+
+from .._core import InvalidInput
+from ..runs.observer import Observer, Silence
+from ..runs.progress import observer
+
+__all__ = ["Words"]
+
+
+class Words:
+    """Prints the output of a command on rank 0, and nothing on other ranks.
+
+    quiet : print no text
+    as_json : print no text, but one JSON object at the end
+    """
+
+    def __init__(self, rank: int = 0, *, quiet: bool = False, as_json: bool = False) -> None:
+        if quiet and as_json:
+            raise InvalidInput("--quiet and --json must not be given together; give one of them")
+        self._rank, self._text, self._as_json = rank, not (quiet or as_json), as_json
+
+    def say(self, line: str) -> None:
+        """Prints a line of text."""
+        if self._rank == 0 and self._text:
+            print(line, flush=True)
+
+    def insist(self, line: str) -> None:
+        """Prints a line that the user needs in any case, to standard error if text is off."""
+        if self._rank == 0:
+            print(line, file=sys.stdout if self._text else sys.stderr, flush=True)
+
+    def json(self, content: dict[str, Any]) -> None:
+        """Prints a JSON object if that is what the command prints."""
+        if self._rank == 0 and self._as_json:
+            print(json.dumps(content, indent=1, default=str), flush=True)
+
+    def observer(self) -> Observer:
+        """Returns the observer that shows the progress of a run."""
+        return observer(self._rank) if self._text else Silence()

@@ -1,0 +1,49 @@
+"""Finds what looks like a mistake in a scene that can be simulated: wrong units, overlaps, jumps.
+
+Simulation warns of each finding with SceneWarning when it is built, and `loomstone check` lists
+them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..integrators import Asynchronous
+from .bodies import of_overlaps, of_reversed, of_sizes, reversed_obstacles
+from .cloths import of_attachments, of_cloths, of_contacts
+from .magnets import of_magnets
+from .surfaces import overlapping_pairs, start_surfaces
+
+__all__ = ["implausible"]
+
+
+def implausible(simulation: Any) -> list[str]:
+    """Returns one sentence for each property of a scene that looks like a mistake.
+
+    simulation : Simulation of the scene in its initial state
+
+    All ranks must call this function, and all get the same sentences.
+    """
+    scene = simulation.scene
+    found = [*of_cloths(scene.cloths), *of_attachments(scene)]
+    if _throws(simulation):
+        found += of_contacts(scene, simulation)
+    found += of_sizes(scene)
+    reversed_ones = reversed_obstacles(scene)
+    if scene.bodies or reversed_ones:  # otherwise the places of surfaces do not matter
+        surfaces = start_surfaces(scene, simulation)
+        pairs = overlapping_pairs(surfaces)
+        found += of_reversed(scene, surfaces, reversed_ones)
+        found += [*of_overlaps(surfaces, pairs), *of_magnets(scene, surfaces, pairs)]
+    return found
+
+
+def _throws(simulation: Any) -> bool:
+    """Returns whether contacts throw off cloth that starts within the contact distance.
+
+    Asynchronous steps move such cloth away slowly, and a scene that may start with intersections
+    has been told so.
+    """
+    scene = simulation.scene
+    collides = scene.cloths and scene.collisions and not scene.allow_initial_intersections
+    return bool(collides) and not isinstance(simulation.integrator, Asynchronous)

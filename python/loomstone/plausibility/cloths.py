@@ -1,0 +1,179 @@
+"""Cloths that look like a mistake: wrong units, contact at the start, pins that jump."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import Cloth, Scene
+from .surfaces import item
+
+__all__ = ["of_attachments", "of_cloths", "of_contacts"]
+
+# Limits of what is plausible. All values are our choice.
+AREAS = 1.2  # ratio of rest area and start area, or its inverse
+DENSITY = 20.0  # mass per area [kg/m^2]; the heaviest fabrics have 2
+LARGEST = 30.0  # extent of a cloth [m]
+GAP = 0.5  # distance at the start, as a share of the contact distance
+AWAY = 0.1  # distance of a pin from the start of its script, as a share of the mean edge
+SPEED = 30.0  # speed of a scripted pin [m/s]
+
+
+def of_cloths(cloths: list[Cloth]) -> list[str]:
+    """Returns one sentence for each property of a cloth that looks like a mistake."""
+    return [
+        f"{item('cloths', i, cloth.name)}: {sentence}"
+        for i, cloth in enumerate(cloths)
+        for sentence in (
+            _size(cloth),
+            _areas(cloth),
+            _density(cloth),
+            _first_pins(cloth),
+            _pins(cloth),
+        )
+        if sentence
+    ]
+
+
+def of_attachments(scene: Scene) -> list[str]:
+    """Returns one sentence for each cloth with vertices that are attached to two bodies."""
+    bodies: dict[tuple[str, int], list[str]] = {}
+    for attachment in scene.attachments:
+        for vertex in attachment.vertices:
+            known = bodies.setdefault((attachment.cloth, vertex), [])
+            if attachment.body not in known:
+                known.append(attachment.body)
+    found = []
+    for cloth in dict.fromkeys(name for name, _ in bodies):
+        twice = [v for (name, v), known in bodies.items() if name == cloth and len(known) > 1]
+        if not twice:
+            continue
+        one, other = bodies[cloth, twice[0]][:2]
+        more = f" (and {len(twice) - 1} more vertices to two bodies)" if len(twice) > 1 else ""
+        found.append(
+            f'vertex {twice[0]} of "{cloth}" is attached to "{one}" and to "{other}"{more}, which'
+            " joins these bodies; attach it to one of them"
+        )
+    return found
+
+
+def of_contacts(scene: Scene, simulation: Any) -> list[str]:
+    """Returns one sentence for each pair of surfaces that start far within contact distance."""
+    vertices, distances, thicknesses = simulation.near_contacts()
+    close = distances < GAP * thicknesses
+    if not close.any():
+        return []
+    vertices, distances, thicknesses = vertices[close], distances[close], thicknesses[close]
+    topology = simulation.topology
+    n_cloths, n_rows = len(topology.cloth_names), len(topology.cloth_of_vertex)
+    owner = np.concatenate([topology.cloth_of_vertex, topology.body_of_vertex + n_cloths])
+    names = [*topology.cloth_names, *topology.body_names]
+    free = np.arange(len(owner)) < n_rows
+    free[_held(scene)] = False
+    sides = np.sort(owner[vertices], axis=1)[:, [0, -1]]
+    pushed = free[vertices].any(axis=1)
+    found = []
+    for one, other in np.unique(sides[pushed], axis=0):
+        chosen = pushed & (sides == (one, other)).all(axis=1)
+        worst = np.flatnonzero(chosen)[np.argmin(distances[chosen] / thicknesses[chosen])]
+        gap, wanted = 1e3 * distances[worst], 1e3 * thicknesses[worst]
+        with_what = "itself" if one == other else f'"{names[other]}"'
+        found.append(
+            f'"{names[one]}" starts {gap:.3g} mm from {with_what}, but the contact distance is'
+            f" {wanted:.3g} mm ({chosen.sum()} such pairs of vertices, edges and triangles), so"
+            " contacts throw it off; move it away, or give a smaller thickness"
+        )
+    return found
+
+
+def _held(scene: Scene) -> NDArray[np.int64]:
+    """Returns the vertices of all cloths that are pinned or attached."""
+    held, first = [], 0
+    for cloth in scene.cloths:
+        tied = (a.vertices for a in scene.attachments if a.cloth == cloth.name)
+        held += [first + v for vertices in (cloth.pins, *tied) for v in vertices]
+        first += cloth.mesh.n_vertices
+    return np.array(held, np.int64)
+
+
+def _size(cloth: Cloth) -> str:
+    size = float(np.ptp(np.asarray(cloth.mesh.vertices), axis=0).max())
+    if size <= LARGEST:
+        return ""
+    return f"its mesh is {size:.4g} m long; if its file is in millimetres, scale it by 0.001"
+
+
+def _areas(cloth: Cloth) -> str:
+    mesh = cloth.mesh
+    uv = np.asarray(mesh.uv)
+    if cloth.rest != "uv" or not len(uv):
+        return ""
+    start = _area(np.asarray(mesh.vertices), np.asarray(mesh.triangles))
+    rest = _area(np.pad(uv, ((0, 0), (0, 1))), np.asarray(mesh.uv_triangles))
+    if start / AREAS <= rest <= start * AREAS:
+        return ""
+    return (
+        f"its rest area is {rest:.3g} m^2 (uv in metres), but its mesh starts with {start:.3g} m^2;"
+        ' if uv are texture coordinates, give rest="mesh"'
+    )
+
+
+def _area(points: NDArray[np.float64], triangles: NDArray[np.int32]) -> float:
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+
+
+def _density(cloth: Cloth) -> str:
+    density = cloth.material.density
+    if density <= DENSITY:
+        return ""
+    return (
+        f"its density is {density:g} kg/m^2, but fabrics have 0.01 to 2; if {density:g} g/m^2 is"
+        f" meant, give {density / 1e3:g}"
+    )
+
+
+def _first_pins(cloth: Cloth) -> str:
+    """Finds pins that are not where their script begins, and so jump in the first step."""
+    if not cloth.script_times:
+        return ""
+    times, places = _script(cloth)
+    after = int(np.searchsorted(times, 0.0, side="right"))
+    before, after = max(after - 1, 0), min(after, len(times) - 1)
+    length = times[after] - times[before]
+    share = np.clip(-times[before] / length, 0.0, 1.0) if length > 0.0 else 0.0
+    begin = places[before] + share * (places[after] - places[before])
+    vertices = np.asarray(cloth.mesh.vertices)[cloth.pins]
+    away = np.linalg.norm(begin - vertices, axis=1)
+    if not len(away) or away.max() <= AWAY * cloth.mesh.mean_edge:
+        return ""
+    worst = int(away.argmax())
+    return (
+        f"vertex {cloth.pins[worst]} jumps by {1e3 * away[worst]:.3g} mm in the first step, because"
+        " script_positions begin elsewhere; begin them at the vertices"
+    )
+
+
+def _pins(cloth: Cloth) -> str:
+    """Finds pins that jump between two times of their script."""
+    if len(cloth.script_times) < 2 or not cloth.pins:
+        return ""
+    times, places = _script(cloth)
+    moved = np.linalg.norm(np.diff(places, axis=0), axis=2)
+    speeds = moved / np.diff(times)[:, None]
+    if speeds.max() <= SPEED:
+        return ""
+    k, pin = np.unravel_index(int(speeds.argmax()), speeds.shape)
+    return (
+        f"vertex {cloth.pins[pin]} jumps by {moved[k, pin]:.3g} m from {times[k]:.6g} s to"
+        f" {times[k + 1]:.6g} s ({speeds[k, pin]:.3g} m/s), which tears cloth; give its script more"
+        " time"
+    )
+
+
+def _script(cloth: Cloth) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Returns the times (k) [s] and places (k x pins x 3) [m] of the scripted pins."""
+    times = np.asarray(cloth.script_times, float)
+    return times, np.reshape(cloth.script_positions, (len(times), len(cloth.pins), 3))

@@ -1,0 +1,173 @@
+"""Scene files are ordinary modules: imports beside them, relative paths, misspelt names."""
+
+import json
+import pickle
+from pathlib import Path
+
+import loomstone as ls
+import pytest
+from loomstone import cli
+from loomstone.runs.scene_file import SceneFile
+
+USES_FILES = """
+from __future__ import annotations
+from dataclasses import dataclass
+from typing import ClassVar
+import loomstone as ls
+from cells_of_scene import CELLS
+
+duration = 0.08
+integrator = ls.SemiImplicitEuler(step=4e-3)
+
+@dataclass
+class Size:
+    kinds: ClassVar[int] = 1
+    length: float = 0.2
+
+def scene(mesh: str = "cloth.obj"):
+    assert CELLS == 3
+    read = ls.meshes.read(mesh)
+    return ls.Scene(cloths=[ls.Cloth(mesh=read, pins=[0])])
+
+def control(sim):
+    assert open("cloth.obj").read()
+
+def check(run):
+    assert len(run.steps["time"]) == 20
+"""
+
+
+@pytest.fixture
+def loomstone(capsys):
+    """Runs the command in this process and returns its exit code and output."""
+
+    def call(*arguments):
+        with pytest.raises(SystemExit) as end:
+            cli.app([str(a) for a in arguments], prog_name="loomstone")
+        return end.value.code, capsys.readouterr()
+
+    return call
+
+
+@pytest.fixture
+def project(tmp_path, monkeypatch):
+    """A directory with a scene file, a module and a mesh, outside the working directory."""
+    home, elsewhere = tmp_path / "project", tmp_path / "elsewhere"
+    home.mkdir()
+    elsewhere.mkdir()
+    (home / "files.py").write_text(USES_FILES)
+    (home / "cells_of_scene.py").write_text("CELLS = 3\n")
+    ls.meshes.write(home / "cloth.obj", ls.grid(size=(0.2, 0.2), cells=(3, 3)))
+    monkeypatch.chdir(elsewhere)
+    return home
+
+
+def test_a_scene_file_imports_and_reads_what_lies_beside_it(loomstone, project):
+    code, said = loomstone("run", project / "files.py", "--out", "out", "--quiet")
+    assert code == 0, said.err
+    assert Path.cwd().name == "elsewhere"
+    # A relative directory of a run is that of the command, also in check().
+    code, said = loomstone("check", "out")
+    assert code == 0 and "the scene's claims hold" in said.out
+
+
+def test_a_run_is_resumed_from_another_directory(loomstone, project, tmp_path, monkeypatch):
+    monkeypatch.chdir(project)
+    arguments = ["run", "files.py", "-p", "mesh=cloth.obj", "--quiet"]
+    assert loomstone(*arguments, "--out", "whole")[0] == 0
+    assert loomstone(*arguments, "--out", "part", "--duration", 0.04)[0] == 0
+    monkeypatch.chdir(tmp_path)
+    code, said = loomstone("resume", "project/part", "--quiet")
+    assert code == 0, said.err
+    assert ls.Run("project/part").scene() == ls.Run("project/whole").scene()
+
+
+def test_a_file_named_on_the_command_line_is_relative_to_the_working_directory(loomstone, project):
+    ls.meshes.write("mine.obj", ls.grid(cells=(2, 2)))
+    arguments = ["run", project / "files.py", "-p", "mesh=mine.obj", "--out", "out", "--quiet"]
+    code, said = loomstone(*arguments)
+    assert code == 0, said.err
+    assert len(ls.Run("out").topology.triangles) == 8
+
+
+def test_objects_of_a_scene_file_can_be_pickled(project):
+    file = SceneFile.open(project / "files.py", {})
+    size = file._module.Size(0.3)
+    assert pickle.loads(pickle.dumps(size)) == size
+
+
+def test_a_scene_file_that_fails_leaves_the_working_directory(loomstone, project):
+    (project / "bad.py").write_text("def scene():\n    open('absent')\n")
+    code, said = loomstone("run", project / "bad.py")
+    assert code == 1 and "line 2: FileNotFoundError" in said.err
+    assert Path.cwd().name == "elsewhere"
+
+
+GOOD = """
+import loomstone as ls
+def scene(): return ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(2, 2)))])
+"""
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("durration = 0.5", "line 4: 'durration' has no effect; did you mean 'duration'?"),
+        ("durration = 0.5\nduration = 1.0", "'durration' has no effect; did you mean 'duration'?"),
+        ("Duration = 0.5", "'Duration' has no effect; did you mean 'duration'?"),
+        ("rates: float = 30", "'rates' has no effect; did you mean 'rate'?"),
+        ("def controll(sim): pass", "'controll' has no effect; did you mean 'control'?"),
+        ("renderer = integrater = 3", "'integrater' has no effect; did you mean 'integrator'?"),
+        ("duration, rte = 1.0, 25", "'rte' has no effect; did you mean 'rate'?"),
+    ],
+)
+def test_a_misspelt_global_gets_a_hint(tmp_path, text, said):
+    (tmp_path / "typo.py").write_text(GOOD + text)
+    with pytest.warns(ls.SceneWarning) as caught:
+        SceneFile.open(tmp_path / "typo.py", {})
+    assert any(said in str(each.message) for each in caught)
+
+
+@pytest.mark.filterwarnings("error::loomstone.SceneWarning")
+@pytest.mark.parametrize(
+    "text",
+    [
+        "rate = 30\nrates = [1, 2]",
+        "durations = [1.0, 2.0]\nduration = durations[0]",
+        "scenes = 3\nprint(scenes)",
+        "_check = 3",
+        "RADIUS = 0.1\ndef balance(): pass",
+        "from pathlib import Path as Scene",
+    ],
+)
+def test_other_globals_get_none(tmp_path, text):
+    (tmp_path / "fine.py").write_text(GOOD + text)
+    SceneFile.open(tmp_path / "fine.py", {})
+
+
+def test_wrong_arguments_in_a_scene_file_are_one_sentence(loomstone, tmp_path):
+    for number, (mistake, said) in enumerate(
+        [
+            ("ls.ClothMaterial(0.3)", "ClothMaterial takes keyword arguments only, as in"),
+            ("ls.Cloth(material='cotton')", "Cloth.material must be a ClothMaterial, got the str"),
+            (
+                "ls.grid(cells=(2, 2)).moved((0, 0, 0), 1)",
+                "TypeError: moved((0, 0, 0), 1) has wrong arguments; expected moved(tr",
+            ),
+        ]
+    ):
+        path = tmp_path / f"wrong{number}.py"
+        path.write_text(f"import loomstone as ls\ndef scene(): return {mistake}\n")
+        code, told = loomstone("run", path, "--out", tmp_path / "out")
+        assert code == 1 and said in told.err and told.err.count("\n") == 1, told.err
+        assert f"wrong{number}.py, line 2: TypeError: " in told.err
+
+
+def test_the_metadata_name_files_by_their_absolute_path(loomstone, project, monkeypatch):
+    monkeypatch.chdir(project)
+    loomstone("run", "files.py", "-p", "mesh=cloth.obj", "--out", "out", "--quiet")
+    stored = ls.Run("out").metadata["scene_file"]
+    assert stored["parameters"] == {"mesh": str(project / "cloth.obj")}
+    assert json.loads(ls.Run("out").metadata_text)["scene_file"]["path"] == str(
+        project / "files.py"
+    )
