@@ -1,7 +1,7 @@
 """Configuration of the documentation, which scripts/docs builds.
 
-Pages are the Markdown files of docs/ and those of the root of the repository, so that relative links
-work in the documentation as on a forge. The reference comes from docstrings and from _core.pyi.
+Pages are the Markdown files of docs/ and those of the root of the repository, so that relative
+links work in the documentation as on a forge. The reference comes from docstrings and _core.pyi.
 """
 
 import sys
@@ -9,7 +9,8 @@ from pathlib import Path
 
 import loomstone
 
-sys.path.insert(0, str(Path(__file__).parent / "extensions"))
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE / "extensions"))
 
 project = "loomstone"
 author = "the loomstone developers"
@@ -25,7 +26,7 @@ extensions = [
     "scene_gallery",
     "commands",
 ]
-root_doc = "docs/index"
+root_doc = f"{HERE.name}/index"
 include_patterns = [
     "docs/**",
     "core/references.md",
@@ -36,6 +37,7 @@ include_patterns = [
 exclude_patterns = [".venv", ".git", "build*", "out", "dist", "tests", "python", "scenes", "**/__*"]
 
 myst_heading_anchors = 4
+smartquotes = False  # quotes belong to values
 
 autodoc_member_order = "bysource"
 autodoc_preserve_defaults = True  # shows defaults as they are written
@@ -48,5 +50,5 @@ toc_object_entries_show_parents = "hide"
 
 html_theme = "furo"
 html_title = f"loomstone {version}"
-html_extra_path = ["redirect"]  # leads from the root of the pages to docs/index.html
+html_extra_path = ["redirect"]  # leads from the root of the pages to the first one
 html_copy_source = False

@@ -51,7 +51,7 @@ def parameters(block: list[str]) -> list[str]:
         match = PARAMETER.fullmatch(line)
         if match:
             names = ", ".join(f"**{name}**" for name in match[1].split(", "))
-            out.append(f"   * {names} – {inline(match[2])}")
+            out.append(f"   * {names}: {inline(match[2])}")
         else:
             out.append(f"     {inline(line.strip())}")
     return out

@@ -24,6 +24,9 @@ NUMBERS = {
 }
 
 
+ARRAY = re.compile(r"ndarray\[tuple\[Any, \.\.\.\], dtype\[(\w+)\]\]")
+
+
 class WithoutAnnotated(ast.NodeTransformer):
     """Replaces Annotated[type, ...] by the type, because the docstrings state shapes."""
 
@@ -98,14 +101,22 @@ def give_signatures_to_classes() -> None:
 
 
 def process(
-    app: Any, what: str, name: str, obj: Any, options: Any, signature: str, result: str
+    app: Any,
+    what: str,
+    name: str,
+    obj: Any,
+    options: Any,
+    signature: str | None,
+    result: str | None,
 ) -> tuple[str, str] | None:
+    if signature is None:
+        return None
     known = stub().get(".".join(name.split(".")[-2 if what == "method" else -1 :]))
     if what not in {"function", "method"} or hasattr(obj, "__code__") or known is None:
-        return None
-    result = known.return_annotation
+        return ARRAY.sub(r"NDArray[\1]", signature), ARRAY.sub(r"NDArray[\1]", result or "")
+    returned = known.return_annotation
     arguments = stringify_signature(known, show_return_annotation=False)
-    return arguments, "" if result is inspect.Signature.empty else result
+    return arguments, "" if returned is inspect.Signature.empty else returned
 
 
 def setup(app: Any) -> dict[str, bool]:

@@ -64,7 +64,16 @@ def simulate(name: str, run: Path, duration: list[str]) -> float:
 def draw(run: Path, frame: int, name: str, width: int) -> np.ndarray[Any, Any]:
     look = SceneFile.open(SCENES / f"{name}.py", {}).render
     height = round(width * look.height / look.width)
-    command = ["-m", "loomstone", "render", str(run), "--frame", str(frame), "--out", str(run / "p")]
+    command = [
+        "-m",
+        "loomstone",
+        "render",
+        str(run),
+        "--frame",
+        str(frame),
+        "--out",
+        str(run / "p"),
+    ]
     size = ["--width", str(2 * width), "--height", str(2 * height)]
     subprocess.run([sys.executable, *command, *size], check=True, stdout=subprocess.DEVNULL)
     drawn = package("matplotlib.image").imread(next((run / "p").glob("*.png")))[:, :, :3]

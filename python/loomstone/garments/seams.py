@@ -51,6 +51,7 @@ class Pattern:
         object.__setattr__(self, "seams", tuple(_seam(s) for s in self.seams))
 
     def panel(self, name: str) -> Panel:
+        """Returns a panel by its name. Raises InvalidInput for an unknown name."""
         for panel in self.panels:
             if panel.name == name:
                 return panel

@@ -5,7 +5,9 @@ import shutil
 import pytest
 from code_blocks import LANGUAGES, PAGES, ROOT, Session, blocks
 
-RUN = [page for page in PAGES if any(b.language in {"python", "sh"} for b in blocks(page.read_text()))]
+RUN = [
+    page for page in PAGES if any(b.language in {"python", "sh"} for b in blocks(page.read_text()))
+]
 
 
 def of(page):
@@ -52,7 +54,7 @@ def test_a_block_is_saved_run_or_left_out_as_the_text_before_it_says(tmp_path):
     assert (saved.file, saved.line, saved.remark) == ("mine.py", 4, "")
     assert (left_out.remark, left_out.reason) == ("not run", "needs a cluster")
     session = Session(tmp_path)
-    session.run(saved, ROOT / "page.md")
-    session.run(last, ROOT / "page.md")
-    with pytest.raises(AssertionError, match=r"page\.md, line 10"):
-        session.run(left_out, ROOT / "page.md")
+    session.run(saved, ROOT / "README.md")
+    session.run(last, ROOT / "README.md")
+    with pytest.raises(AssertionError, match=r"README\.md, line 10"):
+        session.run(left_out, ROOT / "README.md")

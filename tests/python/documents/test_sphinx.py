@@ -1,0 +1,43 @@
+"""The documentation builds without a warning, and its tables are complete."""
+
+import json
+import re
+import subprocess
+import sys
+
+import loomstone as ls
+import pytest
+from code_blocks import ROOT
+
+
+def test_the_documentation_builds_without_a_warning(tmp_path):
+    for package in ("sphinx", "furo", "myst_parser"):
+        pytest.importorskip(package, reason="the extra `docs` is not installed")
+    command = ["-m", "sphinx", "-q", "-W", "--keep-going", "-c", str(ROOT / "docs")]
+    done = subprocess.run(
+        [
+            sys.executable,
+            *command,
+            "-d",
+            str(tmp_path / "trees"),
+            str(ROOT),
+            str(tmp_path / "pages"),
+        ],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    reference = (tmp_path / "pages/docs/reference/parameters.html").read_text()
+    assert "mass per area [kg/m^2]" in reference, "the tables come from the declarations"
+
+
+def test_every_description_has_its_table_of_parameters():
+    page = (ROOT / "docs/reference/parameters.md").read_text()
+    described = {name for name in ls.__all__ if getattr(getattr(ls, name), "field_names", ())}
+    assert set(re.findall(r"```\{fields\} (\w+)", page)) == described
+
+
+def test_every_scene_of_the_gallery_exists_and_has_a_picture():
+    for name in json.loads((ROOT / "docs/gallery.json").read_text()):
+        assert (ROOT / f"scenes/{name}.py").exists(), name
+        assert (ROOT / f"docs/images/scenes/{name}.jpg").exists(), name
