@@ -132,7 +132,8 @@ void bind_stepping(py::class_<S>& c) {
   c.def_property_readonly(
       "may_checkpoint", &S::may_checkpoint,
       "Whether a checkpoint may be taken now; False between rebuilds of the rigid-body world.");
-  c.def("checkpoint", &S::checkpoint, Released(), "Returns a Checkpoint with the exact state. All ranks must call this method.\n\n"
+  c.def("checkpoint", &S::checkpoint, Released(),
+        "Returns a Checkpoint with the exact state. All ranks must call this method.\n\n"
         "Raises InvalidInput where may_checkpoint is False.");
   c.def("restore", &S::restore, py::arg("checkpoint"), Released(),
         "Restores the state from a checkpoint of the same scene.");

@@ -100,15 +100,9 @@ def give_signatures_to_classes() -> None:
         described.__signature__ = made.replace(return_annotation=inspect.Signature.empty)
 
 
-def process(
-    app: Any,
-    what: str,
-    name: str,
-    obj: Any,
-    options: Any,
-    signature: str | None,
-    result: str | None,
-) -> tuple[str, str] | None:
+def process(app: Any, what: str, name: str, obj: Any, *given: Any) -> tuple[str, str] | None:
+    """Returns arguments and result; `given` are the options, and those that autodoc has found."""
+    _, signature, result = given
     if signature is None:
         return None
     known = stub().get(".".join(name.split(".")[-2 if what == "method" else -1 :]))

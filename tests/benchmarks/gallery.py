@@ -30,12 +30,13 @@ INSTANTS = {
     "bin": 2.0,
     "dragon": 0.5,
     "dress": 2.2,
-    "funnel": 2.0,
+    "fold": 0.5,
+    "funnel": 1.2,
     "hanging": 0.4,
     "obstacle_walk": 2.0,
     "plunger": 0.2,
     "ribbon": 1.5,
-    "sphere_slide": 1.0,
+    "sphere_slide": 0.6,
     "stack": 1.0,
     "swing": 1.0,
     "swing_integrators": 1.0,
@@ -64,18 +65,9 @@ def simulate(name: str, run: Path, duration: list[str]) -> float:
 def draw(run: Path, frame: int, name: str, width: int) -> np.ndarray[Any, Any]:
     look = SceneFile.open(SCENES / f"{name}.py", {}).render
     height = round(width * look.height / look.width)
-    command = [
-        "-m",
-        "loomstone",
-        "render",
-        str(run),
-        "--frame",
-        str(frame),
-        "--out",
-        str(run / "p"),
-    ]
-    size = ["--width", str(2 * width), "--height", str(2 * height)]
-    subprocess.run([sys.executable, *command, *size], check=True, stdout=subprocess.DEVNULL)
+    command = ["-m", "loomstone", "render", str(run), "--frame", str(frame)]
+    options = ["--out", str(run / "p"), "--width", str(2 * width), "--height", str(2 * height)]
+    subprocess.run([sys.executable, *command, *options], check=True, stdout=subprocess.DEVNULL)
     drawn = package("matplotlib.image").imread(next((run / "p").glob("*.png")))[:, :, :3]
     halved = drawn.reshape(height, 2, width, 2, 3).mean(axis=(1, 3))
     return (255 * halved + 0.5).astype(np.uint8)

@@ -13,19 +13,9 @@ from code_blocks import ROOT
 def test_the_documentation_builds_without_a_warning(tmp_path):
     for package in ("sphinx", "furo", "myst_parser"):
         pytest.importorskip(package, reason="the extra `docs` is not installed")
-    command = ["-m", "sphinx", "-q", "-W", "--keep-going", "-c", str(ROOT / "docs")]
-    done = subprocess.run(
-        [
-            sys.executable,
-            *command,
-            "-d",
-            str(tmp_path / "trees"),
-            str(ROOT),
-            str(tmp_path / "pages"),
-        ],
-        capture_output=True,
-        text=True,
-    )
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going"]
+    places = ["-c", ROOT / "docs", "-d", tmp_path / "trees", ROOT, tmp_path / "pages"]
+    done = subprocess.run([*command, *map(str, places)], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     reference = (tmp_path / "pages/docs/reference/parameters.html").read_text()
     assert "mass per area [kg/m^2]" in reference, "the tables come from the declarations"
