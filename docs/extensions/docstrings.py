@@ -10,6 +10,8 @@ import re
 import textwrap
 from typing import Any
 
+from sphinx.util import logging
+
 PARAMETER = re.compile(r"([a-z_]\w*(?:, [a-z_]\w*)*) : (.+)")
 NAME = re.compile(r"[A-Za-z_][\w.]*(\(\))?")
 
@@ -84,6 +86,8 @@ def converted(lines: list[str]) -> list[str]:
 
 def process(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
     lines[:] = converted(lines)
+    if not any(lines):  # also where autodoc takes a text such as "time [s]" for a signature
+        logging.getLogger(__name__).warning("%s has no text in the reference", name)
 
 
 def setup(app: Any) -> dict[str, bool]:

@@ -24,7 +24,10 @@ NUMBERS = {
 }
 
 
-ARRAY = re.compile(r"ndarray\[tuple\[Any, \.\.\.\], dtype\[(\w+)\]\]")
+# An array in an annotation, with ~ where Sphinx hides the name of the module
+ARRAY = re.compile(
+    r"~?numpy\.ndarray\[tuple\[~?typing\.Any, \.\.\.\], ~?numpy\.dtype\[(~?[\w.]+)\]\]"
+)
 
 
 class WithoutAnnotated(ast.NodeTransformer):

@@ -870,7 +870,7 @@ class Frame:
     @property
     def time(self) -> float:
         """
-        time [s]
+        time of the frame [s]
         """
     @property
     def velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -1211,7 +1211,7 @@ class MassProperties:
     @property
     def mass(self) -> float:
         """
-        mass [kg]
+        mass of the body [kg]
         """
 
 class MagneticBody:
@@ -1307,7 +1307,7 @@ class SoftBody:
     @property
     def volume(self) -> float:
         """
-        volume [m^3]
+        volume of the body [m^3]
         """
 
 class ClothMaterial:
