@@ -30,8 +30,8 @@ INSTANTS = {
     "bin": 2.0,
     "dragon": 0.5,
     "dress": 2.2,
-    "fold": 0.5,
-    "funnel": 1.2,
+    "fold": 0.2,
+    "funnel": 0.4,
     "hanging": 0.4,
     "obstacle_walk": 2.0,
     "plunger": 0.2,
@@ -49,32 +49,33 @@ def processor_seconds() -> float:
     return used.ru_utime + used.ru_stime
 
 
+def call(*arguments: str) -> None:
+    """Runs a command of loomstone; ends with the last line of its error if it fails."""
+    command = [sys.executable, "-m", "loomstone", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0:
+        said = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        raise SystemExit(f"loomstone {' '.join(arguments)}: {said}")
+
+
 def simulate(name: str, run: Path, duration: list[str]) -> float:
     """Runs a scene and returns its processor time [s]."""
     before = processor_seconds()
-    command = ["-m", "loomstone", "run", f"{SCENES / name}.py", "--out", str(run)]
-    subprocess.run(
-        [sys.executable, *command, "--threads", "1", *duration],
-        check=True,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
+    call("run", str(SCENES / f"{name}.py"), "--out", str(run), "--threads", "1", *duration)
     return processor_seconds() - before
 
 
 def draw(run: Path, frame: int, name: str, width: int) -> np.ndarray[Any, Any]:
     look = SceneFile.open(SCENES / f"{name}.py", {}).render
     height = round(width * look.height / look.width)
-    command = ["-m", "loomstone", "render", str(run), "--frame", str(frame)]
-    options = ["--out", str(run / "p"), "--width", str(2 * width), "--height", str(2 * height)]
-    subprocess.run([sys.executable, *command, *options], check=True, stdout=subprocess.DEVNULL)
+    size = ["--width", str(2 * width), "--height", str(2 * height)]
+    call("render", str(run), "--frame", str(frame), "--out", str(run / "p"), *size)
     drawn = package("matplotlib.image").imread(next((run / "p").glob("*.png")))[:, :, :3]
     halved = drawn.reshape(height, 2, width, 2, 3).mean(axis=(1, 3))
     return (255 * halved + 0.5).astype(np.uint8)
 
 
 def write(path: Path, picture: np.ndarray[Any, Any]) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f"{path.stem}-partial.jpg")
     package("matplotlib.image").imsave(partial, picture, pil_kwargs={"quality": 82})
     partial.rename(path)
@@ -109,6 +110,7 @@ def main() -> None:
     tiny = dict(scenes=["hanging"], out=Path("docs"), width=64, duration=0.04)
     options = parsed(parser, **tiny)
     os.environ["OMP_WAIT_POLICY"] = "passive"
+    (options.out / "images/scenes").mkdir(parents=True, exist_ok=True)
     table = options.out / "gallery.json"
     done = json.loads(table.read_text()) if table.exists() else {}
     for name in options.scenes or [each for each in known if each not in done]:
