@@ -90,6 +90,12 @@ def process(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[
         logging.getLogger(__name__).warning("%s has no text in the reference", name)
 
 
+def skip(app: Any, what: str, name: str, obj: Any, skipped: bool, options: Any) -> bool | None:
+    """Leaves out the fields of named tuples, which the docstring of the class describes."""
+    return True if (obj.__doc__ or "").startswith("Alias for field number") else None
+
+
 def setup(app: Any) -> dict[str, bool]:
     app.connect("autodoc-process-docstring", process)
+    app.connect("autodoc-skip-member", skip)
     return {"parallel_read_safe": True}

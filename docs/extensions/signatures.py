@@ -15,7 +15,9 @@ from typing import Any
 
 import loomstone
 from loomstone import _core
+from numpy.typing import ArrayLike
 from sphinx.util.inspect import stringify_signature
+from sphinx.util.typing import stringify_annotation
 
 STUB = Path(loomstone.__file__).parent / "_core.pyi"
 NUMBERS = {
@@ -24,10 +26,17 @@ NUMBERS = {
 }
 
 
-# An array in an annotation, with ~ where Sphinx hides the name of the module
+# An array in an annotation, by name or with ~ where Sphinx hides the name of the module
 ARRAY = re.compile(
-    r"~?numpy\.ndarray\[tuple\[~?typing\.Any, \.\.\.\], ~?numpy\.dtype\[(~?[\w.]+)\]\]"
+    r"\bFloats\b|~?numpy\.ndarray\[tuple\[~?typing\.Any, \.\.\.\], ~?numpy\.dtype\[(~?[\w.]+)\]\]"
 )
+
+
+def with_arrays(text: str) -> str:
+    """Writes the types of arrays by their short names, which autodoc has replaced by the types."""
+    array_like = stringify_annotation(ArrayLike, "smart", short_literals=True)
+    text = text.replace(array_like, "ArrayLike")
+    return ARRAY.sub(lambda match: f"NDArray[{match[1] or 'float64'}]", text)
 
 
 class WithoutAnnotated(ast.NodeTransformer):
@@ -110,7 +119,7 @@ def process(app: Any, what: str, name: str, obj: Any, *given: Any) -> tuple[str,
         return None
     known = stub().get(".".join(name.split(".")[-2 if what == "method" else -1 :]))
     if what not in {"function", "method"} or hasattr(obj, "__code__") or known is None:
-        return ARRAY.sub(r"NDArray[\1]", signature), ARRAY.sub(r"NDArray[\1]", result or "")
+        return with_arrays(signature), with_arrays(result or "")
     returned = known.return_annotation
     arguments = stringify_signature(known, show_return_annotation=False)
     return arguments, "" if returned is inspect.Signature.empty else returned

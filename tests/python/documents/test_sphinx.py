@@ -17,8 +17,12 @@ def test_the_documentation_builds_without_a_warning(tmp_path):
     places = ["-c", ROOT / "docs", "-d", tmp_path / "trees", ROOT, tmp_path / "pages"]
     done = subprocess.run([*command, *map(str, places)], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    reference = (tmp_path / "pages/docs/reference/parameters.html").read_text()
-    assert "mass per area [kg/m^2]" in reference, "the tables come from the declarations"
+    reference = tmp_path / "pages/docs/reference"
+    assert "mass per area [kg/m^2]" in (reference / "parameters.html").read_text(), (
+        "the tables come from the declarations"
+    )
+    magnetics = (reference / "magnetics.html").read_text()
+    assert "ArrayLike" in magnetics and "_SupportsArray" not in magnetics, "types are readable"
 
 
 def test_every_description_has_its_table_of_parameters():
