@@ -171,7 +171,7 @@ void bind_frame(py::module_& m) {
         name, [member](const Frame& self) -> const auto& { return self.*member; },
         py::return_value_policy::reference_internal, text);
   };
-  c.def_readonly("time", &Frame::time, "time [s]");
+  c.def_readonly("time", &Frame::time, "time of the frame [s]");
   c.def_readonly("step", &Frame::step, "number of the last step");
   array("positions", &Frame::positions, "(n x 3) positions of the cloth vertices [m]");
   array("velocities", &Frame::velocities, "(n x 3) velocities of the cloth vertices [m/s]");

@@ -86,7 +86,9 @@ void bind_triangle_mesh(py::module_& m) {
       py::arg("rotation") =
           py::make_tuple(py::make_tuple(1, 0, 0), py::make_tuple(0, 1, 0), py::make_tuple(0, 0, 1)),
       py::arg("scale") = 1.0,
-      "Returns a copy with vertices at rotation * scale * x + translation [m] and unchanged uv.");
+      "Returns a copy with vertices at rotation * scale * x + translation [m] and unchanged uv.\n\n"
+      "translation : (3) displacement [m]\nrotation : (3 x 3) rotation matrix\n"
+      "scale : factor [1]\n\nRaises InvalidInput for a rotation that stretches or mirrors.");
   c.def("__eq__", &equal_meshes, py::is_operator());
   c.def("__repr__", &repr);
   py::detail::get_type_info(typeid(TriangleMesh))->implicit_conversions.push_back(&converted_mesh);

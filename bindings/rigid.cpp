@@ -12,7 +12,7 @@ void bind_rigid(py::module_& m) {
   py::class_<MassProperties> c(
       m, "MassProperties",
       "Mass, centre of mass and inertia of a closed mesh with uniform density.");
-  c.def_readonly("mass", &MassProperties::mass, "mass [kg]");
+  c.def_readonly("mass", &MassProperties::mass, "mass of the body [kg]");
   c.def_readonly("centre", &MassProperties::centre, "(3) centre of mass in mesh coordinates [m]");
   c.def_readonly("inertia", &MassProperties::inertia,
                  "(3 x 3) inertia about the centre of mass, in mesh axes [kg m^2]");

@@ -147,10 +147,13 @@ void bind_stepping(py::class_<S>& c) {
   c.def_property_readonly(
       "may_checkpoint", &S::may_checkpoint,
       "Whether a checkpoint may be taken now; False between rebuilds of the rigid-body world.");
-  c.def("checkpoint", &S::checkpoint, Released(), "Returns a Checkpoint with the exact state.");
+  c.def("checkpoint", &S::checkpoint, Released(),
+        "Returns a Checkpoint with the exact state. All ranks must call this method.\n\n"
+        "Raises InvalidInput where may_checkpoint is False.");
   c.def("restore", &S::restore, py::arg("checkpoint"), Released(),
         "Restores the state from a checkpoint of the same scene.");
-  c.def_property_readonly("topology", &S::topology, py::return_value_policy::reference_internal);
+  c.def_property_readonly("topology", &S::topology, py::return_value_policy::reference_internal,
+                          "FrameTopology: the data that all frames have in common");
   c.def("frame", &S::frame, Released(), "Returns the Frame of the current state.");
   c.def(
       "frame_at", [](S& self, In<"s"> time) { return self.frame_at(time); }, py::arg("time"),
@@ -158,11 +161,14 @@ void bind_stepping(py::class_<S>& c) {
 }
 
 void bind_ranks(py::class_<S>& c) {
-  c.def_property_readonly("threads", &S::threads);
+  c.def_property_readonly("threads", &S::threads, "largest number of threads");
   c.def_property_readonly("decomposition", &S::decomposition,
                           "How collision handling is divided among ranks and threads.");
-  c.def_property_readonly("rank", [](const S& self) { return self.communicator().rank(); });
-  c.def_property_readonly("ranks", [](const S& self) { return self.communicator().size(); });
+  c.def_property_readonly(
+      "rank", [](const S& self) { return self.communicator().rank(); },
+      "index of this rank, from 0");
+  c.def_property_readonly(
+      "ranks", [](const S& self) { return self.communicator().size(); }, "number of ranks");
   c.def(
       "agree", [](const S& self, std::int64_t value) { return self.communicator().maximum(value); },
       py::arg("value"), Released(), "Largest value over all ranks.");

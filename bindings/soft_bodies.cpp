@@ -78,7 +78,7 @@ void bind_soft_body(py::module_& m) {
       "saturation", [](const SoftBody& b) { return b.saturation; },
       "saturation polarization mu0 M_s [T]; 0: no saturation");
   c.def_property_readonly(
-      "volume", [](const SoftBody& b) { return b.shape->volume(); }, "volume [m^3]");
+      "volume", [](const SoftBody& b) { return b.shape->volume(); }, "volume of the body [m^3]");
   c.def(
       "__eq__", [](const SoftBody& a, const SoftBody& b) { return equal(a, b); },
       py::is_operator());

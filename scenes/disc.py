@@ -8,8 +8,8 @@ limits (D), strain concentrates over the sphere. The commands below reproduce fi
 thesis.
 
     loomstone run scenes/disc.py --out out/disc --render
-    loomstone render out/disc --color-by strain_split+strain_shear --color-map diverging --color-low
-    -0.2 --color-high 0.2
+    loomstone render out/disc --color-by strain_split+strain_shear --color-map diverging \
+        --color-low -0.2 --color-high 0.2
 """
 
 import loomstone as ls

@@ -12,8 +12,8 @@ The commands below draw the three rows of the figure: the cloths, the strain alo
 of each cloth) and warp (right half), and the shear.
 
     loomstone run scenes/swing_limits.py --out out/swing_limits
-    loomstone render out/swing_limits --color-by cloth+strain_split+strain_shear --color-map
-    diverging --color-low -0.25 --color-high 0.25
+    loomstone render out/swing_limits --color-map diverging --color-low -0.25 --color-high 0.25 \
+        --color-by cloth+strain_split+strain_shear
 """
 
 import loomstone as ls

@@ -883,7 +883,7 @@ class Frame:
     @property
     def time(self) -> float:
         """
-        time [s]
+        time of the frame [s]
         """
     @property
     def velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -924,6 +924,12 @@ class TriangleMesh:
     ) -> TriangleMesh:
         """
         Returns a copy with vertices at rotation * scale * x + translation [m] and unchanged uv.
+
+        translation : (3) displacement [m]
+        rotation : (3 x 3) rotation matrix
+        scale : factor [1]
+
+        Raises InvalidInput for a rotation that stretches or mirrors.
         """
     @property
     def closed(self) -> bool:
@@ -1218,7 +1224,7 @@ class MassProperties:
     @property
     def mass(self) -> float:
         """
-        mass [kg]
+        mass of the body [kg]
         """
 
 class MagneticBody:
@@ -1314,7 +1320,7 @@ class SoftBody:
     @property
     def volume(self) -> float:
         """
-        volume [m^3]
+        volume of the body [m^3]
         """
 
 class ClothMaterial:
@@ -3929,7 +3935,9 @@ class Simulation:
         """
     def checkpoint(self) -> Checkpoint:
         """
-        Returns a Checkpoint with the exact state.
+        Returns a Checkpoint with the exact state. All ranks must call this method.
+
+        Raises InvalidInput where may_checkpoint is False.
         """
     def collision_motion(self) -> CollisionRecord:
         """
@@ -4108,9 +4116,15 @@ class Simulation:
     @positions.setter
     def positions(self, arg1: typing.Any) -> None: ...
     @property
-    def rank(self) -> int: ...
+    def rank(self) -> int:
+        """
+        index of this rank, from 0
+        """
     @property
-    def ranks(self) -> int: ...
+    def ranks(self) -> int:
+        """
+        number of ranks
+        """
     @property
     def report(self) -> StepReport:
         """
@@ -4132,14 +4146,20 @@ class Simulation:
         length of a step, or largest length of automatic steps [s]
         """
     @property
-    def threads(self) -> int: ...
+    def threads(self) -> int:
+        """
+        largest number of threads
+        """
     @property
     def time(self) -> float:
         """
         simulated time [s]
         """
     @property
-    def topology(self) -> FrameTopology: ...
+    def topology(self) -> FrameTopology:
+        """
+        FrameTopology: the data that all frames have in common
+        """
     @property
     def velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """

@@ -208,6 +208,8 @@ class Simulation(_core.Simulation):
     def digest(self) -> str:
         """Returns a hash of the state, which is equal if and only if all bits are equal.
 
+        All ranks must call this method, and get the same hash.
+
         If the current step allows no checkpoint (see `may_checkpoint`), the hash covers positions,
         velocities and bodies only.
         """

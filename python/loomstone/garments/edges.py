@@ -40,10 +40,12 @@ class Edge:
 
     @property
     def start(self) -> Point:
+        """First point [m]."""
         return self.points[0]
 
     @property
     def end(self) -> Point:
+        """Last point [m]."""
         return self.points[-1]
 
     @property

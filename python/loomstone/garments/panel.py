@@ -95,6 +95,7 @@ class Panel:
         return self.edges, *self.holes
 
     def edge(self, name: str) -> Edge:
+        """Returns an edge of the outline or of a hole. Raises InvalidInput for an unknown name."""
         edges = [edge for loop in self.loops for edge in loop]
         for edge in edges:
             if edge.name == name:
@@ -116,6 +117,7 @@ class Panel:
         )
 
     def placed(self, place: Placement) -> Panel:
+        """Returns the panel with a new placement."""
         return replace(self, place=place)
 
     def pattern(self, points: Floats) -> Floats:

@@ -55,6 +55,7 @@ class Pattern:
         return f"Pattern({names}: {len(self.seams)} seams)"
 
     def panel(self, name: str) -> Panel:
+        """Returns a panel by its name. Raises InvalidInput for an unknown name."""
         for panel in self.panels:
             if panel.name == name:
                 return panel

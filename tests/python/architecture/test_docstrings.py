@@ -1,8 +1,10 @@
-"""The examples in docstrings give the output that they show."""
+"""Public names have docstrings, whose examples give the output that they show."""
 
 import doctest
 import importlib
+import inspect
 import pkgutil
+import re
 
 import loomstone
 import pytest
@@ -18,3 +20,30 @@ MODULES = [
 def test_the_examples_of_a_module_give_what_they_say(name):
     module = importlib.import_module(name)
     assert doctest.testmod(module).failed == 0
+
+
+ROOMS = [loomstone] + [
+    value for name in loomstone.__all__ if inspect.ismodule(value := getattr(loomstone, name))
+]
+
+
+def says_nothing(value, name):
+    """True without a docstring, or with that of pybind11, which is the signature alone."""
+    text = inspect.getdoc(value) or ""
+    return not re.sub(rf"\A{name}\(.*\n*", "", text)
+
+
+@pytest.mark.parametrize("room", ROOMS, ids=lambda room: room.__name__)
+def test_every_public_name_and_member_has_a_docstring(room):
+    missing = []
+    for name in room.__all__:
+        public = getattr(room, name)
+        members = vars(public).items() if isinstance(public, type) else ()
+        missing += [name] if says_nothing(public, name) else []
+        missing += [
+            f"{name}.{member}"
+            for member, value in members
+            if isinstance(value, property) or callable(value)
+            if not member.startswith("_") and says_nothing(value, member)
+        ]
+    assert not missing

@@ -1,0 +1,60 @@
+"""Every code block of the Markdown pages runs as pasted, or the page gives the reason why not."""
+
+import shutil
+
+import pytest
+from code_blocks import LANGUAGES, PAGES, ROOT, Session, blocks
+
+RUN = [
+    page for page in PAGES if any(b.language in {"python", "sh"} for b in blocks(page.read_text()))
+]
+
+
+def of(page):
+    return page.relative_to(ROOT).as_posix()
+
+
+def run(page, tmp_path, monkeypatch, *, nightly):
+    monkeypatch.chdir(tmp_path)
+    session = Session(tmp_path)
+    for block in blocks(page.read_text()):
+        if "mpirun" in block.code and shutil.which("mpirun") is None:
+            continue
+        if not block.remark or (block.remark == "runs nightly" and nightly):
+            session.run(block, page)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=of)
+def test_every_code_block_names_its_language(page):
+    assert {block.language for block in blocks(page.read_text())} <= LANGUAGES
+
+
+@pytest.mark.parametrize("page", RUN, ids=of)
+def test_the_code_blocks_of_a_page_run_as_pasted(page, tmp_path, monkeypatch):
+    run(page, tmp_path, monkeypatch, nightly=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "page",
+    [page for page in RUN if any(b.remark == "runs nightly" for b in blocks(page.read_text()))],
+    ids=of,
+)
+def test_the_long_code_blocks_of_a_page_run_as_pasted(page, tmp_path, monkeypatch):
+    run(page, tmp_path, monkeypatch, nightly=True)
+
+
+def test_a_block_is_saved_run_or_left_out_as_the_text_before_it_says(tmp_path):
+    page = (
+        "Save this as `mine.py`:\n\n```python\nx = 1\n```\n\n"
+        "<!-- not run: needs a cluster -->\n\n```sh\nfalse\n```\n\n"
+        "```{fields} Cloth\n```\n\n```sh\ntest -f mine.py\n```\n"
+    )
+    saved, left_out, last = blocks(page)
+    assert (saved.file, saved.line, saved.remark) == ("mine.py", 4, "")
+    assert (left_out.remark, left_out.reason) == ("not run", "needs a cluster")
+    session = Session(tmp_path)
+    session.run(saved, ROOT / "README.md")
+    session.run(last, ROOT / "README.md")
+    with pytest.raises(AssertionError, match=r"README\.md, line 10"):
+        session.run(left_out, ROOT / "README.md")
