@@ -47,7 +47,7 @@ class Simulation(_core.Simulation):
 
     Raises InvalidInput if the scene cannot be simulated. `positions`, `velocities` and
     `external_forces` are copies that can be assigned. `state` provides views of the internal
-    tables.
+    tables, and `scene` is the Scene that was given.
 
     >>> import loomstone as ls
     >>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), pins=[0, 4])])
@@ -57,8 +57,10 @@ class Simulation(_core.Simulation):
     0.005
     """
 
-    __slots__ = ("communicator",)  # assigning to a misspelt name raises an error
+    # With slots, assigning to a misspelt name raises an error.
+    __slots__ = ("communicator", "scene")
     communicator: Communicator
+    scene: Scene
 
     def __init__(
         self,
@@ -80,7 +82,7 @@ class Simulation(_core.Simulation):
         ranks = _communicator(communicator)
         end_all_on_failure(ranks)
         super().__init__(scene, integrator, threads=threads, communicator=ranks)
-        self.communicator = ranks
+        self.communicator, self.scene = ranks, scene
 
     @takes(duration="s", rate="1/s")
     def frames(self, *, duration: float, rate: float = 25.0) -> Iterator[Frame]:

@@ -10,8 +10,8 @@ import typer
 from ..runs.cache import Run
 from ..runs.scene_file import SceneFile, parse_parameters
 from .application import app, session
-from .inspection import check_run, check_scene, describe
-from .options import Parameters
+from .inspection import check_run, check_scene, describe, print_source
+from .options import Parameters, Trust
 
 
 @app.command()
@@ -22,12 +22,14 @@ def check(
         Path | None,
         typer.Option(help="picture (PNG) of the start, vertices of intersecting triangles marked"),
     ] = None,
+    trust: Trust = False,
 ) -> None:
     """Checks a scene before it is run, or checks a run.
 
     A scene fails if it cannot be simulated, for example because triangles intersect at its start.
     A run fails if triangles of cloth intersect in any frame, or if check() of its scene file fails.
-    The exit code is 1 if the scene or run fails.
+    The exit code is 1 if the scene or run fails. check() is part of the program that the run
+    contains; see --trust.
 
     \b
         loomstone check scenes/drape.py --render start.png
@@ -35,7 +37,7 @@ def check(
     """
     with session(parallel=False):
         if path.is_dir():
-            good = check_run(Run(path))
+            good = check_run(Run(path), trust=trust)
         else:
             good = check_scene(SceneFile.open(path, parse_parameters(p)), render)
         if not good:
@@ -45,6 +47,9 @@ def check(
 @app.command()
 def info(
     path: Annotated[Path, typer.Argument(help="run, .vtkhdf file, checkpoint, mesh or scene file")],
+    source: Annotated[
+        bool, typer.Option("--source", help="print the scene program stored in a run")
+    ] = False,
 ) -> None:
     """Describes the content of a run, cache file, checkpoint, mesh or scene file.
 
@@ -52,4 +57,7 @@ def info(
         loomstone info out/drape
     """
     with session(parallel=False):
-        describe(path)
+        if source:
+            print_source(path)
+        else:
+            describe(path)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["Parameters", "Render", "RunArgument", "SceneArgument", "Threads"]
+__all__ = ["Parameters", "Render", "RunArgument", "SceneArgument", "Threads", "Trust"]
 
 SceneArgument = Annotated[Path, typer.Argument(help="Python file with a function scene()")]
 RunArgument = Annotated[Path, typer.Argument(help="directory of a run")]
@@ -17,3 +17,10 @@ Parameters = Annotated[
 ]
 Threads = Annotated[int, typer.Option(help="number of threads; 0: all processors", min=0)]
 Render = Annotated[bool, typer.Option("--render", help="draw every frame and make a video")]
+Trust = Annotated[
+    bool,
+    typer.Option(
+        "--trust",
+        help="run the program stored in the run even if it differs from the scene file at hand",
+    ),
+]

@@ -24,7 +24,7 @@ from ..runs.signals import Interrupted
 from ..simulation import Simulation
 from .application import app, session
 from .inspection import report_text
-from .options import Parameters, Render, RunArgument, SceneArgument, Threads
+from .options import Parameters, Render, RunArgument, SceneArgument, Threads, Trust
 
 
 @app.command()
@@ -84,19 +84,24 @@ def run(
 
 
 @app.command()
-def resume(run: RunArgument, threads: Threads = 0, render: Render = False) -> None:
+def resume(
+    run: RunArgument, threads: Threads = 0, render: Render = False, trust: Trust = False
+) -> None:
     """Continues a run that was interrupted or killed, with a bit-identical result.
 
     Scene, parameters and options are those with which the run began; threads and ranks may differ.
     If frames/ contains pictures, drawing continues with their options. If it contains none,
     --render starts drawing. Missing pictures are drawn at the end.
 
+    A run contains the program of its scene file. It runs if it equals the scene file at hand, or
+    with --trust: a run from a stranger contains his program.
+
     \b
         loomstone resume out/drape
     """
     with session() as communicator:
         begun = Run(run)
-        file = SceneFile.of_run(begun)
+        file = SceneFile.of_run(begun, trust=trust)
         duration, rate, options, look = stored_options(begun)
         looks = drawn_with(run / "frames") or (look if render else None)
         del begun

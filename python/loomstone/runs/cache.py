@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from .._core import CacheError, Frame, FrameReader, FrameTopology, Scene
+from .magnet_record import magnets_from_record
 from .scene_file import SceneFile
 from .stacked import Stacked
 from .steps import read_steps
@@ -150,12 +151,28 @@ class Run:
         length = self.times[-1] - self.times[0] if len(self) > 1 else 0.0
         return float(f"{(len(self) - 1) / length:.6g}") if length > 0.0 else 25.0
 
-    def scene(self) -> Scene:
+    def scene(self, *, trust: bool = False) -> Scene:
         """Returns the scene as defined by its file when the run began.
 
-        Raises CacheError if the run was not made from a scene file.
+        trust : run the program stored in the run even if it differs from the scene file at hand. A
+            run from a stranger contains his program, which can do anything that you can do.
+
+        Raises CacheError if the run was not made from a scene file, or if its program may not run.
         """
-        return SceneFile.of_run(self).scene()
+        return SceneFile.of_run(self, trust=trust).scene()
+
+    def magnetic_scene(self) -> Scene | None:
+        """Returns the bodies, obstacles, magnets and coils of the scene; None without magnets.
+
+        They are stored as numbers, so no program of the run is needed. Obstacles are at rest.
+        """
+        record = self.metadata.get("magnetic_scene")
+        if record is None:
+            return None
+        try:
+            return magnets_from_record(record)
+        except CacheError as error:
+            raise CacheError(f"{self.directory}: {error}") from error
 
     def intersecting_pairs(self, index: int = -1) -> list[tuple[int, int]]:
         """Returns the pairs of intersecting triangles in a frame.
