@@ -51,6 +51,9 @@ def run(
     verify: Annotated[
         bool, typer.Option("--verify", help="count intersecting triangles of every frame exactly")
     ] = False,
+    compression: Annotated[
+        int, typer.Option(help="compression of the frames, 0: none, to 9", min=0, max=9)
+    ] = 0,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="replace an existing run")] = False,
 ) -> None:
     """Simulates a scene.
@@ -78,7 +81,7 @@ def run(
         frame_count(duration, rate)
         look = file.render if render else None
         directory = out or Path("out") / scene.stem
-        settings = RunOptions(duration, rate, look, verify)
+        settings = RunOptions(duration, rate, look, verify, compression)
         task = _Task(file, options, settings, directory, threads, overwrite=overwrite)
         _advance(task, communicator)
 

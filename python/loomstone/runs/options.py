@@ -20,9 +20,12 @@ class RunOptions:
     render : options of the pictures; None: no pictures. They are drawn during the run, or at its
         end if their colours span the values of all frames.
     verify : whether the intersections of every frame are counted exactly
+    compression : level of the compression of frames, 0 (none) to 9 (deflate); a resumed run keeps
+        the level with which it began. docs/cache.md gives its cost.
     """
 
     duration: float
     rate: float = 25.0
     render: RenderOptions | None = None
     verify: bool = False
+    compression: int = 0
