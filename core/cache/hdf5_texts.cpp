@@ -40,6 +40,31 @@ std::string joined(const std::vector<std::string>& texts) {
   return bytes;
 }
 
+// Returns the length of the UTF-8 character that begins at the lead byte, or 0 if there is none.
+std::size_t length_of_character(unsigned char lead) {
+  if (lead < 0x80) return 1;
+  if (lead >= 0xC2 && lead < 0xE0) return 2;
+  if (lead >= 0xE0 && lead < 0xF0) return 3;
+  return lead >= 0xF0 && lead < 0xF5 ? 4 : 0;
+}
+
+// Also refuses characters that are too long, surrogates, and numbers above 0x10FFFF.
+bool is_utf8(const std::string& text) {
+  for (std::size_t at = 0; at < text.size();) {
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[at + i]); };
+    const std::size_t length = length_of_character(byte(0));
+    if (length == 0 || at + length > text.size()) return false;
+    for (std::size_t i = 1; i < length; ++i)
+      if ((byte(i) & 0xC0) != 0x80) return false;
+    if (length == 3 && ((byte(0) == 0xE0 && byte(1) < 0xA0) || (byte(0) == 0xED && byte(1) > 0x9F)))
+      return false;
+    if (length == 4 && ((byte(0) == 0xF0 && byte(1) < 0x90) || (byte(0) == 0xF4 && byte(1) > 0x8F)))
+      return false;
+    at += length;
+  }
+  return true;
+}
+
 std::vector<std::string> split(const std::string& bytes, std::size_t length) {
   std::vector<std::string> texts;
   for (std::size_t at = 0; at < bytes.size(); at += length) {
@@ -151,7 +176,10 @@ std::vector<std::string> Hdf5File::read_texts(const std::string& path) const {
   if (count > 0)
     checked(H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes.data()), shared_->name,
             "read " + path);
-  return split(bytes, length);
+  const std::vector<std::string> texts = split(bytes, length);
+  for (const std::string& text : texts)
+    if (!is_utf8(text)) damaged(shared_->name, path + " is not UTF-8");
+  return texts;
 }
 
 std::string Hdf5File::read_text(const std::string& path) const {

@@ -137,6 +137,24 @@ TEST_CASE("a checkpoint of a newer format is refused with both numbers") {
       Contains("written by a newer version (checkpoint format 3, this build reads up to 2)"));
 }
 
+TEST_CASE("texts that are not UTF-8 are refused") {
+  const TemporaryDirectory directory;
+  const std::string path = directory / "texts";
+  const char* bad[] = {"\x80",         "a\xC3",        "\xC0\xAF",
+                       "\xE0\x80\x80", "\xED\xA0\x80", "\xF5\x80\x80\x80"};
+  const std::vector<std::string> good = {"", "\xC3\xA9", "\xE2\x82\xAC", "\xF0\x9F\x98\x80 x"};
+  {
+    Hdf5File file = Hdf5File::create(path);
+    for (int i = 0; i < 6; ++i) file.write_text("/bad" + std::to_string(i), bad[i]);
+    file.write_texts("/good", good);
+    file.flush();
+  }
+  const Hdf5File file = Hdf5File::open(path);
+  CHECK(file.read_texts("/good") == good);
+  for (int i = 0; i < 6; ++i)
+    CHECK_THROWS_WITH(file.read_text("/bad" + std::to_string(i)), Contains("is not UTF-8"));
+}
+
 TEST_CASE("columns that an older file lacks keep their defaults") {
   struct Row {
     std::int64_t step = -1;

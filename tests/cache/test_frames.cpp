@@ -64,7 +64,8 @@ TEST_CASE("positions that do not change are stored once, and no dataset has rows
   REQUIRE(reader.n_frames() == n_frames);
   CHECK(same(reader.frame(19), frame));
   CHECK(reader.frame(11).body_vertices(0, 0) == frame.body_vertices(0, 0) - 1.0);
-  const auto rows_of = [&](const std::string& name, const std::string& path, const RowFormat& format) {
+  const auto rows_of = [&](const std::string& name, const std::string& path,
+                           const RowFormat& format) {
     return Hdf5File::open(directory / name).open_rows("/VTKHDF/" + path, format).size();
   };
   CHECK(rows_of("bodies.vtkhdf", "Points", {Number::Float64, 3}) == 2 * 8);
