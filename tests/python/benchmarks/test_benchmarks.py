@@ -9,7 +9,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
 BENCHMARKS = ROOT / "tests" / "benchmarks"
-MODULES = ("smoke.py", "extreme_scenes.py")  # imported by programs and tests, but not run
+# Imported by programs and tests, but not run.
+MODULES = ("smoke.py", "extreme_scenes.py", "fault_trials.py", "fault_scenes.py")
 PROGRAMS = sorted(p for p in BENCHMARKS.rglob("*.py") if p.name not in MODULES)
 BUILT = [
     f"{p.parent.name}/{p.stem}" for p in sorted(BENCHMARKS.glob("*/benchmark_*.cpp"))
