@@ -8,6 +8,13 @@ namespace loomstone {
 
 namespace {
 
+// Raises an error in Python. Messages quote files, whose bytes may be no UTF-8; those are escaped.
+void raise(const py::handle& kind, const std::string& message) {
+  const auto text = py::reinterpret_steal<py::object>(PyUnicode_DecodeUTF8(
+      message.data(), static_cast<Py_ssize_t>(message.size()), "backslashreplace"));
+  py::set_error(kind, text);
+}
+
 void bind_errors(py::module_& m) {
   static py::exception<Error> error(m, "Error", PyExc_Exception);
   error.attr("__doc__") = "Base class of all errors of this library.";
@@ -34,15 +41,15 @@ void bind_errors(py::module_& m) {
     try {
       if (failure) std::rethrow_exception(failure);
     } catch (const InvalidInput& e) {
-      py::set_error(input, e.what());
+      raise(input, e.what());
     } catch (const SolverFailure& e) {
-      py::set_error(solver, e.what());
+      raise(solver, e.what());
     } catch (const CacheError& e) {
-      py::set_error(cache, e.what());
+      raise(cache, e.what());
     } catch (const Unsupported& e) {
-      py::set_error(unsupported, e.what());
+      raise(unsupported, e.what());
     } catch (const Error& e) {
-      py::set_error(error, e.what());
+      raise(error, e.what());
     }
   });
 }

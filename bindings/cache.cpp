@@ -72,8 +72,9 @@ void bind_cache(py::module_& m) {
   py::class_<FrameWriter> writer(m, "FrameWriter",
                                  "Writes run.vtkhdf (cloth) and bodies.vtkhdf into a directory. "
                                  "The files can be read at any time.");
-  writer.def(py::init<const std::string&, const FrameTopology&, const std::string&>(),
-             py::arg("directory"), py::arg("topology"), py::arg("metadata"));
+  writer.def(py::init<const std::string&, const FrameTopology&, const std::string&, int>(),
+             py::arg("directory"), py::arg("topology"), py::arg("metadata"),
+             py::arg("compression") = 0);
   writer.def_static("reopen", &FrameWriter::reopen, py::arg("directory"), py::arg("after_time"),
                     "Continues existing files. Frames later than after_time [s] are removed.");
   writer.def("write", &FrameWriter::write, py::arg("frame"),

@@ -24,7 +24,7 @@ namespace loomstone {
 
 namespace {
 
-constexpr FileFormat format = {"checkpoint", 1, 1, "run the scene again"};
+constexpr FileFormat format = {"checkpoint", 2, 2, "run the scene again"};
 constexpr char mark[8] = {'L', 'O', 'O', 'M', 'C', 'H', 'K', '\n'};
 
 struct Trailer {
@@ -113,17 +113,12 @@ std::string encoded(const std::string& name) {
   return text;
 }
 
-std::string decoded(const std::string& text) {
-  std::string name;
-  for (std::size_t at = 0; at < text.size(); ++at) {
-    if (text[at] != '%') {
-      name += text[at];
-      continue;
-    }
-    name += static_cast<char>(std::stoi(text.substr(at + 1, 2), nullptr, 16));
-    at += 2;
+std::string decoded(std::string text) {
+  for (std::size_t at = text.find('%'); at != std::string::npos; at = text.find('%', at + 1)) {
+    const std::string code = text.substr(at, 3);
+    text.replace(at, code.size(), code == "%2F" ? "/" : code == "%2E" ? "." : "%");
   }
-  return name;
+  return text;
 }
 
 void check_shape(const std::string& name, const Checkpoint::Array& array) {
@@ -152,7 +147,7 @@ std::vector<unsigned char> to_bytes(const std::string& path, const Checkpoint& c
   for (const auto& [name, values] : checkpoint.bytes)
     file.write_array("/bytes/" + encoded(name), Number::UInt8, length(values), values.data());
   for (const auto& [name, text] : checkpoint.texts)
-    file.write_array("/texts/" + encoded(name), Number::UInt8, length(text), text.data());
+    file.write_text("/texts/" + encoded(name), text);
   return file.image();
 }
 
@@ -171,10 +166,8 @@ Checkpoint from_bytes(const std::string& path, std::span<const unsigned char> by
     checkpoint.integers[decoded(name)] = file.read_array<std::int64_t>("/integers/" + name);
   for (const std::string& name : file.children("/bytes"))
     checkpoint.bytes[decoded(name)] = file.read_array<std::uint8_t>("/bytes/" + name);
-  for (const std::string& name : file.children("/texts")) {
-    const auto text = file.read_array<std::uint8_t>("/texts/" + name);
-    checkpoint.texts[decoded(name)].assign(text.begin(), text.end());
-  }
+  for (const std::string& name : file.children("/texts"))
+    checkpoint.texts[decoded(name)] = file.read_text("/texts/" + name);
   return checkpoint;
 }
 

@@ -15,9 +15,10 @@ namespace loomstone {
 class FrameWriter {
  public:
   // Creates the files under temporary names and then renames them. `metadata` is free text (JSON)
-  // that is stored with the frames.
+  // that is stored with the frames. `compression` (0 to 9, deflate) makes files smaller and writing
+  // slower.
   FrameWriter(const std::string& directory, const FrameTopology& topology,
-              const std::string& metadata);
+              const std::string& metadata, int compression = 0);
   // Continues a run. Copies its complete frames and reports up to and including `after_time` [s] to
   // new files, which then replace the old ones.
   static FrameWriter reopen(const std::string& directory, double after_time);
@@ -52,6 +53,7 @@ class FrameReader {
   int n_frames() const;
   const FrameTopology& topology() const;
   const std::string& metadata() const;
+  int compression() const;
   const std::vector<double>& times() const;
   Frame frame(int index) const;
   std::vector<StepReport> reports() const;  // of all recorded steps, in order

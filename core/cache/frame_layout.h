@@ -17,7 +17,7 @@ namespace loomstone::frame_layout {
 // this version would misinterpret new files, for example after a change of meaning or unit.
 // Additional columns and datasets do not increase it, because readers find columns by name and use
 // defaults for missing columns.
-inline constexpr FileFormat format = {"file", 2, 2, "run the scene again"};
+inline constexpr FileFormat format = {"file", 3, 3, "run the scene again"};
 
 inline const std::string run_file = "run.vtkhdf", bodies_file = "bodies.vtkhdf";
 inline const std::string group = "/loomstone";
@@ -42,11 +42,11 @@ constexpr Number number_of() {
 inline std::vector<Column> report_columns(std::size_t start = 0) {
   std::vector<Column> columns;
   const StepReport report;
-  for_each_number(report, [&](const std::string& path, const auto&, const auto& value) {
+  for_each_number(report, [&](const std::string& path, const auto& each, const auto& value) {
     const auto offset =
         reinterpret_cast<const char*>(&value) - reinterpret_cast<const char*>(&report);
     columns.push_back({path, number_of<std::remove_cvref_t<decltype(value)>>(),
-                       start + static_cast<std::size_t>(offset)});
+                       start + static_cast<std::size_t>(offset), each.unit, each.meaning});
   });
   return columns;
 }
@@ -57,7 +57,8 @@ inline RowFormat report_format() {
 
 inline RowFormat frame_format() {
   auto columns = report_columns(offsetof(FrameRow, report));
-  columns.insert(columns.begin(), {"frame_step", Number::Int64, offsetof(FrameRow, step)});
+  columns.insert(columns.begin(), {"frame_step", Number::Int64, offsetof(FrameRow, step), "1",
+                                   "number of the last step that has begun"});
   return {.columns = columns, .bytes = sizeof(FrameRow)};
 }
 

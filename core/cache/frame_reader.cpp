@@ -28,18 +28,6 @@ Hdf5File open_ours(const std::string& path, const std::string& kind) {
   return file;
 }
 
-std::string read_text(const Hdf5File& file, const std::string& name) {
-  const auto bytes = file.read_array<std::uint8_t>(group + "/" + name);
-  return {bytes.begin(), bytes.end()};
-}
-
-std::vector<std::string> read_names(const Hdf5File& file) {
-  std::vector<std::string> names(file.children(group + "/names").size());
-  for (std::size_t i = 0; i < names.size(); ++i)
-    names[i] = read_text(file, formatted("names/{}", i));
-  return names;
-}
-
 bool is_directory(const std::string& path) {
   struct stat status = {};
   return stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
@@ -74,8 +62,10 @@ struct FrameReader::Data {
   Data(const std::string& run_path, const std::string& bodies_path)
       : run_file(open_ours(run_path, run_kind)), run(run_file), times(run.times()) {
     read_cloth();
-    metadata = read_text(run_file, "metadata");
+    metadata = run_file.read_text(group + "/metadata");
     if (run_file.has_attribute(group, "n_coils")) n_coils = run_file.attribute(group, "n_coils");
+    if (n_coils < 0 || n_coils > run_file.length() / 8)
+      fail<CacheError>("{}: the file is damaged: n_coils is not a count.", run_file.name());
     if (run_file.attribute(group, "has_bodies")) {
       bodies_file = open_ours(bodies_path, bodies_kind);
       bodies.emplace(*bodies_file);
@@ -86,8 +76,8 @@ struct FrameReader::Data {
   void read_cloth() {
     const std::int64_t n_triangles = run.triangles().rows();
     topology.triangles = run.triangles();
-    topology.cloth_names = read_names(run_file);
-    topology.cloth_of_vertex = run.constant_indices("PointData/cloth", run.n_points());
+    topology.cloth_names = run_file.read_texts(group + "/names");
+    topology.cloth_of_vertex = run.constant_indices("PointData/cloth", run.n_vertices());
     topology.cloth_of_triangle = run.constant_indices("CellData/cloth", n_triangles);
     const auto uv = run.constant_numbers("CellData/uv", n_triangles, 6);
     topology.corner_uv = Eigen::Map<const Points2>(uv.data(), 3 * n_triangles, 2);
@@ -97,10 +87,10 @@ struct FrameReader::Data {
 
   void read_bodies() {
     topology.body_triangles = bodies->triangles();
-    topology.body_names = read_names(*bodies_file);
-    topology.body_of_vertex = bodies->constant_indices("PointData/body", bodies->n_points());
+    topology.body_names = bodies_file->read_texts(group + "/names");
+    topology.body_of_vertex = bodies->constant_indices("PointData/body", bodies->n_vertices());
     if (bodies_file->has("/VTKHDF/PointData/pole"))
-      topology.body_pole = bodies->constant_numbers("PointData/pole", bodies->n_points(), 1);
+      topology.body_pole = bodies->constant_numbers("PointData/pole", bodies->n_vertices(), 1);
     topology.body_of_triangle =
         bodies->constant_indices("CellData/body", bodies->triangles().rows());
     topology.body_is_floor = bodies_file->read_array<std::uint8_t>(group + "/is_floor");
@@ -131,6 +121,9 @@ FrameReader::FrameReader(const std::string& path) {
 int FrameReader::n_frames() const { return static_cast<int>(data_->times.size()); }
 const FrameTopology& FrameReader::topology() const { return data_->topology; }
 const std::string& FrameReader::metadata() const { return data_->metadata; }
+int FrameReader::compression() const {
+  return static_cast<int>(data_->run_file.attribute(group, "compression"));
+}
 const std::vector<double>& FrameReader::times() const { return data_->times; }
 
 Frame FrameReader::frame(int index) const {
@@ -138,19 +131,19 @@ Frame FrameReader::frame(int index) const {
     fail<InvalidInput>("frame index must be in [0, {}), got {} of {}.", n_frames(), index,
                        data_->run_file.name());
   const PolyDataReader& run = data_->run;
-  const std::int64_t n_vertices = run.n_points(), n_triangles = run.triangles().rows();
+  const std::int64_t n_vertices = run.n_vertices(), n_triangles = run.triangles().rows();
   Frame frame;
   frame.time = data_->times[static_cast<std::size_t>(index)];
-  frame.positions = run.points(index);
+  frame.positions = run.positions(index);
   frame.velocities.resize(n_vertices, 3);
   frame.contact.resize(static_cast<std::size_t>(n_vertices));
   frame.strain.resize(n_triangles, 3);
   frame.stretch.resize(n_triangles);
-  run.read("PointData/velocity", Number::Float64, 3, n_vertices, index, frame.velocities.data());
-  run.read("PointData/contact", Number::UInt8, 1, n_vertices, index, frame.contact.data());
-  run.read("CellData/strain", Number::Float64, 3, n_triangles, index, frame.strain.data());
-  run.read("CellData/stretch", Number::Float64, 1, n_triangles, index, frame.stretch.data());
-  frame.body_vertices = data_->bodies ? data_->bodies->points(index) : Points(0, 3);
+  run.read_at_vertices("velocity", {Number::Float64, 3}, index, frame.velocities.data());
+  run.read_at_vertices("contact", {Number::UInt8, 1}, index, frame.contact.data());
+  run.read_at_cells("strain", {Number::Float64, 3}, index, frame.strain.data());
+  run.read_at_cells("stretch", {Number::Float64, 1}, index, frame.stretch.data());
+  frame.body_vertices = data_->bodies ? data_->bodies->positions(index) : Points(0, 3);
   FrameRow row;
   data_->run_file.open_rows(group + "/frames", frame_format()).read(index, 1, &row);
   frame.step = row.step;
@@ -166,7 +159,7 @@ Frame FrameReader::frame(int index) const {
 std::vector<StepReport> FrameReader::reports() const {
   const Hdf5Rows rows = data_->run_file.open_rows(group + "/reports", report_format());
   const std::int64_t count = data_->run_file.attribute(group, "n_reports");
-  if (count < 0 || count > rows.size())
+  if (count < 0 || count > rows.size() || count > data_->run_file.length() / 8)
     fail<CacheError>("{}: the file is damaged: it has fewer reports than it says.",
                      data_->run_file.name());
   std::vector<StepReport> reports(static_cast<std::size_t>(count));

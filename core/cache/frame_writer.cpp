@@ -1,11 +1,13 @@
 #include <array>
 #include <cstdio>
+#include <numeric>
 #include <optional>
 
 #include "core/base/message.h"
 #include "core/cache/frame_file.h"
 #include "core/cache/frame_layout.h"
 #include "core/cache/polydata_file.h"
+#include "core/cache/texture_points.h"
 
 namespace loomstone {
 
@@ -15,19 +17,14 @@ namespace {
 
 constexpr std::int64_t table_block = 1024;  // rows per chunk of a table
 
-void write_bytes(Hdf5File& file, const std::string& name, const void* bytes, std::size_t count) {
-  file.write_array(group + "/" + name, Number::UInt8, {static_cast<std::int64_t>(count)}, bytes);
-}
-
 // Writes the group that identifies the file: format, kind and names.
 void write_description(Hdf5File& file, const std::string& kind,
                        const std::vector<std::string>& names) {
   file.create_group(group);
   file.write_attribute(group, "format", std::array<std::int64_t, 1>{format.newest});
   file.write_text_attribute(group, "kind", kind);
-  file.create_group(group + "/names");
-  for (std::size_t i = 0; i < names.size(); ++i)
-    write_bytes(file, formatted("names/{}", i), names[i].data(), names[i].size());
+  file.write_texts(group + "/names", names);
+  file.write_text_attribute(group + "/names", "description", "names of the cloths or bodies");
 }
 
 void check_rows(const char* name, Eigen::Index rows, Eigen::Index expected, int columns) {
@@ -44,6 +41,10 @@ void check_topology(const FrameTopology& topology) {
       fail<InvalidInput>("topology.{} must have {} entries, got {}.", name, expected, length);
   };
   check("corner_uv", topology.corner_uv.rows(), topology.triangles.size());
+  for (Index vertex : topology.triangles.reshaped())
+    if (vertex < 0 || static_cast<std::size_t>(vertex) >= topology.cloth_of_vertex.size())
+      fail<InvalidInput>("topology.triangles must name vertices in [0, {}), got {}.",
+                         topology.cloth_of_vertex.size(), vertex);
   check("cloth_of_triangle", static_cast<Eigen::Index>(topology.cloth_of_triangle.size()),
         topology.triangles.rows());
   check("body_of_triangle", static_cast<Eigen::Index>(topology.body_of_triangle.size()),
@@ -55,38 +56,66 @@ void check_topology(const FrameTopology& topology) {
         static_cast<Eigen::Index>(topology.body_names.size()));
 }
 
+// Returns the rows of the vertices that the points show.
+std::vector<Index> at_points(const std::vector<Index>& at_vertices,
+                             const std::vector<Index>& vertices) {
+  std::vector<Index> values;
+  for (Index vertex : vertices) values.push_back(at_vertices[static_cast<std::size_t>(vertex)]);
+  return values;
+}
+
 PolyDataWriter create_run(const std::string& path, const FrameTopology& topology,
-                          const std::string& metadata) {
-  const std::vector<PolyDataField> on_points = {
-      {"velocity", Number::Float64, 3},
-      {"contact", Number::UInt8, 1},
-      {"cloth", Number::Int32, 1, topology.cloth_of_vertex.data()}};
+                          const std::string& metadata, int compression) {
+  const auto n_vertices = static_cast<Index>(topology.cloth_of_vertex.size());
+  const TexturePoints shown = texture_points(n_vertices, topology.triangles, topology.corner_uv);
+  const std::vector<Index> cloths = at_points(topology.cloth_of_vertex, shown.vertices);
+  const char* cloth = "cloth, an index into /loomstone/names";
+  std::vector<PolyDataField> on_points = {
+      {"velocity", Number::Float64, 3, "m/s", "velocities", nullptr, "Vectors"},
+      {"contact", Number::UInt8, 1, "1",
+       "1: in contact, 2: triangles were forced to intersect, 0: neither"},
+      {"cloth", Number::Int32, 1, "1", cloth, cloths.data()}};
+  if (shown.textured)
+    on_points.push_back({"uv", Number::Float64, 2, "m", "rest coordinates: weft, warp",
+                         shown.uv.data(), "TCoords"});
   const std::vector<PolyDataField> on_cells = {
-      {"strain", Number::Float64, 3},
-      {"stretch", Number::Float64, 1},
-      {"cloth", Number::Int32, 1, topology.cloth_of_triangle.data()},
-      {"uv", Number::Float64, 6, topology.corner_uv.data()}};
-  const auto n_vertices = static_cast<std::int64_t>(topology.cloth_of_vertex.size());
-  PolyDataWriter writer(path, n_vertices, topology.triangles, on_points, on_cells);
+      {"strain", Number::Float64, 3, "1", "Green strain: weft, warp, shear (E12)"},
+      {"stretch", Number::Float64, 1, "1", "largest principal stretch"},
+      {"cloth", Number::Int32, 1, "1", cloth, topology.cloth_of_triangle.data()},
+      {"uv", Number::Float64, 6, "m", "rest coordinates (weft, warp) of the three corners",
+       topology.corner_uv.data()}};
+  PolyDataWriter writer(path, {n_vertices, shown.vertices, shown.triangles, compression}, on_points,
+                        on_cells);
   write_description(writer.file(), run_kind, topology.cloth_names);
   const std::int64_t has_bodies = !topology.body_names.empty();
   writer.file().write_attribute(group, "has_bodies", {&has_bodies, 1});
   writer.file().write_attribute(group, "n_reports", std::array<std::int64_t, 1>{0});
-  write_bytes(writer.file(), "metadata", metadata.data(), metadata.size());
+  writer.file().write_attribute(group, "compression", std::array<std::int64_t, 1>{compression});
+  writer.file().write_text(group + "/metadata", metadata);
   return writer;
 }
 
-PolyDataWriter create_bodies(const std::string& path, const FrameTopology& topology) {
+PolyDataWriter create_bodies(const std::string& path, const FrameTopology& topology,
+                             int compression) {
   const auto n_vertices = static_cast<std::int64_t>(topology.body_of_vertex.size());
+  const char* body = "body or obstacle, an index into /loomstone/names";
   std::vector<PolyDataField> on_points = {
-      {"body", Number::Int32, 1, topology.body_of_vertex.data()}};
+      {"body", Number::Int32, 1, "1", body, topology.body_of_vertex.data()}};
   if (!topology.body_pole.empty())
-    on_points.push_back({"pole", Number::Float64, 1, topology.body_pole.data()});
-  PolyDataWriter writer(path, n_vertices, topology.body_triangles, on_points,
-                        {{"body", Number::Int32, 1, topology.body_of_triangle.data()}});
-  write_description(writer.file(), bodies_kind, topology.body_names);
-  write_bytes(writer.file(), "is_floor", topology.body_is_floor.data(),
-              topology.body_is_floor.size());
+    on_points.push_back({"pole", Number::Float64, 1, "1",
+                         "1 at north poles of magnets, -1 at south poles, 0 elsewhere",
+                         topology.body_pole.data()});
+  std::vector<Index> vertices(topology.body_of_vertex.size());
+  std::iota(vertices.begin(), vertices.end(), 0);
+  PolyDataWriter writer(path, {n_vertices, vertices, topology.body_triangles, compression},
+                        on_points,
+                        {{"body", Number::Int32, 1, "1", body, topology.body_of_triangle.data()}});
+  Hdf5File& file = writer.file();
+  write_description(file, bodies_kind, topology.body_names);
+  file.write_array(group + "/is_floor", Number::UInt8,
+                   {static_cast<std::int64_t>(topology.body_is_floor.size())},
+                   topology.body_is_floor.data());
+  file.describe(group + "/is_floor", "1", "1: drawn as ground");
   return writer;
 }
 
@@ -114,17 +143,24 @@ struct FrameWriter::Data {
   std::vector<StepReport> pending;  // recorded but not yet written
 
   // Creates both files under temporary names. publish() renames them.
-  Data(const std::string& into, const FrameTopology& topology, const std::string& metadata)
+  Data(const std::string& into, const FrameTopology& topology, const std::string& metadata,
+       int compression)
       : directory(into),
         parts{into},
-        run(create_run(into + "/" + run_file + ".part", topology, metadata)) {
+        run(create_run(into + "/" + run_file + ".part", topology, metadata, compression)) {
     if (!topology.body_names.empty())
-      bodies = create_bodies(into + "/" + bodies_file + ".part", topology);
-    frame_rows = run.file().create_rows(group + "/frames", frame_format(), table_block);
-    report_rows = run.file().create_rows(group + "/reports", report_format(), table_block);
+      bodies = create_bodies(into + "/" + bodies_file + ".part", topology, compression);
+    frame_rows = create_table("frames", frame_format());
+    report_rows = create_table("reports", report_format());
     n_vertices = static_cast<Eigen::Index>(topology.cloth_of_vertex.size());
     n_triangles = topology.triangles.rows();
     n_body_vertices = static_cast<Eigen::Index>(topology.body_of_vertex.size());
+  }
+
+  Hdf5Rows create_table(const std::string& name, const RowFormat& format) {
+    Hdf5Rows rows = run.file().create_rows(group + "/" + name, format, {table_block});
+    run.file().describe(group + "/" + name, format.columns);
+    return rows;
   }
 
   void flush() {
@@ -169,7 +205,8 @@ struct FrameWriter::Data {
       n_coils = frame.coil_currents.size();
       run.file().write_attribute(group, "n_coils", std::array<std::int64_t, 1>{n_coils});
       current_rows = run.file().create_rows(currents, {Number::Float64, static_cast<int>(n_coils)},
-                                            table_block);
+                                            {table_block});
+      run.file().describe(currents, "A", "current of each coil");
     }
     if (n_coils == 0) return;
     current_rows.resize(n_frames + 1);
@@ -211,9 +248,11 @@ FrameWriter::FrameWriter(FrameWriter&&) noexcept = default;
 FrameWriter& FrameWriter::operator=(FrameWriter&&) noexcept = default;
 
 FrameWriter::FrameWriter(const std::string& directory, const FrameTopology& topology,
-                         const std::string& metadata) {
+                         const std::string& metadata, int compression) {
   check_topology(topology);
-  data_ = std::make_unique<Data>(directory, topology, metadata);
+  if (compression < 0 || compression > 9)
+    fail<InvalidInput>("compression must be in [0, 9] (0: none), got {}.", compression);
+  data_ = std::make_unique<Data>(directory, topology, metadata, compression);
   data_->publish(false);
 }
 
@@ -222,7 +261,8 @@ FrameWriter::FrameWriter(const std::string& directory, const FrameTopology& topo
 FrameWriter FrameWriter::reopen(const std::string& directory, double after_time) {
   const FrameReader old(directory);
   FrameWriter writer;
-  writer.data_ = std::make_unique<Data>(directory, old.topology(), old.metadata());
+  writer.data_ =
+      std::make_unique<Data>(directory, old.topology(), old.metadata(), old.compression());
   Data& data = *writer.data_;
   for (int index = 0;
        index < old.n_frames() && old.times()[static_cast<std::size_t>(index)] <= after_time;

@@ -161,6 +161,13 @@ std::vector<unsigned char> Hdf5File::image() {
   return bytes;
 }
 
+std::int64_t Hdf5File::length() const {
+  const Quiet quiet;
+  hsize_t length = 0;
+  checked(H5Fget_filesize(file_, &length), shared_->name, "measure the file");
+  return static_cast<std::int64_t>(length);
+}
+
 void Hdf5File::create_group(const std::string& path) {
   const Quiet quiet;
   const Id group(checked(H5Gcreate2(file_, path.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),

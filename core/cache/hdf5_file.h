@@ -38,6 +38,7 @@ struct Column {
   std::string name;
   Number type;
   std::size_t offset;  // offset within the struct [bytes]
+  std::string unit = {}, meaning = {};
 };
 
 // The contents of a row: `components` numbers, or the columns of a struct of `bytes` bytes.
@@ -46,6 +47,13 @@ struct RowFormat {
   int components = 1;
   std::vector<Column> columns = {};
   std::size_t bytes = 0;  // size of the struct; unused without columns
+};
+
+// How the rows of a dataset are stored: in chunks of `block` rows, which are compressed by deflate
+// if `compression` (0 to 9) is not 0.
+struct RowStorage {
+  std::int64_t block = 1;
+  int compression = 0;
 };
 
 // State shared by a file and its datasets.
@@ -91,6 +99,7 @@ class Hdf5File {
   void close();                             // throws CacheError if remaining data cannot be written
   std::vector<unsigned char> image();  // contents of an in-memory file, as they would be on disk
 
+  std::int64_t length() const;  // [bytes]
   void create_group(const std::string& path);
   bool has(const std::string& path) const;
   std::vector<std::string> children(const std::string& group) const;  // sorted by name
@@ -98,6 +107,12 @@ class Hdf5File {
   // Attributes of a group or dataset.
   void write_text_attribute(const std::string& object, const std::string& name,
                             const std::string& text);
+  void write_text_attribute(const std::string& object, const std::string& name,
+                            const std::vector<std::string>& texts);
+  // Writes the attributes `units` and `description` of a dataset.
+  void describe(const std::string& path, const std::string& unit, const std::string& meaning);
+  // Writes `units` and `description` of a table, with one entry for each column.
+  void describe(const std::string& path, const std::vector<Column>& columns);
   void write_attribute(const std::string& object, const std::string& name,
                        std::span<const std::int64_t> values);
   void update_attribute(const std::string& object, const std::string& name, std::int64_t value);
@@ -112,8 +127,14 @@ class Hdf5File {
   std::vector<T> read_array(const std::string& path,
                             std::vector<std::int64_t>* shape = nullptr) const;
 
-  // Growing datasets, stored in chunks of `block_rows` rows. Each chunk is allocated as a whole.
-  Hdf5Rows create_rows(const std::string& path, const RowFormat& format, std::int64_t block_rows);
+  // Texts (UTF-8) as strings of fixed length: one, or a list.
+  void write_text(const std::string& path, const std::string& text);
+  void write_texts(const std::string& path, const std::vector<std::string>& texts);
+  std::string read_text(const std::string& path) const;
+  std::vector<std::string> read_texts(const std::string& path) const;
+
+  // Growing datasets. Each chunk is allocated as a whole.
+  Hdf5Rows create_rows(const std::string& path, const RowFormat& format, RowStorage storage);
   Hdf5Rows open_rows(const std::string& path, const RowFormat& format) const;
 
  private:

@@ -83,10 +83,10 @@ void Hdf5Rows::read(std::int64_t first, std::int64_t count, void* rows) const {
 }
 
 // Chunks are allocated when the dataset grows and are not initialised with a fill value, so writing
-// a row does not change the chunk index of the file. Without a chunk cache, rows are written
-// directly to the file.
+// a row does not change the chunk index of the file. Compressed chunks cannot be allocated before
+// they are written. Without a chunk cache, rows are written directly to the file.
 Hdf5Rows Hdf5File::create_rows(const std::string& path, const RowFormat& format,
-                               std::int64_t block_rows) {
+                               RowStorage storage) {
   const Quiet quiet;
   Hdf5Rows rows;
   rows.file_ = shared_;
@@ -96,11 +96,16 @@ Hdf5Rows Hdf5File::create_rows(const std::string& path, const RowFormat& format,
   const int rank = format.components == 1 ? 1 : 2;
   const hsize_t components = static_cast<hsize_t>(format.components);
   const hsize_t none[2] = {0, components}, limit[2] = {H5S_UNLIMITED, components};
-  const hsize_t block[2] = {static_cast<hsize_t>(block_rows), components};
+  const hsize_t block[2] = {static_cast<hsize_t>(storage.block), components};
   const Id space(H5Screate_simple(rank, none, limit));
   const Id creation(H5Pcreate(H5P_DATASET_CREATE)), access(H5Pcreate(H5P_DATASET_ACCESS));
   H5Pset_chunk(creation, rank, block);
-  H5Pset_alloc_time(creation, H5D_ALLOC_TIME_EARLY);
+  if (storage.compression > 0) {
+    H5Pset_shuffle(creation);
+    H5Pset_deflate(creation, static_cast<unsigned>(storage.compression));
+  } else {
+    H5Pset_alloc_time(creation, H5D_ALLOC_TIME_EARLY);
+  }
   H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER);
   H5Pset_chunk_cache(access, 1, 0, 1.0);
   const Id stored_type(H5Tcopy(rows.memory_type_));

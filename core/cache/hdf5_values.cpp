@@ -1,4 +1,4 @@
-// Attributes and arrays of fixed shape.
+// Attributes that are numbers, and arrays of fixed shape.
 #include <algorithm>
 #include <utility>
 
@@ -7,20 +7,6 @@
 namespace loomstone {
 
 using namespace hdf5;
-
-void Hdf5File::write_text_attribute(const std::string& object, const std::string& name,
-                                    const std::string& text) {
-  const Quiet quiet;
-  const Id type(H5Tcopy(H5T_C_S1)), space(H5Screate(H5S_SCALAR));
-  H5Tset_size(type, std::max<std::size_t>(text.size(), 1));
-  H5Tset_strpad(type, H5T_STR_NULLPAD);
-  H5Tset_cset(type, H5T_CSET_ASCII);
-  const std::string tried = "write attribute " + name + " of " + object;
-  const Id attribute(checked(H5Acreate_by_name(file_, object.c_str(), name.c_str(), type, space,
-                                               H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
-                             shared_->name, tried));
-  checked(H5Awrite(attribute, type, text.data()), shared_->name, tried);
-}
 
 void Hdf5File::write_attribute(const std::string& object, const std::string& name,
                                std::span<const std::int64_t> values) {
@@ -48,20 +34,6 @@ void Hdf5File::update_attribute(const std::string& object, const std::string& na
 bool Hdf5File::has_attribute(const std::string& object, const std::string& name) const {
   const Quiet quiet;
   return has(object) && H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT) > 0;
-}
-
-std::string Hdf5File::text_attribute(const std::string& object, const std::string& name) const {
-  const Quiet quiet;
-  const std::string tried = "read attribute " + name + " of " + object;
-  const Id attribute(
-      checked(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT),
-              shared_->name, tried));
-  const Id type(checked(H5Aget_type(attribute), shared_->name, tried));
-  if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) > 0)
-    damaged(shared_->name, "attribute " + name + " of " + object + " is not a text");
-  std::string text(H5Tget_size(type), '\0');
-  checked(H5Aread(attribute, type, text.data()), shared_->name, tried);
-  return text.c_str();
 }
 
 std::int64_t Hdf5File::attribute(const std::string& object, const std::string& name) const {
@@ -101,12 +73,11 @@ std::int64_t Hdf5File::open_to_read_array(const std::string& path, Number type,
   const Id stored(checked(H5Dget_type(dataset), shared_->name, "read the type of " + path));
   if (H5Tequal(stored, native(type)) <= 0)
     damaged(shared_->name, path + " holds another type of number than expected");
-  hsize_t lengths[H5S_MAX_RANK] = {}, file_length = 0;
+  hsize_t lengths[H5S_MAX_RANK] = {};
   const int rank = H5Sget_simple_extent_dims(space, lengths, nullptr);
-  checked(H5Fget_filesize(file_, &file_length), shared_->name, "measure the file");
   double bytes = static_cast<double>(H5Tget_size(stored));
   for (int axis = 0; axis < rank; ++axis) bytes *= static_cast<double>(lengths[axis]);
-  if (bytes > static_cast<double>(file_length))
+  if (bytes > static_cast<double>(length()))
     damaged(shared_->name, path + " claims to be larger than the file");
   shape.assign(lengths, lengths + std::max(rank, 0));
   return std::exchange(dataset.id, -1);

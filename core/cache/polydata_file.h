@@ -1,5 +1,6 @@
 // One temporal PolyData dataset in VTKHDF layout (VTK File Formats, "VTKHDF", version 2.0).
-// Triangles are stored once; points and fields are stored for every frame.
+// Triangles are stored once, fields for every frame, and points for every frame in which they
+// differ from the frame before.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +18,18 @@ struct PolyDataField {
   std::string name;
   Number type = Number::Float64;
   int components = 1;
+  std::string unit, meaning;
   const void* constant = nullptr;
+  std::string role = {};  // for viewers: "TCoords", "Vectors"; empty: none
+};
+
+// The points and triangles of a file. Each point shows a vertex; point i is vertex i for
+// i < n_vertices, and further points repeat vertices.
+struct PolyDataMesh {
+  std::int64_t n_vertices = 0;
+  std::vector<Index> vertices;  // (points) vertex of each point
+  Triangles triangles;          // corners as points
+  int compression = 0;          // of points and fields; 0 to 9 (deflate)
 };
 
 // Writes a PolyData file. A frame is written in two phases, so that a process killed at any moment
@@ -26,14 +38,16 @@ struct PolyDataField {
 // second flush() writes the count. If writing a frame fails, it may be repeated.
 class PolyDataWriter {
  public:
-  PolyDataWriter(const std::string& path, std::int64_t n_points, const Triangles& triangles,
+  PolyDataWriter(const std::string& path, PolyDataMesh mesh,
                  const std::vector<PolyDataField>& point_fields,
                  const std::vector<PolyDataField>& cell_fields);
   Hdf5File& file() { return file_; }
 
-  // `point_values` and `cell_values` have one pointer for each field that is not constant, in the
-  // order in which the constructor received the fields.
-  void stage(std::int64_t frame, const Points& points, const std::vector<const void*>& point_values,
+  // `positions` has a row for each vertex. `point_values` and `cell_values` have one pointer for
+  // each field that is not constant, in the order in which the constructor received the fields;
+  // those of points have a row for each vertex.
+  void stage(std::int64_t frame, const Points& positions,
+             const std::vector<const void*>& point_values,
              const std::vector<const void*>& cell_values);
   void commit(std::int64_t frame, double time);
 
@@ -46,38 +60,57 @@ class PolyDataWriter {
   struct Values {
     Hdf5Rows rows;
     std::int64_t rows_per_frame;
+    std::size_t row_bytes;
+    bool on_points;
   };
   void create_cells(const Triangles& triangles);
   void create_fields(const std::string& group, const std::vector<PolyDataField>& fields,
-                     std::int64_t n_rows, std::vector<Values>& values);
+                     std::int64_t n_rows);
   void create_table(const std::string& path, std::int64_t stride, int columns);
-  void set_aside_frames();
+  Values create_values(const std::string& path, const PolyDataField& field, std::int64_t n_rows);
+  void stage_tables(std::int64_t frame);
+  void put(Values& values, std::int64_t block, const void* rows);
 
   Hdf5File file_;
-  std::int64_t n_set_aside_ = 0;
-  Hdf5Rows times_;
+  PolyDataMesh mesh_;
+  Hdf5Rows times_, point_offsets_;
   std::vector<Table> tables_;
-  std::vector<Values> values_;  // points, point fields, cell fields
+  Values points_;
+  std::vector<Values> values_;  // point fields, cell fields
+  // Positions that were stored last, and the number of blocks of points: committed, and including
+  // the staged frame.
+  Points stored_, staged_;
+  std::int64_t n_blocks_ = 0, n_staged_blocks_ = 0;
+  std::vector<unsigned char> rows_of_points_;  // scratch memory of put()
 };
 
 // Reads files of PolyDataWriter.
 class PolyDataReader {
  public:
   explicit PolyDataReader(const Hdf5File& file);
-  std::int64_t n_points() const { return n_points_; }
-  const Triangles& triangles() const { return triangles_; }
+  std::int64_t n_vertices() const { return n_vertices_; }
+  const Triangles& triangles() const { return triangles_; }  // corners as vertices
   const std::vector<double>& times() const { return times_; }
-  // Reads a constant field, for example "PointData/cloth".
+  // Reads a constant field, for example "CellData/cloth", or its first rows.
   std::vector<Index> constant_indices(const std::string& field, std::int64_t n_rows) const;
   std::vector<double> constant_numbers(const std::string& field, std::int64_t n_rows,
                                        int components) const;
-  Points points(std::int64_t frame) const;
-  void read(const std::string& field, Number type, int components, std::int64_t rows_per_frame,
-            std::int64_t frame, void* values) const;
+  Points positions(std::int64_t frame) const;
+  // Reads the values of a frame at the vertices or cells.
+  void read_at_vertices(const std::string& field, const RowFormat& format, std::int64_t frame,
+                        void* values) const;
+  void read_at_cells(const std::string& field, const RowFormat& format, std::int64_t frame,
+                     void* values) const;
 
  private:
+  struct Block {  // consecutive rows
+    std::int64_t first, count;
+  };
+  void read(const std::string& field, const RowFormat& format, Block block, void* values) const;
+  void read_triangles();
+
   const Hdf5File* file_;
-  std::int64_t n_points_ = 0;
+  std::int64_t n_points_ = 0, n_vertices_ = 0;
   Triangles triangles_;
   std::vector<double> times_;
 };

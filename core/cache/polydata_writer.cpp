@@ -2,6 +2,8 @@
 // If one is missing, VTK silently shows an empty mesh, or step 0 at every step.
 #include <algorithm>
 #include <array>
+#include <cstring>
+#include <utility>
 
 #include "core/cache/polydata_file.h"
 
@@ -20,36 +22,43 @@ std::string below(std::string group, const std::string& name) {
   return group.append("/").append(name);
 }
 
+std::size_t bytes_of(Number type) {
+  return type == Number::UInt8 ? 1 : type == Number::Int32 ? 4 : 8;
+}
+
 }  // namespace
 
-PolyDataWriter::PolyDataWriter(const std::string& path, std::int64_t n_points,
-                               const Triangles& triangles,
+PolyDataWriter::PolyDataWriter(const std::string& path, PolyDataMesh mesh,
                                const std::vector<PolyDataField>& point_fields,
                                const std::vector<PolyDataField>& cell_fields)
-    : file_(Hdf5File::create(path)) {
+    : file_(Hdf5File::create(path)), mesh_(std::move(mesh)) {
+  const auto n_points = static_cast<std::int64_t>(mesh_.vertices.size());
   file_.create_group(root);
   file_.write_text_attribute(root, "Type", "PolyData");
   file_.write_attribute(root, "Version", std::array<std::int64_t, 2>{2, 0});
   file_.write_array(root + "/NumberOfPoints", Number::Int64, {1}, &n_points);
-  create_cells(triangles);
+  create_cells(mesh_.triangles);
 
   const std::string steps = root + "/Steps";
   file_.create_group(steps);
   file_.write_attribute(steps, "NSteps", std::array<std::int64_t, 1>{0});
-  times_ = file_.create_rows(steps + "/Values", {Number::Float64, 1}, table_block);
+  times_ = file_.create_rows(steps + "/Values", {Number::Float64, 1}, {table_block});
+  file_.describe(steps + "/Values", "s", "time of each frame");
+  point_offsets_ = file_.create_rows(steps + "/PointOffsets", {Number::Int64, 1}, {table_block});
   create_table(steps + "/PartOffsets", 0, 1);
   create_table(steps + "/NumberOfParts", 0, 1);
-  create_table(steps + "/PointOffsets", n_points, 1);
   create_table(steps + "/CellOffsets", 0, 4);
   create_table(steps + "/ConnectivityIdOffsets", 0, 4);
 
-  const auto block = [](std::int64_t rows) {
-    return std::max<std::int64_t>(rows * frames_per_block, 1);
-  };
-  values_.push_back(
-      {file_.create_rows(root + "/Points", {Number::Float64, 3}, block(n_points)), n_points});
-  create_fields("PointData", point_fields, n_points, values_);
-  create_fields("CellData", cell_fields, triangles.rows(), values_);
+  const PolyDataField points{"Points", Number::Float64, 3, "m",
+                             "positions; row PointOffsets[k] is the first of frame k"};
+  points_ = create_values(root + "/Points", points, n_points);
+  std::vector<PolyDataField> with_vertex = point_fields;
+  with_vertex.push_back({"vertex", Number::Int32, 1, "1",
+                         "vertex that the point shows; vertices on seams of uv have several points",
+                         mesh_.vertices.data()});
+  create_fields("PointData", with_vertex, n_points);
+  create_fields("CellData", cell_fields, mesh_.triangles.rows());
 }
 
 // VTKHDF requires all four kinds of cells. Polygons contain the triangles; the other kinds are
@@ -74,8 +83,7 @@ void PolyDataWriter::create_cells(const Triangles& triangles) {
 }
 
 void PolyDataWriter::create_fields(const std::string& group,
-                                   const std::vector<PolyDataField>& fields, std::int64_t n_rows,
-                                   std::vector<Values>& values) {
+                                   const std::vector<PolyDataField>& fields, std::int64_t n_rows) {
   const std::string offsets = below(root, "Steps/").append(group).append("Offsets");
   file_.create_group(below(root, group));
   file_.create_group(offsets);
@@ -86,57 +94,88 @@ void PolyDataWriter::create_fields(const std::string& group,
                              ? std::vector<std::int64_t>{n_rows}
                              : std::vector<std::int64_t>{n_rows, field.components};
       file_.write_array(path, field.type, shape, field.constant);
+      file_.describe(path, field.unit, field.meaning);
     } else {
-      const std::int64_t block = std::max<std::int64_t>(n_rows * frames_per_block, 1);
-      values.push_back({file_.create_rows(path, {field.type, field.components}, block), n_rows});
+      values_.push_back(create_values(path, field, n_rows));
+      values_.back().on_points = group == "PointData";
     }
+    if (!field.role.empty()) file_.write_text_attribute(path, "Attribute", field.role);
     create_table(below(offsets, field.name), field.constant ? 0 : n_rows, 1);
   }
 }
 
+// A compressed chunk holds one frame, so that every chunk is written once.
+PolyDataWriter::Values PolyDataWriter::create_values(const std::string& path,
+                                                     const PolyDataField& field,
+                                                     std::int64_t n_rows) {
+  const std::int64_t frames = mesh_.compression > 0 ? 1 : frames_per_block;
+  const RowStorage storage{std::max<std::int64_t>(n_rows * frames, 1), mesh_.compression};
+  Values values{file_.create_rows(path, {field.type, field.components}, storage), n_rows,
+                bytes_of(field.type) * static_cast<std::size_t>(field.components), true};
+  file_.describe(path, field.unit, field.meaning);
+  return values;
+}
+
 void PolyDataWriter::create_table(const std::string& path, std::int64_t stride, int columns) {
   tables_.push_back(
-      {file_.create_rows(path, {Number::Int64, columns}, table_block), stride, columns});
+      {file_.create_rows(path, {Number::Int64, columns}, {table_block}), stride, columns});
 }
 
-// Extends all tables by a block of frames. Readers ignore rows beyond NSteps, so the whole block is
-// filled at once. NumberOfParts is 1 in all rows.
-void PolyDataWriter::set_aside_frames() {
-  const std::int64_t first = n_set_aside_, count = frames_per_block;
+// Appends the row of a frame to all tables. NumberOfParts is 1 in all rows.
+void PolyDataWriter::stage_tables(std::int64_t frame) {
   for (Table& table : tables_) {
-    table.rows.resize(first + count);
-    std::vector<std::int64_t> rows;
-    for (std::int64_t frame = first; frame < first + count; ++frame)
-      rows.insert(rows.end(), table.columns, frame * table.stride);
-    if (&table == &tables_[1]) rows.assign(rows.size(), 1);
-    table.rows.write(first, count, rows.data());
+    const std::int64_t entry = &table == &tables_[1] ? 1 : frame * table.stride;
+    const std::vector<std::int64_t> row(static_cast<std::size_t>(table.columns), entry);
+    table.rows.resize(frame + 1);
+    table.rows.write(frame, 1, row.data());
   }
-  for (Values& values : values_) values.rows.resize((first + count) * values.rows_per_frame);
-  n_set_aside_ += count;
+  const std::int64_t first = (n_staged_blocks_ - 1) * points_.rows_per_frame;
+  point_offsets_.resize(frame + 1);
+  point_offsets_.write(frame, 1, &first);
 }
 
-void PolyDataWriter::stage(std::int64_t frame, const Points& points,
+// Writes a block of rows. Rows at vertices are first repeated for the further points.
+void PolyDataWriter::put(Values& values, std::int64_t block, const void* rows) {
+  const void* written = rows;
+  if (values.on_points && values.rows_per_frame > mesh_.n_vertices) {
+    rows_of_points_.resize(mesh_.vertices.size() * values.row_bytes);
+    for (std::size_t point = 0; point < mesh_.vertices.size(); ++point)
+      std::memcpy(rows_of_points_.data() + point * values.row_bytes,
+                  static_cast<const unsigned char*>(rows) +
+                      static_cast<std::size_t>(mesh_.vertices[point]) * values.row_bytes,
+                  values.row_bytes);
+    written = rows_of_points_.data();
+  }
+  values.rows.resize((block + 1) * values.rows_per_frame);
+  values.rows.write(block * values.rows_per_frame, values.rows_per_frame, written);
+}
+
+void PolyDataWriter::stage(std::int64_t frame, const Points& positions,
                            const std::vector<const void*>& point_values,
                            const std::vector<const void*>& cell_values) {
-  if (frame >= n_set_aside_) set_aside_frames();
+  const auto bytes = static_cast<std::size_t>(positions.size()) * sizeof(double);
+  const bool same =
+      n_blocks_ > 0 && (bytes == 0 || std::memcmp(positions.data(), stored_.data(), bytes) == 0);
+  n_staged_blocks_ = n_blocks_ + (same ? 0 : 1);
+  if (!same) {
+    staged_ = positions;
+    put(points_, n_blocks_, positions.data());
+  }
+  stage_tables(frame);
   std::size_t field = 0;
-  const auto put = [&](const void* data) {
-    Values& values = values_[field++];
-    values.rows.write(frame * values.rows_per_frame, values.rows_per_frame, data);
-  };
-  put(points.data());
-  for (const void* data : point_values) put(data);
-  for (const void* data : cell_values) put(data);
+  for (const void* rows : point_values) put(values_[field++], frame, rows);
+  for (const void* rows : cell_values) put(values_[field++], frame, rows);
 }
 
-// Steps/Values must have exactly NSteps rows, so it grows together with the frame count. A new
-// block is flushed first, because it must exist in the file before the frame count makes it
+// A new chunk is flushed first, because it must exist in the file before the frame count makes it
 // readable.
 void PolyDataWriter::commit(std::int64_t frame, double time) {
   times_.resize(frame + 1);
   times_.write(frame, 1, &time);
   if (frame % table_block == 0) file_.flush();
   file_.update_attribute(root + "/Steps", "NSteps", frame + 1);
+  if (n_staged_blocks_ > n_blocks_) stored_.swap(staged_);
+  n_blocks_ = n_staged_blocks_;
 }
 
 }  // namespace loomstone

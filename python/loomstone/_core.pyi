@@ -3447,7 +3447,13 @@ class FrameWriter:
         """
         Continues existing files. Frames later than after_time [s] are removed.
         """
-    def __init__(self, directory: str, topology: FrameTopology, metadata: str) -> None: ...
+    def __init__(
+        self,
+        directory: str,
+        topology: FrameTopology,
+        metadata: str,
+        compression: typing.SupportsInt | typing.SupportsIndex = 0,
+    ) -> None: ...
     def write(self, frame: Frame) -> None: ...
     @property
     def n_frames(self) -> int: ...

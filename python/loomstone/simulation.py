@@ -67,7 +67,7 @@ class Simulation(_core.Simulation):
     0.005
     """
 
-    # Assigning to a misspelt name raises an error.
+    # With slots, assigning to a misspelt name raises an error.
     __slots__ = ("communicator", "integrator", "scene")
     communicator: Communicator
     integrator: Integrator
@@ -133,6 +133,7 @@ class Simulation(_core.Simulation):
         rate: float = 25.0,
         render: bool | RenderOptions = False,
         verify: bool = False,
+        compression: int = 0,
         overwrite: bool = False,
         resume: bool = False,
         record_tasks: int = 0,
@@ -154,6 +155,8 @@ class Simulation(_core.Simulation):
             frames.csv and the report
         record_tasks : number of steps between two whose collision work is recorded for
             `loomstone replay`; 0: none is recorded
+        compression : level of the compression of frames, 0 (none) to 9 (deflate). Files become
+            smaller by about a fifth; docs/cache.md gives the cost.
         control : function called before every step. It may write forces, pins and obstacle poses,
             which must depend on time and state alone.
 
@@ -165,6 +168,7 @@ class Simulation(_core.Simulation):
             look = (drawn_with(Path(out) / "frames") if resume else None) or RenderOptions()
         if look is not None:
             _check_type("render", look, RenderOptions, ", True or False")
+        _check_type("compression", compression, (int, np.integer))
         _check_type("record_tasks", record_tasks, (int, np.integer))
         if record_tasks < 0:
             raise InvalidInput(f"record_tasks must be at least 0, got {record_tasks}")
@@ -174,6 +178,7 @@ class Simulation(_core.Simulation):
             render=look,
             verify=verify,
             record_tasks=int(record_tasks),
+            compression=int(compression),
         )
         if self.communicator.rank == 0:
             warn_of_part_frame(duration, rate, stacklevel=3)

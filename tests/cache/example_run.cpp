@@ -33,8 +33,12 @@ FrameTopology example_topology(int side, bool with_bodies) {
         topology.triangles.row(triangle++) << corner + 1, corner + side + 1, corner + side;
       }
   topology.corner_uv.resize(triangle * 3, 2);
-  for (int i = 0; i < topology.corner_uv.size(); ++i)
-    topology.corner_uv.data()[i] = 0.1 * std::sin(i);
+  // The second half of the triangles of the second cloth has uv of its own: there is a seam.
+  for (int corner = 0; corner < 3 * triangle; ++corner) {
+    const int vertex = topology.triangles.data()[corner];
+    const double shift = corner >= 9 * triangle / 4 ? 1.0 : 0.0;
+    topology.corner_uv.row(corner) << shift + 0.1 * std::sin(vertex), 0.1 * std::cos(vertex);
+  }
   topology.cloth_of_triangle.assign(static_cast<std::size_t>(triangle), 0);
   for (int i = triangle / 2; i < triangle; ++i)
     topology.cloth_of_triangle[static_cast<std::size_t>(i)] = 1;

@@ -107,34 +107,52 @@ TEST_CASE("a file of a newer format is refused with both numbers") {
   const TemporaryDirectory directory;
   Hdf5File file = Hdf5File::create(directory / "run.vtkhdf");
   file.create_group("/loomstone");
-  file.write_attribute("/loomstone", "format", std::array<std::int64_t, 1>{3});
+  file.write_attribute("/loomstone", "format", std::array<std::int64_t, 1>{4});
   file.write_text_attribute("/loomstone", "kind", "run");
   file.close();
   CHECK_THAT(message_of(directory.path()),
-             Contains("written by a newer version (file format 3, this build reads up to 2)"));
+             Contains("written by a newer version (file format 4, this build reads up to 3)"));
 }
 
 TEST_CASE("a file of an older format is refused with both numbers") {
   const TemporaryDirectory directory;
   Hdf5File file = Hdf5File::create(directory / "run.vtkhdf");
   file.create_group("/loomstone");
-  file.write_attribute("/loomstone", "format", std::array<std::int64_t, 1>{1});
+  file.write_attribute("/loomstone", "format", std::array<std::int64_t, 1>{2});
   file.write_text_attribute("/loomstone", "kind", "run");
   file.close();
   CHECK_THAT(message_of(directory.path()),
-             Contains("written by an older version (file format 1, this build reads 2)"));
+             Contains("written by an older version (file format 2, this build reads 3)"));
 }
 
 TEST_CASE("a checkpoint of a newer format is refused with both numbers") {
   const TemporaryDirectory directory;
   const std::string path = directory / "state.checkpoint";
   Hdf5File file = Hdf5File::create_in_memory(path);
-  file.write_attribute("/", "format", std::array<std::int64_t, 1>{2});
+  file.write_attribute("/", "format", std::array<std::int64_t, 1>{3});
   file.write_text_attribute("/", "kind", "checkpoint");
   write_with_checksum(path, file.image());
   CHECK_THAT(
       checkpoint_message_of(path),
-      Contains("written by a newer version (checkpoint format 2, this build reads up to 1)"));
+      Contains("written by a newer version (checkpoint format 3, this build reads up to 2)"));
+}
+
+TEST_CASE("texts that are not UTF-8 are refused") {
+  const TemporaryDirectory directory;
+  const std::string path = directory / "texts";
+  const char* bad[] = {"\x80",         "a\xC3",        "\xC0\xAF",
+                       "\xE0\x80\x80", "\xED\xA0\x80", "\xF5\x80\x80\x80"};
+  const std::vector<std::string> good = {"", "\xC3\xA9", "\xE2\x82\xAC", "\xF0\x9F\x98\x80 x"};
+  {
+    Hdf5File file = Hdf5File::create(path);
+    for (int i = 0; i < 6; ++i) file.write_text("/bad" + std::to_string(i), bad[i]);
+    file.write_texts("/good", good);
+    file.flush();
+  }
+  const Hdf5File file = Hdf5File::open(path);
+  CHECK(file.read_texts("/good") == good);
+  for (int i = 0; i < 6; ++i)
+    CHECK_THROWS_WITH(file.read_text("/bad" + std::to_string(i)), Contains("is not UTF-8"));
 }
 
 TEST_CASE("columns that an older file lacks keep their defaults") {
@@ -149,7 +167,7 @@ TEST_CASE("columns that an older file lacks keep their defaults") {
   const TemporaryDirectory directory;
   {
     Hdf5File file = Hdf5File::create(directory / "older");
-    Hdf5Rows rows = file.create_rows("/rows", {.columns = {step, time}, .bytes = sizeof(Row)}, 4);
+    Hdf5Rows rows = file.create_rows("/rows", {.columns = {step, time}, .bytes = sizeof(Row)}, {4});
     const std::array<Row, 2> written = {Row{1, 7.0, 0.1}, Row{2, 7.0, 0.2}};
     rows.resize(2);
     rows.write(0, 2, written.data());

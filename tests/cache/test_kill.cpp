@@ -65,9 +65,10 @@ int number_of_kills(int usual) {
 }  // namespace
 
 TEST_CASE("a run killed at any moment can be read, and every frame is right") {
+  const int compression = GENERATE(0, 1);
   const FrameTopology topology = example_topology(6, true);
   const auto write = [&](const std::string& directory, int n_frames) {
-    FrameWriter writer(directory, topology, "");
+    FrameWriter writer(directory, topology, "", compression);
     for (int index = 0; index < n_frames; ++index) write_example(writer, topology, index);
   };
   // The window of kill times is at least three times as long as the time that ten frames take. Thus

@@ -11,8 +11,8 @@ from ..runs.cache import Run
 from ..runs.scene_file import SceneFile, parse_parameters
 from .application import app, session
 from .facts import facts
-from .inspection import check_run, check_scene, describe
-from .options import AsJson, Parameters
+from .inspection import check_run, check_scene, describe, print_source
+from .options import AsJson, Parameters, Trust
 from .words import Words
 
 
@@ -24,12 +24,14 @@ def check(
         Path | None,
         typer.Option(help="picture (PNG) of the start, vertices of intersecting triangles marked"),
     ] = None,
+    trust: Trust = False,
 ) -> None:
     """Checks a scene before it is run, or checks a run.
 
     A scene fails if it cannot be simulated, for example because triangles intersect at its start.
     A run fails if triangles of cloth intersect in any frame, or if check() of its scene file fails.
-    The exit code is 1 if the scene or run fails.
+    The exit code is 1 if the scene or run fails. check() is part of the program that the run
+    contains; see --trust.
 
     \b
         loomstone check scenes/drape.py --render start.png
@@ -37,7 +39,7 @@ def check(
     """
     with session(parallel=False):
         if path.is_dir():
-            good = check_run(Run(path.absolute()))
+            good = check_run(Run(path.absolute()), trust=trust)
         else:
             good = check_scene(SceneFile.open(path, parse_parameters(p)), render)
         if not good:
@@ -47,6 +49,9 @@ def check(
 @app.command()
 def info(
     path: Annotated[Path, typer.Argument(help="run, .vtkhdf file, checkpoint, mesh or scene file")],
+    source: Annotated[
+        bool, typer.Option("--source", help="print the scene program stored in a run")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Describes the content of a run, cache file, checkpoint, mesh or scene file.
@@ -56,7 +61,9 @@ def info(
         loomstone info out/drape --json
     """
     with session(parallel=False):
-        if as_json:
+        if source:
+            print_source(path)
+        elif as_json:
             Words(as_json=True).json(facts(path))
         else:
             describe(path)

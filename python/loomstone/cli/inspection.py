@@ -14,11 +14,12 @@ from ..runs.cache import Run
 from ..runs.checkpoints import checkpoint_files, latest_checkpoint
 from ..runs.scene_file import SceneFile
 from ..runs.steps import summary_of_steps
+from ..runs.stored_program import printable, stored_program
 from ..runs.stored_scene import begun_in_python
 from ..runs.verification import count_intersections
 from ..simulation import Simulation
 
-__all__ = ["check_run", "check_scene", "describe", "report_text"]
+__all__ = ["check_run", "check_scene", "describe", "print_source", "report_text"]
 
 
 def describe(path: Path) -> None:
@@ -65,10 +66,12 @@ def _describe_run(run: Run) -> None:
             print(f"  {kind} {name}")
     kept = run.metadata
     if "loomstone" in kept:
-        file = kept.get("scene_file", {"path": "Python", "parameters": {}})
-        print(f"made by loomstone {kept['loomstone']} from {file['path']}")
+        begun = begun_in_python(kept)
+        path = "Python" if begun else printable(str(stored_program(run).path))
+        parameters = {} if begun else stored_program(run).parameters
+        print(f"made by loomstone {printable(str(kept.get('loomstone')))} from {path}")
         print(
-            f"  parameters {file['parameters'] or 'default'}, {kept['duration']:g} s"
+            f"  parameters {parameters or 'default'}, {kept['duration']:g} s"
             f" at {kept['rate']:g} frames/s"
         )
         options = from_record(kept["integrator"])
@@ -86,8 +89,17 @@ def _describe_run(run: Run) -> None:
         print("\n".join(lines))
 
 
-def check_run(run: Run) -> bool:
+def print_source(path: Path) -> None:
+    """Prints the program of the scene file that is stored in a run."""
+    if not path.is_dir() and path.suffix != ".vtkhdf":
+        raise InvalidInput(f"--source needs the directory of a run, got {path}")
+    print(printable(stored_program(Run(path)).source))
+
+
+def check_run(run: Run, *, trust: bool = False) -> bool:
     """Prints the intersecting pairs of every frame, and checks the claims of the scene file.
+
+    trust : run the program stored in the run even if it differs from the scene file at hand
 
     Returns True if no triangles of cloth intersect. Raises AssertionError if a claim does not hold.
     """
@@ -104,7 +116,7 @@ def check_run(run: Run) -> bool:
     if begun_in_python(run.metadata):
         print("the run was begun in Python, so there is no scene file with a check()")
         return not tangled
-    claims = SceneFile.of_run(run).check
+    claims = SceneFile.of_run(run, trust=trust).check
     if claims is None:
         print("the scene file has no check()")
     else:

@@ -18,6 +18,7 @@ __all__ = [
     "RunArgument",
     "SceneArgument",
     "Threads",
+    "Trust",
     "one_of",
 ]
 
@@ -55,3 +56,10 @@ RecordTasks = Annotated[
 Render = Annotated[bool, typer.Option("--render", help="draw every frame and make a video")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="print only warnings and errors")]
 AsJson = Annotated[bool, typer.Option("--json", help="print only the result, as JSON")]
+Trust = Annotated[
+    bool,
+    typer.Option(
+        "--trust",
+        help="run the program stored in the run even if it differs from the scene file at hand",
+    ),
+]

@@ -35,6 +35,7 @@ from .options import (
     RunArgument,
     SceneArgument,
     Threads,
+    Trust,
     one_of,
 )
 from .words import Words
@@ -54,6 +55,9 @@ Method = Annotated[
 ]
 Verify = Annotated[
     bool, typer.Option("--verify", help="count intersecting triangles of every frame exactly")
+]
+Compression = Annotated[
+    int, typer.Option(help="compression of the frames, 0: none, to 9", min=0, max=9)
 ]
 Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="replace an existing run, or write beside other files")
@@ -77,6 +81,7 @@ def run(
     record_tasks: RecordTasks = 0,
     render: Render = False,
     verify: Verify = False,
+    compression: Compression = 0,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
     as_json: AsJson = False,
@@ -111,7 +116,7 @@ def run(
         directory = out or Path("out") / scene.stem
         if communicator.rank == 0:
             check_room(directory, overwrite)
-        settings = RunOptions(duration, rate, look, verify, record_tasks)
+        settings = RunOptions(duration, rate, look, verify, record_tasks, compression)
         metadata = file.metadata(duration, rate, options, file.render)
         work = _Work(threads, decomposition)
         task = _Task(file, options, settings, directory, work, metadata, overwrite)
@@ -127,6 +132,7 @@ def resume(
     render: Render = False,
     quiet: Quiet = False,
     as_json: AsJson = False,
+    trust: Trust = False,
 ) -> None:
     """Continues a run that was interrupted or killed, with a bit-identical result.
 
@@ -134,6 +140,9 @@ def resume(
     decomposition may differ.
     If frames/ contains pictures, drawing continues with their options. If it contains none,
     --render starts drawing. Missing pictures are drawn at the end.
+
+    A run contains the program of its scene file. It runs if it equals the scene file at hand, or
+    with --trust: a run from a stranger contains his program.
 
     \b
         loomstone resume out/drape
@@ -143,7 +152,10 @@ def resume(
         begun = Run(run)
         kept = begun.metadata
         file: SceneFile | StoredScene
-        file = StoredScene(run, kept) if begun_in_python(kept) else SceneFile.of_run(begun)
+        if begun_in_python(kept):
+            file = StoredScene(run, kept)
+        else:
+            file = SceneFile.of_run(begun, trust=trust)
         duration, rate, options, look = stored_options(begun)
         looks = drawn_with(run / "frames") or (look if render else None)
         del begun

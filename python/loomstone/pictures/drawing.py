@@ -40,7 +40,7 @@ class FramesOfRun(Protocol):
     def topology(self) -> FrameTopology: ...
     @property
     def metadata_text(self) -> str: ...
-    def scene(self) -> Scene: ...
+    def magnetic_scene(self) -> Scene | None: ...
 
 
 _ADVICE = "give another directory by --out, or draw all anew by --again"
@@ -69,7 +69,7 @@ def render_run(
     again : delete existing pictures first, as always if new frames change automatic colours
     progress : function called with the number of pictures finished since its last call
     stop : function called before every picture if jobs=1; drawing ends if it returns True
-    simulation : simulation of the run, for field lines; default: made from its scene file
+    simulation : simulation of the run, for field lines; default: made from the stored magnets
     A fitted camera is fitted to the first frame. Automatic colours span the values of all frames.
     """
     if not len(run):
@@ -143,11 +143,12 @@ def _painter(
     simulation: Any = None,
 ) -> Painter:
     if options.field_lines and simulation is None:
-        simulation = _core.Simulation(run.scene(), threads=1)
+        scene = run.magnetic_scene()
+        simulation = _core.Simulation(scene, threads=1) if scene else None
     return Painter(
         renderer,
         first=run[0],
-        lines=options.field_lines,
+        lines=options.field_lines if simulation else 0,
         simulation=simulation,
         value_ranges=ranges,
     )

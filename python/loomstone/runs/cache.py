@@ -16,6 +16,7 @@ from .. import _core
 from .._core import CacheError, Frame, FrameReader, FrameTopology, Scene
 from ..exchange.export import Format, export_run
 from ..pictures.notebook import picture_of_frame, remember
+from .magnet_record import magnets_from_record
 from .scene_file import SceneFile
 from .stacked import Stacked
 from .steps import read_steps
@@ -156,14 +157,31 @@ class Run:
         length = self.times[-1] - self.times[0] if len(self) > 1 else 0.0
         return float(f"{(len(self) - 1) / length:.6g}") if length > 0.0 else 25.0
 
-    def scene(self) -> Scene:
+    def scene(self, *, trust: bool = False) -> Scene:
         """Returns the scene as it was when the run began.
 
-        Raises CacheError if the run has stored neither a scene file nor a scene.
+        trust : run the program stored in the run even if it differs from the scene file at hand. A
+            run from a stranger contains his program, which can do anything that you can do.
+
+        Raises CacheError if the run has stored neither a scene file nor a scene, or if its program
+        may not run.
         """
         if "scene_file" in self.metadata:
-            return SceneFile.of_run(self).scene()
+            return SceneFile.of_run(self, trust=trust).scene()
         return read_scene(self.directory)
+
+    def magnetic_scene(self) -> Scene | None:
+        """Returns the bodies, obstacles, magnets and coils of the scene; None without magnets.
+
+        They are stored as numbers, so no program of the run is needed. Obstacles are at rest.
+        """
+        record = self.metadata.get("magnetic_scene")
+        if record is None:
+            return None
+        try:
+            return magnets_from_record(record)
+        except CacheError as error:
+            raise CacheError(f"{self.directory}: {error}") from error
 
     def export(
         self,

@@ -18,6 +18,7 @@ from ..ranks import together
 from .checkpoints import latest_checkpoint
 from .frame_times import frame_count, frames_due
 from .last_words import last_words
+from .magnet_record import magnets_to_record
 from .observer import Observer, Silence
 from .options import RunOptions
 from .signals import LONGEST_WAIT, Interrupted, Received, noted_signals
@@ -53,7 +54,7 @@ def execute(
             simulation.restore(checkpoint)
     following = frames_due(simulation.time, options.rate) if simulation.step_index else 0
     with together(ranks):
-        text = None if resume else json.dumps(metadata or {})
+        text = None if resume else _metadata_text(simulation, metadata or {})
         writer = open_writer(
             simulation, options, directory, text, overwrite=overwrite, following=following
         )
@@ -83,6 +84,12 @@ def execute(
         with together(ranks):
             report = writer.finish(report)
         return report
+
+
+def _metadata_text(simulation: Any, metadata: dict[str, Any]) -> str:
+    """Returns the metadata with the magnets of the scene, from which field lines are drawn."""
+    magnets = magnets_to_record(simulation.scene)
+    return json.dumps(metadata | ({"magnetic_scene": magnets} if magnets else {}))
 
 
 class _Course:

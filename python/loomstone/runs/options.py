@@ -22,6 +22,8 @@ class RunOptions:
     verify : whether the intersections of every frame are counted exactly
     record_tasks : number of steps between two whose collision work is recorded for
         `loomstone replay`; 0: none is recorded
+    compression : level of the compression of frames, 0 (none) to 9 (deflate); a resumed run keeps
+        the level with which it began. docs/cache.md gives its cost.
     """
 
     duration: float
@@ -29,3 +31,4 @@ class RunOptions:
     render: RenderOptions | None = None
     verify: bool = False
     record_tasks: int = 0
+    compression: int = 0

@@ -25,24 +25,16 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from .. import _core
 from .._core import CacheError, Error, InvalidInput, RenderOptions, Scene
 from ..integrators import Integrator, SemiImplicitEuler, from_record, to_record
 from ..pictures.directory import options_from_dict
 from .scene_module import absolute_files, execute_module, in_directory_of
+from .stored_program import Stored, stored_program
 
 __all__ = ["SceneFile", "parse_parameters", "stored_options"]
-
-
-class Stored(Protocol):
-    """The parts of a Run from which its scene file can be restored."""
-
-    directory: Path
-
-    @property
-    def metadata(self) -> dict[str, Any]: ...
 
 
 class SceneFile:
@@ -89,15 +81,16 @@ class SceneFile:
         return cls(path.resolve(), source, absolute_files(parameters))
 
     @classmethod
-    def of_run(cls, run: Stored) -> SceneFile:
-        """Restores the scene file as it was when a run began, from the metadata of its cache."""
-        stored = run.metadata.get("scene_file")
-        if not stored:
-            raise CacheError(
-                f"{run.directory}: was not made by `loomstone run`, so its scene is not known;"
-                " resume it in Python"
-            )
-        return cls(Path(stored["path"]), stored["source"], stored["parameters"])
+    def of_run(cls, run: Stored, *, trust: bool = False) -> SceneFile:
+        """Restores the scene file as it was when a run began, from the metadata of its cache.
+
+        trust : run the stored program even if it differs from the scene file at hand; see
+            `stored_program`
+        """
+        program = stored_program(run)
+        if not trust:
+            program.require_same_file(run.directory)
+        return cls(program.path, program.source, program.parameters)
 
     def scene(self) -> Scene:
         """Returns the scene that the file makes for these parameters."""

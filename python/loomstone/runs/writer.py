@@ -210,7 +210,7 @@ def open_writer(
         frames = FrameWriter.reopen(str(directory), (following - 0.5) / options.rate)
     else:
         _make_room(directory, options, metadata, overwrite)
-        frames = FrameWriter(str(directory), simulation.topology, metadata)
+        frames = FrameWriter(str(directory), simulation.topology, metadata, options.compression)
         _store_scene(directory, simulation, metadata)
     writer = Writer(directory, simulation, options, frames, following)
     if renderer and options.render and not colors_need_all_frames(options.render):

@@ -10,7 +10,14 @@ import pytest
 ROOT = Path(__file__).resolve().parents[3]
 BENCHMARKS = ROOT / "tests" / "benchmarks"
 # Not run on their own: imported by programs and tests, or run by Blender.
-MODULES = ("smoke.py", "extreme_scenes.py", "inside_blender.py", "inside_blender_character.py")
+MODULES = (
+    "smoke.py",
+    "extreme_scenes.py",
+    "fault_trials.py",
+    "fault_scenes.py",
+    "inside_blender.py",
+    "inside_blender_character.py",
+)
 PROGRAMS = sorted(p for p in BENCHMARKS.rglob("*.py") if p.name not in MODULES)
 BUILT = [
     f"{p.parent.name}/{p.stem}" for p in sorted(BENCHMARKS.glob("*/benchmark_*.cpp"))

@@ -215,13 +215,14 @@ def test_a_signal_leaves_a_resumable_run(scene, tmp_path, number):
     assert len(ls.Run(tmp_path / "out")) == 16
 
 
-def test_resuming_needs_nothing_but_the_directory(scene, tmp_path):
+def test_resuming_a_trusted_run_needs_nothing_but_the_directory(scene, tmp_path):
     command("run", scene, "--out", tmp_path / "out", "-p", "cells=5", "--duration", 0.08)
     os.remove(scene)
     (tmp_path / "out").rename(tmp_path / "moved")
     for path in (tmp_path / "moved").glob("checkpoint-*"):
         path.unlink()
-    assert "72" not in command("resume", tmp_path / "moved").stdout.splitlines()[0]
+    resumed = command("resume", tmp_path / "moved", "--trust")
+    assert "72" not in resumed.stdout.splitlines()[0]
     assert len(ls.Run(tmp_path / "moved")) == 3
 
 

@@ -1,0 +1,23 @@
+// Points of a mesh that viewers can texture. A vertex on a seam of the texture has several texture
+// coordinates; viewers need one point for each.
+#pragma once
+
+#include <vector>
+
+#include "core/base/types.h"
+
+namespace loomstone {
+
+struct TexturePoints {
+  bool textured = false;        // false: the coordinates are not continuous, and `uv` is empty
+  Triangles triangles;          // (m x 3) corners as points
+  std::vector<Index> vertices;  // (points) vertex of each point; point i is vertex i for i < n
+  Points2 uv;                   // (points x 2) texture coordinates [m]
+};
+
+// Appends a point for each further texture coordinate of a vertex. If that more than doubles the
+// points, every triangle has its own coordinates, and there is nothing to texture.
+TexturePoints texture_points(Index n_vertices, const Triangles& triangles,
+                             const Points2& corner_uv);
+
+}  // namespace loomstone

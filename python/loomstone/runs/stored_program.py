@@ -1,0 +1,85 @@
+"""The scene program that is stored in a run, and the rule by which it may run.
+
+A run contains the source of its scene file, so a run from a stranger contains his program. It runs
+only if it equals the scene file at the stored path, or if the user trusts the run.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from .._core import CacheError
+
+__all__ = ["Program", "Stored", "printable", "stored_program"]
+
+
+class Stored(Protocol):
+    """The parts of a Run from which its scene file can be restored."""
+
+    directory: Path
+
+    @property
+    def metadata(self) -> dict[str, Any]: ...
+
+
+@dataclass(frozen=True)
+class Program:
+    """The path, source and parameters of a scene file when a run began."""
+
+    path: Path
+    source: str
+    parameters: dict[str, Any]
+
+    def require_same_file(self, directory: Path) -> None:
+        """Raises CacheError unless the scene file at hand has this source.
+
+        A file in the directory of the run does not count, because it may have come with the run.
+        """
+        if problem := self._difference(directory):
+            raise CacheError(
+                f"{directory}: its program may not run, because {problem}; read the program by"
+                f" loomstone info --source {directory}, and give --trust (in Python trust=True) if"
+                " it may run"
+            )
+
+    def _difference(self, directory: Path) -> str | None:
+        shown = printable(str(self.path))
+        if not self.path.is_absolute():
+            return f"the path of its scene file, {shown}, is not absolute"
+        if self.path.resolve().is_relative_to(directory.resolve()):
+            return f"the scene file {shown} lies in the directory of the run"
+        try:
+            if not self.path.is_file():
+                return f"the scene file {shown} is not there"
+            same = self.path.read_text() == self.source
+        except (OSError, ValueError):
+            return f"the scene file {shown} cannot be read"
+        return None if same else f"the scene file {shown} differs from it"
+
+
+def stored_program(run: Stored) -> Program:
+    """Returns the program of a run. Raises CacheError if the run has none or a damaged one."""
+    stored = run.metadata.get("scene_file")
+    if not stored:
+        raise CacheError(
+            f"{run.directory}: was not made by `loomstone run`, so its scene is not known;"
+            " resume it in Python"
+        )
+    if isinstance(stored, dict):
+        path, source, given = (stored.get(name) for name in ("path", "source", "parameters"))
+        if isinstance(path, str) and isinstance(source, str) and isinstance(given, dict):
+            return Program(Path(path), source, given)
+    raise CacheError(f"{run.directory}: the file is damaged: its scene file cannot be read")
+
+
+def printable(text: str) -> str:
+    """Returns a text whose control characters, except line breaks and tabs, are escaped.
+
+    Otherwise they could hide parts of the text on a terminal.
+    """
+    return "".join(
+        letter if letter.isprintable() or letter in "\n\t" else ascii(letter)[1:-1]
+        for letter in text
+    )

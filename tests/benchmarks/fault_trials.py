@@ -1,0 +1,285 @@
+"""Trials of faults, for faults.py and the tests: kills, full disks, damaged files, mutated scenes.
+
+Every trial is a function of a seed. It returns how it went, and raises an AssertionError if a
+guarantee is broken.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import loomstone as ls
+import numpy as np
+
+SCENE = """
+import loomstone as ls
+duration, rate = 0.6, 25.0
+integrator = ls.SemiImplicitEuler(step=2e-3)
+def scene():
+    mesh = ls.grid(size=(0.3, 0.3), cells=(12, 12)).moved((0, 0, 0.105))
+    obstacles = [ls.sphere(radius=0.1, subdivisions=2), ls.floor(height=-0.2)]
+    return ls.Scene(cloths=[ls.Cloth(mesh=mesh)], obstacles=obstacles)
+"""
+
+
+def command(*arguments: Any, **options: Any) -> subprocess.CompletedProcess[str]:
+    """Runs the command loomstone to its end."""
+    return subprocess.run(
+        [sys.executable, "-m", "loomstone", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=600,
+        **options,
+    )
+
+
+class Whole:
+    """A run without faults in `place`/whole, with which runs with faults are compared."""
+
+    def __init__(self, place: Path) -> None:
+        self.scene, self.out = place / "scene.py", place / "whole"
+        self.scene.write_text(SCENE)
+        began = time.perf_counter()
+        done = command("run", self.scene, "--out", self.out, "--threads", 1, "--overwrite")
+        assert done.returncode == 0, done.stderr
+        self.seconds = time.perf_counter() - began
+        self.digest = digest(self.out)
+        self.length = (self.out / "run.vtkhdf").stat().st_size
+
+    def resumed(self, out: Path) -> str:
+        """Ends an interrupted run and compares it; returns whether it had begun."""
+        begun = (out / "run.vtkhdf").exists()
+        if begun:
+            ls.Run(out).close()  # it can be read
+            done = command("resume", out, "--threads", 1)
+        else:
+            done = command("run", self.scene, "--out", out, "--threads", 1)
+        assert done.returncode == 0, done.stderr
+        assert digest(out) == self.digest, "the resumed run ends in other bits"
+        for a, b in zip(ls.Run(out), ls.Run(self.out), strict=True):
+            assert np.array_equal(a.positions, b.positions)
+        return "resumed" if begun else "begun again"
+
+
+def digest(out: Path) -> str:
+    return str(json.loads((out / "report.json").read_text())["digest"])
+
+
+def killed(whole: Whole, out: Path, seed: int, kills: int = 0) -> str:
+    """Kills a run at random moments, after the first one while it resumes.
+
+    kills : how often; 0: once or twice
+    """
+    chance = random.Random(seed)
+    words: list[Any] = ["run", whole.scene, "--out", out, "--threads", 1]
+    for _ in range(kills or 1 + seed % 2):
+        process = subprocess.Popen(
+            [sys.executable, "-m", "loomstone", *map(str, words)],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        time.sleep(chance.uniform(0.0, whole.seconds))
+        process.kill()
+        process.wait()
+        if (out / "run.vtkhdf").exists():
+            words = ["resume", out, "--threads", 1]
+    return whole.resumed(out)
+
+
+def full_disk(whole: Whole, out: Path, seed: int) -> str:
+    """Fills the disk: no file may grow beyond a random size."""
+    largest = int(random.Random(seed).uniform(0.01, 1.0) * whole.length)
+
+    def limit() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # writing then fails, as on a full disk
+        resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
+
+    done = command("run", whole.scene, "--out", out, "--threads", 1, preexec_fn=limit)
+    if done.returncode != 0:
+        assert done.returncode == 1 and "Traceback" not in done.stderr, done.stderr
+        assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    return whole.resumed(out)
+
+
+FULL_FILE_SYSTEM = """
+mount -t tmpfs -o size="$1" loomstone-test "$2" && cd "$2" || exit 77
+python=$3 scene=$4
+"$python" -m loomstone run "$scene" --out out --threads 1 2> error
+[ $? -eq 1 ] || [ -s out/report.json ] || exit 3
+! grep -q Traceback error || exit 4
+mount -o remount,size=64m loomstone-test "$2"
+if [ -e out/run.vtkhdf ]; then
+  "$python" -m loomstone resume out --threads 1
+else
+  "$python" -m loomstone run "$scene" --out out --threads 1
+fi || exit 5
+cat out/report.json > "$5"
+"""
+
+
+def full_file_system(whole: Whole, out: Path, seed: int) -> str:
+    """Fills a file system in memory of random size, and enlarges it. Needs root."""
+    out.mkdir(parents=True)
+    size = int(random.Random(seed).uniform(0.05, 1.2) * whole.length)
+    report = out.parent / f"report-{seed}.json"
+    done = subprocess.run(
+        ["unshare", "-m", "bash", "-c", FULL_FILE_SYSTEM, "full"]
+        + [str(size), str(out), sys.executable, str(whole.scene), str(report)],
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
+    if done.returncode in (1, 77) and not report.exists():
+        return f"left out: {done.stderr.strip().splitlines()[-1]}"
+    assert done.returncode == 0, f"status {done.returncode}: {done.stdout + done.stderr}"
+    assert json.loads(report.read_text())["digest"] == whole.digest
+    report.unlink()
+    return "resumed"
+
+
+READERS = ("run", "bodies", "checkpoint", "obj", "ply")
+FOREIGN = (
+    b"",
+    b"# vtk DataFile Version 3.0\n",
+    b"\x89HDF\r\n\x1a\n",
+    b"\x7fELF\x02\x01\x01",
+    b"ply\n",
+)
+
+
+def originals(whole: Whole) -> dict[str, bytes]:
+    """Returns one valid file for each reader."""
+    files = {
+        "run": whole.out / "run.vtkhdf",
+        "bodies": whole.out / "bodies.vtkhdf",
+        "checkpoint": max(whole.out.glob("checkpoint-*")),
+    }
+    mesh = ls.grid(size=(0.1, 0.1), cells=(6, 6))
+    for name in ("obj", "ply"):
+        files[name] = whole.out.parent / f"mesh.{name}"
+        ls.meshes.write(files[name], mesh)
+    return {name: path.read_bytes() for name, path in files.items()}
+
+
+def damaged(content: bytes, seed: int) -> bytes:
+    """Truncates content, flips bits, overwrites a part, or replaces it by another format's."""
+    chance = random.Random(seed)
+    if seed % 10 == 0:
+        return content[: chance.randrange(len(content))]
+    if seed % 10 == 1:
+        return FOREIGN[seed // 10 % len(FOREIGN)] + chance.randbytes(chance.randrange(2000))
+    changed = bytearray(content)
+    # Most bytes are values; those at the beginning describe the file.
+    end = len(content) if seed % 2 else min(len(content), 20000)
+    for _ in range(1 + seed % 5):
+        changed[chance.randrange(end)] ^= 1 << chance.randrange(8)
+    if seed % 10 == 3:
+        at = chance.randrange(end)
+        changed[at : at + 64] = chance.randbytes(len(changed[at : at + 64]))
+    return bytes(changed)
+
+
+def read_damaged(place: Path, reader: str, seed: int) -> str:
+    """Reads a damaged file of `place`; an error must be one of loomstone, in one line."""
+    content = damaged((place / reader).read_bytes(), seed)
+    path = place / f"damaged-{reader}"
+    path.mkdir(exist_ok=True)
+    try:
+        if reader in ("run", "bodies"):
+            other = "bodies" if reader == "run" else "run"
+            (path / f"{reader}.vtkhdf").write_bytes(content)
+            (path / f"{other}.vtkhdf").write_bytes((place / other).read_bytes())
+            run = ls.Run(path)
+            for frame in run:
+                assert frame.positions.shape[1] == 3
+            assert isinstance(run.metadata, dict)
+        elif reader == "checkpoint":
+            (path / "c.h5").write_bytes(content)
+            ls._core.read_checkpoint(str(path / "c.h5"))
+            assert content == (place / reader).read_bytes(), "damage was not noticed"
+        else:
+            (path / f"m.{reader}").write_bytes(content)
+            ls.meshes.read(path / f"m.{reader}")
+    except ls.Error as error:
+        assert "\n" not in str(error), str(error)
+        return "refused"
+    return "read"
+
+
+def in_child(arguments: list[str], seeds: list[int], seconds: float) -> Iterator[tuple[int, str]]:
+    """Runs trials in child processes, which a crash, a hang or 4 GiB of memory ends.
+
+    Yields each seed with "read", "refused" or what went wrong. `arguments` start a program that
+    takes seeds as further arguments and prints a line for each.
+    """
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+    while seeds:
+        with subprocess.Popen(
+            [sys.executable, __file__, *arguments, *map(str, seeds)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            preexec_fn=limit,
+            env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
+        ) as child:
+            assert child.stdout and child.stderr
+            timer = threading.Timer(seconds, child.kill)
+            for line in child.stdout:
+                timer.cancel()
+                timer = threading.Timer(seconds, child.kill)
+                timer.start()
+                yield seeds.pop(0), line.strip()
+            timer.cancel()
+            status, said = child.wait(), child.stderr.read()
+        if seeds:  # the child has ended in the trial of this seed
+            cause = signal.Signals(-status).name if status < 0 else said.strip().splitlines()[-1:]
+            yield seeds.pop(0), f"ended by {cause}"
+
+
+def together(make: Callable[[int], ls.Simulation], steps: int) -> tuple[list[str], list[str]]:
+    """Returns the digests of two simulations, one after the other and in two threads at once."""
+
+    def advanced(which: int) -> str:
+        sim = make(which)
+        for _ in range(steps):
+            sim.step()
+        return sim.digest()
+
+    alone = [advanced(0), advanced(1)]
+    found: list[str] = ["", ""]
+    start = threading.Barrier(2)
+
+    def work(which: int) -> None:
+        start.wait()
+        found[which] = advanced(which)
+
+    threads = [threading.Thread(target=work, args=(which,)) for which in (0, 1)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return alone, found
+
+
+if __name__ == "__main__":
+    for number in sys.argv[3:]:
+        try:
+            print(read_damaged(Path(sys.argv[1]), sys.argv[2], int(number)), flush=True)
+        except Exception as problem:
+            text = f"{type(problem).__name__}: {problem}".replace("\n", " / ")
+            print(f"wrong: {text}", flush=True)
