@@ -148,7 +148,6 @@ class MpiWatch::Thread {
     answers[static_cast<std::size_t>(rank_)] = {++call_, 1, seconds_since(since)};
     for (int other = 0; other < size_; ++other)
       if (other != rank_) ask(other);
-    int speaker = rank_;
     // All ranks whose wait is as long call the roll at about the same time. Ranks above the lowest
     // of them leave it the word, and speak themselves only if nothing happens.
     for (const auto begin = Clock::now(); same_wait() && pause();) {
@@ -157,7 +156,7 @@ class MpiWatch::Thread {
       const Seconds passed = Clock::now() - begin;
       const auto called = [&](const Answer& answer) { return answer.call == call_; };
       const bool complete = std::all_of(answers.begin(), answers.end(), called);
-      speaker = speaker_of(answers);
+      const int speaker = speaker_of(answers);
       if (passed > patience_ * (speaker == rank_ ? 1.0 : 2.0)) break;
       if (complete && speaker == rank_ && passed > shortest_patience) break;
     }
