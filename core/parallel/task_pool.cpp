@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstring>
 #include <deque>
+#include <exception>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -125,11 +126,14 @@ class PoolRun {
   // Messages of the next run that have arrived.
   std::vector<std::vector<std::byte>>& early() { return early_; }
   const PoolReport& report() const { return report_; }
-  void rethrow() const { failure_.rethrow(); }
+  void rethrow() const {
+    if (failure_) std::rethrow_exception(failure_);
+  }
 
  private:
   bool several() const { return mailbox_.size() > 1; }
   void perform_task(int worker, Tests& stack);
+  void note_failure();
   void share(Tests& stack);
   bool poll();
   void ask();
@@ -153,7 +157,8 @@ class PoolRun {
   std::vector<std::byte> message_;  // scratch
   std::vector<std::vector<std::byte>> early_;
   PoolReport report_;
-  FirstFailure failure_;
+  std::mutex failing_;
+  std::exception_ptr failure_;  // the first on this rank
 };
 
 void PoolRun::work(int worker) {
@@ -193,14 +198,11 @@ void PoolRun::perform_task(int worker, Tests& stack) {
     const NodeTest test = stack.back();
     stack.pop_back();
     ++n;
-    failure_.guard([&] {
-      try {
-        if (!failed_.load(std::memory_order_relaxed)) perform_(worker, test, stack);
-      } catch (...) {
-        failed_ = true;
-        throw;
-      }
-    });
+    try {
+      if (!failed_.load(std::memory_order_relaxed)) perform_(worker, test, stack);
+    } catch (...) {
+      note_failure();
+    }
     if (failed_.load(std::memory_order_relaxed)) stack.clear();
     share(stack);
     const bool looks_at_clock = worker == 0 && several() && n % tests_per_look == 0;
@@ -208,6 +210,13 @@ void PoolRun::perform_task(int worker, Tests& stack) {
   }
   tests_ += n;
   busy_ += std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - start).count();
+}
+
+// Stores the present exception if it is the first one.
+void PoolRun::note_failure() {
+  const std::lock_guard lock(failing_);
+  if (!failure_) failure_ = std::current_exception();
+  failed_ = true;
 }
 
 // Makes tasks of tests from the bottom of the stack while the stack exceeds the threshold.

@@ -149,6 +149,7 @@ std::vector<NodeTest> PartitionTrees::top_level(int rank, int n_ranks) const {
   for (const SurfacePair& pair : pairs_) {
     const Surface &a = surfaces_[pair.a], &b = surfaces_[pair.b];
     const Index n_a = a.last_part - a.first_part, n_b = b.last_part - b.first_part;
+    if (n_a == 0) continue;
     if (pair.a != pair.b) {
       if (overlapping(a.box, b.box))
         for (Index j = 0; j < n_b; ++j)
