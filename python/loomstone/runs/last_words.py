@@ -19,6 +19,8 @@ __all__ = ["last_words"]
 _SHELL = (
     "trap '' HUP INT TERM USR1 USR2; read -r word; [ \"$word\" = end ] || printf '%s\\n' \"$0\" >&2"
 )
+# Messages that contain this command name the way to continue.
+RESUME = "loomstone resume"
 # mpirun kills a rank one second after SIGTERM and then forwards no output. A run that has not ended
 # after this time [s] speaks while it still can.
 _PATIENCE = 0.5
@@ -28,9 +30,8 @@ _PATIENCE = 0.5
 def last_words(sentence: str) -> Iterator[None]:
     """Prints a sentence to standard error if this process ends before the `with` block.
 
-    It is printed after all other output of this process, also if the block raises an error.
-    Interrupted, whose message names the way to continue, is no such error. An empty sentence is not
-    printed.
+    It is printed after all other output of this process, also if the block raises an error, unless
+    the message of the error names the way to continue. An empty sentence is not printed.
     """
     speaker = _Speaker(sentence) if sentence else None
     try:
@@ -39,8 +40,10 @@ def last_words(sentence: str) -> Iterator[None]:
         if speaker:
             speaker.end(silent=True)
         raise
-    except BaseException:
-        if speaker:
+    except BaseException as error:
+        if speaker and RESUME in str(error):
+            speaker.end(silent=True)
+        elif speaker:
             atexit.register(speaker.end, silent=False)
         raise
     if speaker:

@@ -146,7 +146,7 @@ def test_a_shell_completes_commands_and_names(loomstone, monkeypatch):
         monkeypatch.setenv("COMP_CWORD", str(number))
         return loomstone()[1].out.split()
 
-    assert completed("loomstone re", 1) == ["resume", "render", "report"]
+    assert completed("loomstone re", 1) == ["resume", "render", "replay", "report"]
     assert completed("loomstone run --integrator b", 3) == ["backward-euler", "bdf2"]
     assert completed("loomstone plot --what st", 3) == ["stages", "step", "strain", "stretch"]
     assert completed("loomstone scenes dr", 2) == ["dragon", "drape", "dress"]

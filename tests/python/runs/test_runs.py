@@ -484,25 +484,3 @@ def test_a_run_with_bodies_may_end_between_the_steps_that_can_be_saved(tmp_path)
     prolonged = ls.Simulation(scene, **settings).run(out=tmp_path / "b", duration=0.32, resume=True)
     whole = ls.Simulation(scene, **settings).run(out=tmp_path / "d", duration=0.32)
     assert prolonged["digest"] == whole["digest"] and len(ls.Run(tmp_path / "b")) == 9
-
-
-def test_a_compressed_run_has_the_same_frames_and_stays_compressed_when_resumed(
-    run, hanging, euler, tmp_path
-):
-    out = tmp_path / "compressed"
-    ls.Simulation(hanging, integrator=euler).run(out=out, duration=0.08, compression=1)
-    ls.Simulation(hanging, integrator=euler).run(out=out, duration=0.12, resume=True)
-    plain, compressed = ls.Run(run), ls.Run(out)
-    assert np.array_equal(plain.positions, compressed.positions)
-    assert np.array_equal(plain.velocities, compressed.velocities)
-    h5py = pytest.importorskip("h5py", reason="h5py is not installed")
-    with h5py.File(out / "run.vtkhdf") as file:
-        assert file["VTKHDF/Points"].compression == "gzip" and len(compressed) == 4
-
-
-@pytest.mark.parametrize("level", [-1, 10, "high", 0.5])
-def test_a_level_of_compression_out_of_range_is_refused(hanging, euler, tmp_path, level):
-    sim = ls.Simulation(hanging, integrator=euler)
-    with pytest.raises(ls.InvalidInput, match="compression must be"):
-        sim.run(out=tmp_path, duration=0.04, compression=level)
-    assert not list(tmp_path.iterdir())
