@@ -22,22 +22,29 @@
 namespace loomstone {
 
 // Collision stage of a simulation. Caches trees and neighbour lists between calls. The caches
-// affect speed, not results.
+// affect speed, not results. The ranks share the search: each keeps a part of the neighbour lists
+// and tests their pairs, and all ranks receive all contacts and impacts.
 class CollisionStage {
  public:
-  explicit CollisionStage(const CollisionModel& model);
+  // `ranks` must outlive the stage. Null: this process alone.
+  explicit CollisionStage(const CollisionModel& model, const Communicator* ranks = nullptr);
   ~CollisionStage();
 
   // Finds all intersections at x0. The other methods ignore contacts and impacts that would prevent
   // the intersecting surfaces from separating. An empty Tangle means that nothing intersects.
   Tangle find_tangle(const Points& x0);
 
-  // Returns the contacts closer than their thickness at x0, sorted by (kind, a, b). x0 contains the
-  // vertices of all surfaces.
-  std::vector<Contact> proximity(const Team& team, const Points& x0, const Tangle& tangle);
+  // Collective. Returns the contacts closer than their thickness at x0, sorted by (kind, a, b). x0
+  // contains the vertices of all surfaces.
+  // The reference is valid until the next call.
+  const std::vector<Contact>& proximity(const Team& team, const Points& x0, const Tangle& tangle);
+  // Returns the same contacts and may be called by some ranks only. Slow unless x0 is that of the
+  // last call of proximity() or there is only one rank.
+  const std::vector<Contact>& proximity_alone(const Team& team, const Points& x0,
+                                              const Tangle& tangle);
 
-  // Finds the pairs that may touch within a step of `motion`. Asynchronous steps evaluate contacts
-  // at events for these pairs.
+  // Collective. Finds the pairs that may touch within a step of `motion`. Asynchronous steps
+  // evaluate contacts at events for these pairs.
   Approach approach(const Team& team, const ExpectedMotion& motion, const Tangle& tangle);
   const std::vector<SurfacePair>& pairs() const;
 
@@ -65,10 +72,10 @@ class CollisionStage {
   void repel(const MotionInputs& inputs, const std::vector<Contact>& contacts, double step,
              Points& x1, FreeBodies& bodies) const;
 
-  // Corrects x1 so that the motion x0 -> x1 has no impact and x1 has no intersection. Moves cloth
-  // vertices individually and each body as a whole. Prescribed vertices keep their motion. If
-  // `bodies` is empty, rigid bodies also keep their motion. The report counts the impacts that
-  // remain.
+  // Collective. Corrects x1 so that the motion x0 -> x1 has no impact and x1 has no intersection.
+  // Moves cloth vertices individually and each body as a whole. Prescribed vertices keep their
+  // motion. If `bodies` is empty, rigid bodies also keep their motion. The report counts the
+  // impacts that remain.
   CertifyReport certify(const Team& team, const MotionInputs& inputs, Points& x1,
                         FreeBodies& bodies);
 

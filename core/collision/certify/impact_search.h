@@ -23,7 +23,8 @@ class ImpactSearch {
  public:
   ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NeighbourLists& lists);
 
-  // Returns the impacts sorted by (kind, a, b). Excludes pairs that touch at x0, pairs without a
+  // Collective. Each rank tests the pairs in its lists, and all ranks receive all impacts. Returns
+  // the impacts sorted by (kind, a, b). Excludes pairs that touch at x0, pairs without a
   // movable vertex, and pairs that the tangle ignores. If `changed` (n) is not null, tests only
   // pairs with a changed vertex. Updates the lists to x0 if necessary.
   std::vector<StepImpact> find(const Team& team, const MotionInputs& inputs, const Points& x1,
@@ -33,15 +34,17 @@ class ImpactSearch {
 
  private:
   struct PairTest;
-  std::vector<StepImpact> find_listed(const Team& team, const PairTest& test) const;
-  void find_in_list(const NeighbourList& list, const PairTest& test,
+  std::vector<StepImpact> find_own(const Team& team, const PairTest& test);
+  std::vector<StepImpact> find_listed(const Team& team, const PairTest& test);
+  void find_in_list(NeighbourList& list, const PairTest& test,
                     std::vector<StepImpact>& impacts) const;
   void find_unlisted(const Team& team, const PairTest& test, std::vector<StepImpact>& impacts);
 
   const CollisionModel& model_;
   BroadPhase& broad_phase_;
   NeighbourLists& lists_;
-  std::vector<double> travel_;  // (n) length of each displacement [m]
+  // (n) Length of the displacement of each vertex in the lists of this rank [m].
+  std::vector<double> travel_;
 };
 
 }  // namespace loomstone

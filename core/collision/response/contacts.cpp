@@ -116,18 +116,95 @@ void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& c
   contacts = std::move(kept);
 }
 
-// Joins the contacts that were found in separate ranges of pairs, sorted by (kind, a, b).
-std::vector<Contact> in_order(const std::vector<std::vector<Contact>>& of_range) {
+// Sorts contacts by (kind, a, b).
+std::vector<Contact> in_order(const std::vector<Contact>& contacts) {
   std::vector<const Contact*> order;
-  for (const std::vector<Contact>& range : of_range)
-    for (const Contact& contact : range) order.push_back(&contact);
+  order.reserve(contacts.size());
+  for (const Contact& contact : contacts) order.push_back(&contact);
   std::sort(order.begin(), order.end(),
             [](const Contact* a, const Contact* b) { return before(*a, *b); });
-  std::vector<Contact> contacts;
-  contacts.reserve(order.size());
-  for (const Contact* const contact : order) contacts.push_back(*contact);
-  return contacts;
+  std::vector<Contact> sorted;
+  sorted.reserve(order.size());
+  for (const Contact* const contact : order) sorted.push_back(*contact);
+  return sorted;
 }
+
+// Finds contacts among pairs of features.
+class ContactFinder {
+ public:
+  ContactFinder(const CollisionModel& model, const std::vector<SurfacePair>& pairs, const Points& x)
+      : model_(model), pairs_(pairs), x_(x), normals_(smooth_normals(model, x)) {}
+
+  // Returns the distance between the two features of a pair of surface pair i. Adds a contact if
+  // this distance is below the thickness.
+  double look(Index i, ContactKind kind, PairKey key, std::vector<Contact>& out) const {
+    const std::array<Index, 4> v = pair_vertices(model_, kind, key);
+    FourPoints p;
+    for (int k = 0; k < 4; ++k) p[k] = x_.row(v[k]).transpose();
+    const bool face = kind == ContactKind::VertexFace;
+    const ClosestPair closest = face ? closest_vertex_face(p) : closest_edge_edge(p);
+    // Edges of a smooth surface are artefacts of its triangulation. Certification tests them, but
+    // they exert no contact force.
+    const SurfacePair& pair = pairs_[i];
+    const bool smooth = model_.surfaces[pair.a].smooth || model_.surfaces[pair.b].smooth;
+    if (!(closest.distance < pair.thickness) || (!face && (!closest.interior || smooth)))
+      return closest.distance;
+    Vec3 normal = face ? contact_normal_vertex_face(p, closest, Vec3::Zero())
+                       : contact_normal_edge_edge(p, closest, Vec3::Zero());
+    if (face && model_.surfaces[model_.surface_of_triangle[second_of(key)]].smooth)
+      normal = rounded_normal(normals_, v, closest, normal);
+    out.push_back({kind, first_of(key), second_of(key), v, closest.weights, normal,
+                   closest.distance, pair.thickness, pair.friction});
+    return closest.distance;
+  }
+
+  // Looks at the pairs of a list that can be closer than the thickness, and updates distances.
+  void look(NeighbourList& list, std::vector<Contact>& out) const {
+    list.cost += ListCosts::list;
+    const double thickness = pairs_[list.pair].thickness;
+    if (list.nearest - list.used >= thickness) return;
+    list.nearest = std::numeric_limits<double>::infinity();
+    std::size_t n_looks = 0;
+    const std::size_t n_before = out.size();
+    for (std::size_t i = 0; i < list.near.size(); ++i) {
+      NearPair& near = list.near[i];
+      if (near.distance - list.used < thickness) {
+        near.distance = look(list.pair, list.kind(i), near.key, out) + list.used;
+        ++n_looks;
+      }
+      list.nearest = std::min(list.nearest, near.distance);
+    }
+    list.cost += ListCosts::pair * static_cast<float>(list.near.size()) +
+                 ListCosts::distance * static_cast<float>(n_looks) +
+                 ListCosts::contact * static_cast<float>(out.size() - n_before);
+  }
+
+  void look(const std::vector<FeaturePairs>& pairs, std::vector<Contact>& out) const {
+    for (Index i = 0; i < static_cast<Index>(pairs.size()); ++i) {
+      for (const PairKey key : pairs[i].vertex_face) look(i, ContactKind::VertexFace, key, out);
+      for (const PairKey key : pairs[i].edge_edge) look(i, ContactKind::EdgeEdge, key, out);
+    }
+  }
+
+  // Sorts contacts that ranks have found, and chooses among those with smooth surfaces.
+  std::vector<Contact> finish(Gathered<Contact> found) const {
+    std::vector<Contact>& contacts = found.elements;
+    const auto at = [&](std::size_t rank) {
+      return contacts.begin() + static_cast<std::ptrdiff_t>(found.start[rank]);
+    };
+    // The contacts of each rank are in order.
+    for (std::size_t rank = 1; rank + 1 < found.start.size(); ++rank)
+      std::inplace_merge(contacts.begin(), at(rank), at(rank + 1), before);
+    if (normals_.rows() > 0) keep_nearest_on_smooth(model_, contacts);
+    return std::move(contacts);
+  }
+
+ private:
+  const CollisionModel& model_;
+  const std::vector<SurfacePair>& pairs_;
+  const Points& x_;
+  const Points normals_;  // vertex normals of smooth surfaces
+};
 
 }  // namespace
 
@@ -152,57 +229,39 @@ ContactForce contact_force(double distance, double thickness, double stiffness) 
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    NeighbourLists& lists) {
-  const Points normals = smooth_normals(model, x);
-  // Returns the distance between the two features of a pair. Adds a contact if this distance is
-  // below the thickness.
-  const auto look = [&](Index i, ContactKind kind, PairKey key, std::vector<Contact>& out) {
-    const std::array<Index, 4> v = pair_vertices(model, kind, key);
-    FourPoints p;
-    for (int k = 0; k < 4; ++k) p[k] = x.row(v[k]).transpose();
-    const bool face = kind == ContactKind::VertexFace;
-    const ClosestPair closest = face ? closest_vertex_face(p) : closest_edge_edge(p);
-    // Edges of a smooth surface are artefacts of its triangulation. Certification tests them, but
-    // they exert no contact force.
-    const bool smooth = model.surfaces[pairs[i].a].smooth || model.surfaces[pairs[i].b].smooth;
-    if (!(closest.distance < pairs[i].thickness) || (!face && (!closest.interior || smooth)))
-      return closest.distance;
-    Vec3 normal = face ? contact_normal_vertex_face(p, closest, Vec3::Zero())
-                       : contact_normal_edge_edge(p, closest, Vec3::Zero());
-    if (face && model.surfaces[model.surface_of_triangle[second_of(key)]].smooth)
-      normal = rounded_normal(normals, v, closest, normal);
-    out.push_back({kind, first_of(key), second_of(key), v, closest.weights, normal,
-                   closest.distance, pairs[i].thickness, pairs[i].friction});
-    return closest.distance;
-  };
+  const ContactFinder finder(model, pairs, x);
+  return finder.finish(gather_from_ranks(lists.ranks(), [&] {
+    lists.make_ended(team);
+    constexpr Index grain = 64;
+    const Index n = static_cast<Index>(lists.lists().size());
+    std::vector<std::vector<Contact>> of_range((n + grain - 1) / grain);
+    parallel_ranges(team, n, grain, [&](Index begin, Index end) {
+      for (Index l = begin; l < end; ++l) finder.look(lists.lists()[l], of_range[begin / grain]);
+    });
+    std::vector<Contact> found;
+    for (const std::vector<Contact>& range : of_range)
+      found.insert(found.end(), range.begin(), range.end());
+    finder.look(lists.unlisted_near_pairs(team), found);
+    return in_order(found);
+  }));
+}
 
-  constexpr Index grain = 64;
-  const Index n = static_cast<Index>(lists.lists().size());
-  std::vector<std::vector<Contact>> of_range((n + grain - 1) / grain);
-  parallel_ranges(team, n, grain, [&](Index begin, Index end) {
-    for (Index l = begin; l < end; ++l) {
-      NeighbourList& list = lists.lists()[l];
-      const double thickness = pairs[list.pair].thickness;
-      if (list.nearest - list.used >= thickness) continue;
-      list.nearest = std::numeric_limits<double>::infinity();
-      for (std::size_t i = 0; i < list.near.size(); ++i) {
-        NearPair& near = list.near[i];
-        if (near.distance - list.used < thickness)
-          near.distance =
-              look(list.pair, list.kind(i), near.key, of_range[begin / grain]) + list.used;
-        list.nearest = std::min(list.nearest, near.distance);
-      }
-    }
-  });
-  std::vector<Contact> found;
-  const std::vector<FeaturePairs> unlisted = lists.unlisted_near_pairs(team);
-  for (Index i = 0; i < static_cast<Index>(unlisted.size()); ++i) {
-    for (const PairKey key : unlisted[i].vertex_face) look(i, ContactKind::VertexFace, key, found);
-    for (const PairKey key : unlisted[i].edge_edge) look(i, ContactKind::EdgeEdge, key, found);
+std::vector<Contact> find_contacts_alone(const Team& team, const CollisionModel& model,
+                                         const std::vector<SurfacePair>& pairs, const Points& x,
+                                         BroadPhase& broad_phase) {
+  std::vector<Index> which;
+  std::vector<double> reach;
+  for (const SurfacePair& pair : pairs) {
+    which.push_back(static_cast<Index>(which.size()));
+    reach.push_back(pair.thickness * (1.0 + 1e-9));
   }
-  of_range.push_back(std::move(found));
-  std::vector<Contact> contacts = in_order(of_range);
-  if (normals.rows() > 0) keep_nearest_on_smooth(model, contacts);
-  return contacts;
+  std::vector<FeaturePairs> near;
+  broad_phase.near_pairs(team, x, which, reach, near);
+  const ContactFinder finder(model, pairs, x);
+  std::vector<Contact> found;
+  finder.look(near, found);
+  found = in_order(found);
+  return finder.finish({std::move(found), {0, 0}});
 }
 
 std::vector<double> contact_shares(const std::vector<Contact>& contacts,

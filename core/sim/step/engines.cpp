@@ -29,7 +29,7 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Tea
   elasticity = std::make_unique<Elasticity>(model.cloth, bending_treatment(options, model.cloth));
   integrator = make_integrator(options, model.cloth, *elasticity);
   if (model.scene.collisions && model.cloth.n_vertices > 0)
-    collision = std::make_unique<CollisionStage>(model.collision);
+    collision = std::make_unique<CollisionStage>(model.collision, &layout.communicator());
   if (collision && integrator->events_collide())
     event_contacts =
         std::make_unique<EventContacts>(model.collision, collision->pairs(), model.inverse_mass);

@@ -166,6 +166,7 @@ void Stepper::finish(const StepSpan& span, State& state, StepOutcome& outcome) {
   if (steps_.automatic) expect_step(steps_.largest, outcome.start, span.h, engines_, state);
   report.length = span.h;
   check_divergence(engines_.model, loads_.x0, state.cloth, "certify");
+  know_contacts(state, engines_);
   if (report.contacts.unresolved > 0) state.tangled = 2;
   if (engines_.collision && state.tangled) count_intersections(state, engines_, outcome);
   measure_contacts(engines_.model, state, span.h, outcome);
