@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <tuple>
 
 #include "core/collision/narrow_phase/distance.h"
@@ -111,8 +112,16 @@ Approach find_approach(const Team& team, const PairSource& source, const Expecte
   }
   Candidates candidates(pairs, test);
   const double margin = 0.5 * (thickness + added_approach * motion.step);  // of each feature
-  source.broad_phase.swept_pairs(team, {motion.x0, x1, margin}, which, candidates);
-  Approach all = candidates.take_all();
+  Approach all;
+  all.pairs = gather_from_ranks(source.ranks, [&] {
+                source.broad_phase.swept_pairs(team, {motion.x0, x1, margin}, which, candidates);
+                Approach own = candidates.take_all();
+                all.candidates = own.candidates;
+                return std::move(own.pairs);
+              }).elements;
+  const std::vector<std::int64_t> counts =
+      results_of_ranks(source.ranks, [&] { return all.candidates; });
+  all.candidates = std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
   std::sort(all.pairs.begin(), all.pairs.end(), [](const auto& a, const auto& b) {
     return std::tie(a.kind, a.key) < std::tie(b.kind, b.key);
   });

@@ -25,6 +25,7 @@ struct PairSource {
   const CollisionModel& model;
   const std::vector<SurfacePair>& pairs;
   BroadPhase& broad_phase;
+  const Communicator& ranks;  // that share the tasks of the broad phase
 };
 
 // Allowance for velocities that change within a step. Our choice: features are assumed to approach
@@ -39,9 +40,9 @@ struct ExpectedMotion {
   double step;       // [s]
 };
 
-// Finds the pairs that may come closer than their thickness, allowing for velocities that change
-// within the step. Culls pairs whose four points stay off a common plane by more than the
-// thickness. Does not use neighbour lists: they may lack pairs that are far apart, depending on
+// Collective. Finds the pairs that may come closer than their thickness, allowing for velocities
+// that change within the step. Culls pairs whose four points stay off a common plane by more than
+// the thickness. Does not use neighbour lists: they may lack pairs that are far apart, depending on
 // when they were made.
 Approach find_approach(const Team& team, const PairSource& source, const ExpectedMotion& motion,
                        const Tangle& tangle);

@@ -90,7 +90,8 @@ std::size_t CollisionReplay::find(Search search, const Team& team, SharedSearch&
     find_contacts(team, d.model, d.pairs, d.record.x0, shared);
     return shared.result_bytes();
   }
-  NeighbourLists unused(d.model, d.pairs, d.boxes);
+  const std::shared_ptr<const Communicator> alone = single_communicator();
+  NeighbourLists unused(d.model, d.pairs, d.boxes, *alone);
   ImpactSearch impacts(d.model, d.boxes, unused);
   impacts.share(&shared);
   impacts.find(team, {d.record.x0, d.inverse_mass, {}}, d.record.x1, nullptr);

@@ -18,32 +18,50 @@ constexpr int clean_up_rounds = 10;
 
 struct CollisionStage::Data {
   Data(const CollisionModel& given, Decomposition decomposition,
-       std::shared_ptr<const Communicator> communicator)
+       std::shared_ptr<const Communicator> shared_by)
       : model(given),
+        communicator(std::move(shared_by)),
+        ranks(*communicator),
         pairs(surface_pairs(model)),
-        broad_phase(model, pairs),
-        lists(model, pairs, broad_phase),
+        broad_phase(model, pairs, {ranks.rank(), ranks.size()}),
+        lists(model, pairs, broad_phase, ranks),
         tangles(model),
         search(model, broad_phase, lists) {
     if (decomposition != Decomposition::Predicted)
-      shared = std::make_unique<SharedSearch>(model, pairs, broad_phase, decomposition,
-                                              std::move(communicator));
+      shared =
+          std::make_unique<SharedSearch>(model, pairs, broad_phase, decomposition, communicator);
+    search.share(shared.get());
   }
 
+  bool knows(const Points& x) const { return known_x.rows() == x.rows() && known_x == x; }
+
   const CollisionModel& model;
+  const std::shared_ptr<const Communicator> communicator;
+  const Communicator& ranks;
   const std::vector<SurfacePair> pairs;
   BroadPhase broad_phase;
   NeighbourLists lists;
   TangleFinder tangles;
   ImpactSearch search;
   std::unique_ptr<SharedSearch> shared;  // null: searches use the lists
-  bool in_step = false;
   bool keeps_motion = false;
   CollisionRecord motion;
+  std::unique_ptr<BroadPhase> own_broad_phase;  // searches all tasks; made when first needed
   // Positions in the last call of proximity(), and all contacts there, including those that a
-  // tangle ignores. They are reused because a part of a step begins where the last one ended.
+  // tangle ignores. They are reused because a part of a step begins where the last one ended. They
+  // are the same on all ranks.
   Points known_x;
   std::vector<Contact> known;
+  std::vector<Contact> returned;  // contacts that are not `known`
+
+  std::vector<Contact> without_ignored(const std::vector<Contact>& contacts,
+                                       const Tangle& tangle) const {
+    std::vector<Contact> kept;
+    for (const Contact& contact : contacts)
+      if (!tangle.ignores(model, contact.kind, pair_key(contact.a, contact.b), contact.vertices))
+        kept.push_back(contact);
+    return kept;
+  }
 };
 
 CollisionStage::CollisionStage(const CollisionModel& model, Decomposition decomposition,
@@ -51,43 +69,33 @@ CollisionStage::CollisionStage(const CollisionModel& model, Decomposition decomp
     : data_(std::make_unique<Data>(model, decomposition, std::move(communicator))) {}
 CollisionStage::~CollisionStage() = default;
 
-void CollisionStage::set_in_step(bool in_step) {
-  data_->in_step = in_step;
-  data_->search.share(in_step ? data_->shared.get() : nullptr);
-}
-
 Tangle CollisionStage::find_tangle(const Points& x0) { return data_->tangles.find(x0); }
 
-std::vector<Contact> CollisionStage::proximity(const Team& team, const Points& x0,
-                                               const Tangle& tangle) {
-  const Data& d = *data_;
-  std::vector<Contact> contacts = find_known(team, x0);
-  if (!tangle.empty())
-    std::erase_if(contacts, [&](const Contact& contact) {
-      return tangle.ignores(d.model, contact.kind, pair_key(contact.a, contact.b),
-                            contact.vertices);
-    });
-  return contacts;
+const std::vector<Contact>& CollisionStage::proximity(const Team& team, const Points& x0,
+                                                      const Tangle& tangle) {
+  Data& d = *data_;
+  if (!d.knows(x0)) {
+    if (d.shared) {
+      d.known = find_contacts(team, d.model, d.pairs, x0, *d.shared);
+    } else {
+      d.lists.update(team, x0);
+      d.known = find_contacts(team, d.model, d.pairs, x0, d.lists);
+    }
+    d.known_x = x0;
+  }
+  if (tangle.empty()) return d.known;
+  d.returned = d.without_ignored(d.known, tangle);
+  return d.returned;
 }
 
-// Returns all contacts at x0, including those that a tangle ignores.
-std::vector<Contact> CollisionStage::find_known(const Team& team, const Points& x0) {
+const std::vector<Contact>& CollisionStage::proximity_alone(const Team& team, const Points& x0,
+                                                            const Tangle& tangle) {
   Data& d = *data_;
-  if (d.known_x.rows() == x0.rows() && d.known_x == x0) return d.known;
-  if (d.shared && !d.in_step) {
-    // Other ranks do not search now, so `known` must not change: a step begins with a search on all
-    // ranks or on none.
-    d.lists.update(team, x0);
-    return find_contacts(team, d.model, d.pairs, x0, d.lists);
-  }
-  if (d.shared) {
-    d.known = find_contacts(team, d.model, d.pairs, x0, *d.shared);
-  } else {
-    d.lists.update(team, x0);
-    d.known = find_contacts(team, d.model, d.pairs, x0, d.lists);
-  }
-  d.known_x = x0;
-  return d.known;
+  if (d.ranks.size() == 1 || d.knows(x0)) return proximity(team, x0, tangle);
+  if (!d.own_broad_phase) d.own_broad_phase = std::make_unique<BroadPhase>(d.model, d.pairs);
+  d.returned = find_contacts_alone(team, d.model, d.pairs, x0, *d.own_broad_phase);
+  if (!tangle.empty()) d.returned = d.without_ignored(d.returned, tangle);
+  return d.returned;
 }
 
 void CollisionStage::keep_motion(bool keep) { data_->keeps_motion = keep; }
@@ -95,7 +103,8 @@ const CollisionRecord& CollisionStage::motion() const { return data_->motion; }
 
 Approach CollisionStage::approach(const Team& team, const ExpectedMotion& motion,
                                   const Tangle& tangle) {
-  return find_approach(team, {data_->model, data_->pairs, data_->broad_phase}, motion, tangle);
+  return find_approach(team, {data_->model, data_->pairs, data_->broad_phase, data_->ranks}, motion,
+                       tangle);
 }
 
 const std::vector<SurfacePair>& CollisionStage::pairs() const { return data_->pairs; }

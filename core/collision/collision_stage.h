@@ -25,30 +25,32 @@
 namespace loomstone {
 
 // Collision stage of a simulation. Caches trees and neighbour lists between calls. The caches
-// affect speed, not results.
+// affect speed, not results. The ranks share the search, and all of them receive all contacts and
+// impacts. With the decomposition "predicted", each rank keeps a part of the neighbour lists and
+// tests their pairs. With the others, they traverse the trees of a SharedSearch.
 class CollisionStage {
  public:
-  // All decompositions give the same results. Unless the decomposition is "predicted", the ranks of
-  // `communicator` share the searches for contacts and impacts that begin while they step together.
+  // All decompositions give the same results.
   explicit CollisionStage(const CollisionModel& model,
                           Decomposition decomposition = Decomposition::Predicted,
                           std::shared_ptr<const Communicator> communicator = single_communicator());
   ~CollisionStage();
 
-  // Tells whether all ranks are in the same step, so that they make the same calls. At other times
-  // one rank may ask for contacts alone, for example to write a frame.
-  void set_in_step(bool in_step);
-
   // Finds all intersections at x0. The other methods ignore contacts and impacts that would prevent
   // the intersecting surfaces from separating. An empty Tangle means that nothing intersects.
   Tangle find_tangle(const Points& x0);
 
-  // Returns the contacts closer than their thickness at x0, sorted by (kind, a, b). x0 contains the
-  // vertices of all surfaces.
-  std::vector<Contact> proximity(const Team& team, const Points& x0, const Tangle& tangle);
+  // Collective. Returns the contacts closer than their thickness at x0, sorted by (kind, a, b). x0
+  // contains the vertices of all surfaces.
+  // The reference is valid until the next call.
+  const std::vector<Contact>& proximity(const Team& team, const Points& x0, const Tangle& tangle);
+  // Returns the same contacts and may be called by some ranks only. Slow unless x0 is that of the
+  // last call of proximity() or there is only one rank.
+  const std::vector<Contact>& proximity_alone(const Team& team, const Points& x0,
+                                              const Tangle& tangle);
 
-  // Finds the pairs that may touch within a step of `motion`. Asynchronous steps evaluate contacts
-  // at events for these pairs.
+  // Collective. Finds the pairs that may touch within a step of `motion`. Asynchronous steps
+  // evaluate contacts at events for these pairs.
   Approach approach(const Team& team, const ExpectedMotion& motion, const Tangle& tangle);
   const std::vector<SurfacePair>& pairs() const;
 
@@ -76,10 +78,10 @@ class CollisionStage {
   void repel(const MotionInputs& inputs, const std::vector<Contact>& contacts, double step,
              Points& x1, FreeBodies& bodies) const;
 
-  // Corrects x1 so that the motion x0 -> x1 has no impact and x1 has no intersection. Moves cloth
-  // vertices individually and each body as a whole. Prescribed vertices keep their motion. If
-  // `bodies` is empty, rigid bodies also keep their motion. The report counts the impacts that
-  // remain.
+  // Collective. Corrects x1 so that the motion x0 -> x1 has no impact and x1 has no intersection.
+  // Moves cloth vertices individually and each body as a whole. Prescribed vertices keep their
+  // motion. If `bodies` is empty, rigid bodies also keep their motion. The report counts the
+  // impacts that remain.
   CertifyReport certify(const Team& team, const MotionInputs& inputs, Points& x1,
                         FreeBodies& bodies);
 
@@ -89,8 +91,6 @@ class CollisionStage {
   const CollisionRecord& motion() const;
 
  private:
-  std::vector<Contact> find_known(const Team& team, const Points& x0);
-
   struct Data;
   std::unique_ptr<Data> data_;
 };

@@ -105,8 +105,9 @@ TEST_CASE(
        {grid_cells(0.2, 0.2, 23, 23).moved(Vec3(1e-3, 2e-3, 1.2e-3)), Kind::Cloth, 1e-3}});
   const std::vector<SurfacePair> pairs = surface_pairs(scene.model);
   BroadPhase broad_phase(scene.model, pairs), other(scene.model, pairs);
-  NeighbourLists lists(scene.model, pairs, broad_phase),
-      nothing_listed(scene.model, pairs, other, 0);
+  const Communicator& alone = *single_communicator();
+  NeighbourLists lists(scene.model, pairs, broad_phase, alone),
+      nothing_listed(scene.model, pairs, other, alone, 0);
   const auto place = [&](int step) {
     const Eigen::AngleAxisd turn(0.01 * step, Vec3(1.0, 0.4, 0.2).normalized());
     Points x = scene.x * turn.toRotationMatrix().transpose();
@@ -144,7 +145,7 @@ TEST_CASE("impacts agree with a test of all pairs, with lists and without") {
   const std::vector<SurfacePair> pairs = surface_pairs(model);
   BroadPhase broad_phase(model, pairs);
   const std::size_t most_per_cluster = GENERATE(64, 0);  // 0 disables the lists
-  NeighbourLists lists(model, pairs, broad_phase, most_per_cluster);
+  NeighbourLists lists(model, pairs, broad_phase, *single_communicator(), most_per_cluster);
   ImpactSearch search(model, broad_phase, lists);
   const Points x0 = shaken(scene.x, 3e-3, 8);
   int n_impacts = 0;

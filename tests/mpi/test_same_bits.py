@@ -118,6 +118,58 @@ def test_asynchronous_steps_end_in_the_same_bits_on_one_and_two_ranks(tmp_path):
     assert len(alone) == 2 and digests(ranks(2, program)) == alone
 
 
+COLLISIONS = """
+import sys
+import loomstone as ls
+import numpy as np
+from loomstone import _core
+ranks = _core.mpi_communicator() if _core.launched_by_mpi() else _core.single_communicator()
+sheets = []
+for i in range(2):
+    mesh = ls.grid(size=(0.2, 0.2), cells=(9 + i, 9 + i)).moved((0.0, 0.0, 0.102 + 0.004 * i))
+    fall = np.tile((0.3, 0.0, -2.0), (len(mesh.vertices), 1))
+    sheets.append(ls.Cloth(name=f"sheet {i}", mesh=mesh, velocities=fall))
+box = ls.RigidBody(mesh=ls.meshes.box(size=(0.03, 0.03, 0.03)), density=300, position=(0, 0, 0.13))
+for response, steps in (("implicit", ls.SemiImplicitEuler(step=8e-3)),
+                        ("impulse", ls.SemiImplicitEuler(step=8e-3)),
+                        ("implicit", ls.Asynchronous(step=2e-3))):
+    scene = ls.Scene(cloths=sheets, obstacles=[ls.sphere(radius=0.1)], bodies=[box],
+                     response=response)
+    for threads in map(int, sys.argv[1:]):
+        sim = ls.Simulation(scene, integrator=steps, threads=threads, communicator=ranks)
+        impacts = 0
+        for _ in range(8):
+            sim.step()
+            impacts += sim.report.contacts.impacts
+        assert impacts > 0, "certification acts"
+        digest = sim.digest()
+        number = int(digest[:15], 16)
+        assert ranks.maximum(number) == number == -ranks.maximum(-number), "all ranks agree"
+        if ranks.rank == 0:
+            name = f"{response}-{type(steps).__name__}-{ranks.size}x{threads}"
+            print(f"digest {name} {digest}", flush=True)
+"""
+
+
+@needs_mpirun
+def test_collisions_end_in_the_same_bits_if_every_step_gives_them_to_other_ranks(
+    tmp_path, monkeypatch
+):
+    program = tmp_path / "collisions.py"
+    program.write_text(COLLISIONS)
+    alone = [sys.executable, str(program), "1", "2"]
+    found = digests(
+        subprocess.run(alone, capture_output=True, text=True, timeout=240, env=ENVIRONMENT)
+    )
+    monkeypatch.setitem(ENVIRONMENT, "LOOMSTONE_ROTATE_OWNERS", "1")
+    for n, threads in [(2, "1 2"), (3, "1"), (4, "1"), (7, "1")]:
+        found |= digests(ranks(n, program, *threads.split()))
+    assert len(found) == 3 * 7
+    for scene in {name.rsplit("-", 1)[0] for name in found}:
+        same = {digest for name, digest in found.items() if name.startswith(scene)}
+        assert len(same) == 1, scene
+
+
 WORK = """
 import sys
 import loomstone as ls

@@ -1,6 +1,7 @@
 #include "core/collision/broad_phase/broad_phase.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "core/collision/broad_phase/pair_search.h"
 #include "core/collision/narrow_phase/distance.h"
@@ -15,6 +16,8 @@ constexpr std::size_t enough_tasks = 256;
 
 // Maximum number of pairs in a batch that is passed to the sink.
 constexpr std::size_t batch_size = 1024;
+
+constexpr IndexRange all_clusters{0, std::numeric_limits<Index>::max()};
 
 // Collects the pairs of each batch that pass a filter.
 template <class Filter>
@@ -61,8 +64,9 @@ class Kept : public PairSink {
 
 }  // namespace
 
-BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs)
-    : model_(model), pairs_(pairs), vertex_slabs_(model.n_vertices) {
+BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+                       TaskShare share)
+    : model_(model), pairs_(pairs), vertex_slabs_(model.n_vertices), share_(share) {
   std::vector<std::vector<Index>> edges_of_surface(model.surfaces.size());
   for (Index e = 0; e < model.edges.rows(); ++e)
     edges_of_surface[model.surface_of_edge[e]].push_back(e);
@@ -105,7 +109,10 @@ struct BroadPhase::Task {
   PairSearch::Nodes nodes;
 };
 
-std::vector<BroadPhase::Task> BroadPhase::deal_out(const std::vector<Index>& which) const {
+// Expands pairs of nodes from the roots. Omits nodes of the first tree without a cluster in
+// `first`.
+std::vector<BroadPhase::Task> BroadPhase::deal_out(const std::vector<Index>& which,
+                                                   IndexRange first) const {
   std::vector<Task> tasks, next;
   for (const Index pair : which) {
     const ClusterTree &a = trees_[pairs_[pair].a], &b = trees_[pairs_[pair].b];
@@ -125,43 +132,44 @@ std::vector<BroadPhase::Task> BroadPhase::deal_out(const std::vector<Index>& whi
       any = true;
       below.clear();
       task.search.expand(task.nodes, below);
-      for (const PairSearch::Nodes& nodes : below) next.push_back({task.pair, task.search, nodes});
+      for (const PairSearch::Nodes& nodes : below)
+        if (PairSearch::meets(nodes, first)) next.push_back({task.pair, task.search, nodes});
     }
   }
   return tasks;
 }
 
-bool BroadPhase::cluster_pairs(const Team& team, Index surface_pair, std::size_t most,
-                               std::vector<PairKey>& found) const {
-  const std::vector<Task> tasks = deal_out({surface_pair});
+std::vector<PairKey> BroadPhase::cluster_pairs(const Team& team, Index surface_pair,
+                                               IndexRange first, std::size_t most) const {
+  if (first.begin >= first.end) return {};
+  const std::vector<Task> tasks = deal_out({surface_pair}, first);
   std::vector<std::vector<PairKey>> of_task(tasks.size());
   parallel_tasks(team, static_cast<Index>(tasks.size()), [&](Index i) {
     std::vector<PairKey>& own = of_task[i];
-    tasks[i].search.clusters(tasks[i].nodes, [&](Index a, Index b) {
+    tasks[i].search.clusters(tasks[i].nodes, first, [&](Index a, Index b) {
       if (own.size() <= most) own.push_back(pair_key(a, b));
     });
   });
-  std::size_t n = 0;
-  for (const std::vector<PairKey>& own : of_task) n += own.size();
-  found.clear();
-  if (n > most) return false;
   // Counting sort by the first cluster, then std::sort of each run by the second.
-  const Index n_clusters = trees_[pairs_[surface_pair].a].n_clusters();
+  const Index n_clusters = first.end - first.begin;
   std::vector<Index> start(n_clusters + 1, 0);
   for (const std::vector<PairKey>& own : of_task)
-    for (const PairKey key : own) ++start[first_of(key) + 1];
+    for (const PairKey key : own) ++start[first_of(key) - first.begin + 1];
   for (Index c = 0; c < n_clusters; ++c) start[c + 1] += start[c];
-  found.resize(n);
+  std::vector<PairKey> found(start.back());
   std::vector<Index> next(start.begin(), start.end() - 1);
   for (const std::vector<PairKey>& own : of_task)
-    for (const PairKey key : own) found[next[first_of(key)]++] = key;
+    for (const PairKey key : own) found[next[first_of(key) - first.begin]++] = key;
   parallel_for(team, n_clusters,
                [&](Index c) { std::sort(found.begin() + start[c], found.begin() + start[c + 1]); });
-  return true;
+  return found;
 }
 
 void BroadPhase::search(const Team& team, const std::vector<Index>& which, PairSink& sink) {
-  const std::vector<Task> tasks = deal_out(which);
+  std::vector<Task> tasks = deal_out(which, all_clusters);
+  std::size_t n_own = 0;
+  for (std::size_t i = share_.rank; i < tasks.size(); i += share_.size) tasks[n_own++] = tasks[i];
+  tasks.erase(tasks.begin() + static_cast<std::ptrdiff_t>(n_own), tasks.end());
   sink.prepare(static_cast<Index>(tasks.size()));
   parallel_tasks(team, static_cast<Index>(tasks.size()), [&](Index i) {
     const Index pair = tasks[i].pair;

@@ -10,6 +10,7 @@
 #include "core/collision/broad_phase/cluster_tree.h"
 #include "core/collision/model/collision_model.h"
 #include "core/collision/model/feature_pairs.h"
+#include "core/parallel/shared_work.h"
 #include "core/parallel/team.h"
 
 namespace loomstone {
@@ -32,10 +33,17 @@ struct Sweep {
   bool may_rebuild = false;  // rebuild trees whose boxes have grown too much; affects speed only
 };
 
+// The tasks of a search that a rank performs: every `size`-th, beginning with number `rank`.
+struct TaskShare {
+  int rank = 0, size = 1;
+};
+
 // Broad phase with one tree for each surface. The shape of the trees affects speed, not results.
 class BroadPhase {
  public:
-  BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs);
+  // Searches for pairs of features find only the pairs of the tasks in `share`.
+  BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+             TaskShare share = {});
 
   // Finds the pairs of features closer than `reach[i]` [m] at x for each surface pair i in `which`.
   // Existing trees are refitted but not rebuilt.
@@ -52,10 +60,11 @@ class BroadPhase {
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    const Keep& keep, std::vector<FeaturePairs>& found);
 
-  // Finds the pairs of clusters of a surface pair whose boxes overlap, packed as a << 32 | b, in
-  // ascending order. If there are more than `most` such pairs, clears `found` and returns false.
-  bool cluster_pairs(const Team& team, Index surface_pair, std::size_t most,
-                     std::vector<PairKey>& found) const;
+  // Returns the pairs of clusters (a, b) of a surface pair whose boxes overlap and whose cluster a
+  // is in `first`. They are packed as a << 32 | b, in ascending order. If there are more than
+  // `most`, some of them may be missing.
+  std::vector<PairKey> cluster_pairs(const Team& team, Index surface_pair, IndexRange first,
+                                     std::size_t most) const;
   ClusterTree& tree(Index surface) { return trees_[surface]; }
   // Returns whether an attachment ties a vertex of one feature to the surface of the other feature.
   bool attached(ContactKind kind, PairKey key) const;
@@ -67,13 +76,14 @@ class BroadPhase {
  private:
   void refit(const Team& team, Index surface, const Sweep& sweep);
   struct Task;
-  std::vector<Task> deal_out(const std::vector<Index>& which) const;
+  std::vector<Task> deal_out(const std::vector<Index>& which, IndexRange first) const;
   void search(const Team& team, const std::vector<Index>& which, PairSink& sink);
 
   const CollisionModel& model_;
   const std::vector<SurfacePair>& pairs_;
   std::vector<ClusterTree> trees_;  // one for each surface
   std::vector<PackedSlabs> vertex_slabs_;
+  TaskShare share_;
 };
 
 }  // namespace loomstone

@@ -11,6 +11,7 @@ namespace {
 
 // New clusters are formed when the total box area has grown by this factor. Affects speed only.
 constexpr double decay_limit = 1.5;
+constexpr Index refit_grain = 128;  // groups per task
 
 // Transposes an 8 x 8 block in place.
 template <class Floats>
@@ -189,7 +190,7 @@ void ClusterTree::assign(Features& features, const std::vector<Index>& cluster_o
   }
 }
 
-void ClusterTree::rebuild(const Points& x) {
+void ClusterTree::form(const Points& x) {
   ++version_;
   const Index n = static_cast<Index>(triangles_.rows());
   Points centres(n, 3);
@@ -245,61 +246,75 @@ void ClusterTree::rebuild(const Points& x) {
   vertices_.id = std::vector<Index>();
 }
 
-double ClusterTree::refit_all(const Team& team, const std::vector<PackedSlabs>& vertices,
-                              double inflation, bool features) {
-  constexpr Index grain = 128;
-  const auto padded = [](Index n) {
-    return static_cast<std::size_t>((n + slab_lanes - 1) / slab_lanes) * slab_lanes;
-  };
-  std::vector<PackedSlabs> below(padded(n_clusters_), empty_packed()), above;
-  const auto refit = [&](Features& of, PackedSlabs* of_group) {
-    parallel_ranges(team, static_cast<Index>(of.slabs.size()), grain, [&](Index begin, Index end) {
-      const FeatureGroups groups = {of.corners.data(), of.n_corners, begin, end};
-      LOOMSTONE_WIDEST(refit_features)(vertices.data(), groups,
-                                       features ? of.slabs.data() : nullptr, of_group);
-    });
-  };
-  if (features) refit(edge_features_, nullptr);
-  refit(faces_, below.data());  // a cluster has one group of faces
+std::size_t ClusterTree::n_slots() const {
+  return static_cast<std::size_t>((n_clusters_ + slab_lanes - 1) / slab_lanes) * slab_lanes;
+}
+
+void ClusterTree::find_boxes(const Team& team, const std::vector<PackedSlabs>& vertices,
+                             Index begin, Index end, std::vector<PackedSlabs>& boxes) const {
+  parallel_ranges(team, end - begin, refit_grain, [&](Index first, Index last) {
+    // A cluster has one group of faces.
+    const FeatureGroups groups = {faces_.corners.data(), faces_.n_corners, begin + first,
+                                  begin + last};
+    LOOMSTONE_WIDEST(refit_features)(vertices.data(), groups, nullptr, boxes.data());
+  });
+}
+
+void ClusterTree::set_area(const std::vector<PackedSlabs>& boxes, double inflation) {
   double sum = 0.0;
-  for (Index c = 0; c < n_clusters_; ++c) sum += area(below[c], inflation);
-  if (features) {
-    vertex_boxes_ = vertices.data();
-    cluster_boxes_.assign(below.begin(), below.begin() + n_clusters_);
-  }
+  for (Index c = 0; c < n_clusters_; ++c) sum += area(boxes[c], inflation);
+  built_area_ = std::max(0.0, sum);
+}
+
+bool ClusterTree::has_grown(const std::vector<PackedSlabs>& boxes, double inflation) const {
+  double sum = 0.0;
+  for (Index c = 0; c < n_clusters_; ++c) sum += area(boxes[c], inflation);
+  return !(sum <= decay_limit * built_area_);
+}
+
+void ClusterTree::set_nodes(const Team& team, const std::vector<PackedSlabs>& boxes) {
+  std::vector<PackedSlabs> below, above;
+  const PackedSlabs* children = boxes.data();
   for (std::vector<SlabGroup>& level : levels_) {
     const Index n = static_cast<Index>(level.size());
-    above.assign(padded(n), empty_packed());
-    parallel_ranges(team, n, grain, [&](Index begin, Index end) {
-      LOOMSTONE_WIDEST(refit_groups)(below.data(), begin, end, level.data(), above.data());
+    above.assign(static_cast<std::size_t>((n + slab_lanes - 1) / slab_lanes) * slab_lanes,
+                 empty_packed());
+    parallel_ranges(team, n, refit_grain, [&](Index begin, Index end) {
+      LOOMSTONE_WIDEST(refit_groups)(children, begin, end, level.data(), above.data());
     });
     below.swap(above);
+    children = below.data();
   }
-  write_group<FloatLanes<Lanes128>>(below.data(), root_);
-  return sum;
+  write_group<FloatLanes<Lanes128>>(children, root_);
+}
+
+std::vector<PackedSlabs> ClusterTree::refit_all(const Team& team,
+                                                const std::vector<PackedSlabs>& vertices) {
+  std::vector<PackedSlabs> boxes(n_slots(), empty_packed());
+  const auto refit = [&](Features& of, PackedSlabs* of_group) {
+    parallel_ranges(
+        team, static_cast<Index>(of.slabs.size()), refit_grain, [&](Index begin, Index end) {
+          const FeatureGroups groups = {of.corners.data(), of.n_corners, begin, end};
+          LOOMSTONE_WIDEST(refit_features)(vertices.data(), groups, of.slabs.data(), of_group);
+        });
+  };
+  refit(edge_features_, nullptr);
+  refit(faces_, boxes.data());  // a cluster has one group of faces
+  vertex_boxes_ = vertices.data();
+  cluster_boxes_.assign(boxes.begin(), boxes.begin() + n_clusters_);
+  set_nodes(team, boxes);
+  return boxes;
 }
 
 void ClusterTree::refit(const Team& team, const Points& x, const std::vector<PackedSlabs>& vertices,
                         double inflation, bool may_rebuild) {
   if (empty()) return;
-  if (built_area_ >= 0.0) {
-    const double now = refit_all(team, vertices, inflation, true);
-    if (!may_rebuild || now <= decay_limit * built_area_) return;
+  if (formed()) {
+    const std::vector<PackedSlabs> boxes = refit_all(team, vertices);
+    if (!may_rebuild || !has_grown(boxes, inflation)) return;
   }
-  rebuild(x);
-  built_area_ = std::max(0.0, refit_all(team, vertices, inflation, true));
-}
-
-void ClusterTree::refit_nodes(const Team& team, const Points& x,
-                              const std::vector<PackedSlabs>& still,
-                              const std::vector<PackedSlabs>& moving, bool may_rebuild) {
-  if (empty()) return;
-  if (built_area_ < 0.0 ||
-      (may_rebuild && refit_all(team, still, 0.0, false) > decay_limit * built_area_)) {
-    rebuild(x);
-    built_area_ = std::max(0.0, refit_all(team, still, 0.0, false));
-  }
-  refit_all(team, moving, 0.0, false);
+  form(x);
+  set_area(refit_all(team, vertices), inflation);
 }
 
 void ClusterTree::refit_features_of(const Team& team, const std::vector<std::uint8_t>& marked,

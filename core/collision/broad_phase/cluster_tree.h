@@ -39,10 +39,22 @@ class ClusterTree {
   void forget() { built_area_ = -1.0; }     // the next refit forms new clusters
   int version() const { return version_; }  // changes whenever new clusters are formed
 
-  // Recomputes only the node boxes, from vertex boxes `moving` that enclose motions. Forms clusters
-  // at x under the same conditions as refit(); `still` are the vertex boxes at x.
-  void refit_nodes(const Team& team, const Points& x, const std::vector<PackedSlabs>& still,
-                   const std::vector<PackedSlabs>& moving, bool may_rebuild);
+  // The functions below refit in stages, so that several ranks can share a refit. Each rank
+  // computes the boxes of some clusters and receives those of the others.
+  bool formed() const { return built_area_ >= 0.0; }
+  // Forms clusters at x. set_area() must follow.
+  void form(const Points& x);
+  // Sets the boxes of clusters [begin, end) in `boxes` from vertex boxes. `boxes` has n_slots()
+  // entries, and those beyond the last cluster must be empty.
+  void find_boxes(const Team& team, const std::vector<PackedSlabs>& vertices, Index begin,
+                  Index end, std::vector<PackedSlabs>& boxes) const;
+  std::size_t n_slots() const;
+  // Takes boxes that include `inflation` [m] as those of newly formed clusters.
+  void set_area(const std::vector<PackedSlabs>& boxes, double inflation);
+  // Returns whether boxes have grown too much since clusters were formed.
+  bool has_grown(const std::vector<PackedSlabs>& boxes, double inflation) const;
+  // Recomputes the boxes of all nodes from those of all clusters.
+  void set_nodes(const Team& team, const std::vector<PackedSlabs>& boxes);
   // Recomputes only the boxes of marked clusters and of their features. `vertices` has the same
   // meaning as in refit().
   void refit_features_of(const Team& team, const std::vector<std::uint8_t>& marked,
@@ -71,11 +83,10 @@ class ClusterTree {
   std::size_t bytes() const;
 
  private:
-  void rebuild(const Points& x);
   void assign(Features& features, const std::vector<Index>& cluster_of_feature, int n_corners,
               const Index* corners) const;
-  double refit_all(const Team& team, const std::vector<PackedSlabs>& vertices, double inflation,
-                   bool features);
+  // Recomputes the boxes of all features, clusters and nodes. Returns those of the clusters.
+  std::vector<PackedSlabs> refit_all(const Team& team, const std::vector<PackedSlabs>& vertices);
 
   Triangles triangles_;
   Index first_triangle_;

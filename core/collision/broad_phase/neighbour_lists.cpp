@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "core/collision/narrow_phase/distance.h"
 
@@ -19,6 +20,10 @@ constexpr double least_slack = 0.2, most_slack = 2.5;  // as fractions of the th
 constexpr double most_slack_of_edge = 0.6;             // as a fraction of the mean edge length
 constexpr double steps_ahead = 3.0;
 constexpr double margin = 1.0;  // as a fraction of half the thickness
+// Lists are distributed over ranks anew if one rank has this many times the mean cost, at most once
+// in `least_updates` updates. Our choice.
+constexpr double unbalanced = 1.25;
+constexpr int least_updates = 8;
 // Allowance for rounding errors, which accumulate as bounds are summed over steps [m].
 constexpr double rounding = 1e-12;
 
@@ -41,17 +46,30 @@ bool before(const NeighbourList& list, Index pair, PairKey clusters) {
   return list.pair != pair ? list.pair < pair : pair_key(list.a, list.b) < clusters;
 }
 
+std::vector<Index> n_first_clusters(const std::vector<SurfacePair>& pairs,
+                                    BroadPhase& broad_phase) {
+  std::vector<Index> n;
+  for (const SurfacePair& pair : pairs) n.push_back(broad_phase.tree(pair.a).n_clusters());
+  return n;
+}
+
 }  // namespace
 
 NeighbourLists::NeighbourLists(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
-                               BroadPhase& broad_phase, std::size_t most_per_cluster)
+                               BroadPhase& broad_phase, const Communicator& ranks,
+                               std::size_t most_per_cluster)
     : model_(model),
       pairs_(pairs),
       broad_phase_(broad_phase),
+      ranks_(ranks),
       most_per_cluster_(most_per_cluster),
+      refit_(model, broad_phase, ranks),
+      owners_(n_first_clusters(pairs, broad_phase), ranks),
       inflation_(model.surfaces.size(), 0.0),
-      version_(model.surfaces.size(), 0),
-      members_(model.surfaces.size()),
+      still_(model.n_vertices),
+      still_at_x_(model.n_vertices),
+      vertices_(model.n_vertices),
+      used_(model.surfaces.size()),
       motions_(model.surfaces.size()),
       marked_(model.surfaces.size()),
       unlisted_(pairs.size(), 0) {
@@ -68,79 +86,60 @@ bool NeighbourLists::updated_at(const Points& x) const {
   return x_.rows() == x.rows() && std::memcmp(x_.data(), x.data(), sizeof(double) * x.size()) == 0;
 }
 
-bool NeighbourLists::other_trees() const {
-  for (std::size_t s = 0; s < version_.size(); ++s)
-    if (broad_phase_.tree(static_cast<Index>(s)).version() != version_[s]) return true;
-  return false;
-}
-
-void NeighbourLists::find_members(Index surface) {
-  const ClusterTree& tree = broad_phase_.tree(surface);
-  const Index* const corners = tree.faces().corners.data();
-  Members& members = members_[surface];
-  members.start.assign(1, 0);
-  members.vertices.clear();
-  for (Index c = 0; c < tree.n_clusters(); ++c) {
-    const auto begin = members.vertices.insert(members.vertices.end(), corners + 3 * slab_lanes * c,
-                                               corners + 3 * slab_lanes * (c + 1));
-    std::sort(begin, members.vertices.end());
-    members.vertices.erase(std::unique(begin, members.vertices.end()), members.vertices.end());
-    const auto none = members.vertices.begin() + members.start.back();  // empty lanes sort first
-    if (none != members.vertices.end() && *none < 0) members.vertices.erase(none);
-    members.start.push_back(static_cast<Index>(members.vertices.size()));
+void NeighbourLists::find_slacks(const Points& x) {
+  for (const SurfacePair& pair : pairs_) {
+    double sum = 0.0;
+    Index n = 0;
+    for (Index e = 0; e < model_.edges.rows(); ++e)
+      if (const Index s = model_.surface_of_edge[e]; s == pair.a) {
+        sum += (x.row(model_.edges(e, 0)) - x.row(model_.edges(e, 1))).norm();
+        ++n;
+      }
+    most_slack_.push_back(
+        std::max(most_slack * pair.thickness, n > 0 ? most_slack_of_edge * sum / n : 0.0));
   }
 }
 
+// Finds the motions of the clusters in the lists of this rank.
 void NeighbourLists::find_motions(const Team& team, const Points& x0, const Points& x1) {
-  for (std::size_t s = 0; s < motions_.size(); ++s) {
-    const Members& members = members_[s];
-    const Index n_clusters = static_cast<Index>(members.start.size()) - 1;
-    motions_[s].resize(n_clusters);
+  for (std::size_t s = 0; s < used_.size(); ++s) {
+    const std::vector<Index>& used = used_[s];
+    const ClusterMembers& members = refit_.members(static_cast<Index>(s));
     parallel_for(
-        team, n_clusters,
-        [&](Index c) {
-          double low[3] = {INFINITY, INFINITY, INFINITY},
-                 high[3] = {-INFINITY, -INFINITY, -INFINITY};
-          for (Index i = members.start[c]; i < members.start[c + 1]; ++i) {
-            const Index v = members.vertices[i];
-            for (int k = 0; k < 3; ++k) {
-              const double d = x1(v, k) - x0(v, k);
-              low[k] = std::min(low[k], d);
-              high[k] = std::max(high[k], d);
-            }
-          }
-          Motion& motion = motions_[s][c];
-          double square = 0.0;
-          for (int k = 0; k < 3; ++k) {
-            motion.centre[k] = 0.5 * (low[k] + high[k]);
-            square += 0.25 * (high[k] - low[k]) * (high[k] - low[k]);
-          }
-          motion.radius = std::sqrt(square);
-        },
-        256);
+        team, static_cast<Index>(used.size()),
+        [&](Index i) { motions_[s][used[i]] = cluster_motion(members, used[i], x0, x1); }, 256);
   }
 }
 
 double NeighbourLists::change_bound(const NeighbourList& list) const {
-  const Motion &a = motions_[pairs_[list.pair].a][list.a],
-               &b = motions_[pairs_[list.pair].b][list.b];
+  const ClusterMotion &a = motions_[pairs_[list.pair].a][list.a],
+                      &b = motions_[pairs_[list.pair].b][list.b];
   return (a.radius + b.radius + (a.centre - b.centre).norm()) * (1.0 + 1e-12) + rounding;
 }
 
-// Returns whether all vertices at x are within the margin of their expected motion.
-bool NeighbourLists::as_expected(const Team& team, const Points& x) const {
+// Returns whether the vertices that this rank checks are within the margin of their expected
+// motion, at x and at x + ahead * (x - before_).
+bool NeighbourLists::as_expected(const Team& team, const Points& x, double ahead) const {
+  const IndexRange share = even_share(model_.n_vertices, ranks_.rank(), ranks_.size());
   std::atomic<bool> all{true};
   for (std::size_t s = 0; s < model_.surfaces.size(); ++s) {
     const CollisionSurface& surface = model_.surfaces[s];
     const double most = margin_of(static_cast<Index>(s)) - rounding, most2 = most * most;
-    parallel_ranges(team, surface.n_vertices, 2048, [&](Index begin, Index end) {
+    const Index first = std::max(surface.first_vertex, share.begin),
+                last = std::min(surface.first_vertex + surface.n_vertices, share.end);
+    if (first >= last) continue;
+    parallel_ranges(team, last - first, 2048, [&](Index begin, Index end) {
       bool near = true;
-      for (Index v = surface.first_vertex + begin; v < surface.first_vertex + end; ++v) {
-        const Eigen::RowVector3d along = to_.row(v) - from_.row(v),
-                                 offset = x.row(v) - from_.row(v);
-        const double share =
-            std::clamp(offset.dot(along) / std::max(along.squaredNorm(), 1e-300), 0.0, 1.0);
-        near &= (offset - share * along).squaredNorm() <= most2;
+      for (Index v = first + begin; v < first + end; ++v) {
+        const Eigen::RowVector3d along = to_.row(v) - from_.row(v);
+        const double length2 = std::max(along.squaredNorm(), 1e-300);
+        const auto expected = [&](const Eigen::RowVector3d& offset) {
+          const double share_of_motion = std::clamp(offset.dot(along) / length2, 0.0, 1.0);
+          return (offset - share_of_motion * along).squaredNorm() <= most2;
+        };
+        near &= expected(x.row(v) - from_.row(v));
+        if (ahead > 0.0)
+          near &= expected(x.row(v) + ahead * (x.row(v) - before_.row(v)) - from_.row(v));
       }
       if (!near) all = false;
     });
@@ -148,61 +147,73 @@ bool NeighbourLists::as_expected(const Team& team, const Points& x) const {
   return all;
 }
 
-// Computes the vertex boxes at the positions of the last update().
-void NeighbourLists::pack_still(const Team& team) {
-  if (still_at_x_) return;
-  still_.resize(model_.n_vertices);
-  parallel_for(
-      team, model_.n_vertices,
-      [&](Index v) {
-        const double* const at = x_.data() + 3 * static_cast<std::size_t>(v);
-        still_[v] = packed(slabs_of(at, at, 0.0));
-      },
-      2048);
-  still_at_x_ = true;
+// Gives lists to ranks by the mean cost of an update. The lists that a rank loses are made again on
+// their new ranks.
+void NeighbourLists::distribute() {
+  if (owners_.rotates()) return owners_.rotate();
+  if (updates_ == 0 || ranks_.size() == 1) return;
+  std::vector<float> costs(owners_.n_own(), 0.0f);
+  for (NeighbourList& list : lists_) {
+    costs[owners_.own_index(list.pair, list.a)] += list.cost / static_cast<float>(updates_);
+    list.cost = 0.0f;
+  }
+  updates_ = 0;
+  owners_.cut(costs);
 }
 
 // Finds the pairs of clusters that come near each other while vertices move from the positions of
 // the last update() towards x1. The motion is extrapolated over `steps_ahead` steps.
 void NeighbourLists::search(const Team& team, const Points& x1) {
   ++n_searches_;
-  pack_still(team);
-  moving_.resize(model_.n_vertices);
+  distribute();
   from_ = x_;
   to_ = x_ + steps_ahead * (x1 - x_);
-  std::vector<std::uint8_t> formed(model_.surfaces.size(), 0);
-  for (std::size_t s = 0; s < model_.surfaces.size(); ++s) {
-    const CollisionSurface& surface = model_.surfaces[s];
-    parallel_for(
-        team, surface.n_vertices,
-        [&](Index i) {
-          const std::size_t v = surface.first_vertex + i;
-          const double *from = from_.data() + 3 * v, *to = to_.data() + 3 * v;
-          moving_[v] = packed(slabs_of(from, to, inflation_[s] + margin_of(static_cast<Index>(s))));
-        },
-        1024);
-    ClusterTree& tree = broad_phase_.tree(static_cast<Index>(s));
-    tree.refit_nodes(team, x_, still_, moving_, n_searches_ % 8 == 0);
-    formed[s] = tree.version() != version_[s];
-    version_[s] = tree.version();
-    if (formed[s]) find_members(static_cast<Index>(s));
-    marked_[s].assign(tree.n_clusters(), 0);
+  const std::vector<std::uint8_t> formed = refit_.refit(
+      team, x_,
+      [&](Index s, Index v) {
+        const std::size_t at = 3 * static_cast<std::size_t>(v);
+        return packed(slabs_of(from_.data() + at, to_.data() + at, inflation_[s] + margin_of(s)));
+      },
+      n_searches_ % 8 == 0);
+  for (std::size_t s = 0; s < formed.size(); ++s) {
+    if (formed[s]) motions_[s].resize(refit_.members(static_cast<Index>(s)).n_clusters());
+    marked_[s].assign(motions_[s].size(), 0);
   }
 
+  std::vector<std::vector<PairKey>> found(pairs_.size());
+  const auto most = [&](Index i) {
+    return most_per_cluster_ * (motions_[pairs_[i].a].size() + motions_[pairs_[i].b].size());
+  };
+  const Gathered<std::size_t> counts = gather_from_ranks(ranks_, [&] {
+    std::vector<std::size_t> n;
+    for (Index i = 0; i < static_cast<Index>(pairs_.size()); ++i) {
+      if (!unlisted_[i]) found[i] = broad_phase_.cluster_pairs(team, i, owners_.own(i), most(i));
+      n.push_back(found[i].size());
+    }
+    return n;
+  });
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    std::size_t n = 0;
+    for (std::size_t k = i; k < counts.elements.size(); k += pairs_.size()) n += counts.elements[k];
+    if (n > most(static_cast<Index>(i))) unlisted_[i] = 1;
+  }
+  keep_or_add(found, formed);
+  find_used();
+}
+
+// Replaces the lists by those of the cluster pairs in `found`. Keeps known lists of surfaces whose
+// clusters have not been formed anew.
+void NeighbourLists::keep_or_add(const std::vector<std::vector<PairKey>>& found,
+                                 const std::vector<std::uint8_t>& formed) {
   std::vector<NeighbourList> old;
   old.swap(lists_);
   lists_.reserve(old.size() + old.size() / 8);
   std::size_t next = 0;
-  std::vector<PairKey> found;
   for (Index i = 0; i < static_cast<Index>(pairs_.size()); ++i) {
-    const SurfacePair& pair = pairs_[i];
-    const std::size_t n_clusters =
-        broad_phase_.tree(pair.a).n_clusters() + broad_phase_.tree(pair.b).n_clusters();
-    if (!unlisted_[i])
-      unlisted_[i] = !broad_phase_.cluster_pairs(team, i, most_per_cluster_ * n_clusters, found);
     if (unlisted_[i]) continue;
+    const SurfacePair& pair = pairs_[i];
     const bool known = !formed[pair.a] && !formed[pair.b];
-    for (const PairKey clusters : found) {
+    for (const PairKey clusters : found[i]) {
       while (next < old.size() && before(old[next], i, clusters)) ++next;
       if (known && next < old.size() && old[next].pair == i &&
           pair_key(old[next].a, old[next].b) == clusters)
@@ -213,6 +224,24 @@ void NeighbourLists::search(const Team& team, const Points& x1) {
   }
 }
 
+// Finds the clusters and vertices in the lists of this rank.
+void NeighbourLists::find_used() {
+  for (std::vector<Index>& used : used_) used.clear();
+  vertices_.clear();
+  const auto use = [&](Index surface, Index cluster) {
+    if (marked_[surface][cluster]) return;
+    marked_[surface][cluster] = 1;
+    used_[surface].push_back(cluster);
+    refit_.members(surface).each(cluster, [&](Index v) { vertices_.add(v); });
+  };
+  for (const NeighbourList& list : lists_) {
+    use(pairs_[list.pair].a, list.a);
+    use(pairs_[list.pair].b, list.b);
+  }
+  for (std::size_t s = 0; s < used_.size(); ++s)
+    for (const Index c : used_[s]) marked_[s][c] = 0;
+}
+
 void NeighbourLists::make(NeighbourList& list, PairSearch::Slots& slots) const {
   const SurfacePair& pair = pairs_[list.pair];
   const ClusterTree &a = broad_phase_.tree(pair.a), &b = broad_phase_.tree(pair.b);
@@ -221,6 +250,7 @@ void NeighbourLists::make(NeighbourList& list, PairSearch::Slots& slots) const {
       std::clamp(steps_to_last * list.change, least_slack * pair.thickness, most_slack_[list.pair]);
   list.slack = std::max(wanted, 1.5 * list.change);
   list.used = 0.0;
+  list.cost += ListCosts::made;
   list.near.clear();
   list.n_vertex_face = 0;
   list.nearest = std::numeric_limits<double>::infinity();
@@ -245,16 +275,34 @@ void NeighbourLists::make(NeighbourList& list, PairSearch::Slots& slots) const {
         list.n_vertex_face += kind == ContactKind::VertexFace;
         list.nearest = std::min(list.nearest, distance);
       });
+  list.cost += ListCosts::made_pair * static_cast<float>(list.near.size());
 }
 
-void NeighbourLists::make(const Team& team, const std::vector<Index>& which) {
+void NeighbourLists::make_ended(const Team& team) {
+  std::vector<Index> which;
+  for (std::size_t i = 0; i < ended_.size(); ++i)
+    if (ended_[i]) which.push_back(static_cast<Index>(i));
   if (which.empty()) return;
   n_made_ += static_cast<std::int64_t>(which.size());
-  pack_still(team);
+  const std::size_t n_known = still_at_x_.vertices().size();
+  const auto mark = [&](Index surface, Index cluster) {
+    if (marked_[surface][cluster]) return;
+    marked_[surface][cluster] = 1;
+    refit_.members(surface).each(cluster, [&](Index v) { still_at_x_.add(v); });
+  };
   for (const Index i : which) {
-    const NeighbourList& list = lists_[i];
-    marked_[pairs_[list.pair].a][list.a] = marked_[pairs_[list.pair].b][list.b] = 1;
+    mark(pairs_[lists_[i].pair].a, lists_[i].a);
+    mark(pairs_[lists_[i].pair].b, lists_[i].b);
   }
+  const std::vector<Index>& vertices = still_at_x_.vertices();
+  parallel_for(
+      team, static_cast<Index>(vertices.size() - n_known),
+      [&](Index i) {
+        const Index v = vertices[n_known + i];
+        const double* const at = x_.data() + 3 * static_cast<std::size_t>(v);
+        still_[v] = packed(slabs_of(at, at, 0.0));
+      },
+      2048);
   for (std::size_t s = 0; s < marked_.size(); ++s) {
     ClusterTree& tree = broad_phase_.tree(static_cast<Index>(s));
     tree.refit_features_of(team, marked_[s], still_);
@@ -267,99 +315,145 @@ void NeighbourLists::make(const Team& team, const std::vector<Index>& which) {
     for (Index i = task * at_once; i < std::min(n, (task + 1) * at_once); ++i)
       make(lists_[which[i]], slots);
   });
+  ended_.assign(lists_.size(), 0);
 }
 
 void NeighbourLists::update(const Team& team, const Points& x) {
   const bool first = x_.rows() != x.rows();
-  bool again = first || other_trees();
-  if (again) lists_.clear();
-  if (first) x_ = x;
-  const Points before = std::move(x_);
+  bool again = first || refit_.other_trees();
+  if (again) lists_.clear(), ended_.clear();
+  if (first) x_ = x, find_slacks(x);
+  before_.swap(x_);
   x_ = x;
-  still_at_x_ = false;
-  if (first) {
-    most_slack_.clear();
-    for (const SurfacePair& pair : pairs_) {
-      double sum = 0.0;
-      Index n = 0;
-      for (Index e = 0; e < model_.edges.rows(); ++e)
-        if (const Index s = model_.surface_of_edge[e]; s == pair.a) {
-          sum += (x.row(model_.edges(e, 0)) - x.row(model_.edges(e, 1))).norm();
-          ++n;
-        }
-      most_slack_.push_back(
-          std::max(most_slack * pair.thickness, n > 0 ? most_slack_of_edge * sum / n : 0.0));
-    }
-  }
-  const Points ahead = 2.0 * x - before;  // extrapolates the last step
+  still_at_x_.clear();
+  ++updates_;
+  // The negated comparisons are also true for NaN.
+  const auto ends = [&](const NeighbourList& list) {
+    return !(list.used <= list.slack) ||
+           !(list.used + list.change <= list.slack + spare(list.pair));
+  };
+  std::vector<Pass> passes;
   if (!again) {
-    find_motions(team, before, x);
-    parallel_for(team, static_cast<Index>(lists_.size()), [&](Index i) {
-      lists_[i].change = change_bound(lists_[i]);
-      lists_[i].used += lists_[i].change;
+    const bool all_listed = unlisted().empty();
+    passes = results_of_ranks(ranks_, [&] {
+      find_motions(team, before_, x);
+      parallel_for(team, static_cast<Index>(lists_.size()), [&](Index i) {
+        lists_[i].change = change_bound(lists_[i]);
+        lists_[i].used += lists_[i].change;
+      });
+      Pass pass = find_ended(team, ends);
+      pass.unexpected = !all_listed || !as_expected(team, x, 1.0);
+      return pass;
     });
-    again = !unlisted().empty() || !as_expected(team, ahead) || !as_expected(team, x);
+    again = search_is_due(passes);
   }
   if (again) {
     std::fill(unlisted_.begin(), unlisted_.end(), 0);
+    const Points ahead = 2.0 * x - before_;  // extrapolates the last step
     search(team, ahead);
-    find_motions(team, x, ahead);
-    parallel_for(team, static_cast<Index>(lists_.size()),
-                 [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
+    passes = results_of_ranks(ranks_, [&] {
+      find_motions(team, x, ahead);
+      parallel_for(team, static_cast<Index>(lists_.size()),
+                   [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
+      return find_ended(team, ends);
+    });
   }
-  // The negated comparisons are also true for NaN.
-  make(team, ended(team, [&](const NeighbourList& list) {
-         return !(list.used <= list.slack) ||
-                !(list.used + list.change <= list.slack + spare(list.pair));
-       }));
+  unlist_fast(passes);
 }
 
 void NeighbourLists::cover(const Team& team, const Points& x1) {
-  const bool others = other_trees();
-  if (others) lists_.clear();
-  if (others || (unlisted().size() < pairs_.size() && !as_expected(team, x1))) search(team, x1);
-  find_motions(team, x_, x1);
-  parallel_for(team, static_cast<Index>(lists_.size()),
-               [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
-  make(team, ended(team, [&](const NeighbourList& list) {
-         return !(list.slack >= 0.0) || !(list.used + list.change <= list.slack + spare(list.pair));
-       }));
+  const auto pass_to_x1 = [&] {
+    find_motions(team, x_, x1);
+    parallel_for(team, static_cast<Index>(lists_.size()),
+                 [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
+    return find_ended(team, [&](const NeighbourList& list) {
+      return !(list.slack >= 0.0) || !(list.used + list.change <= list.slack + spare(list.pair));
+    });
+  };
+  bool again = refit_.other_trees();
+  std::vector<Pass> passes;
+  if (again) {
+    lists_.clear(), ended_.clear();
+  } else {
+    const bool any_listed = unlisted().size() < pairs_.size();
+    passes = results_of_ranks(ranks_, [&] {
+      make_ended(team);
+      Pass pass = pass_to_x1();
+      pass.unexpected = any_listed && !as_expected(team, x1, 0.0);
+      return pass;
+    });
+    for (const Pass& pass : passes) again = again || pass.unexpected;
+  }
+  if (again) {
+    search(team, x1);
+    passes = results_of_ranks(ranks_, pass_to_x1);
+  }
+  unlist_fast(passes);
 }
 
-// Returns the indices of the lists for which `ends` is true. First makes a surface pair unlisted if
-// more than a quarter of its lists have a `change` above the largest slack.
+// Returns whether vertices have left their expected motion on some rank, or costs are unbalanced.
+bool NeighbourLists::search_is_due(const std::vector<Pass>& passes) const {
+  double most = 0.0, sum = 0.0;
+  for (const Pass& pass : passes) {
+    if (pass.unexpected) return true;
+    most = std::max(most, pass.cost);
+    sum += pass.cost;
+  }
+  return owners_.rotates() ||
+         (updates_ >= least_updates && most * ranks_.size() > unbalanced * sum);
+}
+
+// Finds the lists of this rank for which `ends` is true.
 template <class Ends>
-std::vector<Index> NeighbourLists::ended(const Team& team, Ends&& ends) {
+NeighbourLists::Pass NeighbourLists::find_ended(const Team& team, Ends&& ends) {
   constexpr Index grain = 1024;
-  struct Seen {
-    std::vector<Index> ended;
-    std::vector<std::size_t> n_lists, n_fast;  // counts for each surface pair
-  };
   const Index n = static_cast<Index>(lists_.size());
-  std::vector<Seen> of_range((n + grain - 1) / grain);
-  parallel_tasks(team, static_cast<Index>(of_range.size()), [&](Index range) {
-    Seen& seen = of_range[range];
-    seen.n_lists.assign(pairs_.size(), 0), seen.n_fast.assign(pairs_.size(), 0);
-    for (Index i = range * grain; i < std::min(n, (range + 1) * grain); ++i) {
+  ended_.assign(n, 0);
+  std::vector<Pass> of_range((n + grain - 1) / grain);
+  parallel_ranges(team, n, grain, [&](Index begin, Index end) {
+    Pass& pass = of_range[begin / grain];
+    for (Index i = begin; i < end; ++i) {
       const NeighbourList& list = lists_[i];
-      ++seen.n_lists[list.pair];
-      seen.n_fast[list.pair] += list.change > most_slack_[list.pair];
-      if (ends(list)) seen.ended.push_back(i);
+      pass.fast |= list.change > most_slack_[list.pair];
+      pass.cost += list.cost;
+      ended_[i] = ends(list);
     }
+  });
+  Pass all;
+  for (const Pass& pass : of_range) all.fast |= pass.fast, all.cost += pass.cost;
+  return all;
+}
+
+// Makes a surface pair unlisted if more than a quarter of its lists on all ranks have a `change`
+// above the largest slack.
+void NeighbourLists::unlist_fast(const std::vector<Pass>& passes) {
+  if (std::none_of(passes.begin(), passes.end(), [](const Pass& pass) { return pass.fast; }))
+    return;
+  const Gathered<Counts> counts = gather_from_ranks(ranks_, [&] {
+    std::vector<Counts> own(pairs_.size());
+    for (const NeighbourList& list : lists_) {
+      ++own[list.pair].lists;
+      own[list.pair].fast += list.change > most_slack_[list.pair];
+    }
+    return own;
   });
   bool any = false;
   for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
-    std::size_t n_lists = 0, n_fast = 0;
-    for (const Seen& seen : of_range) n_lists += seen.n_lists[pair], n_fast += seen.n_fast[pair];
-    if (n_fast > n_lists / 4) unlisted_[pair] = 1, any = true;
+    Counts sum;
+    for (std::size_t k = pair; k < counts.elements.size(); k += pairs_.size())
+      sum.lists += counts.elements[k].lists, sum.fast += counts.elements[k].fast;
+    if (sum.fast > sum.lists / 4) unlisted_[pair] = 1, any = true;
   }
-  if (any) {
-    std::erase_if(lists_, [&](const NeighbourList& list) { return unlisted_[list.pair] != 0; });
-    return ended(team, ends);
+  if (!any) return;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < lists_.size(); ++i) {
+    if (unlisted_[lists_[i].pair]) continue;
+    ended_[kept] = ended_[i];
+    if (kept != i) lists_[kept] = std::move(lists_[i]);
+    ++kept;
   }
-  std::vector<Index> all;
-  for (const Seen& seen : of_range) all.insert(all.end(), seen.ended.begin(), seen.ended.end());
-  return all;
+  lists_.erase(lists_.begin() + static_cast<std::ptrdiff_t>(kept), lists_.end());
+  ended_.resize(kept);
 }
 
 std::vector<Index> NeighbourLists::unlisted() const {

@@ -2,14 +2,17 @@
 // clusters has a list. Pairs of clusters stay valid while vertices remain inside boxes around their
 // expected motion. A list stays valid while distances have changed by at most its slack. The
 // relative displacement of the two clusters bounds this change, so clusters that move together keep
-// their list. Lists always contain all near pairs. Their lifetime does not affect results.
+// their list. Lists always contain all near pairs. Their lifetime does not affect results. Each
+// list exists on one rank only.
 #pragma once
 
 #include <limits>
 #include <vector>
 
 #include "core/collision/broad_phase/broad_phase.h"
+#include "core/collision/broad_phase/cluster_owners.h"
 #include "core/collision/broad_phase/pair_search.h"
+#include "core/collision/broad_phase/shared_refit.h"
 #include "core/collision/narrow_phase/continuous.h"
 
 namespace loomstone {
@@ -33,6 +36,7 @@ struct NeighbourList {
   // expected step. After cover(), it is that of the step from the last update() to x1.
   double change = 0.0;
   double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` [m]
+  float cost = 0.0f;  // of computing with this list since lists were distributed [ns]
   std::vector<NearPair> near = {};
 
   ContactKind kind(std::size_t i) const {
@@ -41,51 +45,78 @@ struct NeighbourList {
   }
 };
 
+// Approximate costs of computing with lists [ns], by which lists are distributed over ranks. Fitted
+// to times of a drape and of a disc on a table.
+struct ListCosts {
+  static constexpr float list = 60.0f;        // a pass over a list
+  static constexpr float pair = 3.0f;         // a look at a pair in the list
+  static constexpr float distance = 60.0f;    // the distance of a pair
+  static constexpr float contact = 150.0f;    // a contact
+  static constexpr float impact = 250.0f;     // a test of a pair for an impact
+  static constexpr float made = 300.0f;       // making a list, without its pairs
+  static constexpr float made_pair = 120.0f;  // a pair of a new list
+};
+
 class NeighbourLists {
  public:
   // Some surface pairs are unlisted and are searched in full each time. A pair becomes unlisted if
   // it has more than `most_per_cluster` cluster pairs per cluster, or if many of its clusters move
   // too fast for lists to last.
   NeighbourLists(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
-                 BroadPhase& broad_phase, std::size_t most_per_cluster = 64);
+                 BroadPhase& broad_phase, const Communicator& ranks,
+                 std::size_t most_per_cluster = 64);
 
-  // Updates the lists so that they contain all pairs of features closer than the thickness at x.
+  // Collective. After update() and make_ended(), the lists contain all pairs of features closer
+  // than the thickness at x.
   void update(const Team& team, const Points& x);
   bool updated_at(const Points& x) const;
 
-  // Extends the lists so that they contain all pairs that come closer than
+  // Collective. After cover() and make_ended(), the lists contain all pairs that come closer than
   // CollisionModel::gap_floor while vertices move from the positions of the last update() to x1.
   void cover(const Team& team, const Points& x1);
 
-  std::vector<NeighbourList>& lists() { return lists_; }
+  // Makes those lists of this rank again that ended in update() or cover().
+  void make_ended(const Team& team);
+
+  std::vector<NeighbourList>& lists() { return lists_; }  // of this rank
+  // Vertices of all features in the lists of this rank.
+  const std::vector<Index>& vertices() const { return vertices_.vertices(); }
   bool listed(Index pair) const { return !unlisted_[pair]; }
   // Returns the feature pairs of unlisted surface pairs that are closer than the thickness at the
-  // positions of the last update().
+  // positions of the last update(). Each pair is found by one rank.
   std::vector<FeaturePairs> unlisted_near_pairs(const Team& team) const;
   std::vector<Index> unlisted() const;
+  const Communicator& ranks() const { return ranks_; }
 
   std::int64_t n_searches() const { return n_searches_; }  // number of searches for cluster pairs
-  std::int64_t n_made() const { return n_made_; }          // number of lists made
+  std::int64_t n_made() const { return n_made_; }          // number of lists made by this rank
 
  private:
-  // Ball |d - centre| <= radius that contains the displacements d of all vertices of a cluster.
-  struct Motion {
-    Vec3 centre = Vec3::Zero();  // [m]
-    double radius = 0.0;         // [m]
+  // What a rank finds in a pass over its lists.
+  struct Pass {
+    bool unexpected = false;  // vertices have left their expected motion
+    bool fast = false;        // some lists have a `change` above the largest slack
+    double cost = 0.0;        // cost of all lists since they were distributed [ns]
+  };
+  // Number of lists of a surface pair, and of those with a `change` above the largest slack.
+  struct Counts {
+    std::int64_t lists = 0, fast = 0;
   };
 
-  // Returns whether trees were rebuilt since the last search for cluster pairs.
-  bool other_trees() const;
-  void find_members(Index surface);
   void find_motions(const Team& team, const Points& x0, const Points& x1);
   double change_bound(const NeighbourList& list) const;
-  bool as_expected(const Team& team, const Points& x) const;
+  bool as_expected(const Team& team, const Points& x, double ahead) const;
   double margin_of(Index surface) const;
-  void pack_still(const Team& team);
+  void find_slacks(const Points& x);
   void search(const Team& team, const Points& x1);
+  void distribute();
+  void keep_or_add(const std::vector<std::vector<PairKey>>& found,
+                   const std::vector<std::uint8_t>& formed);
+  void find_used();
   template <class Ends>
-  std::vector<Index> ended(const Team& team, Ends&& ends);
-  void make(const Team& team, const std::vector<Index>& which);
+  Pass find_ended(const Team& team, Ends&& ends);
+  bool search_is_due(const std::vector<Pass>& passes) const;
+  void unlist_fast(const std::vector<Pass>& passes);
   void make(NeighbourList& list, PairSearch::Slots& slots) const;
   // Returns the base distance minus the gap floor [m]. Even a list whose slack is used up contains
   // all pairs closer than the base distance.
@@ -94,26 +125,27 @@ class NeighbourLists {
   const CollisionModel& model_;
   const std::vector<SurfacePair>& pairs_;
   BroadPhase& broad_phase_;
+  const Communicator& ranks_;
   const std::size_t most_per_cluster_;
+  SharedRefit refit_;
+  ClusterOwners owners_;
   // Base distance and largest slack of each surface pair [m].
   std::vector<double> base_, most_slack_;
-  std::vector<double> inflation_;  // inflation of the vertex boxes of each surface [m]
-  Points x_;                       // positions of the last update()
-  Points from_, to_;               // expected motion in the last search for cluster pairs
-  // Vertex boxes at x_, and vertex boxes around the expected motion including its margin.
-  std::vector<PackedSlabs> still_, moving_;
-  bool still_at_x_ = false;
-  std::vector<int> version_;  // versions of the trees at the last search
-  // Vertices of the clusters of a surface. Cluster c has entries start[c] to start[c + 1] - 1.
-  struct Members {
-    std::vector<Index> start{0}, vertices;
-  };
-  std::vector<Members> members_;
-  std::vector<std::vector<Motion>> motions_;       // motion of each cluster of each surface
+  std::vector<double> inflation_;   // inflation of the vertex boxes of each surface [m]
+  Points x_, before_;               // positions of the last update() and of the one before it
+  Points from_, to_;                // expected motion in the last search for cluster pairs
+  std::vector<PackedSlabs> still_;  // boxes at x_ of the vertices in `still_at_x_`
+  VertexSet still_at_x_;
+  VertexSet vertices_;
+  // Clusters of each surface in the lists of this rank, and the motion of each cluster.
+  std::vector<std::vector<Index>> used_;
+  std::vector<std::vector<ClusterMotion>> motions_;
   std::vector<std::vector<std::uint8_t>> marked_;  // scratch: clusters whose boxes are needed
   std::vector<NeighbourList> lists_;               // sorted by surface pair and clusters
+  std::vector<std::uint8_t> ended_;                // (lists) 1: must be made again
   std::vector<std::uint8_t> unlisted_;             // (surface pairs) 1: unlisted
   std::int64_t n_searches_ = 0, n_made_ = 0;
+  int updates_ = 0;  // number of updates since lists were distributed
 };
 
 }  // namespace loomstone

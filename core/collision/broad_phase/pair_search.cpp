@@ -323,8 +323,8 @@ void PairSearch::expand_larger(const Nodes& nodes, std::vector<Nodes>& out) cons
 }
 
 void PairSearch::meeting_slots(Index a, Index b, double reach, Slots& out) const {
-  LOOMSTONE_WIDEST(meeting_features)(Side(*a_, a), Side(*b_, b), Reach(reach), self_ && a == b,
-                                     out);
+  LOOMSTONE_WIDEST(meeting_features)
+  (Side(*a_, a), Side(*b_, b), Reach(reach), self_ && a == b, out);
 }
 
 }  // namespace loomstone

@@ -9,6 +9,7 @@
 
 #include "core/collision/broad_phase/cluster_tree.h"
 #include "core/collision/model/contact.h"
+#include "core/parallel/shared_work.h"
 
 namespace loomstone {
 
@@ -40,13 +41,21 @@ class PairSearch {
   // Like expand(), but expands the node of the larger volume. The nodes must be different.
   void expand_larger(const Nodes& nodes, std::vector<Nodes>& out) const;
 
-  // Calls visit(a, b) for the overlapping pairs of clusters below `start`.
+  // Returns whether the first node contains a cluster in `first`.
+  static bool meets(const Nodes& nodes, IndexRange first) {
+    std::int64_t begin = nodes.a, n = 1;
+    for (int level = 0; level < nodes.level_a; ++level) begin *= slab_lanes, n *= slab_lanes;
+    return begin < first.end && begin + n > first.begin;
+  }
+
+  // Calls visit(a, b) for the overlapping pairs of clusters below `start` with a in `first`.
   template <class Visit>
-  void clusters(const Nodes& start, Visit&& visit) const {
+  void clusters(const Nodes& start, IndexRange first, Visit&& visit) const {
     std::vector<Nodes> stack = {start};
     while (!stack.empty()) {
       const Nodes nodes = stack.back();
       stack.pop_back();
+      if (!meets(nodes, first)) continue;
       if (leaves(nodes))
         visit(nodes.a, nodes.b);
       else
@@ -59,7 +68,8 @@ class PairSearch {
   template <class Visit>
   void run(const Nodes& start, Visit&& visit) const {
     Slots slots;
-    clusters(start, [&](Index a, Index b) { features(a, b, 0.0, slots, visit); });
+    const IndexRange all{0, a_->n_clusters()};
+    clusters(start, all, [&](Index a, Index b) { features(a, b, 0.0, slots, visit); });
   }
 
   // Calls visit(kind, first, second) for each pair of features of clusters a and b whose boxes are

@@ -59,16 +59,12 @@ std::vector<StepImpact> ImpactSearch::find(const Team& team, const MotionInputs&
                                            const std::vector<std::uint8_t>* changed) {
   const PairTest test{model_, inputs, x1, changed};
   if (shared_) return find_shared(team, test);
-  const Points& x0 = inputs.x0;
-  travel_.resize(model_.n_vertices);
-  parallel_for(
-      team, model_.n_vertices, [&](Index i) { travel_[i] = (x1.row(i) - x0.row(i)).norm(); }, 4096);
-  if (!lists_.updated_at(x0)) lists_.update(team, x0);
+  if (!lists_.updated_at(inputs.x0)) lists_.update(team, inputs.x0);
   lists_.cover(team, x1);
-  std::vector<StepImpact> impacts = find_listed(team, test);
-  find_unlisted(team, test, impacts);
-  sort_impacts(impacts);
-  return impacts;
+  Gathered<StepImpact> found =
+      gather_from_ranks(lists_.ranks(), [&] { return find_own(team, test); });
+  sort_impacts(found.elements);
+  return std::move(found.elements);
 }
 
 std::vector<StepImpact> ImpactSearch::find_shared(const Team& team, const PairTest& test) const {
@@ -86,9 +82,27 @@ std::vector<StepImpact> ImpactSearch::find_shared(const Team& team, const PairTe
   return impacts;
 }
 
-std::vector<StepImpact> ImpactSearch::find_listed(const Team& team, const PairTest& test) const {
+// Finds the impacts of the pairs that this rank tests.
+std::vector<StepImpact> ImpactSearch::find_own(const Team& team, const PairTest& test) {
+  lists_.make_ended(team);
+  std::vector<StepImpact> impacts = find_listed(team, test);
+  find_unlisted(team, test, impacts);
+  return impacts;
+}
+
+std::vector<StepImpact> ImpactSearch::find_listed(const Team& team, const PairTest& test) {
+  const Points &x0 = test.inputs.x0, &x1 = test.x1;
+  const std::vector<Index>& vertices = lists_.vertices();
+  travel_.resize(model_.n_vertices);
+  parallel_for(
+      team, static_cast<Index>(vertices.size()),
+      [&](Index i) {
+        const Index v = vertices[i];
+        travel_[v] = (x1.row(v) - x0.row(v)).norm();
+      },
+      4096);
   constexpr Index grain = 64;
-  const std::vector<NeighbourList>& lists = lists_.lists();
+  std::vector<NeighbourList>& lists = lists_.lists();
   const Index n = static_cast<Index>(lists.size());
   std::vector<std::vector<StepImpact>> of_range((n + grain - 1) / grain);
   parallel_ranges(team, n, grain, [&](Index begin, Index end) {
@@ -100,12 +114,14 @@ std::vector<StepImpact> ImpactSearch::find_listed(const Team& team, const PairTe
   return impacts;
 }
 
-void ImpactSearch::find_in_list(const NeighbourList& list, const PairTest& test,
+void ImpactSearch::find_in_list(NeighbourList& list, const PairTest& test,
                                 std::vector<StepImpact>& impacts) const {
   // Skips pairs that are too far apart at the start to meet. A closest point travels no farther
   // than the corners of its feature.
   const double reach = 1.01 * model_.gap_floor + list.used;
+  list.cost += ListCosts::list;
   if (list.change + reach < list.nearest) return;
+  std::size_t n_tests = 0;
   for (std::size_t i = 0; i < list.near.size(); ++i) {
     const NearPair& near = list.near[i];
     if (list.change + reach < near.distance) continue;
@@ -116,9 +132,12 @@ void ImpactSearch::find_in_list(const NeighbourList& list, const PairTest& test,
     const double travel_b = std::max({travel_[v[n_a]], travel_[v[2]], travel_[v[3]]});
     if ((travel_a + travel_b) * 1.0000001 + reach < near.distance) continue;
     Impact impact;
+    ++n_tests;
     if (test.hits(kind, near.key, v, impact))
       impacts.push_back({kind, near.key, list.pair, v, impact});
   }
+  list.cost += ListCosts::pair * static_cast<float>(list.near.size()) +
+               ListCosts::impact * static_cast<float>(n_tests);
 }
 
 void ImpactSearch::find_unlisted(const Team& team, const PairTest& test,

@@ -24,22 +24,23 @@ class ImpactSearch {
  public:
   ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NeighbourLists& lists);
 
-  // Returns the impacts sorted by (kind, a, b). Excludes pairs that touch at x0, pairs without a
+  // Collective. Each rank tests the pairs in its lists, and all ranks receive all impacts. Returns
+  // the impacts sorted by (kind, a, b). Excludes pairs that touch at x0, pairs without a
   // movable vertex, and pairs that the tangle ignores. If `changed` (n) is not null, tests only
   // pairs with a changed vertex. Updates the lists to x0 if necessary.
   std::vector<StepImpact> find(const Team& team, const MotionInputs& inputs, const Points& x1,
                                const std::vector<std::uint8_t>* changed);
 
-  // If `shared` is not null, all ranks must call find() together. They then share the search, which
-  // does not use the lists.
+  // If `shared` is not null, searches traverse its trees and do not use the lists.
   void share(SharedSearch* shared) { shared_ = shared; }
 
   const CollisionModel& model() const { return model_; }
 
  private:
   struct PairTest;
-  std::vector<StepImpact> find_listed(const Team& team, const PairTest& test) const;
-  void find_in_list(const NeighbourList& list, const PairTest& test,
+  std::vector<StepImpact> find_own(const Team& team, const PairTest& test);
+  std::vector<StepImpact> find_listed(const Team& team, const PairTest& test);
+  void find_in_list(NeighbourList& list, const PairTest& test,
                     std::vector<StepImpact>& impacts) const;
   std::vector<StepImpact> find_shared(const Team& team, const PairTest& test) const;
   void find_unlisted(const Team& team, const PairTest& test, std::vector<StepImpact>& impacts);
@@ -48,7 +49,8 @@ class ImpactSearch {
   BroadPhase& broad_phase_;
   NeighbourLists& lists_;
   SharedSearch* shared_ = nullptr;
-  std::vector<double> travel_;  // (n) length of each displacement [m]
+  // (n) Length of the displacement of each vertex in the lists of this rank [m].
+  std::vector<double> travel_;
 };
 
 }  // namespace loomstone

@@ -117,17 +117,17 @@ void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& c
   contacts = std::move(kept);
 }
 
-// Joins the contacts that were found in separate ranges of pairs, sorted by (kind, a, b).
-std::vector<Contact> in_order(const std::vector<std::vector<Contact>>& of_range) {
+// Sorts contacts by (kind, a, b).
+std::vector<Contact> in_order(const std::vector<Contact>& contacts) {
   std::vector<const Contact*> order;
-  for (const std::vector<Contact>& range : of_range)
-    for (const Contact& contact : range) order.push_back(&contact);
+  order.reserve(contacts.size());
+  for (const Contact& contact : contacts) order.push_back(&contact);
   std::sort(order.begin(), order.end(),
             [](const Contact* a, const Contact* b) { return before(*a, *b); });
-  std::vector<Contact> contacts;
-  contacts.reserve(order.size());
-  for (const Contact* const contact : order) contacts.push_back(*contact);
-  return contacts;
+  std::vector<Contact> sorted;
+  sorted.reserve(order.size());
+  for (const Contact* const contact : order) sorted.push_back(*contact);
+  return sorted;
 }
 
 // The part of a contact that its features do not determine, for sending to other ranks.
@@ -153,52 +153,98 @@ struct FoundContact {
   }
 };
 
-// Looks for a contact between two features.
-struct ContactLook {
-  const CollisionModel& model;
-  const std::vector<SurfacePair>& pairs;
-  const Points& x;
-  const Points normals;  // of smooth surfaces; no rows if there are none
-
-  FourPoints points(const std::array<Index, 4>& v) const {
-    FourPoints p;
-    for (int k = 0; k < 4; ++k) p[k] = x.row(v[k]).transpose();
-    return p;
-  }
+// Finds contacts among pairs of features.
+class ContactFinder {
+ public:
+  ContactFinder(const CollisionModel& model, const std::vector<SurfacePair>& pairs, const Points& x)
+      : model_(model), pairs_(pairs), x_(x), normals_(smooth_normals(model, x)) {}
 
   // Returns false only if the features are at least their thickness apart.
   bool near(Index i, ContactKind kind, PairKey key) const {
-    const double reach = pairs[i].thickness * (1.0 + 1e-12);
-    const FourPoints p = points(pair_vertices(model, kind, key));
+    const double reach = pairs_[i].thickness * (1.0 + 1e-12);
+    const FourPoints p = points(pair_vertices(model_, kind, key));
     return distance_within(kind == ContactKind::VertexFace, p, reach) <= reach;
   }
 
-  // Returns the distance between the two features. Adds a contact if this distance is below the
-  // thickness.
-  double operator()(Index i, ContactKind kind, PairKey key, std::vector<Contact>& out) const {
-    const std::array<Index, 4> v = pair_vertices(model, kind, key);
+  // Returns the distance between the two features of a pair of surface pair i. Adds a contact if
+  // this distance is below the thickness.
+  double look(Index i, ContactKind kind, PairKey key, std::vector<Contact>& out) const {
+    const std::array<Index, 4> v = pair_vertices(model_, kind, key);
     const FourPoints p = points(v);
     const bool face = kind == ContactKind::VertexFace;
     const ClosestPair closest = face ? closest_vertex_face(p) : closest_edge_edge(p);
     // Edges of a smooth surface are artefacts of its triangulation. Certification tests them, but
     // they exert no contact force.
-    const bool smooth = model.surfaces[pairs[i].a].smooth || model.surfaces[pairs[i].b].smooth;
-    if (!(closest.distance < pairs[i].thickness) || (!face && (!closest.interior || smooth)))
+    const SurfacePair& pair = pairs_[i];
+    const bool smooth = model_.surfaces[pair.a].smooth || model_.surfaces[pair.b].smooth;
+    if (!(closest.distance < pair.thickness) || (!face && (!closest.interior || smooth)))
       return closest.distance;
     Vec3 normal = face ? contact_normal_vertex_face(p, closest, Vec3::Zero())
                        : contact_normal_edge_edge(p, closest, Vec3::Zero());
-    if (face && model.surfaces[model.surface_of_triangle[second_of(key)]].smooth)
-      normal = rounded_normal(normals, v, closest, normal);
+    if (face && model_.surfaces[model_.surface_of_triangle[second_of(key)]].smooth)
+      normal = rounded_normal(normals_, v, closest, normal);
     out.push_back({kind, first_of(key), second_of(key), v, closest.weights, normal,
-                   closest.distance, pairs[i].thickness, pairs[i].friction});
+                   closest.distance, pair.thickness, pair.friction});
     return closest.distance;
   }
 
+  // Looks at the pairs of a list that can be closer than the thickness, and updates distances.
+  void look(NeighbourList& list, std::vector<Contact>& out) const {
+    list.cost += ListCosts::list;
+    const double thickness = pairs_[list.pair].thickness;
+    if (list.nearest - list.used >= thickness) return;
+    list.nearest = std::numeric_limits<double>::infinity();
+    std::size_t n_looks = 0;
+    const std::size_t n_before = out.size();
+    for (std::size_t i = 0; i < list.near.size(); ++i) {
+      NearPair& near = list.near[i];
+      if (near.distance - list.used < thickness) {
+        near.distance = look(list.pair, list.kind(i), near.key, out) + list.used;
+        ++n_looks;
+      }
+      list.nearest = std::min(list.nearest, near.distance);
+    }
+    list.cost += ListCosts::pair * static_cast<float>(list.near.size()) +
+                 ListCosts::distance * static_cast<float>(n_looks) +
+                 ListCosts::contact * static_cast<float>(out.size() - n_before);
+  }
+
+  void look(const std::vector<FeaturePairs>& pairs, std::vector<Contact>& out) const {
+    for (Index i = 0; i < static_cast<Index>(pairs.size()); ++i) {
+      for (const PairKey key : pairs[i].vertex_face) look(i, ContactKind::VertexFace, key, out);
+      for (const PairKey key : pairs[i].edge_edge) look(i, ContactKind::EdgeEdge, key, out);
+    }
+  }
+
+  // Sorts contacts that ranks have found, and chooses among those with smooth surfaces.
+  std::vector<Contact> finish(Gathered<Contact> found) const {
+    std::vector<Contact>& contacts = found.elements;
+    const auto at = [&](std::size_t rank) {
+      return contacts.begin() + static_cast<std::ptrdiff_t>(found.start[rank]);
+    };
+    // The contacts of each rank are in order.
+    for (std::size_t rank = 1; rank + 1 < found.start.size(); ++rank)
+      std::inplace_merge(contacts.begin(), at(rank), at(rank + 1), before);
+    return chosen(std::move(contacts));
+  }
+
   // Returns the contacts that exert forces, of all that were found, which must be in order.
-  std::vector<Contact> finished(std::vector<Contact> contacts) const {
-    if (normals.rows() > 0) keep_nearest_on_smooth(model, contacts);
+  std::vector<Contact> chosen(std::vector<Contact> contacts) const {
+    if (normals_.rows() > 0) keep_nearest_on_smooth(model_, contacts);
     return contacts;
   }
+
+ private:
+  FourPoints points(const std::array<Index, 4>& v) const {
+    FourPoints p;
+    for (int k = 0; k < 4; ++k) p[k] = x_.row(v[k]).transpose();
+    return p;
+  }
+
+  const CollisionModel& model_;
+  const std::vector<SurfacePair>& pairs_;
+  const Points& x_;
+  const Points normals_;  // vertex normals of smooth surfaces
 };
 
 }  // namespace
@@ -224,39 +270,27 @@ ContactForce contact_force(double distance, double thickness, double stiffness) 
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    NeighbourLists& lists) {
-  const ContactLook look{model, pairs, x, smooth_normals(model, x)};
-  constexpr Index grain = 64;
-  const Index n = static_cast<Index>(lists.lists().size());
-  std::vector<std::vector<Contact>> of_range((n + grain - 1) / grain);
-  parallel_ranges(team, n, grain, [&](Index begin, Index end) {
-    for (Index l = begin; l < end; ++l) {
-      NeighbourList& list = lists.lists()[l];
-      const double thickness = pairs[list.pair].thickness;
-      if (list.nearest - list.used >= thickness) continue;
-      list.nearest = std::numeric_limits<double>::infinity();
-      for (std::size_t i = 0; i < list.near.size(); ++i) {
-        NearPair& near = list.near[i];
-        if (near.distance - list.used < thickness)
-          near.distance =
-              look(list.pair, list.kind(i), near.key, of_range[begin / grain]) + list.used;
-        list.nearest = std::min(list.nearest, near.distance);
-      }
-    }
-  });
-  std::vector<Contact> found;
-  const std::vector<FeaturePairs> unlisted = lists.unlisted_near_pairs(team);
-  for (Index i = 0; i < static_cast<Index>(unlisted.size()); ++i) {
-    for (const PairKey key : unlisted[i].vertex_face) look(i, ContactKind::VertexFace, key, found);
-    for (const PairKey key : unlisted[i].edge_edge) look(i, ContactKind::EdgeEdge, key, found);
-  }
-  of_range.push_back(std::move(found));
-  return look.finished(in_order(of_range));
+  const ContactFinder finder(model, pairs, x);
+  return finder.finish(gather_from_ranks(lists.ranks(), [&] {
+    lists.make_ended(team);
+    constexpr Index grain = 64;
+    const Index n = static_cast<Index>(lists.lists().size());
+    std::vector<std::vector<Contact>> of_range((n + grain - 1) / grain);
+    parallel_ranges(team, n, grain, [&](Index begin, Index end) {
+      for (Index l = begin; l < end; ++l) finder.look(lists.lists()[l], of_range[begin / grain]);
+    });
+    std::vector<Contact> found;
+    for (const std::vector<Contact>& range : of_range)
+      found.insert(found.end(), range.begin(), range.end());
+    finder.look(lists.unlisted_near_pairs(team), found);
+    return in_order(found);
+  }));
 }
 
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    SharedSearch& search) {
-  const ContactLook look{model, pairs, x, smooth_normals(model, x)};
+  const ContactFinder finder(model, pairs, x);
   std::vector<double> inflation(model.surfaces.size(), 0.0);
   for (const SurfacePair& pair : pairs)
     for (const Index s : {pair.a, pair.b})
@@ -266,9 +300,9 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
   std::vector<std::vector<Contact>> own(n_threads);  // empty, or one contact of each thread
   search.each_pair(team, {x, x, inflation},
                    [&](int thread, Index pair, ContactKind kind, PairKey key) {
-                     if (!look.near(pair, kind, key)) return;
+                     if (!finder.near(pair, kind, key)) return;
                      own[thread].clear();
-                     look(pair, kind, key, own[thread]);
+                     finder.look(pair, kind, key, own[thread]);
                      for (const Contact& contact : own[thread])
                        of_thread[thread].push_back(
                            {key, pair, kind, contact.weights, contact.normal, contact.distance});
@@ -276,7 +310,25 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
   std::vector<Contact> all;
   for (const FoundContact& found : search.gather(of_thread))
     all.push_back(found.contact(model, pairs));
-  return look.finished(in_order({std::move(all)}));
+  return finder.chosen(in_order(all));
+}
+
+std::vector<Contact> find_contacts_alone(const Team& team, const CollisionModel& model,
+                                         const std::vector<SurfacePair>& pairs, const Points& x,
+                                         BroadPhase& broad_phase) {
+  std::vector<Index> which;
+  std::vector<double> reach;
+  for (const SurfacePair& pair : pairs) {
+    which.push_back(static_cast<Index>(which.size()));
+    reach.push_back(pair.thickness * (1.0 + 1e-9));
+  }
+  std::vector<FeaturePairs> near;
+  broad_phase.near_pairs(team, x, which, reach, near);
+  const ContactFinder finder(model, pairs, x);
+  std::vector<Contact> found;
+  finder.look(near, found);
+  found = in_order(found);
+  return finder.finish({std::move(found), {0, 0}});
 }
 
 std::vector<double> contact_shares(const std::vector<Contact>& contacts,

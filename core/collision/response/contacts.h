@@ -9,8 +9,9 @@
 
 namespace loomstone {
 
-// Returns the contacts closer than their thickness at x, sorted by (kind, a, b). Updates the
-// distances in `lists`.
+// Collective. Returns the contacts closer than their thickness at x, sorted by (kind, a, b). Each
+// rank looks at the pairs in its lists and receives all contacts. `lists` must have been updated to
+// x. Updates the distances in `lists`.
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    NeighbourLists& lists);
@@ -18,6 +19,11 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    SharedSearch& search);
+// Returns the same contacts without other ranks and without lists, by a search in full.
+// `broad_phase` must search all tasks.
+std::vector<Contact> find_contacts_alone(const Team& team, const CollisionModel& model,
+                                         const std::vector<SurfacePair>& pairs, const Points& x,
+                                         BroadPhase& broad_phase);
 
 // Returns the share [1] of each contact, in [0, 1]. Shares prevent double counting and keep forces
 // continuous in x. A vertex above the common edge of two faces has a contact with each face. These

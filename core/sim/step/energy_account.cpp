@@ -56,6 +56,7 @@ double gain_of(const EnergyAccount& account, const StepReport& report) {
 void begin_account(const Engines& engines, State& state) {
   if (state.account.begun) return;
   StepReport report;
+  know_contacts(state, engines);
   measure_energies(state, state.time, engines, report);
   state.account = {};
   state.account.begun = true;
@@ -108,6 +109,7 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
   if (part.length <= least) return part.length;
   const EnergyAccount& account = state.account;
   const double tolerated = gain_tolerance * *engines.accuracy * account.largest_kinetic;
+  know_contacts(state, engines);
   const double energy = contact_energies(state, part.t1, engines).back();
   if (energy - near.contact_terms.energy() <= tolerated) return part.length;
   StepReport report;

@@ -119,6 +119,13 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
       std::max(report.contacts.near, static_cast<std::int64_t>(near.contacts.size()));
 }
 
+void know_contacts(const State& state, const Engines& engines) {
+  if (!engines.collision || !engines.contacts_in_solve) return;
+  Points x;
+  collision_vertices(engines.model, state, x);
+  engines.collision->proximity(engines.collision_team, x, {});
+}
+
 std::vector<double> contact_energies(const State& state, double time, const Engines& engines,
                                      const Points* x0, int n_parts) {
   std::vector<double> none(n_parts, 0.0);
@@ -127,7 +134,8 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
   Points x, forces(0, 3);
   collision_vertices(model, state, x);
   const Tangle tangle = state.tangled ? engines.collision->find_tangle(x) : Tangle();
-  const std::vector<Contact> contacts = engines.collision->proximity(engines.team, x, tangle);
+  const std::vector<Contact>& contacts =
+      engines.collision->proximity_alone(engines.team, x, tangle);
   if (contacts.empty()) return none;
   if (pressed(contacts)) {
     const Rows all{0, model.cloth.n_vertices};
@@ -147,7 +155,7 @@ std::vector<Contact> present_contacts(const State& state, const Engines& engines
   const Tangle tangle = state.tangled ? engines.collision->find_tangle(x) : Tangle();
   Team uncounted = engines.team;
   uncounted.iterations = nullptr;  // only iterations within steps are counted
-  return engines.collision->proximity(uncounted, x, tangle);
+  return engines.collision->proximity_alone(uncounted, x, tangle);
 }
 
 double terms_at(NearContacts& near, const Engines& engines, const Points& displacement, double time,

@@ -28,10 +28,15 @@ struct NearContacts {
 void find_near_contacts(const StepContext& part, const Loads& loads, const State& state,
                         Engines& engines, NearContacts& near, StepReport& report);
 
+// Collective. Finds the contacts of `state`, if they are part of the solve. Until the state
+// changes, contact_energies() and the next step then need no search.
+void know_contacts(const State& state, const Engines& engines);
+
 // Returns the energy [J] that contacts have in `state` at `time` [s]. The contacts are those that
 // the next part would find. If positions x0 are given, the motion from x0 to `state` is divided
 // into `n_parts` equal parts, and the energies at their ends are returned. All but the last are
-// estimates. All are 0 if contacts are not in the solve. Every rank computes them by itself.
+// estimates. All are 0 if contacts are not in the solve. Every rank computes them by itself, slowly
+// unless know_contacts() was called.
 std::vector<double> contact_energies(const State& state, double time, const Engines& engines,
                                      const Points* x0 = nullptr, int n_parts = 1);
 

@@ -26,22 +26,6 @@ StepSpan span_of(double t0, double h) { return {t0, h, t0 + h}; }
 // and the shortest step is a quarter of this time.
 constexpr double shortest_for_contacts = 256.0;
 
-// During its lifetime, ranks may share searches for collisions.
-class InStep {
- public:
-  explicit InStep(CollisionStage* collision) : collision_(collision) {
-    if (collision_) collision_->set_in_step(true);
-  }
-  ~InStep() {
-    if (collision_) collision_->set_in_step(false);
-  }
-  InStep(const InStep&) = delete;
-  InStep& operator=(const InStep&) = delete;
-
- private:
-  CollisionStage* collision_;
-};
-
 }  // namespace
 
 Stepper::Stepper(const Model& model, const IntegratorOptions& options, StepChoice steps,
@@ -60,7 +44,6 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
   std::fill(engines_.busy.begin(), engines_.busy.end(), 0.0);
   engines_.team.threads = engines_.collision_team.threads = threads_.threads();
   threads_.start();
-  const InStep in_step(engines_.collision.get());
   try {
     const StepSpan span = take_parts(state, outcome);
     finish(span, state, outcome);
@@ -183,6 +166,7 @@ void Stepper::finish(const StepSpan& span, State& state, StepOutcome& outcome) {
   if (steps_.automatic) expect_step(steps_.largest, outcome.start, span.h, engines_, state);
   report.length = span.h;
   check_divergence(engines_.model, loads_.x0, state.cloth, "certify");
+  know_contacts(state, engines_);
   if (report.contacts.unresolved > 0) state.tangled = 2;
   if (engines_.collision && state.tangled) count_intersections(state, engines_, outcome);
   measure_contacts(engines_.model, state, span.h, outcome);

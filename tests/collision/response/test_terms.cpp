@@ -352,7 +352,8 @@ TEST_CASE("a smooth surface pushes along its rounded normals, and its edges carr
     double worst = 0.0;
     Index last = -1;
     int n = 0;
-    for (const Contact& contact : CollisionStage(scene.model).proximity(Team{1}, scene.x, {})) {
+    CollisionStage stage(scene.model);
+    for (const Contact& contact : stage.proximity(Team{1}, scene.x, {})) {
       if (smooth) CHECK(contact.kind == ContactKind::VertexFace);
       if (contact.kind != ContactKind::VertexFace || contact.a >= 81) continue;
       if (smooth) CHECK(contact.a != last);  // one contact per vertex

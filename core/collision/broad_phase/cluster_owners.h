@@ -1,0 +1,47 @@
+// Distribution of neighbour lists over ranks. A list belongs to the owner of its first cluster. The
+// first clusters of all surface pairs, in ascending order, are cut into one contiguous range for
+// each rank. Cuts follow from the costs of earlier steps. They determine who computes a list, not
+// its content.
+#pragma once
+
+#include <vector>
+
+#include "core/base/types.h"
+#include "core/parallel/shared_work.h"
+
+namespace loomstone {
+
+class ClusterOwners {
+ public:
+  // Takes the number of first clusters of each surface pair. All clusters have the same cost.
+  ClusterOwners(const std::vector<Index>& n_clusters, const Communicator& ranks);
+
+  // Returns the clusters of a surface pair whose lists this rank computes.
+  IndexRange own(Index pair) const;
+  // Index of a first cluster among those of this rank.
+  std::size_t own_index(Index pair, Index cluster) const {
+    return first_[pair] + cluster - own_begin();
+  }
+  std::size_t n_own() const { return cut_[part_ + 1] - cut_[part_]; }
+
+  // Collective. Takes the cost of each first cluster of this rank, and cuts again if the most
+  // expensive range costs much more than the mean.
+  void cut(const std::vector<float>& own_costs);
+  // True if the environment has LOOMSTONE_ROTATE_OWNERS, by which tests let owners change in every
+  // search.
+  bool rotates() const { return rotates_; }
+  // Gives each range to the next rank.
+  void rotate();
+
+ private:
+  std::size_t own_begin() const { return cut_[part_]; }
+  void cut_by(const std::vector<float>& costs);
+
+  const Communicator& ranks_;
+  std::vector<std::size_t> first_;  // first cluster of each surface pair, and the number of all
+  std::vector<std::size_t> cut_;    // start of each range, and the number of all clusters
+  const bool rotates_;
+  int turn_ = 0, part_;  // rank r has the range (r + turn) modulo the number of ranks
+};
+
+}  // namespace loomstone

@@ -1,0 +1,101 @@
+// Work that the ranks of a simulation share. Each rank computes a part, and all ranks receive the
+// results of all parts. If a part fails on any rank, all ranks throw the error of the lowest such
+// rank. The messages that carry the results also carry the failures.
+#pragma once
+
+#include <cstdint>
+#include <exception>
+#include <utility>
+#include <vector>
+
+#include "core/base/types.h"
+#include "core/parallel/agreement.h"
+#include "core/parallel/communicator.h"
+
+namespace loomstone {
+
+// Range [begin, end) of indices.
+struct IndexRange {
+  Index begin = 0, end = 0;
+  bool contains(Index i) const { return i >= begin && i < end; }
+};
+
+// Returns the range of [0, n) that a rank computes if all ranks compute equally many indices.
+inline IndexRange even_share(Index n, int rank, int size) {
+  const auto start = [&](int r) {
+    return static_cast<Index>(static_cast<std::int64_t>(n) * r / size);
+  };
+  return {start(rank), start(rank + 1)};
+}
+
+// Collective. Returns the result of `work()` on each rank, in the order of the ranks. Results are
+// copied byte by byte.
+template <class Work>
+auto results_of_ranks(const Communicator& ranks, Work&& work) {
+  using Result = decltype(work());
+  std::vector<Result> results;
+  if (ranks.size() == 1) {
+    results.push_back(work());
+    return results;
+  }
+  struct Slot {
+    std::int64_t failed = 0;
+    Result result{};
+  };
+  std::vector<Slot> slots(ranks.size());
+  std::exception_ptr failure;
+  try {
+    slots[ranks.rank()].result = work();
+  } catch (...) {
+    failure = std::current_exception();
+    slots[ranks.rank()].failed = 1;
+  }
+  std::vector<std::size_t> offsets;
+  for (int rank = 0; rank <= ranks.size(); ++rank) offsets.push_back(rank * sizeof(Slot));
+  ranks.gather_all(slots.data(), offsets);
+  bool failed = false;
+  for (const Slot& slot : slots) failed = failed || slot.failed != 0;
+  if (failed) agree_on(ranks, failure);
+  results.reserve(slots.size());
+  for (const Slot& slot : slots) results.push_back(slot.result);
+  return results;
+}
+
+// Elements from all ranks. Those of rank r are elements[start[r]] to elements[start[r + 1] - 1].
+template <class Element>
+struct Gathered {
+  std::vector<Element> elements;
+  std::vector<std::size_t> start;
+};
+
+// Collective. `work()` returns a vector, whose elements are copied byte by byte.
+template <class Work>
+auto gather_from_ranks(const Communicator& ranks, Work&& work) {
+  using Elements = decltype(work());
+  using Element = typename Elements::value_type;
+  Gathered<Element> all;
+  if (ranks.size() == 1) {
+    all.elements = work();
+    all.start = {0, all.elements.size()};
+    return all;
+  }
+  Elements own;
+  const std::vector<std::size_t> sizes = results_of_ranks(ranks, [&] {
+    own = work();
+    return own.size();
+  });
+  std::vector<std::size_t> offsets{0};
+  all.start = {0};
+  for (const std::size_t size : sizes) {
+    all.start.push_back(all.start.back() + size);
+    offsets.push_back(sizeof(Element) * all.start.back());
+  }
+  if (all.start.back() == 0) return all;
+  all.elements.resize(all.start.back());
+  std::move(own.begin(), own.end(),
+            all.elements.begin() + static_cast<std::ptrdiff_t>(all.start[ranks.rank()]));
+  ranks.gather_all(all.elements.data(), offsets);
+  return all;
+}
+
+}  // namespace loomstone

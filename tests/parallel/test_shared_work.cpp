@@ -1,0 +1,71 @@
+#include <catch2/catch.hpp>
+
+#include <array>
+#include <numeric>
+
+#include "core/base/error.h"
+#include "core/parallel/shared_work.h"
+#include "tests/support/thread_ranks.h"
+
+using namespace loomstone;
+using test::on_ranks;
+
+TEST_CASE("even shares cover a range once and differ by at most one") {
+  for (const Index n : {0, 1, 7, 1000})
+    for (const int ranks : {1, 2, 3, 7}) {
+      Index next = 0, least = n, most = 0;
+      for (int rank = 0; rank < ranks; ++rank) {
+        const IndexRange share = even_share(n, rank, ranks);
+        CHECK(share.begin == next);
+        next = share.end;
+        least = std::min(least, share.end - share.begin);
+        most = std::max(most, share.end - share.begin);
+      }
+      CHECK(next == n);
+      CHECK(most - least <= 1);
+    }
+}
+
+TEST_CASE("all ranks receive the results of all ranks in the order of the ranks") {
+  for (const int n : {1, 2, 3, 7}) {
+    std::vector<int> right(n, 0);
+    on_ranks(n, [&](const auto& ranks) {
+      const int rank = ranks->rank();
+      const std::vector<double> results = results_of_ranks(*ranks, [&] { return 1.5 * rank; });
+      // Rank r contributes r elements, so some ranks contribute none.
+      const auto gathered = gather_from_ranks(
+          *ranks, [&] { return std::vector<std::array<int, 2>>(rank, {rank, n}); });
+      bool all = static_cast<int>(results.size()) == n;
+      for (int other = 0; other < n; ++other) {
+        all = all && results[other] == 1.5 * other &&
+              gathered.start[other + 1] - gathered.start[other] == static_cast<std::size_t>(other);
+        for (std::size_t i = gathered.start[other]; i < gathered.start[other + 1]; ++i)
+          all = all && gathered.elements[i] == std::array<int, 2>{other, n};
+      }
+      right[rank] = all;
+    });
+    CHECK(std::accumulate(right.begin(), right.end(), 0) == n);
+  }
+}
+
+TEST_CASE("if the work of some ranks fails, all ranks throw the error of the lowest of them") {
+  for (const bool gathers : {false, true}) {
+    std::vector<std::string> said(4);
+    on_ranks(4, [&](const auto& ranks) {
+      const int rank = ranks->rank();
+      const auto work = [&] {
+        if (rank == 1 || rank == 3) throw InvalidInput("rank " + std::to_string(rank));
+        return std::vector<int>(2, rank);
+      };
+      try {
+        if (gathers)
+          gather_from_ranks(*ranks, work);
+        else
+          results_of_ranks(*ranks, [&] { return work().front(); });
+      } catch (const InvalidInput& error) {
+        said[rank] = error.what();
+      }
+    });
+    for (const std::string& text : said) CHECK(text == "rank 1");
+  }
+}

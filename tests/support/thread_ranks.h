@@ -1,0 +1,108 @@
+// Ranks that are threads of one process, for tests of work that ranks share.
+#pragma once
+
+#include <algorithm>
+#include <barrier>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/parallel/communicator.h"
+
+namespace loomstone::test {
+
+// What the ranks of one communicator share.
+struct ThreadHub {
+  explicit ThreadHub(int n)
+      : size(n), barrier(n), data(n), values(n), messages(n), kinds(n), texts(n) {}
+
+  int size;
+  std::barrier<> barrier;
+  std::vector<void*> data;
+  std::vector<std::int64_t> values;
+  std::vector<const std::vector<Communicator::Message>*> messages;
+  std::vector<int> kinds;
+  std::vector<std::string> texts;
+};
+
+class ThreadRank final : public Communicator {
+ public:
+  ThreadRank(int rank, ThreadHub& hub) : rank_(rank), hub_(hub) {}
+
+  int rank() const override { return rank_; }
+  int size() const override { return hub_.size; }
+  void barrier() const override { hub_.barrier.arrive_and_wait(); }
+  std::int64_t maximum(std::int64_t value) const override {
+    hub_.values[rank_] = value;
+    barrier();
+    for (const std::int64_t other : hub_.values) value = std::max(value, other);
+    barrier();
+    return value;
+  }
+  void broadcast(void* data, std::size_t bytes, int root) const override {
+    hub_.data[rank_] = data;
+    barrier();
+    if (rank_ != root && bytes > 0) std::memcpy(data, hub_.data[root], bytes);
+    barrier();
+  }
+  void gather_all(void* data, const std::vector<std::size_t>& byte_offsets) const override {
+    hub_.data[rank_] = data;
+    barrier();
+    for (int other = 0; other < size(); ++other) {
+      const std::size_t begin = byte_offsets[other], n = byte_offsets[other + 1] - begin;
+      if (other == rank_ || n == 0) continue;
+      std::memcpy(static_cast<char*>(data) + begin,
+                  static_cast<const char*>(hub_.data[other]) + begin, n);
+    }
+    barrier();
+  }
+  void exchange(const std::vector<Message>& to, const std::vector<Message>& from) const override {
+    hub_.messages[rank_] = &to;
+    barrier();
+    for (const Message& wanted : from)
+      for (const Message& sent : *hub_.messages[wanted.rank])
+        if (sent.rank == rank_ && sent.bytes > 0) std::memcpy(wanted.data, sent.data, sent.bytes);
+    barrier();
+  }
+  void agree(int& kind, std::string& text) const override {
+    hub_.kinds[rank_] = kind;
+    hub_.texts[rank_] = text;
+    barrier();
+    for (int other = size() - 1; other >= 0; --other)
+      if (hub_.kinds[other] != 0) kind = hub_.kinds[other], text = hub_.texts[other];
+    barrier();
+  }
+  [[noreturn]] void abort(int) const override { std::abort(); }
+
+ private:
+  int rank_;
+  ThreadHub& hub_;
+};
+
+// Calls work(communicator) on n ranks, each in its own thread, and waits for all of them. Every
+// rank must return or throw. Rethrows the exception of the lowest rank that throws. Catch2 must not
+// be used in `work`, because it is not thread-safe.
+inline void on_ranks(int n,
+                     const std::function<void(const std::shared_ptr<const Communicator>&)>& work) {
+  ThreadHub hub(n);
+  std::vector<std::exception_ptr> failures(n);
+  std::vector<std::thread> threads;
+  for (int rank = 0; rank < n; ++rank)
+    threads.emplace_back([&, rank] {
+      try {
+        work(std::make_shared<const ThreadRank>(rank, hub));
+      } catch (...) {
+        failures[rank] = std::current_exception();
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  for (const std::exception_ptr& failure : failures)
+    if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace loomstone::test
