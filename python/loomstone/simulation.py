@@ -49,11 +49,11 @@ class Simulation(_core.Simulation):
         each row takes the value assigned on the rank that owns it. Values assigned for obstacles
         are those of rank 0.
     decomposition : how the search for collisions is divided among ranks and threads. "predicted":
-        every rank keeps a part of the neighbour lists over several steps, cut by the times of
-        earlier steps, and tests their pairs. "static" and
-        "dynamic": every step traverses the bounding-volume hierarchies of the partitions of all
-        ranks. "static" deals the pairs of partitions out evenly. With "dynamic", idle ranks take
-        work from busy ones. Results do not depend on it.
+        every rank keeps a part of the neighbour lists over several steps and tests their pairs. The
+        parts are cut by the costs of the lists in earlier steps. "static" and "dynamic": every step
+        traverses the bounding-volume hierarchies of the partitions of all ranks. "static" deals the
+        pairs of partitions out evenly. With "dynamic", idle ranks take work from busy ones. Results
+        do not depend on it.
 
     Raises InvalidInput if the scene cannot be simulated. Warns with SceneWarning if it can be, but
     looks like a mistake, for example if bodies overlap at the start. `positions`, `velocities` and
