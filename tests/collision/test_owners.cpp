@@ -2,8 +2,10 @@
 #include <catch2/catch.hpp>
 
 #include <cstdlib>
+#include <memory>
 #include <set>
 #include <tuple>
+#include <utility>
 
 #include "core/collision/broad_phase/neighbour_lists.h"
 #include "core/collision/collision_stage.h"
@@ -45,8 +47,8 @@ struct Results {
 
 // Steps of random motion, calm ones and some in which all vertices move by far more than a list
 // allows.
-Results results(const TestScene& scene, const Communicator* ranks) {
-  CollisionStage stage(scene.model, ranks);
+Results results(const TestScene& scene, std::shared_ptr<const Communicator> ranks) {
+  CollisionStage stage(scene.model, Decomposition::Predicted, std::move(ranks));
   Points x = scene.x;
   Results all;
   FreeBodies none;
@@ -80,12 +82,12 @@ struct Setting {
 TEST_CASE("contacts, impacts and end positions have the same bits on any number of ranks") {
   for (const Index cells : {3, 12}) {
     const TestScene scene = sheets_on_table(cells);
-    const Results alone = results(scene, nullptr);
+    const Results alone = results(scene, single_communicator());
     CHECK(alone.contacts > 100);
     CHECK(alone.impacts > 100);
     for (const int n : {2, 3, 4, 7}) {
       std::vector<Results> found(n);
-      on_ranks(n, [&](const auto& ranks) { found[ranks->rank()] = results(scene, ranks.get()); });
+      on_ranks(n, [&](const auto& ranks) { found[ranks->rank()] = results(scene, ranks); });
       for (const Results& each : found) CHECK(each == alone);
     }
   }
@@ -93,11 +95,11 @@ TEST_CASE("contacts, impacts and end positions have the same bits on any number 
 
 TEST_CASE("ranks that exchange their lists in every step find the same") {
   const TestScene scene = sheets_on_table(12);
-  const Results alone = results(scene, nullptr);
+  const Results alone = results(scene, single_communicator());
   const Setting rotate("LOOMSTONE_ROTATE_OWNERS");
   for (const int n : {2, 5}) {
     std::vector<Results> found(n);
-    on_ranks(n, [&](const auto& ranks) { found[ranks->rank()] = results(scene, ranks.get()); });
+    on_ranks(n, [&](const auto& ranks) { found[ranks->rank()] = results(scene, ranks); });
     for (const Results& each : found) CHECK(each == alone);
   }
 }
@@ -106,7 +108,7 @@ TEST_CASE("contacts that one rank finds alone are those that all ranks find toge
   const TestScene scene = sheets_on_table(12);
   std::vector<int> right(3, 0);
   on_ranks(3, [&](const auto& ranks) {
-    CollisionStage stage(scene.model, ranks.get());
+    CollisionStage stage(scene.model, Decomposition::Predicted, ranks);
     const Points other = shaken(scene.x, 1e-4, 9);
     Results together, alone, known;
     together.add(stage.proximity(Team{}, scene.x, {}));

@@ -131,7 +131,8 @@ TEST_CASE("contacts and impacts have the same bits whichever ranks find them") {
   std::vector<std::uint8_t> changed(scene.model.n_vertices, 0);
   std::fill_n(changed.begin(), 300, 1);
   BroadPhase broad_phase(scene.model, pairs);
-  NeighbourLists lists(scene.model, pairs, broad_phase);
+  const std::shared_ptr<const Communicator> single = single_communicator();
+  NeighbourLists lists(scene.model, pairs, broad_phase, *single);
   lists.update(Team{1}, scene.x);
   const std::vector<Contact> contacts = find_contacts(Team{1}, scene.model, pairs, scene.x, lists);
   ImpactSearch alone(scene.model, broad_phase, lists);
@@ -147,7 +148,7 @@ TEST_CASE("contacts and impacts have the same bits whichever ranks find them") {
     search_together(scene, pairs, layout, [&](int, SharedSearch& search) {
       const Team team{layout.threads};
       BroadPhase own_boxes(scene.model, pairs);
-      NeighbourLists own_lists(scene.model, pairs, own_boxes);
+      NeighbourLists own_lists(scene.model, pairs, own_boxes, *single);
       ImpactSearch own(scene.model, own_boxes, own_lists);
       own.share(&search);
       wrong += !same(find_contacts(team, scene.model, pairs, scene.x, search), contacts);
