@@ -13,10 +13,13 @@ network is shared memory.
 from __future__ import annotations
 
 import argparse
+import tempfile
 from pathlib import Path
 
+import loomstone as ls
 from loomstone import _core
 from loomstone.runs.motions import motion_files, read_motion
+from smoke import parsed
 
 
 def compare_threads(motion: _core.CollisionReplay, impacts: bool, given: argparse.Namespace) -> str:
@@ -72,14 +75,29 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("run", type=Path)
+    parser.add_argument("run", type=Path, nargs="?", help="default: a small run of its own")
     parser.add_argument("--threads", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--repetitions", type=int, default=20)
     parser.add_argument("--latency", type=float, default=0.5e-6, help="[s]")
     parser.add_argument("--overhead", type=float, default=0.2e-6, help="[s]")
-    given = parser.parse_args()
+    given = parsed(parser, repetitions=1, threads=[1])
     ranks = _core.mpi_communicator() if _core.launched_by_mpi() else _core.single_communicator()
-    for path in motion_files(given.run):
+    with tempfile.TemporaryDirectory() as directory:
+        if given.run is None:
+            record(Path(directory))
+        compare(given.run or Path(directory), ranks, given)
+
+
+def record(directory: Path) -> None:
+    """Records a sheet that falls on a ball."""
+    mesh = ls.grid(size=(0.3, 0.3), triangles=450).moved((0, 0, 0.102))
+    scene = ls.Scene(cloths=[ls.Cloth(mesh=mesh)], obstacles=[ls.sphere(radius=0.1)])
+    sim = ls.Simulation(scene, threads=1)
+    sim.run(out=directory, duration=0.08, record_tasks=4, overwrite=True)
+
+
+def compare(run: Path, ranks: _core.Communicator, given: argparse.Namespace) -> None:
+    for path in motion_files(run):
         motion = _core.CollisionReplay(read_motion(path))
         for impacts in (False, True):
             line = (

@@ -32,9 +32,14 @@ def run(scene, out, fault, by=0, n=2, timeout="60"):
 @needs_mpirun
 @pytest.mark.parametrize("by", [0, 1])
 def test_a_stopped_rank_is_named_with_its_host_and_ends_the_job(scene, tmp_path, by):
-    out = tmp_path / "out"
-    done = run(scene, out, "SIGSTOP", by, timeout="1")
-    assert done.returncode == 75, done.stderr
+    # mpirun may end before it has forwarded the last sentence of a rank that it has killed, if the
+    # machine is busy.
+    for attempt in range(3):
+        out = tmp_path / f"out{attempt}"
+        done = run(scene, out, "SIGSTOP", by, timeout="1")
+        assert done.returncode == 75, done.stderr
+        if "continue with" in done.stderr:
+            break
     assert f"loomstone: rank {by} on {os.uname().nodename} does not answer" in done.stderr
     assert f"rank {1 - by} on " in done.stderr and "LOOMSTONE_MPI_TIMEOUT=1" in done.stderr
     assert f"continue with: loomstone resume {out}" in done.stderr

@@ -7,7 +7,7 @@ import loomstone as ls
 
 ROOT = Path(__file__).resolve().parents[3]
 TYPES = {"added", "changed", "removed", "fixed"}
-NO_FRAGMENTS = {"README.md", "template.md.jinja"}
+NO_FRAGMENTS = {"README.md", "template.jinja"}
 
 
 def first(pattern, file):
