@@ -827,14 +827,6 @@ class Frame:
     """
     State of a run at one instant, in the user's vertex order. Arrays are read-only views.
     """
-    @staticmethod
-    def _repr_png_(frame: Frame, topology: FrameTopology | None = None) -> bytes | None:
-        """
-        Returns a picture (PNG), or None if the frame cannot be drawn.
-
-            topology : topology of the frame; None: that recorded by `remember`
-
-        """
     def __repr__(self) -> str: ...
     def with_contact(self, contact: numpy.typing.ArrayLike) -> Frame:
         """
@@ -2322,11 +2314,6 @@ class Scene:
         "rigid_iterations",
         "rigid_rebuild_interval",
     )
-    @staticmethod
-    def _repr_png_(scene: Scene) -> bytes | None:
-        """
-        Returns a picture (PNG) of the start of a scene, or None if it cannot be simulated.
-        """
     def __eq__(self, arg0: object) -> bool: ...
     def __init__(
         self,
@@ -3391,7 +3378,7 @@ class RecordedTests:
     ) -> ReplayReport:
         """
         Returns the ReplayReport of the search. decomposition: "static" or "dynamic". Messages take `latency` [s] and
-        have `bandwidth` [bytes/s]; sending and receiving take `overhead` [s] each. A rank that has work polls every
+        have `bandwidth` [bytes/s]; sending, receiving and looking for one take `overhead` [s] each. A rank that has work polls every
         `poll_interval` [s].
         """
     @property
@@ -3426,7 +3413,7 @@ class CollisionReplay:
         *,
         impacts: bool,
         decomposition: str = "dynamic",
-        traversal: str = "tasks",
+        traversal: str = "loops",
         threads: typing.SupportsInt | typing.SupportsIndex = 1,
         communicator: Communicator | None = None,
         repetitions: typing.SupportsInt | typing.SupportsIndex = 1,

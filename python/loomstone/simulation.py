@@ -164,11 +164,7 @@ class Simulation(_core.Simulation):
         Returns the report that is also written to report.json. The scene is stored in scene.npz, so
         that `loomstone resume` can continue a run without `control`.
         """
-        look = render or None
-        if look is True:
-            look = (drawn_with(Path(out) / "frames") if resume else None) or RenderOptions()
-        if look is not None:
-            _check_type("render", look, RenderOptions, ", True or False")
+        look = _look(render, Path(out) if resume else None)
         _check_type("compression", compression, (int, np.integer))
         _check_type("record_tasks", record_tasks, (int, np.integer))
         if record_tasks < 0:
@@ -183,23 +179,21 @@ class Simulation(_core.Simulation):
         )
         if self.communicator.rank == 0:
             warn_of_part_frame(duration, rate, stacklevel=3)
-        metadata = {
-            "loomstone": _core.__version__,
-            "control": control is not None,
-            "duration": duration,
-            "rate": rate,
-            "integrator": to_record(self.integrator),
-            "render": (look or RenderOptions()).to_dict(),
-        }
+        kept = self._metadata(options, control is not None)
         return execute(
-            self,
-            options,
-            out,
-            metadata=metadata,
-            overwrite=overwrite,
-            resume=resume,
-            control=control,
+            self, options, out, metadata=kept, overwrite=overwrite, resume=resume, control=control
         )
+
+    def _metadata(self, options: RunOptions, controlled: bool) -> dict[str, Any]:
+        """Returns what a run stores of its options, with which `loomstone resume` continues."""
+        return {
+            "loomstone": _core.__version__,
+            "control": controlled,
+            "duration": options.duration,
+            "rate": options.rate,
+            "integrator": to_record(self.integrator),
+            "render": (options.render or RenderOptions()).to_dict(),
+        }
 
     def restore(self, checkpoint: Checkpoint) -> None:
         """Continues from a checkpoint of the same scene and integrator.
@@ -287,3 +281,13 @@ def _communicator(given: Any) -> Communicator:
             f" {type(given).__name__}; pass MPI.COMM_WORLD or None"
         )
     return _core.mpi_communicator(given.py2f())
+
+
+def _look(given: bool | RenderOptions, resumed: Path | None) -> RenderOptions | None:
+    """Returns the options of the pictures of a run, or None if none are drawn."""
+    if not given:
+        return None
+    if given is True:
+        return (drawn_with(resumed / "frames") if resumed else None) or RenderOptions()
+    _check_type("render", given, RenderOptions, ", True or False")
+    return given

@@ -178,8 +178,7 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
   circuits.bearings = energies[3];
   get(c, "circuits.currents", circuits.currents, state.magnetic.circuits.currents);
   s.magnetic.moments.resize(0, 3);
-  if (c.arrays.count("induced_moments"))
-    get(c, "induced_moments", s.magnetic.moments);  // absent in checkpoints of earlier versions
+  if (c.arrays.count("induced_moments")) get(c, "induced_moments", s.magnetic.moments);
   Points slip;
   Vector force;
   get(c, "contacts.slip", slip);
