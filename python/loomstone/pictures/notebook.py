@@ -49,5 +49,5 @@ def picture_of_scene(scene: Scene) -> bytes | None:
     return picture_of_frame(simulation.frame(), simulation.topology)
 
 
-Frame._repr_png_ = picture_of_frame  # type: ignore[method-assign]
-Scene._repr_png_ = picture_of_scene  # type: ignore[method-assign]
+Frame._repr_png_ = picture_of_frame  # type: ignore[attr-defined]
+Scene._repr_png_ = picture_of_scene  # type: ignore[attr-defined]
