@@ -52,7 +52,7 @@ bool loaded(const py::object& value, Member& member) {
   }
 }
 
-// What a value of type T is called in messages; empty if only the meaning of its field tells.
+// Name of a value of type T in messages; empty if only the meaning of its field tells.
 template <class T>
 std::string kind_name() {
   if constexpr (Description<T>)

@@ -34,7 +34,7 @@ constexpr Seconds longest_tick{0.05};
 constexpr unsigned abort_seconds = 2;
 constexpr int host_length = 64;
 
-// What a rank says about itself.
+// Answer of a rank about itself.
 struct Answer {
   int call;        // number of the question, since late answers may arrive during the next call
   int waiting;     // 1 if it waits for other ranks, 0 if it computes

@@ -31,7 +31,7 @@ inline Index stack_threshold(const PoolOptions& options, Index n_tasks) {
   return options.growth * n_tasks + options.least;
 }
 
-// What one rank did in a run of the pool.
+// Work of one rank in a run of the pool.
 struct PoolReport {
   std::int64_t tests = 0;      // tests performed
   std::int64_t created = 0;    // tasks created from stacks

@@ -92,7 +92,7 @@ class NeighbourLists {
   std::int64_t n_made() const { return n_made_; }          // number of lists made by this rank
 
  private:
-  // What a rank finds in a pass over its lists.
+  // Findings of a rank in a pass over its lists.
   struct Pass {
     bool unexpected = false;  // vertices have left their expected motion
     bool fast = false;        // some lists have a `change` above the largest slack

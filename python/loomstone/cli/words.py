@@ -1,4 +1,4 @@
-"""What a command prints: text, only warnings and errors, or one JSON object."""
+"""Output of a command: text, only warnings and errors, or one JSON object."""
 
 from __future__ import annotations
 
