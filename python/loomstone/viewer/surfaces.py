@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _core
 from .._core import Frame, FrameTopology
 
 __all__ = ["FIELDS", "Surfaces", "field_values"]
@@ -17,9 +18,7 @@ Part = tuple[str, NDArray[Any], NDArray[np.int32]]  # name, vertices, triangles 
 
 FIELDS = ("cloth", "stretch", "strain_weft", "strain_warp", "strain_shear", "contact")
 
-# Colours as the renderer draws them (renderer/surface_pass.cpp, renderer/surface_shaders.cpp), in
-# sRGB.
-_CLOTHS = [(66, 103, 142), (187, 110, 82), (135, 151, 119), (197, 161, 93), (137, 95, 128)]
+# Colours in sRGB, close to those of the renderer (renderer/surface_shaders.cpp).
 _BODY = (190, 186, 178)
 _FLOOR = (226, 224, 218)
 
@@ -101,7 +100,7 @@ class Surfaces:
             for i, (name, vertices, triangles) in enumerate(self._cloths):
                 points = frame.positions[vertices]
                 if colors is None:
-                    self._show_plain(name, points, triangles, _CLOTHS[i % len(_CLOTHS)])
+                    self._show_plain(name, points, triangles, _cloth_color(i))
                 else:
                     self._show_colored(name, points, triangles, colors[vertices])
             floors = self._topology.body_is_floor
@@ -149,6 +148,12 @@ def _parts(
             (f"{folder}/{name or i}", vertices, np.searchsorted(vertices, own).astype(np.int32))
         )
     return parts
+
+
+def _cloth_color(cloth: int) -> tuple[int, ...]:
+    """Returns the colour of a cloth in pictures, in sRGB."""
+    encoded = 255.0 * np.ravel(_core.cloth_color(cloth)) ** (1.0 / 2.2)
+    return tuple(int(value) for value in np.rint(encoded))
 
 
 def _colors(values: Floats, limits: tuple[float, float]) -> NDArray[np.uint8]:
