@@ -18,6 +18,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import fault_trials
@@ -160,13 +161,13 @@ def draped(size: float, step: float | str, steps: int) -> str:
 
 def sizes(place: Path, scale: float) -> Trials:
     for size in SIZES:
-        yield f"{size:g} m", lambda size=size: draped(size, "auto", fewer(200, scale))  # type: ignore[misc]
+        yield f"{size:g} m", partial(draped, size, "auto", fewer(200, scale))
 
 
 def steps(place: Path, scale: float) -> Trials:
     for step in STEPS:
         count = fewer(min(0.5 / step, 5000), scale)
-        yield f"{step:g} s", lambda step=step, count=count: draped(0.3, step, count)  # type: ignore[misc]
+        yield f"{step:g} s", partial(draped, 0.3, step, count)
 
 
 def long(place: Path, scale: float) -> Trials:
