@@ -20,7 +20,7 @@ constexpr double least_slack = 0.2, most_slack = 2.5;  // as fractions of the th
 constexpr double most_slack_of_edge = 0.6;             // as a fraction of the mean edge length
 constexpr double steps_ahead = 3.0;
 constexpr double margin = 1.0;  // as a fraction of half the thickness
-// Lists are distributed over ranks anew if one rank has this many times the mean cost, at most once
+// Lists are distributed again if one rank has this many times the mean cost, at most once
 // in `least_updates` updates. Our choice.
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
@@ -202,7 +202,7 @@ void NeighbourLists::search(const Team& team, const Points& x1) {
 }
 
 // Replaces the lists by those of the cluster pairs in `found`. Keeps known lists of surfaces whose
-// clusters have not been formed anew.
+// clusters have not been formed again.
 void NeighbourLists::keep_or_add(const std::vector<std::vector<PairKey>>& found,
                                  const std::vector<std::uint8_t>& formed) {
   std::vector<NeighbourList> old;
