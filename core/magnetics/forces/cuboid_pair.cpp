@@ -170,6 +170,15 @@ LOOMSTONE_INLINE void corner_sums(const CuboidPair& pair, double* force, double*
   for (int k = 0; k < 9; ++k) levers[k] += sum_in_order(moments[k]);
 }
 
+// Moves cuboids that overlap apart, along the axis of least overlap, until they touch. The force
+// between faces jumps where they pass through each other.
+void separate(CuboidPair& pair) {
+  int axis;
+  const Vec3 most = pair.a + pair.b;
+  if ((most - pair.d.cwiseAbs()).minCoeff(&axis) > 0.0)
+    pair.d[axis] = std::copysign(most[axis], pair.d[axis]);
+}
+
 }  // namespace
 
 std::optional<Wrench> parallel_cuboid_wrench(const MagneticBody& on, const MagneticBody& by) {
@@ -180,9 +189,10 @@ std::optional<Wrench> parallel_cuboid_wrench(const MagneticBody& on, const Magne
   const Mat3 turn = to_world.transpose() * rotation_matrix(on.pose.orientation);
   const Mat3 whole = turn.array().round();
   if ((turn - whole).cwiseAbs().maxCoeff() > 1e-12) return std::nullopt;
-  const CuboidPair pair{0.5 * first->size, 0.5 * (whole.cwiseAbs() * second->size),
-                        to_world.transpose() * (on.pose.position - by.pose.position),
-                        first->polarization, whole * second->polarization};
+  CuboidPair pair{0.5 * first->size, 0.5 * (whole.cwiseAbs() * second->size),
+                  to_world.transpose() * (on.pose.position - by.pose.position), first->polarization,
+                  whole * second->polarization};
+  separate(pair);
   Vec3 force = Vec3::Zero();
   double levers[9] = {};
   LOOMSTONE_WIDEST(corner_sums)(pair, force.data(), levers);

@@ -9,6 +9,7 @@
 #include "core/base/message.h"
 #include "core/magnetics/forces/cells.h"
 #include "core/magnetics/forces/cuboid_pair.h"
+#include "core/magnetics/forces/overlap.h"
 #include "core/magnetics/forces/panel_quadrature.h"
 #include "core/magnetics/forces/panel_wrench.h"
 #include "core/magnetics/sources/constants.h"
@@ -38,13 +39,25 @@ Wrench on_dipoles(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
+// Moves points inside a solid body to the nearest points just above its surface.
+void move_outside(const MagneticBody& solid, Points& x) {
+  const Mat3 rotation = rotation_matrix(solid.pose.orientation);
+  for (Eigen::Index i = 0; i < x.rows(); ++i) {
+    const Vec3 inside = in_axes(solid.pose, x.row(i).transpose());
+    const Vec3 outside = moved_outside(*solid.source, inside);
+    if (outside != inside) x.row(i) = (solid.pose.position + rotation * outside).transpose();
+  }
+}
+
 // Returns the force on the surface charge of `on` and its torque about the centre, in world axes.
 Wrench on_charges(const MagneticBody& on, const MagneticBody& by) {
   const std::vector<PanelSample> charges = on.source->charges();
   Points local(charges.size(), 3), x(charges.size(), 3);
   for (std::size_t i = 0; i < charges.size(); ++i) local.row(i) = charges[i].position.transpose();
   place_points(on.pose, local, x);
-  const Points field = magnetic_field(Team{}, {by}, x, "B");
+  Points outside = x;
+  move_outside(by, outside);
+  const Points field = magnetic_field(Team{}, {by}, outside, "B");
   Wrench w;
   for (std::size_t i = 0; i < charges.size(); ++i) {
     const Vec3 force = charges[i].charge * field.row(i).transpose();

@@ -3,8 +3,8 @@
 // momentum, which therefore holds up to rounding errors.
 //
 // Dipoles and spheres need no integral, parallel cuboids have a closed form, and other bodies are
-// integrated over their panels. Bodies that overlap slightly, as rigid bodies in contact do, exert
-// finite forces; overlap.h finds overlaps.
+// integrated over their panels. Bodies that overlap slightly, as rigid bodies in contact do,
+// attract or repel each other as if they touched; overlap.h finds overlaps.
 #pragma once
 
 #include "core/magnetics/sources/body.h"

@@ -82,6 +82,24 @@ bool overlap(const MagneticBody& a, const MagneticBody& b) {
   return enters(a, b, rounding) || enters(b, a, rounding);
 }
 
+Vec3 moved_outside(const Source& solid, const Vec3& point) {
+  const auto box = solid.box();
+  if (!box || (point - box->first).minCoeff() < 0.0 || (box->second - point).minCoeff() < 0.0)
+    return point;
+  const double depth = solid.depth(point);
+  if (depth < 0.0) return point;
+  // The outward normal is minus the gradient of the depth, here by central differences. `above` is
+  // far larger than rounding errors of the field's closed forms.
+  const double reach = 1e-6 * solid.radius(), above = 1e-9 * solid.radius();
+  Vec3 outward;
+  for (int c = 0; c < 3; ++c) {
+    const Vec3 step = reach * Vec3::Unit(c);
+    outward[c] = solid.depth(point - step) - solid.depth(point + step);
+  }
+  if (outward.isZero(0.0)) return point;
+  return point + (depth + above) * outward.normalized();
+}
+
 void check_no_overlap(const std::vector<MagneticBody>& bodies,
                       const std::vector<std::string>& names) {
   // Pairs are found by sweeping along x. `left` is the smallest x of the bounding sphere [m].

@@ -15,6 +15,10 @@ namespace loomstone {
 // tested.
 bool overlap(const MagneticBody& a, const MagneticBody& b);
 
+// Returns `point` if it lies outside a solid source, and otherwise the nearest point just above its
+// surface. Both are in the axes of the source [m].
+Vec3 moved_outside(const Source& solid, const Vec3& point);
+
 // Throws InvalidInput if two bodies overlap. The message names the first such pair. `names`
 // contains the names of the bodies.
 void check_no_overlap(const std::vector<MagneticBody>& bodies,

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/simd.h"
+#include "core/magnetics/forces/overlap.h"
 #include "core/magnetics/sources/gauss.h"
 
 namespace loomstone {
@@ -22,21 +23,23 @@ struct Integrand : PanelTask {
     const Index n = nu * nv, padded = (n + n_lanes - 1) / n_lanes * n_lanes;
     alignas(64) double x[3 * points_per_block], h[3 * points_per_block];
     PanelSample samples[points_per_block];
+    const bool energy = quantity == PanelQuantity::energy;
     Index i = 0;
     for (int iu = 0; iu < nu; ++iu) {
       const double u = from[0] + size[0] * 0.5 * (1.0 + ru.nodes[iu]);
       for (int iv = 0; iv < nv; ++iv, ++i) {
         samples[i] = panel.at(u, from[1] + size[1] * 0.5 * (1.0 + rv.nodes[iv]));
-        const Vec3 point = pose.position + rotation * samples[i].position;
+        Vec3 point = pose.position + rotation * samples[i].position;
+        if (!energy && samples[i].charge != 0.0) point = moved_outside(by, point);
         for (int c = 0; c < 3; ++c) x[c * padded + i] = point[c];
       }
     }
     for (; i < padded; ++i)
       for (int c = 0; c < 3; ++c) x[c * padded + i] = x[c * padded + n - 1];
-    by.field_block(x, padded, Quantity::mu0_field_strength, h);
+    by.field_block(x, padded, energy ? Quantity::flux_density : Quantity::mu0_field_strength, h);
     for (i = 0; i < n; ++i) {
       const Vec3 field(h[i], h[padded + i], h[2 * padded + i]);
-      if (quantity == PanelQuantity::energy) {
+      if (energy) {
         values[i].setZero();
         values[i][0] =
             -panel.magnetization.dot(samples[i].position) * (rotation * samples[i].area).dot(field);

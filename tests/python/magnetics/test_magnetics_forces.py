@@ -356,6 +356,43 @@ def test_solid_magnets_that_overlap_are_refused(name):
     assert np.isfinite(M.force(on=touching, by=cuboid, tolerance=1e-2).force).all()
 
 
+def _touching_pairs():
+    """Bodies whose distance along z is 0 if the second is moved there, by name."""
+    cuboid = M.cuboid(size=(0.008, 0.008, 0.03), polarization=(0.2, 0, 1))
+    small = M.cuboid(size=(0.006, 0.006, 0.02), polarization=(0, 0.1, 1))
+    cylinder = M.cylinder(radius=0.005, height=0.01, polarization=(0, 0.1, 1))
+    mesh = M.mesh(ls.meshes.box(size=(0.008, 0.006, 0.01)), polarization=(0, 0, 1))
+    iron = M.soft_cuboid(size=(0.01, 0.01, 0.01), susceptibility=10.0, cells=8)
+    (induced,) = M.induce(iron, field=(0, 0, 0.5)).bodies
+    return {
+        "parallel cuboids": (cuboid, small, 0.025),
+        "cuboids": (cuboid, small.rotated((0, 0, 0.3)), 0.025),
+        "cuboid and cylinder": (cuboid, cylinder, 0.02),
+        "cylinder and mesh": (cylinder, mesh, 0.01),
+        "cuboid and iron": (cuboid, induced, 0.02),
+    }
+
+
+@pytest.mark.parametrize("name", _touching_pairs())
+def test_the_force_between_magnets_does_not_jump_where_they_touch(name):
+    """Poses of bodies in contact are rounded, so that bodies overlap a little. Charge must not
+    experience the field inside the other body then, which has the opposite direction. A change
+    of the gap by 1.6e-8 m changes the force by about 1e-5; the tolerance allows for the quadrature.
+    """
+    by, body, touching = _touching_pairs()[name]
+    apart = M.force(on=body.moved((0, 0, touching + 8e-9)), by=by, tolerance=1e-5)
+    close = M.force(on=body.moved((0, 0, touching - 8e-9)), by=by, tolerance=1e-5)
+    assert error(close, apart.force, apart.torque, body.radius) < 1e-4
+
+
+@pytest.mark.parametrize("name", [name for name in _touching_pairs() if "iron" not in name])
+def test_the_energy_of_magnets_does_not_jump_where_they_touch(name):
+    by, body, touching = _touching_pairs()[name]
+    apart = M.energy([by, body.moved((0, 0, touching + 8e-9))], tolerance=1e-5)
+    close = M.energy([by, body.moved((0, 0, touching - 8e-9))], tolerance=1e-5)
+    assert close == pytest.approx(apart, rel=1e-4)
+
+
 def test_an_induced_body_that_overlaps_another_magnet_is_refused():
     soft = M.soft_cuboid(size=(0.01, 0.01, 0.01), susceptibility=10.0, cells=8)
     (induced,) = M.induce(soft, field=(0, 0, 1)).bodies
