@@ -41,9 +41,9 @@ struct ExpectedMotion {
 };
 
 // Collective. Finds the pairs that may come closer than their thickness, allowing for velocities
-// that change within the step. Culls pairs whose four points stay off a common plane by more than
-// the thickness. Does not use neighbour lists: they may lack pairs that are far apart, depending on
-// when they were made.
+// that change within the step. Culls pairs whose distance stays above the thickness along the
+// normal of the face, or along the common normal of the two edges. Does not use neighbour lists:
+// they may lack pairs that are far apart, depending on when they were made.
 Approach find_approach(const Team& team, const PairSource& source, const ExpectedMotion& motion,
                        const Tangle& tangle);
 

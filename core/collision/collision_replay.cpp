@@ -1,5 +1,6 @@
 #include "core/collision/collision_replay.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/base/message.h"
@@ -62,6 +63,74 @@ Vector movable(const CollisionModel& model) {
   return inverse_mass;
 }
 
+// Number of steps before the measured one, in which lists get the slack that the motion needs.
+constexpr int steps_before = 3;
+
+// Searches of steps by neighbour lists on one thread.
+struct ListsOfStep {
+  ListsOfStep(const CollisionModel& given, const std::vector<SurfacePair>& given_pairs,
+              const Vector& given_inverse_mass)
+      : model(given),
+        pairs(given_pairs),
+        inverse_mass(given_inverse_mass),
+        boxes(model, pairs),
+        lists(model, pairs, boxes, *alone),
+        search(model, boxes, lists) {}
+
+  // Both return the size of the results [bytes].
+  std::size_t contacts(const Points& x) {
+    lists.update(Team{}, x);
+    return find_contacts(Team{}, model, pairs, x, lists).size() * bytes_of_found_contact;
+  }
+  std::size_t impacts(const Points& x0, const Points& x1) {
+    return search.find(Team{}, {x0, inverse_mass, {}}, x1, nullptr).size() * sizeof(StepImpact);
+  }
+
+  // Calls add(i, list) for all lists, with the index of the first cluster among those of all pairs.
+  template <class Add>
+  void each_list(Add&& add) {
+    std::vector<std::size_t> first{0};
+    for (const SurfacePair& pair : pairs)
+      first.push_back(first.back() + boxes.tree(pair.a).n_clusters());
+    n_pieces = first.back();
+    for (NeighbourList& list : lists.lists()) add(first[list.pair] + list.a, list);
+  }
+  // Returns the costs of lists since the last call, by which ranks cut them.
+  std::vector<float> take_expected() {
+    std::vector<float> costs;
+    each_list([&](std::size_t i, NeighbourList& list) {
+      costs.resize(n_pieces, 0.0f);
+      costs[i] += std::exchange(list.cost, 0.0f);
+    });
+    return costs;
+  }
+  // Takes the smaller of the times since the last call and those in `work`.
+  void take_work(OrderedWork& work) {
+    const double pass = lists.take_pass_seconds() / static_cast<double>(lists.lists().size());
+    std::vector<double> seconds;
+    each_list([&](std::size_t i, NeighbourList& list) {
+      seconds.resize(n_pieces, 0.0);
+      seconds[i] += std::exchange(list.seconds, 0.0f) + pass;
+    });
+    const double divisible = lists.take_unlisted_seconds();
+    const bool again = !work.expected.empty();
+    work.divisible = again ? std::min(work.divisible, divisible) : divisible;
+    if (again)
+      for (std::size_t i = 0; i < seconds.size(); ++i)
+        seconds[i] = std::min(seconds[i], work.seconds[i]);
+    work.seconds = std::move(seconds);
+  }
+
+  const std::shared_ptr<const Communicator> alone = single_communicator();
+  const CollisionModel& model;
+  const std::vector<SurfacePair>& pairs;
+  const Vector& inverse_mass;
+  BroadPhase boxes;
+  NeighbourLists lists;
+  ImpactSearch search;
+  std::size_t n_pieces = 0;
+};
+
 }  // namespace
 
 struct CollisionReplay::Data {
@@ -108,6 +177,31 @@ RecordedTests CollisionReplay::measure(Search search, int n_ranks, int repetitio
   shared.record(&tests);
   for (int i = 0; i < repetitions; ++i) tests.result_bytes = find(search, Team{}, shared);
   return tests;
+}
+
+CollisionReplay::Lists CollisionReplay::measure_lists(int repetitions) const {
+  if (repetitions < 1) fail<InvalidInput>("repetitions must be at least 1, got {}", repetitions);
+  const Data& d = *data_;
+  const Points motion = d.record.x1 - d.record.x0;
+  const double clock = clock_seconds();
+  Lists all;
+  for (int i = 0; i < repetitions; ++i) {
+    ListsOfStep step(d.model, d.pairs, d.inverse_mass);
+    std::vector<float> expected;
+    for (int ago = steps_before; ago > 0; --ago) {
+      const Points at = d.record.x0 - ago * motion;
+      step.contacts(at);
+      step.impacts(at, ago == 1 ? d.record.x0 : Points(at + motion));
+      expected = step.take_expected();
+    }
+    step.lists.time_work(clock);
+    all.contacts.result_bytes = step.contacts(d.record.x0);
+    step.take_work(all.contacts);
+    all.impacts.result_bytes = step.impacts(d.record.x0, d.record.x1);
+    step.take_work(all.impacts);
+    all.contacts.expected = all.impacts.expected = expected;
+  }
+  return all;
 }
 
 std::vector<double> CollisionReplay::perform(Search search, const Execution& execution,

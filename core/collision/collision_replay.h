@@ -36,7 +36,15 @@ class CollisionReplay {
   // of `repetitions` measurements.
   RecordedTests measure(Search search, int n_ranks, int repetitions = 3) const;
 
-  // How a search is really performed.
+  // Measures the work on neighbour lists in both searches of a step, by first cluster. Lists are
+  // expected to cost what they cost in the step before. The motion is continued backwards for the
+  // steps before. Each cost is the smallest of `repetitions` measurements.
+  struct Lists {
+    OrderedWork contacts, impacts;
+  };
+  Lists measure_lists(int repetitions = 3) const;
+
+  // Threads and ranks on which perform() performs a search, and how they divide it.
   struct Execution {
     Decomposition decomposition;
     Traversal traversal;

@@ -47,9 +47,9 @@ struct CollisionStage::Data {
   bool keeps_motion = false;
   CollisionRecord motion;
   std::unique_ptr<BroadPhase> own_broad_phase;  // searches all tasks; made when first needed
-  // Positions in the last call of proximity(), and all contacts there, including those that a
-  // tangle ignores. They are reused because a part of a step begins where the last one ended. They
-  // are the same on all ranks.
+  // Positions x0 of the last call of proximity(), and the contacts at x0. A part of a step begins
+  // where the last one ended, so contacts found at its end are used again. `known` also has the
+  // contacts that were left out of the result because of a tangle. Both are the same on all ranks.
   Points known_x;
   std::vector<Contact> known;
   std::vector<Contact> returned;  // contacts that are not `known`
@@ -96,6 +96,10 @@ const std::vector<Contact>& CollisionStage::proximity_alone(const Team& team, co
   d.returned = find_contacts_alone(team, d.model, d.pairs, x0, *d.own_broad_phase);
   if (!tangle.empty()) d.returned = d.without_ignored(d.returned, tangle);
   return d.returned;
+}
+
+std::size_t CollisionStage::hierarchy_bytes() const {
+  return data_->broad_phase.bytes() + (data_->shared ? data_->shared->hierarchy_bytes() : 0);
 }
 
 void CollisionStage::keep_motion(bool keep) { data_->keeps_motion = keep; }

@@ -27,7 +27,8 @@ namespace loomstone {
 // Collision stage of a simulation. Caches trees and neighbour lists between calls. The caches
 // affect speed, not results. The ranks share the search, and all of them receive all contacts and
 // impacts. With the decomposition "predicted", each rank keeps a part of the neighbour lists and
-// tests their pairs. With the others, they traverse the trees of a SharedSearch.
+// tests their pairs. With the other decompositions, the ranks traverse the trees of a
+// SharedSearch.
 class CollisionStage {
  public:
   // All decompositions give the same results.
@@ -85,7 +86,10 @@ class CollisionStage {
   CertifyReport certify(const Team& team, const MotionInputs& inputs, Points& x1,
                         FreeBodies& bodies);
 
-  // Tells whether the motion that certify() receives is kept for motion().
+  // Memory of the bounding-volume hierarchies, which every rank stores whole [bytes].
+  std::size_t hierarchy_bytes() const;
+
+  // Sets whether certify() keeps the motion that it receives, for motion().
   void keep_motion(bool keep);
   // Returns the motion that certify() received last, or one without vertices.
   const CollisionRecord& motion() const;

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <iterator>
 
+#include "core/linalg/matrix_halo.h"
 #include "core/linalg/quad.h"
-#include "core/linalg/small.h"
 #include "core/linalg/system.h"
 
 namespace loomstone {
@@ -13,47 +14,48 @@ namespace loomstone {
 namespace {
 
 constexpr Index largest_factor = 32;  // upper bound for the number of nodes on the coarsest level
-constexpr Index parents_per_chunk = rows_per_block / 8;
-constexpr Index chunks_a_task = 8;  // minimum work of a task: 1,024 nodes, about 5 us
-constexpr Index chunks_of_product_a_task =
-    2;  // minimum work of a product task: 256 nodes, about 5 us
-// Damping of the Jacobi sweeps. The sweeps converge if each element or term couples at most four
-// nodes, because the eigenvalues of D^-1 A are then below four. Elements that couple more nodes
-// have not needed stronger damping. If a V-cycle is indefinite, its correction is dropped.
-constexpr double damping = 0.5;
-
-// Damped Jacobi sweep: z = B r with the blocks B, or z += B (r - t) if t is not null.
-template <class>
-LOOMSTONE_INLINE void smooth(Index first, Index last, const float* inverse, const float* r,
-                             const float* t, float* z) {
-  for (std::size_t i = first; i < static_cast<std::size_t>(last); ++i) {
-    const float* b = inverse + 12 * i;
-    FloatQuad v = quad_load(r + 4 * i), sum{};
-    if (t) v -= quad_load(t + 4 * i), sum = quad_load(z + 4 * i);
-    quad_store(z + 4 * i,
-               ((sum + quad_load(b) * v[0]) + quad_load(b + 4) * v[1]) + quad_load(b + 8) * v[2]);
-  }
-}
-
-// Calls body(first, last) on whole chunks of [0, n).
-template <class Body>
-void in_chunks(const Team& team, Index n, Index chunk, Body&& body,
-               Index least_a_task = chunks_a_task) {
-  const Index n_chunks = (n + chunk - 1) / chunk;
-  parallel_ranges(team, n_chunks,
-                  std::max(least_a_task, (n_chunks + team.threads - 1) / team.threads),
-                  [&](Index first, Index last) { body(first * chunk, std::min(n, last * chunk)); });
-}
 
 void add_block(const double* block, double* sum) {
   for (int e = 0; e < 9; ++e) sum[e] += block[e];
 }
 
+// Returns the sum of a . b over the nodes [first, last).
+template <class>
+LOOMSTONE_INLINE double dots(Index first, Index last, const float* a, const float* b) {
+  Quad sum{};
+  for (std::size_t i = first; i < static_cast<std::size_t>(last); ++i)
+    sum += __builtin_convertvector(quad_load(a + 4 * i), Quad) *
+           __builtin_convertvector(quad_load(b + 4 * i), Quad);
+  return quad_sum(sum);
+}
+
+// Returns the pairs of all ranks, sorted and without duplicates. Collective.
+std::vector<std::pair<Index, Index>> pairs_of_all(
+    const Communicator& ranks, const std::vector<std::pair<Index, Index>>& mine) {
+  std::vector<std::size_t> starts(ranks.size() + 1, 0), by_rank(ranks.size() + 1);
+  for (int rank = 0; rank <= ranks.size(); ++rank) by_rank[rank] = rank * sizeof(std::size_t);
+  starts[ranks.rank()] = 2 * mine.size();
+  ranks.gather_all(starts.data(), by_rank);
+  std::size_t total = 0;
+  for (std::size_t& start : starts) start = std::exchange(total, total + start);
+  std::vector<Index> flat(total);
+  std::size_t next = starts[ranks.rank()];
+  for (const auto& [first, second] : mine) flat[next++] = first, flat[next++] = second;
+  for (std::size_t& start : starts) start *= sizeof(Index);
+  ranks.gather_all(flat.data(), starts);
+  std::vector<std::pair<Index, Index>> all;
+  for (std::size_t i = 0; i < total; i += 2) all.emplace_back(flat[i], flat[i + 1]);
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
+}
+
 }  // namespace
 
-void AggregationMultigrid::set_pattern(const BlockMatrix& matrix) {
+void AggregationMultigrid::set_pattern(const BlockMatrix& matrix, const RowLayout& layout) {
   aggregates_ = grow_aggregates(matrix);
   n_nodes_ = aggregates_.count();
+  n_blocks_ = (layout.n_rows() + rows_per_block - 1) / rows_per_block;
   Couplings couplings;
   const auto of = [&](Index row) { return aggregates_.of_row[row]; };
   for (Index row = 0; row < matrix.n_rows(); ++row)
@@ -66,11 +68,23 @@ void AggregationMultigrid::set_pattern(const BlockMatrix& matrix) {
     for (Index k = matrix.row_start()[row]; k < matrix.row_start()[row + 1]; ++k)
       target_[k] = plain_.find(of(row), of(matrix.columns()[k]));
   couplings_.clear();
-  lay_out();
+  n_owned_couplings_ = 0;
+  owned_ = owned_nodes(layout);
+  lay_out(layout);
+}
+
+// Returns the aggregates and the blocks of rows that this rank owns.
+MultigridLevel::Range AggregationMultigrid::owned_nodes(const RowLayout& layout) const {
+  const auto block_of = [&](Index row) {
+    return std::min<Index>((row + rows_per_block - 1) / rows_per_block,
+                           static_cast<Index>(aggregates_.block_start.size()) - 1);
+  };
+  const Index first = block_of(layout.begin()), last = block_of(layout.end());
+  return {aggregates_.block_start[first], aggregates_.block_start[last], first, last};
 }
 
 // Builds all levels for the couplings of the matrix plain_ and of the terms.
-void AggregationMultigrid::lay_out() {
+void AggregationMultigrid::lay_out(const RowLayout& layout) {
   const std::vector<Index>&start = plain_.row_start(), &columns = plain_.columns();
   Couplings couplings = couplings_;
   for (Index row = 0; row < n_nodes_; ++row)
@@ -83,72 +97,91 @@ void AggregationMultigrid::lay_out() {
   for (Index row = 0; row < n_nodes_; ++row)
     for (Index k = start[row]; k < start[row + 1]; ++k)
       place_[k] = levels_[0].matrix.find(row, columns[k]);
-  if (n_nodes_ > largest_factor) add_level(levels_[0], aggregates_.block_start);
-  while (levels_.back().matrix.n_rows() > largest_factor) {
-    const Index n = levels_.back().matrix.n_rows();
-    std::vector<Index> first;
-    for (Index node = 0; node < n; node += 4) first.push_back(node);
-    first.push_back(n);
-    add_level(levels_.back(), std::move(first));
+  while (levels_.back().n_nodes() > largest_factor) {
+    std::vector<Index> first_children = aggregates_.block_start;
+    if (levels_.size() > 1) {
+      const Index n = levels_.back().n_nodes();
+      first_children.clear();
+      for (Index node = 0; node < n; node += 4) first_children.push_back(node);
+      first_children.push_back(n);
+    }
+    MultigridLevel next;
+    next.matrix = levels_.back().group(std::move(first_children));
+    levels_.push_back(std::move(next));
   }
-  for (Level& level : levels_) {
-    const std::size_t n = level.matrix.n_rows();
-    for (auto* v : {&level.residual, &level.solution, &level.product}) v->assign(4 * (n + 1), 0.0f);
-    level.inverse.assign(12 * n, 0.0f);
-    if (level.child_start.empty()) continue;
-    level.slices.set_pattern(&level.matrix, level.matrix.n_rows());
-    level.couplings.resize(level.slices);
+  replicated_ = levels_.size() > 1 ? 1 : 0;
+  for (std::size_t l = 0; l < levels_.size(); ++l) {
+    const Index n = levels_[l].n_nodes();
+    const Index n_parents = l + 1 < levels_.size() ? levels_[l + 1].n_nodes() : 0;
+    levels_[l].allocate(l < replicated_ ? owned_ : MultigridLevel::Range{0, n, 0, n_parents},
+                        l == 0 ? n_blocks_ + 1 : 1);
   }
+  lay_out_ranks(layout);
 }
 
-// Appends the next coarser level to levels_. `fine` must be the last level.
-void AggregationMultigrid::add_level(Level& fine, std::vector<Index> child_start) {
-  std::vector<Index> parent(fine.matrix.n_rows());
-  for (std::size_t node = 0; node + 1 < child_start.size(); ++node)
-    std::fill(parent.begin() + child_start[node], parent.begin() + child_start[node + 1],
-              static_cast<Index>(node));
-  std::vector<std::pair<Index, Index>> couplings;
-  const std::vector<Index>&start = fine.matrix.row_start(), &columns = fine.matrix.columns();
-  for (Index row = 0; row < fine.matrix.n_rows(); ++row)
-    for (Index k = start[row]; k < start[row + 1]; ++k)
-      if (parent[columns[k]] > parent[row]) couplings.emplace_back(parent[row], parent[columns[k]]);
-  Level coarse;
-  coarse.matrix = BlockMatrix(static_cast<Index>(child_start.size()) - 1, couplings);
-  fine.target.resize(fine.matrix.n_blocks());
-  for (Index row = 0; row < fine.matrix.n_rows(); ++row)
-    for (Index k = start[row]; k < start[row + 1]; ++k)
-      fine.target[k] = coarse.matrix.find(parent[row], parent[columns[k]]);
-  fine.child_start = std::move(child_start);
-  levels_.push_back(std::move(coarse));
+// Sets the nodes of other ranks and the parts of the gathered residual.
+void AggregationMultigrid::lay_out_ranks(const RowLayout& layout) {
+  const int n_ranks = layout.communicator().size();
+  std::vector<Index> first_nodes;
+  first_replicated_.clear(), part_starts_.assign(1, 0), foreign_.clear();
+  halo_ = {};
+  for (const Index row : layout.starts()) {
+    const std::size_t block = std::min<std::size_t>((row + rows_per_block - 1) / rows_per_block,
+                                                    aggregates_.block_start.size() - 1);
+    first_nodes.push_back(aggregates_.block_start[block]);
+    first_replicated_.push_back(replicated_ == 0 ? first_nodes.back() : static_cast<Index>(block));
+  }
+  for (int rank = 0; rank < n_ranks; ++rank)
+    part_starts_.push_back(
+        part_starts_.back() + n_sums * sizeof(BinnedSum) +
+        4 * sizeof(float) *
+            static_cast<std::size_t>(first_replicated_[rank + 1] - first_replicated_[rank]));
+  gathered_.resize(part_starts_.back());
+  if (layout.single() || replicated_ == 0) return;
+  halo_ = halo_of_ranges(levels_[0].matrix, first_nodes, layout.communicator().rank());
+  const std::vector<Index>& starts = aggregates_.block_start;
+  for (const Halo::Neighbour& neighbour : halo_.neighbours)
+    for (const Index node : neighbour.receive)
+      foreign_.push_back(
+          {node, static_cast<Index>(std::upper_bound(starts.begin(), starts.end(), node) -
+                                    starts.begin() - 1)});
 }
 
-void AggregationMultigrid::prepare(const Team& team, const LinearSystem& system) {
+void AggregationMultigrid::prepare(const Team& team, const LinearSystem& system, const Halo& halo) {
   const RowLayout& layout = *system.layout;
-  n_blocks_ = (layout.n_rows() + rows_per_block - 1) / rows_per_block;
-  slot_.resize(layout.n_rows());
-  for (Index row = 0; row < layout.n_rows(); ++row)
-    slot_[row] = row < n_cloth_rows(system) && !is_fixed(system, row)
-                     ? aggregates_.of_row[row]
-                     : n_nodes_ + row / rows_per_block;
-  residual_.assign(4 * static_cast<std::size_t>(n_slots()), 0.0f);
-  correction_ = residual_;
+  set_slots(system, halo);
+  single_.r.assign(4 * static_cast<std::size_t>(n_slots()), 0.0f);
+  single_.q = single_.r;
   sum_rows(team, system);
-  gather_rows(layout);
   couple_terms(system);
-  levels_[0].matrix.set_zero();
-  for (Index k = 0; k < plain_.n_blocks(); ++k)
-    add_block(plain_.block(k), levels_[0].matrix.block(place_[k]));
+  BlockMatrix& first = levels_[0].matrix;
+  std::fill(first.block(first.row_start()[owned_.begin]),
+            first.block(first.row_start()[owned_.end]), 0.0);
+  for (Index k = plain_.row_start()[owned_.begin]; k < plain_.row_start()[owned_.end]; ++k)
+    add_block(plain_.block(k), first.block(place_[k]));
   add_terms(system);
-  for (std::size_t l = 1; l < levels_.size(); ++l) sum_level(levels_[l - 1], levels_[l]);
-  // The inversion comes last, so that the identity blocks it sets do not enter coarser levels.
-  usable_ = std::all_of(levels_.begin(), levels_.end(),
-                        [&](Level& level) { return invert_diagonal(level); });
+  if (replicated_ > 0) levels_[0].sum_blocks(levels_[1].matrix);
+  gather_matrix(layout);
+  for (std::size_t l = replicated_; l + 1 < levels_.size(); ++l)
+    levels_[l].sum_blocks(levels_[l + 1].matrix);
+  usable_ = invert(layout);
   if (!usable_) return;
-  for (Level& level : levels_)
-    if (!level.child_start.empty())
-      parallel_ranges(team, level.slices.n_slices(), 32, [&](Index first, Index last) {
-        level.couplings.set_slices(&level.matrix, nullptr, level.slices, first, last);
-      });
+  for (MultigridLevel& level : levels_)
+    if (!level.is_coarsest()) level.copy_couplings(team);
+  factorise();
+}
+
+// Inverts the diagonal blocks of all levels. This comes after the sums of blocks, so that the
+// identity blocks that it sets do not enter coarser levels. Collective.
+bool AggregationMultigrid::invert(const RowLayout& layout) {
+  const bool mine = std::all_of(levels_.begin(), levels_.end(),
+                                [](MultigridLevel& level) { return level.invert_diagonal(); });
+  if (layout.communicator().maximum(mine ? 0 : 1) > 0) return false;
+  layout.exchange(halo_, levels_[0].inverse.data(), 12);
+  return true;
+}
+
+void AggregationMultigrid::factorise() {
   const BlockMatrix& last = levels_.back().matrix;
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(3 * last.n_rows(), 3 * last.n_rows());
   for (Index row = 0; row < last.n_rows(); ++row)
@@ -158,16 +191,27 @@ void AggregationMultigrid::prepare(const Team& team, const LinearSystem& system)
   usable_ = coarsest_.info() == Eigen::Success;
 }
 
+// Sets the slots of the owned rows and of the rows of the halo.
+void AggregationMultigrid::set_slots(const LinearSystem& system, const Halo& halo) {
+  const RowLayout& layout = *system.layout;
+  slot_.resize(layout.n_rows());
+  const auto set = [&](Index row) {
+    slot_[row] = row < n_cloth_rows(system) && !is_fixed(system, row)
+                     ? aggregates_.of_row[row]
+                     : n_nodes_ + row / rows_per_block;
+  };
+  for (Index row = layout.begin(); row < layout.end(); ++row) set(row);
+  for (const Halo::Neighbour& neighbour : halo.neighbours)
+    for (const Index row : neighbour.receive) set(row);
+}
+
 // Sums the blocks of this rank's free rows into plain_.
 void AggregationMultigrid::sum_rows(const Team& team, const LinearSystem& system) {
   const BlockMatrix& matrix = *system.matrix;
-  const OwnedBlocks owned = owned_blocks(*system.layout);
-  const Index last_block =
-      std::min<Index>(owned.last, static_cast<Index>(aggregates_.block_start.size()) - 1);
   parallel_for(
-      team, std::max<Index>(0, last_block - owned.first),
+      team, owned_.last_parent - owned_.first_parent,
       [&](Index i) {
-        const Index block = owned.first + i,
+        const Index block = owned_.first_parent + i,
                     end = std::min(matrix.n_rows(), (block + 1) * rows_per_block);
         const Index from = plain_.row_start()[aggregates_.block_start[block]];
         const Index to = plain_.row_start()[aggregates_.block_start[block + 1]];
@@ -182,19 +226,14 @@ void AggregationMultigrid::sum_rows(const Team& team, const LinearSystem& system
       4);
 }
 
-// Returns the first aggregate of the first block that begins at or after this row.
-Index AggregationMultigrid::first_node(Index row) const {
-  const std::size_t block = static_cast<std::size_t>((row + rows_per_block - 1) / rows_per_block);
-  return aggregates_.block_start[std::min(block, aggregates_.block_start.size() - 1)];
-}
-
-void AggregationMultigrid::gather_rows(const RowLayout& layout) {
+// Gathers the rows of the first replicated matrix.
+void AggregationMultigrid::gather_matrix(const RowLayout& layout) {
   if (layout.single()) return;
+  BlockMatrix& matrix = levels_[replicated_].matrix;
   std::vector<std::size_t> offsets;
-  for (const Index start : layout.starts())
-    offsets.push_back(9 * sizeof(double) *
-                      static_cast<std::size_t>(plain_.row_start()[first_node(start)]));
-  layout.communicator().gather_all(plain_.block(0), offsets);
+  for (const Index node : first_replicated_)
+    offsets.push_back(9 * sizeof(double) * static_cast<std::size_t>(matrix.row_start()[node]));
+  layout.communicator().gather_all(matrix.block(0), offsets);
 }
 
 // Aggregates on which a term acts, each with the sum of the term's weights in it.
@@ -204,27 +243,32 @@ struct AggregationMultigrid::TermNodes {
   int n = 0;
 };
 
-AggregationMultigrid::TermNodes AggregationMultigrid::nodes_of(const ExtraTerm& term) const {
+// Returns no aggregates if the term does not act on an owned row.
+AggregationMultigrid::TermNodes AggregationMultigrid::nodes_of(const ExtraTerm& term,
+                                                               const RowLayout& layout) const {
   TermNodes nodes;
-  for (int e = 0; e < term.n_entries; ++e) {
-    const Index at = slot_[term.entries[e].row];
+  const auto end = term.entries.begin() + term.n_entries;
+  if (std::none_of(term.entries.begin(), end,
+                   [&](const TermEntry& entry) { return layout.owns(entry.row); }))
+    return nodes;
+  for (auto entry = term.entries.begin(); entry != end; ++entry) {
+    const Index at = slot_[entry->row];
     if (at >= n_nodes_) continue;
     int i = 0;
     while (i < nodes.n && nodes.node[i] != at) ++i;
     if (i == nodes.n) nodes.node[i] = at, nodes.weight[nodes.n++] = 0.0;
-    nodes.weight[i] += term.entries[e].weight;
+    nodes.weight[i] += entry->weight;
   }
   return nodes;
 }
 
-// Adds the couplings between aggregates that only terms couple, for example where layers touch.
-// Couplings whose terms have vanished are kept until they are the majority, because separated
-// layers often touch again. Their blocks are zero. Every rank knows all terms.
-void AggregationMultigrid::couple_terms(const LinearSystem& system) {
-  if (!system.terms) return;
+// Returns the couplings between aggregates that only terms on owned rows couple, for example where
+// layers touch.
+AggregationMultigrid::Couplings AggregationMultigrid::couplings_of_terms(
+    const LinearSystem& system) const {
   Couplings wanted;
   for (const ExtraTerm& term : *system.terms) {
-    const TermNodes nodes = nodes_of(term);
+    const TermNodes nodes = nodes_of(term, *system.layout);
     for (int i = 0; i < nodes.n; ++i)
       for (int j = 0; j < nodes.n; ++j)
         if (nodes.node[i] < nodes.node[j] && plain_.find(nodes.node[i], nodes.node[j]) < 0)
@@ -232,126 +276,202 @@ void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   }
   std::sort(wanted.begin(), wanted.end());
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
-  const std::size_t most = 2 * wanted.size() + 64;
+  return wanted;
+}
+
+// Adds the couplings of terms. Couplings whose terms have vanished are kept until they are the
+// majority, because separated layers often touch again. Their blocks are zero, so that they do not
+// change results. The ranks exchange couplings only if one of them needs other couplings.
+void AggregationMultigrid::couple_terms(const LinearSystem& system) {
+  if (!system.terms) return;
+  const Communicator& ranks = system.layout->communicator();
+  Couplings wanted = couplings_of_terms(system);
+  const auto most = [&] { return 2 * wanted.size() + 64; };
   const bool there =
       std::includes(couplings_.begin(), couplings_.end(), wanted.begin(), wanted.end());
-  if (there && couplings_.size() <= most) return;
+  const bool missing = !there || n_owned_couplings_ > most();
+  if (ranks.maximum(missing ? 1 : 0) == 0) return;
+  wanted = pairs_of_all(ranks, wanted);
   Couplings all;
   std::set_union(couplings_.begin(), couplings_.end(), wanted.begin(), wanted.end(),
                  std::back_inserter(all));
-  couplings_ = all.size() <= most ? std::move(all) : std::move(wanted);
-  lay_out();
+  couplings_ = all.size() <= most() ? std::move(all) : std::move(wanted);
+  const auto owns = [&](Index node) { return node >= owned_.begin && node < owned_.end; };
+  n_owned_couplings_ = std::count_if(
+      couplings_.begin(), couplings_.end(),
+      [&](const std::pair<Index, Index>& pair) { return owns(pair.first) || owns(pair.second); });
+  lay_out(*system.layout);
 }
 
-// For each term, adds term_scale W_I W_J H to block (I, J) of the first level. H is the Hessian of
-// the term, and W_I is the sum of its weights in aggregate I. Every rank knows all terms.
+// For each term, adds term_scale W_I W_J H to block (I, J) of the first level, in owned rows. H is
+// the Hessian of the term, and W_I is the sum of its weights in aggregate I.
 void AggregationMultigrid::add_terms(const LinearSystem& system) {
   if (!system.terms) return;
   BlockMatrix& first = levels_[0].matrix;
   for (const ExtraTerm& term : *system.terms) {
-    const TermNodes nodes = nodes_of(term);
-    for (int i = 0; i < nodes.n; ++i)
+    const TermNodes nodes = nodes_of(term, *system.layout);
+    for (int i = 0; i < nodes.n; ++i) {
+      if (nodes.node[i] < owned_.begin || nodes.node[i] >= owned_.end) continue;
       for (int j = 0; j < nodes.n; ++j)
         first.block_map(first.find(nodes.node[i], nodes.node[j])) +=
             system.term_scale * nodes.weight[i] * nodes.weight[j] * term.hessian;
+    }
   }
 }
 
-void AggregationMultigrid::sum_level(const Level& fine, Level& coarse) const {
-  coarse.matrix.set_zero();
-  for (Index k = 0; k < fine.matrix.n_blocks(); ++k)
-    add_block(fine.matrix.block(k), coarse.matrix.block(fine.target[k]));
+template <>
+SlotVectors<float>& AggregationMultigrid::vectors() {
+  return single_;
+}
+template <>
+SlotVectors<double>& AggregationMultigrid::vectors() {
+  return wide_;
 }
 
-// Inverts the diagonal blocks. Nodes without a free row get the identity. Returns false if a block
-// is not positive definite.
-bool AggregationMultigrid::invert_diagonal(Level& level) const {
-  for (Index node = 0; node < level.matrix.n_rows(); ++node) {
-    auto block = level.matrix.block_map(level.matrix.diagonal()[node]);
-    if (block.isZero(0.0)) block.setIdentity();
-    Mat3 inverse;
-    if (!invert_positive_definite(block, inverse)) return false;
-    float* out = level.inverse.data() + 12 * static_cast<std::size_t>(node);
-    for (int c = 0; c < 3; ++c)
-      for (int r = 0; r < 3; ++r) out[4 * c + r] = static_cast<float>(damping * inverse(r, c));
-  }
-  return true;
+void AggregationMultigrid::widen() {
+  wide_.r.assign(single_.r.size(), 0.0);
+  wide_.q = wide_.r;
 }
 
-void AggregationMultigrid::clear_residual(Index block) {
-  const auto clear = [&](Index first, Index last) {
-    std::fill_n(residual_.begin() + 4 * static_cast<std::size_t>(first),
-                4 * static_cast<std::size_t>(last - first), 0.0f);
+template <class Scalar>
+void AggregationMultigrid::sum_over_slots(Index first, Index last, const Index* slots,
+                                          const Scalar* v, std::vector<Scalar>& sums) const {
+  const Index block = 8 * first / rows_per_block;
+  const auto clear = [&](Index begin, Index end) {
+    std::fill(sums.begin() + 4 * static_cast<std::size_t>(begin),
+              sums.begin() + 4 * static_cast<std::size_t>(end), Scalar{0});
   };
   if (block + 1 < static_cast<Index>(aggregates_.block_start.size()))
     clear(aggregates_.block_start[block], aggregates_.block_start[block + 1]);
-  clear(n_nodes_ + block, n_nodes_ + block + 1);
+  clear(unused_slot(block), unused_slot(block) + 1);
+  pcg::add_up(first, last, slots, v, sums.data());
 }
 
-double AggregationMultigrid::solve(const Team& team, const RowLayout& layout) {
-  if (!layout.single()) {
-    std::vector<std::size_t> offsets;
-    for (const Index start : layout.starts())
-      offsets.push_back(4 * sizeof(float) * static_cast<std::size_t>(first_node(start)));
-    layout.communicator().gather_all(residual_.data(), offsets);
+template <class Scalar>
+void AggregationMultigrid::take_step(Scalar alpha) {
+  SlotVectors<Scalar>& v = vectors<Scalar>();
+  const auto step = [&](Index begin, Index end) {
+    for (std::size_t i = 4 * static_cast<std::size_t>(begin); i < 4 * static_cast<std::size_t>(end);
+         ++i)
+      v.r[i] -= alpha * v.q[i];
+  };
+  step(owned_.begin, owned_.end);
+  for (const Foreign& foreign : foreign_) step(foreign.node, foreign.node + 1);
+}
+
+// Returns the residual in single precision.
+template <>
+const float* AggregationMultigrid::first_residual<float>() {
+  return single_.r.data();
+}
+template <>
+const float* AggregationMultigrid::first_residual<double>() {
+  std::copy(wide_.r.begin(), wide_.r.end(), single_.r.begin());
+  return single_.r.data();
+}
+
+template <class Scalar>
+double AggregationMultigrid::solve(const Team& team, const RowLayout& layout, BinnedSum& sum) {
+  MultigridLevel& first = levels_[0];
+  const float* r = first_residual<Scalar>();
+  std::array<BinnedSum, n_sums> sums = {sum, BinnedSum{}};
+  if (replicated_ == 0) {
+    std::copy_n(r + 4 * static_cast<std::size_t>(owned_.begin),
+                4 * static_cast<std::size_t>(owned_.end - owned_.begin),
+                first.residual.begin() + 4 * static_cast<std::size_t>(owned_.begin));
+  } else {
+    first.smooth(team, r);
+    for (const Foreign& foreign : foreign_) first.smooth_node(foreign.node, r);
+    first.multiply(team);
+    first.restrict_residual(team, r, levels_[1].residual.data());
+    sums[1] = first.smoothed_product(r);
   }
-  const std::size_t size = 4 * static_cast<std::size_t>(n_nodes_);
-  std::copy_n(residual_.begin(), size, levels_[0].residual.begin());
-  cycle(team, 0);
-  std::copy_n(levels_[0].solution.begin(), size, correction_.begin());
-  double product = 0.0;
-  for (std::size_t i = 0; i < size; ++i)
-    product += static_cast<double>(residual_[i]) * static_cast<double>(correction_[i]);
+  gather_residual(layout, sums.data());
+  cycle(team, replicated_);
+  if (replicated_ > 0) {
+    const float* coarse = levels_[1].solution.data();
+    first.prolong(team, coarse);
+    for (const Foreign& foreign : foreign_)
+      first.add_to_node(foreign.node, coarse + 4 * static_cast<std::size_t>(foreign.parent));
+    first.multiply(team);
+    first.smooth_again(team, r);
+  }
+  sum = sums[0];
+  double product = sums[1].value();
+  const MultigridLevel& level = levels_[replicated_];
+  for (std::size_t i = 0; i < 4 * static_cast<std::size_t>(level.n_nodes()); ++i)
+    product += static_cast<double>(level.residual[i]) * static_cast<double>(level.solution[i]);
   return product;
 }
 
+BinnedSum AggregationMultigrid::correction_product() const {
+  BinnedSum sum;
+  for (Index block = owned_.first_parent; block < owned_.last_parent; ++block)
+    sum.add(LOOMSTONE_WIDEST(dots)(aggregates_.block_start[block],
+                                   aggregates_.block_start[block + 1], single_.r.data(),
+                                   correction()));
+  return sum;
+}
+
+// Gathers the residual of the first replicated level. Adds the sums of all ranks, which travel in
+// the same message.
+void AggregationMultigrid::gather_residual(const RowLayout& layout, BinnedSum* sums) {
+  if (layout.single()) return;
+  const Communicator& ranks = layout.communicator();
+  float* residual = levels_[replicated_].residual.data();
+  constexpr std::size_t sums_bytes = n_sums * sizeof(BinnedSum);
+  std::byte* mine = gathered_.data() + part_starts_[ranks.rank()];
+  const auto rows_of = [&](int rank) {
+    return residual + 4 * static_cast<std::size_t>(first_replicated_[rank]);
+  };
+  std::memcpy(mine, sums, sums_bytes);
+  std::memcpy(mine + sums_bytes, rows_of(ranks.rank()),
+              part_starts_[ranks.rank() + 1] - part_starts_[ranks.rank()] - sums_bytes);
+  ranks.gather_all(gathered_.data(), part_starts_);
+  for (int rank = 0; rank < ranks.size(); ++rank) {
+    if (rank == ranks.rank()) continue;
+    const std::byte* part = gathered_.data() + part_starts_[rank];
+    for (int i = 0; i < n_sums; ++i) {
+      BinnedSum other;
+      std::memcpy(&other, part + i * sizeof other, sizeof other);
+      sums[i].add(other);
+    }
+    std::memcpy(rows_of(rank), part + sums_bytes,
+                part_starts_[rank + 1] - part_starts_[rank] - sums_bytes);
+  }
+}
+
+// V-cycle on a replicated level.
 void AggregationMultigrid::cycle(const Team& team, std::size_t l) {
-  Level& level = levels_[l];
-  const Index n = level.matrix.n_rows();
-  float *r = level.residual.data(), *z = level.solution.data(), *t = level.product.data();
-  if (level.child_start.empty()) {
-    Vector values(3 * n);
-    for (Index i = 0; i < n; ++i)
-      values.segment<3>(3 * i) = Eigen::Map<const Eigen::Vector3f>(r + 4 * i).cast<double>();
-    coarsest_.solveInPlace(values);
-    for (Index i = 0; i < n; ++i)
-      Eigen::Map<Eigen::Vector3f>(z + 4 * i) = values.segment<3>(3 * i).cast<float>();
+  MultigridLevel& level = levels_[l];
+  const float* r = level.residual.data();
+  if (!level.is_coarsest()) {
+    level.smooth(team, r);
+    level.multiply(team);
+    level.restrict_residual(team, r, levels_[l + 1].residual.data());
+    cycle(team, l + 1);
+    level.prolong(team, levels_[l + 1].solution.data());
+    level.multiply(team);
+    level.smooth_again(team, r);
     return;
   }
-  const float* inverse = level.inverse.data();
-  const auto multiply = [&](Index first, Index last) {
-    level.couplings.multiply_to_rows(level.slices, SlicedEllpack::first_slice(first),
-                                     SlicedEllpack::last_slice(last), z, t);
-  };
-  in_chunks(team, n, rows_per_block, [&](Index first, Index last) {
-    LOOMSTONE_WIDEST(smooth)(first, last, inverse, r, nullptr, z);
-  });
-  in_chunks(team, n, rows_per_block, multiply, chunks_of_product_a_task);
-  Level& next = levels_[l + 1];
-  const Index n_next = next.matrix.n_rows();
-  in_chunks(team, n_next, parents_per_chunk, [&](Index first, Index last) {
-    for (Index parent = first; parent < last; ++parent) {
-      FloatQuad sum{};
-      for (std::size_t i = level.child_start[parent];
-           i < static_cast<std::size_t>(level.child_start[parent + 1]); ++i)
-        sum += quad_load(r + 4 * i) - quad_load(t + 4 * i);
-      quad_store(next.residual.data() + 4 * static_cast<std::size_t>(parent), sum);
-    }
-  });
-  cycle(team, l + 1);
-  in_chunks(team, n_next, parents_per_chunk, [&](Index first, Index last) {
-    for (Index parent = first; parent < last; ++parent) {
-      const FloatQuad change =
-          quad_load(next.solution.data() + 4 * static_cast<std::size_t>(parent));
-      for (std::size_t i = level.child_start[parent];
-           i < static_cast<std::size_t>(level.child_start[parent + 1]); ++i)
-        quad_store(z + 4 * i, quad_load(z + 4 * i) + change);
-    }
-  });
-  in_chunks(team, n, rows_per_block, multiply, chunks_of_product_a_task);
-  in_chunks(team, n, rows_per_block, [&](Index first, Index last) {
-    LOOMSTONE_WIDEST(smooth)(first, last, inverse, r, t, z);
-  });
+  const Index n = level.n_nodes();
+  Vector values(3 * n);
+  for (Index i = 0; i < n; ++i)
+    values.segment<3>(3 * i) = Eigen::Map<const Eigen::Vector3f>(r + 4 * i).cast<double>();
+  coarsest_.solveInPlace(values);
+  for (Index i = 0; i < n; ++i)
+    Eigen::Map<Eigen::Vector3f>(level.solution.data() + 4 * i) =
+        values.segment<3>(3 * i).cast<float>();
 }
+
+template void AggregationMultigrid::sum_over_slots(Index, Index, const Index*, const float*,
+                                                   std::vector<float>&) const;
+template void AggregationMultigrid::sum_over_slots(Index, Index, const Index*, const double*,
+                                                   std::vector<double>&) const;
+template void AggregationMultigrid::take_step(float);
+template void AggregationMultigrid::take_step(double);
+template double AggregationMultigrid::solve<float>(const Team&, const RowLayout&, BinnedSum&);
+template double AggregationMultigrid::solve<double>(const Team&, const RowLayout&, BinnedSum&);
 
 }  // namespace loomstone

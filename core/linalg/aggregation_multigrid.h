@@ -6,8 +6,14 @@
 // the coarser levels. The coarsest matrix is factorised. If the V-cycle is replaced by inverse
 // diagonal blocks of the aggregates, solves take 1.03 times as long at 14,450 triangles and 1.15
 // times at 57,800. The levels use single precision, which suffices for a preconditioner, but the
-// coarsest matrix is factorised in double precision. Every rank computes the coarse rows of its own
-// rows. All ranks then gather all coarse rows and do the same work.
+// coarsest matrix is factorised in double precision.
+//
+// The first level is distributed: every rank computes the aggregates of its own rows. It gets the
+// residual of the aggregates of other ranks to which they are coupled (the halo). The levels from
+// the blocks of rows on are replicated: their residuals are gathered, and all ranks do the same
+// work. The residual r of the aggregates follows the steps of conjugate gradients, r -= alpha q,
+// where q is the sum of A p over the rows of an aggregate. The halo of q can therefore be exchanged
+// while the ranks add p . A p.
 #pragma once
 
 #include <vector>
@@ -15,77 +21,117 @@
 #include <Eigen/Cholesky>
 
 #include "core/linalg/aggregates.h"
-#include "core/linalg/coupling_matrix.h"
 #include "core/linalg/linear_solver.h"
+#include "core/linalg/multigrid_level.h"
+#include "core/linalg/pcg_kernels.h"
 
 namespace loomstone {
+
+// Sums over the rows of slots, with four numbers per slot: the residual r and the product q = A p.
+template <class Scalar>
+struct SlotVectors {
+  std::vector<Scalar> r, q;
+};
 
 class AggregationMultigrid {
  public:
   // Builds the levels for the pattern of `matrix`.
-  void set_pattern(const BlockMatrix& matrix);
+  void set_pattern(const BlockMatrix& matrix, const RowLayout& layout);
   // Computes the coarse matrices by summing the blocks of free rows, including those of terms.
   // Rebuilds the levels if terms couple aggregates that neither the matrix nor earlier terms
-  // couple. Collective.
-  void prepare(const Team& team, const LinearSystem& system);
+  // couple. `halo` contains the rows that the matrix and the terms couple to owned rows.
+  // Collective.
+  void prepare(const Team& team, const LinearSystem& system, const Halo& halo);
 
   // Returns false if a coarse matrix is not positive definite up to rounding. In that case there is
   // no correction.
   bool usable() const { return usable_; }
 
-  // Number of slots of residual and correction. Each aggregate has one slot. Each block has one
-  // additional slot for rows without an aggregate (fixed rows, bodies).
+  // Number of slots. Each aggregate has one slot. Each block has one additional slot for rows
+  // without an aggregate (fixed rows, bodies).
   Index n_slots() const { return n_nodes_ + n_blocks_; }
-  Index slot(Index row) const { return slot_[row]; }
+  Index slot(Index row) const { return slot_[row]; }  // of an owned row or a row of the halo
   Index unused_slot(Index block) const { return n_nodes_ + block; }
-  void clear_residual(Index block);
-  // (slots x 4) Residual, which the caller sums over the rows of each slot.
-  float* residual() { return residual_.data(); }
-  // (slots x 4) Correction. The fourth column and the slots without an aggregate are zero.
-  const float* correction() const { return correction_.data(); }
 
-  // Computes the correction for the residual. Returns the dot product of residual and correction.
-  // Collective.
-  double solve(const Team& team, const RowLayout& layout);
+  // Sums a vector v, stored by slices, over the slots of one block. The slices [first, last) form
+  // the block. Lane l of slice s has slot slots[8 s + l].
+  template <class Scalar>
+  void sum_over_slots(Index first, Index last, const Index* slots, const Scalar* v,
+                      std::vector<Scalar>& sums) const;
+  template <class Scalar>
+  SlotVectors<Scalar>& vectors();
+  // Allocates the vectors in double precision.
+  void widen();
+
+  // Exchanges the halo of a vector of slots. The exchange must be started and finished on all
+  // ranks. Other operations of the communicator may be started in between.
+  template <class Scalar>
+  void start_exchange(const RowLayout& layout, std::vector<Scalar>& v) {
+    exchange_.start(layout.communicator(), halo_, v.data(), 4);
+  }
+  void finish_exchange() { exchange_.unpack(); }
+  // Computes r -= alpha q for the owned aggregates and those of the halo.
+  template <class Scalar>
+  void take_step(Scalar alpha);
+
+  // Computes the correction for the residual r. Returns the dot product of r and the correction,
+  // computed as a sum over the levels: r . C r on the first level, with its symmetric smoother C,
+  // plus the dot product of residual and solution on the next. Adds `sum` over all ranks in the
+  // same exchange. Collective.
+  template <class Scalar>
+  double solve(const Team& team, const RowLayout& layout, BinnedSum& sum);
+  // Returns the dot product of r and the correction over the owned aggregates.
+  BinnedSum correction_product() const;
+  // (slots x 4) Correction in the owned aggregates. The fourth column and the slots without an
+  // aggregate are zero.
+  const float* correction() const { return levels_[0].solution.data(); }
 
  private:
-  struct Level {
-    BlockMatrix matrix;
-    SlicedEllpack slices;             // layout of `matrix`; unused on the coarsest level
-    CouplingMatrix<float> couplings;  // copy of `matrix` for the kernels
-    // (nodes of the next level + 1) First child on this level of each node of the next level. Empty
-    // on the coarsest level.
-    std::vector<Index> child_start;
-    std::vector<Index> target;  // (blocks) block of the next level that receives each block
-    // (nodes x 12) Damped inverse diagonal blocks. Columns are padded to four numbers.
-    std::vector<float> inverse;
-    // ((nodes + 1) x 4) The last row belongs to the empty lanes of the slices.
-    std::vector<float> residual, solution, product;
-  };
-  void lay_out();
-  void add_level(Level& fine, std::vector<Index> child_start);
-  void sum_rows(const Team& team, const LinearSystem& system);
-  Index first_node(Index row) const;
-  void gather_rows(const RowLayout& layout);
+  using Couplings = std::vector<std::pair<Index, Index>>;
   struct TermNodes;
-  TermNodes nodes_of(const ExtraTerm& term) const;
+
+  static constexpr int n_sums = 2;  // sums that travel with the residual of the blocks
+
+  void lay_out(const RowLayout& layout);
+  void lay_out_ranks(const RowLayout& layout);
+  MultigridLevel::Range owned_nodes(const RowLayout& layout) const;
+  void set_slots(const LinearSystem& system, const Halo& halo);
+  void sum_rows(const Team& team, const LinearSystem& system);
+  TermNodes nodes_of(const ExtraTerm& term, const RowLayout& layout) const;
   void couple_terms(const LinearSystem& system);
+  Couplings couplings_of_terms(const LinearSystem& system) const;
   void add_terms(const LinearSystem& system);
-  void sum_level(const Level& fine, Level& coarse) const;
-  bool invert_diagonal(Level& level) const;
+  void gather_matrix(const RowLayout& layout);
+  bool invert(const RowLayout& layout);
+  void factorise();
+  template <class Scalar>
+  const float* first_residual();
+  void gather_residual(const RowLayout& layout, BinnedSum* sums);
   void cycle(const Team& team, std::size_t level);
 
   Aggregates aggregates_;
   Index n_nodes_ = 0, n_blocks_ = 0;
-  using Couplings = std::vector<std::pair<Index, Index>>;
   BlockMatrix plain_;  // matrix of the aggregates without terms
   // Pairs (first < second) of aggregates that only terms couple, in ascending order.
   Couplings couplings_;
-  std::vector<Index> place_;  // (blocks of plain_) index of each block in the first level
-  std::vector<Level> levels_;
+  std::size_t n_owned_couplings_ = 0;  // those of aggregates of this rank
+  std::vector<Index> place_;           // (blocks of plain_) index of each block in the first level
+  MultigridLevel::Range owned_;        // aggregates of this rank
+  std::vector<MultigridLevel> levels_;
+  std::size_t replicated_ = 0;           // first level that all ranks compute
+  std::vector<Index> first_replicated_;  // (ranks + 1) first node of each rank on this level
   std::vector<Index> target_;  // (blocks of the matrix) block of plain_ that receives each block
   std::vector<Index> slot_;    // (rows) slot of each row
-  std::vector<float> residual_, correction_;
+  Halo halo_;                  // aggregates of the first level
+  struct Foreign {
+    Index node, parent;
+  };
+  std::vector<Foreign> foreign_;  // aggregates of other ranks in the halo, with their blocks
+  HaloExchange exchange_;
+  std::vector<std::byte> gathered_;       // message of gather_residual()
+  std::vector<std::size_t> part_starts_;  // (ranks + 1) first byte of each rank in this message
+  SlotVectors<float> single_;
+  SlotVectors<double> wide_;  // filled only if single precision does not suffice
   Eigen::LLT<Eigen::MatrixXd> coarsest_;
   bool usable_ = false;
 };

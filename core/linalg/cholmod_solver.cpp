@@ -2,6 +2,10 @@
 // "Algorithm 887: CHOLMOD", ACM Trans. Math. Softw. 35 (2008)). Only this file includes CHOLMOD.
 // The symbolic analysis is reused while the pattern of matrix and terms is unchanged. It depends on
 // this pattern alone, so a rebuilt solver gives bitwise identical results.
+//
+// The factorisation is simplicial by default. It uses only modules of CHOLMOD under the LGPL and no
+// BLAS, so its results do not depend on the installed libraries. The supernodal factorisation uses
+// dense blocks and BLAS. Its module of CHOLMOD is under the GPL, and libraries may lack it.
 #include <cholmod.h>
 #include <dlfcn.h>
 
@@ -17,6 +21,8 @@ namespace loomstone {
 
 namespace {
 
+bool has_supernodal_module() { return dlsym(RTLD_DEFAULT, "cholmod_super_numeric") != nullptr; }
+
 // Restricts OpenBLAS to one thread, because its results depend on the number of threads.
 void use_one_blas_thread() {
   if (void* set = dlsym(RTLD_DEFAULT, "openblas_set_num_threads"))
@@ -27,9 +33,10 @@ using Couplings = std::vector<std::pair<Index, Index>>;
 
 class DirectSolver final : public LinearSolver {
  public:
-  DirectSolver() {
+  explicit DirectSolver(bool supernodal) : supernodal_(supernodal) {
     cholmod_start(&common_);
     common_.print = 0;
+    common_.supernodal = supernodal ? CHOLMOD_SUPERNODAL : CHOLMOD_SIMPLICIAL;
     // Request a factorisation L L^T even if the factor is simplicial, so that a negative pivot is
     // an error.
     common_.final_ll = 1;
@@ -44,7 +51,8 @@ class DirectSolver final : public LinearSolver {
   LinearReport solve(const Team&, const LinearSystem& system, const Points& b, Points& x,
                      SolveMemory&, Unchanged) override {
     if (!system.layout->single())
-      fail<Unsupported>("the linear solver \"direct\" runs on one rank, got {} ranks; use \"pcg\"",
+      fail<Unsupported>("the linear solver \"{}\" runs on one rank, got {} ranks; use \"pcg\"",
+                        name_of(supernodal_ ? LinearMethod::Supernodal : LinearMethod::Direct),
                         system.layout->communicator().size());
     check_system(system, b, x);
     update_pattern(system);
@@ -191,7 +199,7 @@ class DirectSolver final : public LinearSolver {
   }
 
   void factorize() {
-    use_one_blas_thread();
+    if (supernodal_) use_one_blas_thread();
     const NoNestedRegions serial;  // otherwise CHOLMOD starts four threads
     cholmod_sparse lower = lower_triangle();
     cholmod_factorize(&lower, factor_, &common_);
@@ -240,6 +248,7 @@ class DirectSolver final : public LinearSolver {
     return report;
   }
 
+  bool supernodal_;
   cholmod_common common_;
   // These members depend on the pattern alone and are reused while it is unchanged.
   cholmod_factor* factor_ = nullptr;
@@ -256,8 +265,13 @@ class DirectSolver final : public LinearSolver {
 
 }  // namespace
 
-std::unique_ptr<LinearSolver> make_cholmod(const LinearOptions&) {
-  return std::make_unique<DirectSolver>();
+std::unique_ptr<LinearSolver> make_cholmod(const LinearOptions& options) {
+  const bool supernodal = options.method == LinearMethod::Supernodal;
+  if (supernodal && !has_supernodal_module())
+    throw Unsupported(
+        "the linear solver \"supernodal\" needs a CHOLMOD with its supernodal module, which this "
+        "build of loomstone lacks; use \"direct\", or build loomstone from its sources");
+  return std::make_unique<DirectSolver>(supernodal);
 }
 
 }  // namespace loomstone

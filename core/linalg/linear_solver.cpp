@@ -30,6 +30,7 @@ std::unique_ptr<LinearSolver> make_linear_solver(const LinearOptions& options) {
     case LinearMethod::GaussSeidel:
       return make_gauss_seidel(options);
     case LinearMethod::Direct:
+    case LinearMethod::Supernodal:
       break;
   }
   return make_cholmod(options);

@@ -38,7 +38,7 @@ struct LinearReport {
   bool converged = true;
 };
 
-enum class LinearMethod { Pcg, BlockJacobi, GaussSeidel, Direct };
+enum class LinearMethod { Pcg, BlockJacobi, GaussSeidel, Direct, Supernodal };
 constexpr auto choices(LinearMethod) {
   using M = LinearMethod;
   return std::array{
@@ -47,7 +47,9 @@ constexpr auto choices(LinearMethod) {
                  "conjugate gradients with a block-diagonal preconditioner"},
       ChoiceName{M::GaussSeidel, "gauss-seidel",
                  "conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread"},
-      ChoiceName{M::Direct, "direct", "sparse Cholesky factorisation"}};
+      ChoiceName{M::Direct, "direct", "sparse Cholesky factorisation"},
+      ChoiceName{M::Supernodal, "supernodal",
+                 "sparse Cholesky factorisation by dense blocks; builds from sources only"}};
 }
 
 struct LinearOptions {
@@ -94,7 +96,8 @@ class LinearSolver {
   }
 };
 
-// Throws InvalidInput if tolerance or max_iterations is out of range.
+// Throws InvalidInput if tolerance or max_iterations is out of range, and Unsupported if the method
+// is Supernodal and the CHOLMOD library has no supernodal module.
 std::unique_ptr<LinearSolver> make_linear_solver(const LinearOptions& options);
 
 }  // namespace loomstone

@@ -10,15 +10,17 @@ namespace {
 // duplicates.
 class HaloBuilder {
  public:
-  explicit HaloBuilder(const RowLayout& layout)
-      : layout_(layout),
-        send_(layout.communicator().size()),
-        receive_(layout.communicator().size()) {}
+  HaloBuilder(const std::vector<Index>& starts, int rank)
+      : starts_(starts),
+        begin_(starts[rank]),
+        end_(starts[rank + 1]),
+        send_(starts.size() - 1),
+        receive_(starts.size() - 1) {}
 
   // Records that the owned row `mine` is coupled to `other`.
   void couple(Index mine, Index other) {
-    if (layout_.owns(other)) return;
-    const int rank = layout_.owner(other);
+    if (other >= begin_ && other < end_) return;
+    const auto rank = std::upper_bound(starts_.begin(), starts_.end(), other) - starts_.begin() - 1;
     send_[rank].push_back(mine);
     receive_[rank].push_back(other);
   }
@@ -45,7 +47,8 @@ class HaloBuilder {
   }
 
  private:
-  const RowLayout& layout_;
+  const std::vector<Index>& starts_;
+  Index begin_, end_;
   std::vector<std::vector<Index>> send_, receive_;
 };
 
@@ -53,9 +56,13 @@ class HaloBuilder {
 
 Halo matrix_halo(const BlockMatrix& matrix, const RowLayout& layout) {
   if (layout.single()) return {};
-  HaloBuilder builder(layout);
-  const Index end = std::min(layout.end(), matrix.n_rows());
-  for (Index row = layout.begin(); row < end; ++row)
+  return halo_of_ranges(matrix, layout.starts(), layout.communicator().rank());
+}
+
+Halo halo_of_ranges(const BlockMatrix& matrix, const std::vector<Index>& starts, int rank) {
+  HaloBuilder builder(starts, rank);
+  const Index end = std::min(starts[rank + 1], matrix.n_rows());
+  for (Index row = starts[rank]; row < end; ++row)
     for (Index k = matrix.row_start()[row]; k < matrix.row_start()[row + 1]; ++k)
       builder.couple(row, matrix.columns()[k]);
   return builder.halo();
@@ -63,7 +70,7 @@ Halo matrix_halo(const BlockMatrix& matrix, const RowLayout& layout) {
 
 Halo with_term_rows(const Halo& halo, const ExtraTerms& terms, const RowLayout& layout) {
   if (layout.single()) return {};
-  HaloBuilder builder(layout);
+  HaloBuilder builder(layout.starts(), layout.communicator().rank());
   builder.add(halo);
   for (const ExtraTerm& term : terms)
     for (int a = 0; a < term.n_entries; ++a) {

@@ -12,6 +12,10 @@ namespace loomstone {
 // pattern without communication.
 Halo matrix_halo(const BlockMatrix& matrix, const RowLayout& layout);
 
+// Returns the halo of `rank` for other ranges of rows: rank i owns the rows [starts[i],
+// starts[i + 1]).
+Halo halo_of_ranges(const BlockMatrix& matrix, const std::vector<Index>& starts, int rank);
+
 // Returns `halo` extended by the rows that terms couple. Every rank knows all terms, so no
 // communication is needed.
 Halo with_term_rows(const Halo& halo, const ExtraTerms& terms, const RowLayout& layout);

@@ -1,6 +1,6 @@
 // Preconditioned conjugate gradients (Hestenes and Stiefel, J. Res. NBS 49 (1952)) on several
-// threads and ranks. Sums add fixed blocks of rows in order. Results are therefore bitwise
-// independent of the number of threads and ranks.
+// threads and ranks. Rows are summed in fixed blocks, and block sums are added by a BinnedSum.
+// Results are therefore bitwise independent of the number of threads and ranks.
 //
 // The matrix product is memory-bound. The iteration therefore works in single precision, in
 // difference form (coupling_matrix.h) and on eight rows at once (sliced_ellpack.h). The solution is
@@ -10,6 +10,7 @@
 // replacement [VanDerVorst2000]). Systems that single precision cannot solve are solved in double
 // precision.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/base/message.h"
@@ -29,6 +30,22 @@ namespace {
 // affects the number of matrix products but not the accuracy.
 constexpr double trusted_fall = 3e-5;
 
+// Sets the inner and outer blocks. An outer block contains rows that terms or the matrix couple to
+// rows of other ranks, or other rows of terms.
+void divide_blocks(PcgSolve& solve) {
+  const RowLayout& layout = solve.loops.layout();
+  PcgMemory& m = solve.memory;
+  std::vector<std::uint8_t> outer(solve.loops.n_blocks(), layout.single() ? 1 : 0);
+  for (const Halo::Neighbour& neighbour : m.halo.neighbours)
+    for (const Index row : neighbour.send) outer[row / rows_per_block] = 1;
+  m.terms.for_touched(layout.begin(), layout.end(),
+                      [&](Index row) { outer[row / rows_per_block] = 1; });
+  m.inner_blocks.clear(), m.outer_blocks.clear();
+  const OwnedBlocks owned = owned_blocks(layout);
+  for (Index block = owned.first; block < owned.last; ++block)
+    (outer[block] != 0 ? m.outer_blocks : m.inner_blocks).push_back(block);
+}
+
 // Sets the terms and the halo, which includes the rows of the terms.
 void set_terms(PcgSolve& solve) {
   const LinearSystem& system = solve.system;
@@ -38,6 +55,7 @@ void set_terms(PcgSolve& solve) {
   if (!layout.single())
     m.halo = with_term_rows(system.halo ? *system.halo : matrix_halo(*system.matrix, layout),
                             system.terms ? *system.terms : ExtraTerms{}, layout);
+  divide_blocks(solve);
 }
 
 // Sets the single-precision matrix, preconditioner, terms and arrays for a new matrix.
@@ -55,7 +73,7 @@ void set_system(PcgSolve& solve, Preconditioner::Kind kind) {
     m.single.matrix.set_slices(system.matrix, system.body_blocks, m.slices,
                                SlicedEllpack::first_slice(begin), SlicedEllpack::last_slice(end));
   });
-  m.preconditioner.make(kind, solve.loops, system, m.terms, m.slices);
+  m.preconditioner.make(kind, solve.loops, system, {m.terms, m.halo, m.slices});
   m.has_matrix = true;
 }
 
@@ -67,7 +85,8 @@ void change_terms(PcgSolve& solve) {
   PcgMemory& m = solve.memory;
   set_terms(solve);
   if (m.preconditioner.kind() == Preconditioner::Kind::GaussSeidel)
-    m.preconditioner.make(m.preconditioner.kind(), solve.loops, solve.system, m.terms, m.slices);
+    m.preconditioner.make(m.preconditioner.kind(), solve.loops, solve.system,
+                          {m.terms, m.halo, m.slices});
 }
 
 void set_double_precision(PcgSolve& solve) {
@@ -88,27 +107,26 @@ struct Guess {
 };
 
 Guess look_at(const PcgSolve& solve, const Points& guess) {
-  enum { FixedValue = 1, FreeValue = 2, Differs = 4 };
+  enum { FixedValue, FreeValue, Differs };
   const PcgMemory& m = solve.memory;
   std::vector<std::uint8_t> seen(solve.loops.n_blocks(), 0);
   solve.loops.over_blocks([&](Index block, Index begin, Index end) {
-    int flags = 0;
+    int flags = 0;  // bit i: property i
     for (Index row = begin; row < end; ++row) {
       if (!guess.row(row).isZero(0.0))
-        flags |= is_fixed(solve.system, row) ? FixedValue : FreeValue;
+        flags |= 1 << (is_fixed(solve.system, row) ? FixedValue : FreeValue);
       if (m.has_iteration &&
           guess.row(row).transpose() != Eigen::Map<const Vec3>(m.x.data() + row_at(row)))
-        flags |= Differs;
+        flags |= 1 << Differs;
     }
     seen[block] = static_cast<std::uint8_t>(flags);
   });
-  const auto any = [&](int flag) {
-    const bool mine = std::any_of(seen.begin(), seen.end(),
-                                  [&](std::uint8_t flags) { return (flags & flag) != 0; });
-    return solve.loops.layout().communicator().maximum(mine) > 0;
-  };
-  const bool fixed_values = any(FixedValue), free_values = any(FreeValue);
-  return {fixed_values, free_values, m.has_iteration && !any(Differs)};
+  std::array<BinnedSum, 3> blocks;  // number of blocks with each property
+  for (const std::uint8_t flags : seen)
+    for (int i = 0; i < 3; ++i) blocks[i].add(flags >> i & 1);
+  solve.loops.layout().communicator().add(blocks.data(), 3);
+  const auto any = [&](int property) { return blocks[property].value() > 0.0; };
+  return {any(FixedValue), any(FreeValue), m.has_iteration && !any(Differs)};
 }
 
 // Sets x. Fixed rows are copied from the guess. Free rows are copied from the guess if `free_rows`

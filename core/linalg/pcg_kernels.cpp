@@ -9,17 +9,15 @@ namespace {
 
 LOOMSTONE_INLINE Quad widened(const FloatQuad& a) { return __builtin_convertvector(a, Quad); }
 LOOMSTONE_INLINE Quad widened(const Quad& a) { return a; }
-LOOMSTONE_INLINE FloatQuad narrowed(const FloatQuad& a) { return a; }
-LOOMSTONE_INLINE FloatQuad narrowed(const Quad& a) { return __builtin_convertvector(a, FloatQuad); }
 
 template <class Lanes, class Scalar>
-LOOMSTONE_INLINE void sum_rows(Index first, Index last, const Index* slots, const Scalar* r,
-                               float* sums) {
+LOOMSTONE_INLINE void sum_rows(Index first, Index last, const Index* slots, const Scalar* v,
+                               Scalar* sums) {
   using Vector = LanesOf<Lanes, Scalar>;
   for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g)
-    for_each_row(load_rows<Vector>(r + 24 * g), [&](int l, auto row) LOOMSTONE_INLINE_LAMBDA {
-      float* sum = sums + 4 * static_cast<std::size_t>(slots[8 * g + l]);
-      quad_store(sum, quad_load(sum) + narrowed(row));
+    for_each_row(load_rows<Vector>(v + 24 * g), [&](int l, auto row) LOOMSTONE_INLINE_LAMBDA {
+      Scalar* sum = sums + 4 * static_cast<std::size_t>(slots[8 * g + l]);
+      quad_store(sum, quad_load(sum) + row);
     });
 }
 
@@ -143,11 +141,11 @@ LOOMSTONE_INLINE unsigned inverted(double* blocks) {
 
 unsigned invert(double* blocks) { return LOOMSTONE_WIDEST(inverted)(blocks); }
 
-void add_up(Index first, Index last, const Index* slots, const float* r, float* sums) {
-  LOOMSTONE_WIDEST(sum_rows)(first, last, slots, r, sums);
+void add_up(Index first, Index last, const Index* slots, const float* v, float* sums) {
+  LOOMSTONE_WIDEST(sum_rows)(first, last, slots, v, sums);
 }
-void add_up(Index first, Index last, const Index* slots, const double* r, float* sums) {
-  LOOMSTONE_WIDEST(sum_rows)(first, last, slots, r, sums);
+void add_up(Index first, Index last, const Index* slots, const double* v, double* sums) {
+  LOOMSTONE_WIDEST(sum_rows)(first, last, slots, v, sums);
 }
 
 void update_direction(SliceRows on, DirectionFactors<float> factors,

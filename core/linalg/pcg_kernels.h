@@ -13,10 +13,10 @@ namespace loomstone::pcg {
 // is set if block l is not positive definite.
 unsigned invert(double* blocks);
 
-// Adds the residuals of the rows of slices [first, last) to the sums of their slots. Lane l of
-// slice s has slot slots[8 s + l]. `sums` has four numbers per slot.
-void add_up(Index first, Index last, const Index* slots, const float* r, float* sums);
-void add_up(Index first, Index last, const Index* slots, const double* r, float* sums);
+// Adds the rows of slices [first, last) of v to the sums of their slots. Lane l of slice s has slot
+// slots[8 s + l]. `sums` has four numbers per slot.
+void add_up(Index first, Index last, const Index* slots, const float* v, float* sums);
+void add_up(Index first, Index last, const Index* slots, const double* v, double* sums);
 
 // Arguments of update_direction(), which computes x += length p, then p = z + correction + beta p,
 // on the rows of slices [first, last).

@@ -23,7 +23,8 @@ template <class Scalar>
 struct Krylov {
   CouplingMatrix<Scalar> matrix;
   std::vector<Scalar> r, z, p, q;
-  double rz = 0.0, last_rz = 0.0;  // r . z, now and before the last step
+  double rz = 0.0, last_rz = 0.0;  // r . P^-1 r at the last step and at the one before it
+  int steps = 0;                   // since the last start
   double beta = 0.0;               // factor of p in the next direction
   double norm = 0.0;               // sqrt(r . D^-1 r), with D the diagonal blocks
 
@@ -41,6 +42,11 @@ struct PcgMemory {
   // Data of the last system.
   TermRows terms;
   Halo halo;  // rows of other ranks that a product needs
+  HaloExchange halo_exchange;
+  // Owned blocks whose products need only the matrix and owned rows, and the other owned blocks.
+  // The halo is exchanged during the products of the former. On one rank, all blocks are outer
+  // blocks.
+  std::vector<Index> inner_blocks, outer_blocks;
   Preconditioner preconditioner;
   Krylov<float> single;
   Krylov<double> wide;      // filled only if single precision does not suffice
@@ -65,7 +71,7 @@ struct PcgSolve {
   template <class Scalar>
   void refresh(Scalar* v) const {
     loops.layout().exchange(memory.halo, v, 4);
-    if (!memory.terms.empty()) memory.terms.evaluate(loops.team(), v);
+    memory.terms.evaluate(loops.team(), v);
   }
 
   // Returns the index of a row's first component in vectors stored by slices. The other two

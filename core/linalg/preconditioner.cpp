@@ -1,6 +1,7 @@
 #include "core/linalg/preconditioner.h"
 
 #include <algorithm>
+#include <array>
 
 #include "core/linalg/system.h"
 
@@ -42,16 +43,17 @@ Index invert_slice(const LinearSystem& system, const TermRows& terms, const Slic
 }  // namespace
 
 void Preconditioner::make(Kind kind, const RowLoops& loops, const LinearSystem& system,
-                          const TermRows& terms, const SlicedEllpack& slices) {
+                          const Rows& rows) {
   kind_ = kind;
   uses_levels_ = kind == Kind::Multigrid && n_cloth_rows(system) > 0;
-  invert_diagonal(loops, system, terms, slices);
-  if (kind == Kind::GaussSeidel) gauss_seidel_.prepare(system, slices, inverse_);
-  if (uses_levels_) make_levels(loops, system, slices);
+  invert_diagonal(loops, system, rows);
+  if (kind == Kind::GaussSeidel) gauss_seidel_.prepare(system, rows.slices, inverse_);
+  if (uses_levels_) make_levels(loops, system, rows);
 }
 
 void Preconditioner::invert_diagonal(const RowLoops& loops, const LinearSystem& system,
-                                     const TermRows& terms, const SlicedEllpack& slices) {
+                                     const Rows& rows) {
+  const SlicedEllpack& slices = rows.slices;
   const Index none = slices.n_rows();
   inverse_.resize(inverse_at(slices.n_slices()));
   std::vector<Index> bad_rows(loops.n_blocks(), none);
@@ -59,7 +61,8 @@ void Preconditioner::invert_diagonal(const RowLoops& loops, const LinearSystem& 
     for (Index slice = SlicedEllpack::first_slice(begin); slice < SlicedEllpack::last_slice(end);
          ++slice) {
       float* const out = inverse_.data() + inverse_at(slice);
-      bad_rows[block] = std::min(bad_rows[block], invert_slice(system, terms, slices, slice, out));
+      bad_rows[block] =
+          std::min(bad_rows[block], invert_slice(system, rows.terms, slices, slice, out));
     }
   });
   const Index bad_row = *std::min_element(bad_rows.begin(), bad_rows.end());
@@ -67,18 +70,20 @@ void Preconditioner::invert_diagonal(const RowLoops& loops, const LinearSystem& 
 }
 
 void Preconditioner::make_levels(const RowLoops& loops, const LinearSystem& system,
-                                 const SlicedEllpack& slices) {
-  if (!has_levels_) levels_.set_pattern(*system.matrix);
+                                 const Rows& rows) {
+  if (!has_levels_) levels_.set_pattern(*system.matrix, loops.layout());
   has_levels_ = true;
-  levels_.prepare(loops.team(), system);
+  levels_.prepare(loops.team(), system, rows.halo);
   uses_levels_ = levels_.usable();
+  const SlicedEllpack& slices = rows.slices;
   slots_.resize(slices.rows.size());
-  for (std::size_t place = 0; place < slots_.size(); ++place) {
-    const Index row = slices.rows[place];
-    slots_[place] = row < slices.n_rows()
-                        ? levels_.slot(row)
-                        : levels_.unused_slot(static_cast<Index>(place) / rows_per_block);
-  }
+  loops.over_blocks([&](Index block, Index begin, Index end) {
+    for (Index place = 8 * SlicedEllpack::first_slice(begin);
+         place < 8 * SlicedEllpack::last_slice(end); ++place) {
+      const Index row = slices.rows[place];
+      slots_[place] = row < slices.n_rows() ? levels_.slot(row) : levels_.unused_slot(block);
+    }
+  });
 }
 
 void Preconditioner::widen(const RowLoops& loops) {
@@ -88,6 +93,7 @@ void Preconditioner::widen(const RowLoops& loops) {
                       last = inverse_at(SlicedEllpack::last_slice(end));
     std::copy(inverse_.begin() + first, inverse_.begin() + last, wide_inverse_.begin() + first);
   });
+  if (uses_levels_) levels_.widen();
 }
 
 template <>
@@ -100,18 +106,46 @@ const double* Preconditioner::inverse<double>() const {
 }
 
 template <class Scalar>
-double Preconditioner::complete(const RowLoops& loops, double square, const std::vector<Scalar>& r,
-                                std::vector<Scalar>& z) {
-  if (kind_ == Kind::GaussSeidel) return gauss_seidel_.apply(r, z);
-  if (!uses_levels_) return square;
-  const double product = levels_.solve(loops.team(), loops.layout());
-  uses_levels_ = product >= 0.0;
-  return uses_levels_ ? square + product : square;
+Preconditioner::StepProducts Preconditioner::complete_product(const RowLayout& layout,
+                                                              BinnedSum curvature) {
+  if (!uses_levels_) {
+    layout.communicator().add(&curvature, 1);
+    return {curvature.value(), products_.whole};
+  }
+  std::array<BinnedSum, 2> sums = {curvature, levels_.correction_product()};
+  layout.communicator().start_add(sums.data(), 2);
+  levels_.start_exchange(layout, levels_.vectors<Scalar>().q);
+  layout.communicator().finish();
+  levels_.finish_exchange();
+  return {sums[0].value(), products_.diagonal + sums[1].value()};
 }
 
-template double Preconditioner::complete(const RowLoops&, double, const std::vector<float>&,
-                                         std::vector<float>&);
-template double Preconditioner::complete(const RowLoops&, double, const std::vector<double>&,
-                                         std::vector<double>&);
+template <class Scalar>
+Preconditioner::Products Preconditioner::complete(const RowLoops& loops, BinnedSum square,
+                                                  const std::vector<Scalar>& r,
+                                                  std::vector<Scalar>& z) {
+  double product = 0.0;
+  if (uses_levels_) {
+    product = levels_.solve<Scalar>(loops.team(), loops.layout(), square);
+    uses_levels_ = product >= 0.0;
+  } else {
+    loops.layout().communicator().add(&square, 1);
+  }
+  const double diagonal = square.value();
+  products_ = {diagonal, uses_levels_ ? diagonal + product : diagonal};
+  if (kind_ == Kind::GaussSeidel) products_.whole = gauss_seidel_.apply(r, z);
+  return products_;
+}
+
+template Preconditioner::StepProducts Preconditioner::complete_product<float>(const RowLayout&,
+                                                                              BinnedSum);
+template Preconditioner::StepProducts Preconditioner::complete_product<double>(const RowLayout&,
+                                                                               BinnedSum);
+template Preconditioner::Products Preconditioner::complete(const RowLoops&, BinnedSum,
+                                                           const std::vector<float>&,
+                                                           std::vector<float>&);
+template Preconditioner::Products Preconditioner::complete(const RowLoops&, BinnedSum,
+                                                           const std::vector<double>&,
+                                                           std::vector<double>&);
 
 }  // namespace loomstone

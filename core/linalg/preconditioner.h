@@ -23,10 +23,14 @@ class Preconditioner {
   // Discards the multigrid levels. Must be called after the slices have been built for another
   // pattern.
   void forget_pattern() { has_levels_ = false; }
+  struct Rows {
+    const TermRows& terms;
+    const Halo& halo;  // rows that the matrix and the terms couple to owned rows
+    const SlicedEllpack& slices;
+  };
   // Builds the preconditioner. Throws SolverFailure on all ranks if a diagonal block is not
   // positive definite. Collective.
-  void make(Kind kind, const RowLoops& loops, const LinearSystem& system, const TermRows& terms,
-            const SlicedEllpack& slices);
+  void make(Kind kind, const RowLoops& loops, const LinearSystem& system, const Rows& rows);
   // Copies the inverse diagonal blocks to double precision.
   void widen(const RowLoops& loops);
 
@@ -42,25 +46,59 @@ class Preconditioner {
   const float* correction() const { return uses_levels_ ? levels_.correction() : nullptr; }
   const Index* slots() const { return slots_.data(); }  // (slices x 8) slots of the correction
 
-  // Sums r over slices [first, last) into the residual of the coarse levels. The slices must form
-  // one block of rows.
+  // Sums the residual r over slices [first, last), which must form one block of rows, to the
+  // residual of the coarse levels.
   template <class Scalar>
   void restrict_residual(Index first, Index last, const std::vector<Scalar>& r) {
-    if (!uses_levels_) return;
-    levels_.clear_residual(8 * first / rows_per_block);
-    pcg::add_up(first, last, slots_.data(), r.data(), levels_.residual());
+    if (uses_levels_)
+      levels_.sum_over_slots(first, last, slots_.data(), r.data(), levels_.vectors<Scalar>().r);
   }
-  // Completes the preconditioned residual and returns r . P^-1 r. On entry, z is r times the
-  // inverse diagonal blocks, and `square` is r . z. Gauss-Seidel replaces z. Multigrid computes the
-  // correction from the restricted residual and does not change z. Collective.
+  // Starts to send the residual of the coarse levels to other ranks. finish_exchange() follows
+  // Communicator::finish(). Collective.
   template <class Scalar>
-  double complete(const RowLoops& loops, double square, const std::vector<Scalar>& r,
-                  std::vector<Scalar>& z);
+  void start_residual_exchange(const RowLayout& layout) {
+    if (uses_levels_) levels_.start_exchange(layout, levels_.vectors<Scalar>().r);
+  }
+  void finish_exchange() {
+    if (uses_levels_) levels_.finish_exchange();
+  }
+  // The same sums for the product q = A p.
+  template <class Scalar>
+  void restrict_product(Index first, Index last, const std::vector<Scalar>& q) {
+    if (uses_levels_)
+      levels_.sum_over_slots(first, last, slots_.data(), q.data(), levels_.vectors<Scalar>().q);
+  }
+  // Dot products of a step.
+  struct StepProducts {
+    double curvature;  // p . A p
+    double residual;   // r . P^-1 r
+  };
+  // Adds `curvature` over all ranks, and sends the product of the coarse levels to other ranks at
+  // the same time. Collective.
+  template <class Scalar>
+  StepProducts complete_product(const RowLayout& layout, BinnedSum curvature);
+  // Updates the residual of the coarse levels for a step r -= alpha q.
+  template <class Scalar>
+  void take_step(Scalar alpha) {
+    if (uses_levels_) levels_.take_step(alpha);
+  }
+
+  // Dot products of r with the inverse diagonal blocks D^-1 and with the preconditioner.
+  struct Products {
+    double diagonal, whole;  // r . D^-1 r and r . P^-1 r
+  };
+  // Completes the preconditioned residual. On entry, z is r times the inverse diagonal blocks, and
+  // `square` is r . z on the owned rows. Gauss-Seidel replaces z. Multigrid computes the correction
+  // from the residual of the coarse levels and does not change z. It computes `whole` during the
+  // V-cycle, so that no further sum over all ranks is needed. complete_product() computes the same
+  // product from the correction itself. Collective.
+  template <class Scalar>
+  Products complete(const RowLoops& loops, BinnedSum square, const std::vector<Scalar>& r,
+                    std::vector<Scalar>& z);
 
  private:
-  void invert_diagonal(const RowLoops& loops, const LinearSystem& system, const TermRows& terms,
-                       const SlicedEllpack& slices);
-  void make_levels(const RowLoops& loops, const LinearSystem& system, const SlicedEllpack& slices);
+  void invert_diagonal(const RowLoops& loops, const LinearSystem& system, const Rows& rows);
+  void make_levels(const RowLoops& loops, const LinearSystem& system, const Rows& rows);
 
   Kind kind_ = Kind::BlockJacobi;
   std::vector<float> inverse_;
@@ -70,6 +108,7 @@ class Preconditioner {
   std::vector<Index> slots_;
   bool has_levels_ = false;  // levels exist for the pattern of the slices
   bool uses_levels_ = false;
+  Products products_{};  // result of the last complete()
 };
 
 }  // namespace loomstone

@@ -1,6 +1,6 @@
 // Loops over the blocks of rows that this rank owns, and sums over the rows of all ranks. Each
-// block is summed by one thread, and block sums are added in order. Results are therefore bitwise
-// independent of the number of threads and ranks.
+// block is summed by one thread in a fixed order, and block sums are added by a BinnedSum. Results
+// are therefore bitwise independent of the number of threads and ranks.
 #pragma once
 
 #include <algorithm>
@@ -28,8 +28,7 @@ class RowLoops {
   void over_blocks(Body&& body) const {
     const OwnedBlocks owned = owned_blocks(layout_);
     const Index end_row = layout_.end(), n = owned.last - owned.first;
-    const Index share = std::max(least_blocks_a_thread, (n + team_.threads - 1) / team_.threads);
-    parallel_ranges(team_, n, share, [&](Index first, Index last) {
+    parallel_ranges(team_, n, share_of(n), [&](Index first, Index last) {
       for (Index i = first; i < last; ++i) {
         const Index block = owned.first + i, begin = block * rows_per_block;
         body(block, begin, std::min<Index>(end_row, begin + rows_per_block));
@@ -37,23 +36,42 @@ class RowLoops {
     });
   }
 
+  // Sets the sum of each of the given blocks, which this rank owns, to body(begin, end).
+  template <class Body>
+  void set_sums(const std::vector<Index>& blocks, Body&& body) {
+    const Index end_row = layout_.end(), n = static_cast<Index>(blocks.size());
+    parallel_ranges(team_, n, share_of(n), [&](Index first, Index last) {
+      for (Index i = first; i < last; ++i) {
+        const Index begin = blocks[i] * rows_per_block;
+        sums_[blocks[i]] = body(begin, std::min<Index>(end_row, begin + rows_per_block));
+      }
+    });
+  }
+  // Returns the total of the sums of the owned blocks.
+  BinnedSum owned_sum() const { return layout_.owned_sum(sums_); }
+
   // Returns the sum of body(begin, end) over all blocks of all ranks. Collective.
   template <class Body>
   double sum_over_blocks(Body&& body) {
     over_blocks([&](Index block, Index begin, Index end) { sums_[block] = body(begin, end); });
-    return layout_.ordered_sum(sums_);
+    return layout_.sum(sums_);
   }
 
-  // Like sum_over_blocks(), but calls body(first, last) with a range of slices.
+  // Returns the sum of body(first, last) over the owned blocks, each given by its range of slices.
   template <class Body>
-  double sum_over_slices(Body&& body) {
-    return sum_over_blocks([&](Index begin, Index end) {
-      return body(SlicedEllpack::first_slice(begin), SlicedEllpack::last_slice(end));
+  BinnedSum owned_sum_over_slices(Body&& body) {
+    over_blocks([&](Index block, Index begin, Index end) {
+      sums_[block] = body(SlicedEllpack::first_slice(begin), SlicedEllpack::last_slice(end));
     });
+    return owned_sum();
   }
 
  private:
   static constexpr Index least_blocks_a_thread = 4;  // 512 rows, about 5 us of work
+
+  Index share_of(Index n_blocks) const {  // blocks of a thread
+    return std::max(least_blocks_a_thread, (n_blocks + team_.threads - 1) / team_.threads);
+  }
 
   Team team_;
   const RowLayout& layout_;

@@ -40,6 +40,7 @@ void TermRows::build(const ExtraTerms* terms, double scale, const RowLayout& lay
 
 template <class Scalar>
 void TermRows::evaluate(const Team& team, const Scalar* x) {
+  if (empty()) return;
   parallel_for(
       team, static_cast<Index>(hessians_.size()),
       [&](Index t) {

@@ -11,9 +11,17 @@
 
 #include "core/base/error.h"
 #include "core/base/types.h"
+#include "core/parallel/binned_sum.h"
 #include "core/parallel/mailbox.h"
 
 namespace loomstone {
+
+// What a rank has sent and how long it has waited since its communicator was made.
+struct Traffic {
+  double waiting = 0.0;         // time in communication [s]
+  std::int64_t bytes = 0;       // data that this rank contributed, without data of others
+  std::int64_t operations = 0;  // number of collective operations, including exchanges of halos
+};
 
 class Communicator {
  public:
@@ -25,18 +33,41 @@ class Communicator {
   virtual std::int64_t maximum(std::int64_t value) const = 0;
   // Copies the data of rank `root` to all ranks.
   virtual void broadcast(void* data, std::size_t bytes, int root) const = 0;
-  // Every rank contributes the bytes [byte_offsets[rank], byte_offsets[rank + 1]) of `data` and
-  // receives all other bytes.
-  virtual void gather_all(void* data, const std::vector<std::size_t>& byte_offsets) const = 0;
   // A buffer that is sent to or received from a rank.
   struct Message {
     int rank;
     void* data;
     std::size_t bytes;
   };
+
+  // The next three operations are started together with others and are complete after finish().
+  // Their data must stay in place and must not be used in between. At most one start_gather() may
+  // be incomplete.
+  // Every rank contributes the bytes [byte_offsets[rank], byte_offsets[rank + 1]) of `data` and
+  // receives all other bytes.
+  virtual void start_gather(void* data, const std::vector<std::size_t>& byte_offsets) const = 0;
   // Sends the buffers in `to` and receives data into the buffers in `from`. The caller sets the
   // sizes of both.
-  virtual void exchange(const std::vector<Message>& to, const std::vector<Message>& from) const = 0;
+  virtual void start_exchange(const std::vector<Message>& to,
+                              const std::vector<Message>& from) const = 0;
+  // Replaces each of the n sums by its sum over all ranks.
+  virtual void start_add(BinnedSum* sums, int n) const = 0;
+  // Completes all operations that have been started.
+  virtual void finish() const = 0;
+
+  void gather_all(void* data, const std::vector<std::size_t>& byte_offsets) const {
+    start_gather(data, byte_offsets);
+    finish();
+  }
+  void exchange(const std::vector<Message>& to, const std::vector<Message>& from) const {
+    start_exchange(to, from);
+    finish();
+  }
+  void add(BinnedSum* sums, int n) const {
+    start_add(sums, n);
+    finish();
+  }
+
   // Returns a new mailbox, whose messages are apart from those of all other mailboxes. The
   // communicator must outlive it, and all ranks must destroy it. Collective.
   virtual std::unique_ptr<Mailbox> open_mailbox() const {
@@ -51,6 +82,8 @@ class Communicator {
   }
   // Text of the last failure that the ranks agreed on; empty on a single rank.
   virtual std::string agreed() const { return {}; }
+  // Traffic of this rank; none on a single rank.
+  virtual Traffic traffic() const { return {}; }
   // Ends all ranks at once after an error on only one of them. Otherwise the other ranks would wait
   // forever.
   [[noreturn]] virtual void abort(int code) const = 0;

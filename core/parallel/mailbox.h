@@ -17,6 +17,9 @@ class Mailbox {
   virtual void send(int to, const void* data, std::size_t bytes) = 0;
   // If a message has arrived, copies it to `message` and returns true.
   virtual bool receive(std::vector<std::byte>& message) = 0;
+  // Mark the time in which this rank has no work and waits for messages of others.
+  virtual void begin_wait() {}
+  virtual void end_wait() {}
 };
 
 }  // namespace loomstone

@@ -9,6 +9,7 @@
 #include <dlfcn.h>
 
 #include "core/base/message.h"
+#include "core/base/own_directory.h"
 #include "core/parallel/mpi_plugin.h"
 
 namespace loomstone {
@@ -17,30 +18,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path beside_this_code() {
-  Dl_info info{};
-  if (dladdr(reinterpret_cast<const void*>(&launched_by_mpi), &info) == 0 ||
-      info.dli_fname == nullptr)
-    return {};
-  fs::path file = info.dli_fname;
-  if (!file.has_parent_path())
-    // For a program found on PATH, dladdr gives only the bare name.
-    file = "/proc/self/exe";
-  std::error_code ignored;
-  const fs::path whole = fs::canonical(file, ignored);
-  return whole.parent_path() / mpi_plugin_file;
-}
-
 fs::path plugin_path() {
   const char* named = std::getenv("LOOMSTONE_MPI_PLUGIN");
-  return named != nullptr && *named != '\0' ? fs::path(named) : beside_this_code();
+  return named != nullptr && *named != '\0' ? fs::path(named) : own_directory() / mpi_plugin_file;
 }
 
 LoomstoneMakeCommunicator load_plugin() {
   const fs::path path = plugin_path();
   constexpr const char* advice =
-      "install MPI (Debian: apt-get install libopenmpi-dev openmpi-bin) and rebuild, or run on "
-      "one rank";
+      "MPI is a plug-in of builds from the sources, not of wheels: install MPI (Debian: apt-get "
+      "install libopenmpi-dev openmpi-bin) and build loomstone, or run on one rank";
   std::error_code ignored;
   if (!fs::exists(path, ignored))
     fail<Unsupported>("several ranks need the MPI plug-in, which is not at {}; {}", path.string(),
@@ -65,7 +52,8 @@ int integer_of(const char* variable) {
 }
 
 int launched_ranks() {
-  // Set by Open MPI; by MPICH and Intel MPI; and by srun, but not in a batch script without srun
+  // Open MPI sets the first of these variables, MPICH and Intel MPI the second, and srun the third.
+  // A batch script that does not use srun lacks the third one.
   for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"})
     if (const int n = integer_of(variable); n > 0) return n;
   return 1;

@@ -9,11 +9,15 @@
 #include <cstdlib>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <utility>
 
+#include <sched.h>
+
 #include "core/parallel/mpi_plugin.h"
 #include "core/parallel/mpi_watch.h"
+#include "core/parallel/patience.h"
 
 namespace loomstone {
 
@@ -23,27 +27,6 @@ constexpr int exchange_tag = 4711;
 constexpr std::chrono::seconds grace{10};  // time that a failed rank waits for the others
 // Largest size of a message [bytes]. Larger data is sent in parts, because MPI counts are ints.
 constexpr std::size_t largest_message = std::size_t{1} << 30;
-
-// Polling strategy of a rank that waits for others. It polls without pause at first, then yields,
-// then sleeps for increasing times. Waits within a linear solve are so short that they end before
-// the first sleep.
-class Patience {
- public:
-  void wait() {
-    ++questions_;
-    if (questions_ < 200) return;
-    if (questions_ < 400) {
-      std::this_thread::yield();
-      return;
-    }
-    std::this_thread::sleep_for(pause_);
-    pause_ = std::min(2 * pause_, std::chrono::microseconds{1000});
-  }
-
- private:
-  int questions_ = 0;
-  std::chrono::microseconds pause_{20};
-};
 
 void wait_for(MPI_Request& request) {
   Patience patience;
@@ -59,6 +42,30 @@ void wait_for(std::vector<MPI_Request>& requests) {
     patience.wait();
 }
 
+// Marks the time of its life as waiting for other ranks, and adds it to the traffic of this rank.
+class Waiting {
+ public:
+  Waiting(const MpiWatch* watch, Traffic& traffic)
+      : wait_(watch), traffic_(traffic), start_(std::chrono::steady_clock::now()) {}
+  ~Waiting() {
+    const auto end = std::chrono::steady_clock::now();
+    traffic_.waiting += std::chrono::duration<double>(end - start_).count();
+  }
+  Waiting(const Waiting&) = delete;
+  Waiting& operator=(const Waiting&) = delete;
+
+ private:
+  const MpiWatch::Wait wait_;
+  Traffic& traffic_;
+  const std::chrono::steady_clock::time_point start_;
+};
+
+// MPI operation that adds the sums in `from` to those in `to`.
+void add_sums(void* from, void* to, int* n, MPI_Datatype*) {
+  for (int i = 0; i < *n; ++i)
+    static_cast<BinnedSum*>(to)[i].add(static_cast<const BinnedSum*>(from)[i]);
+}
+
 bool finalised() {
   int flag = 0;
   MPI_Finalized(&flag);
@@ -72,7 +79,9 @@ void finalise_at_exit() {
 // Mailbox on a communicator of its own.
 class MpiMailbox final : public Mailbox {
  public:
-  explicit MpiMailbox(MPI_Comm original) {
+  // watch: observes waits, or null
+  MpiMailbox(MPI_Comm original, const MpiWatch* watch, Traffic& traffic)
+      : watch_(watch), traffic_(traffic) {
     MPI_Comm_dup(original, &comm_);
     MPI_Comm_rank(comm_, &rank_);
     MPI_Comm_size(comm_, &size_);
@@ -91,6 +100,7 @@ class MpiMailbox final : public Mailbox {
   int size() const override { return size_; }
   void send(int to, const void* data, std::size_t bytes) override {
     forget_completed();
+    traffic_.bytes += static_cast<std::int64_t>(bytes);
     const auto* const first = static_cast<const std::byte*>(data);
     Sent& sent = sent_.emplace_back();
     sent.bytes.assign(first, first + bytes);
@@ -108,6 +118,8 @@ class MpiMailbox final : public Mailbox {
     MPI_Mrecv(message.data(), bytes, MPI_BYTE, &handle, MPI_STATUS_IGNORE);
     return true;
   }
+  void begin_wait() override { waiting_.emplace(watch_, traffic_); }
+  void end_wait() override { waiting_.reset(); }
 
  private:
   struct Sent {
@@ -125,6 +137,9 @@ class MpiMailbox final : public Mailbox {
 
   MPI_Comm comm_ = MPI_COMM_NULL;
   int rank_ = 0, size_ = 1;
+  const MpiWatch* watch_;
+  Traffic& traffic_;
+  std::optional<Waiting> waiting_;
   std::deque<Sent> sent_;  // messages that may not have left yet, oldest first
 };
 
@@ -136,9 +151,14 @@ class MpiCommunicator final : public Communicator {
     MPI_Comm_dup(original, &failures_);
     MPI_Comm_rank(comm_, &rank_);
     MPI_Comm_size(comm_, &size_);
+    MPI_Type_contiguous(sizeof(BinnedSum), MPI_BYTE, &sum_type_);
+    MPI_Type_commit(&sum_type_);
+    MPI_Op_create(add_sums, 1, &add_sums_);  // 1: commutative
   }
   ~MpiCommunicator() override {
     if (finalised()) return;
+    MPI_Op_free(&add_sums_);
+    MPI_Type_free(&sum_type_);
     MPI_Comm_free(&comm_);
     MPI_Comm_free(&failures_);
   }
@@ -148,14 +168,16 @@ class MpiCommunicator final : public Communicator {
   int rank() const override { return rank_; }
   int size() const override { return size_; }
   void barrier() const override {
-    const MpiWatch::Wait wait(watch_.get());
+    count(0);
+    const Waiting waiting(watch_.get(), traffic_);
     MPI_Request request;
     MPI_Ibarrier(comm_, &request);
     wait_for(request);
   }
 
   std::int64_t maximum(std::int64_t value) const override {
-    const MpiWatch::Wait wait(watch_.get());
+    count(sizeof value);
+    const Waiting waiting(watch_.get(), traffic_);
     std::int64_t largest = value;
     MPI_Request request;
     MPI_Iallreduce(&value, &largest, 1, MPI_INT64_T, MPI_MAX, comm_, &request);
@@ -164,22 +186,18 @@ class MpiCommunicator final : public Communicator {
   }
 
   void broadcast(void* data, std::size_t bytes, int root) const override {
-    const MpiWatch::Wait wait(watch_.get());
-    char* next = static_cast<char*>(data);
-    while (bytes > 0) {
-      const std::size_t part = std::min(bytes, largest_message);
-      MPI_Bcast(next, static_cast<int>(part), MPI_BYTE, root, comm_);
-      next += part;
-      bytes -= part;
-    }
+    count(root == rank_ ? bytes : 0);
+    const Waiting waiting(watch_.get(), traffic_);
+    send_from(root, data, bytes);
   }
 
-  void gather_all(void* data, const std::vector<std::size_t>& byte_offsets) const override {
-    const MpiWatch::Wait wait(watch_.get());
+  void start_gather(void* data, const std::vector<std::size_t>& byte_offsets) const override {
+    count(byte_offsets[rank_ + 1] - byte_offsets[rank_]);
     if (byte_offsets.back() > largest_message) {
+      const Waiting waiting(watch_.get(), traffic_);
       for (int root = 0; root < size_; ++root)
-        broadcast(static_cast<char*>(data) + byte_offsets[root],
-                  byte_offsets[root + 1] - byte_offsets[root], root);
+        send_from(root, static_cast<char*>(data) + byte_offsets[root],
+                  byte_offsets[root + 1] - byte_offsets[root]);
       return;
     }
     counts_.resize(size_);
@@ -188,13 +206,15 @@ class MpiCommunicator final : public Communicator {
       displacements_[other] = static_cast<int>(byte_offsets[other]);
       counts_[other] = static_cast<int>(byte_offsets[other + 1] - byte_offsets[other]);
     }
-    MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_BYTE, data, counts_.data(), displacements_.data(), MPI_BYTE,
-                   comm_);
+    MPI_Iallgatherv(MPI_IN_PLACE, 0, MPI_BYTE, data, counts_.data(), displacements_.data(),
+                    MPI_BYTE, comm_, &requests_.emplace_back());
   }
 
-  void exchange(const std::vector<Message>& to, const std::vector<Message>& from) const override {
-    const MpiWatch::Wait wait(watch_.get());
-    requests_.clear();
+  void start_exchange(const std::vector<Message>& to,
+                      const std::vector<Message>& from) const override {
+    std::size_t bytes = 0;
+    for (const Message& message : to) bytes += message.bytes;
+    count(bytes);
     for (const Message& message : from)
       in_parts(message, [&](void* data, int bytes) {
         MPI_Irecv(data, bytes, MPI_BYTE, message.rank, exchange_tag, comm_,
@@ -205,15 +225,26 @@ class MpiCommunicator final : public Communicator {
         MPI_Isend(data, bytes, MPI_BYTE, message.rank, exchange_tag, comm_,
                   &requests_.emplace_back());
       });
+  }
+
+  void start_add(BinnedSum* sums, int n) const override {
+    count(static_cast<std::size_t>(n) * sizeof(BinnedSum));
+    MPI_Iallreduce(MPI_IN_PLACE, sums, n, sum_type_, add_sums_, comm_, &requests_.emplace_back());
+  }
+
+  void finish() const override {
+    const Waiting waiting(watch_.get(), traffic_);
     wait_for(requests_);
+    requests_.clear();
   }
 
   std::unique_ptr<Mailbox> open_mailbox() const override {
-    return std::make_unique<MpiMailbox>(comm_);
+    return std::make_unique<MpiMailbox>(comm_, watch_.get(), traffic_);
   }
 
   void agree(int& kind, std::string& text) const override {
-    const MpiWatch::Wait wait(watch_.get());
+    count(sizeof(std::int64_t));
+    const Waiting waiting(watch_.get(), traffic_);
     const std::int64_t mine = kind == 0 ? 0 : size_ - rank_;
     std::int64_t lowest = 0;
     MPI_Request request;
@@ -227,14 +258,17 @@ class MpiCommunicator final : public Communicator {
     if (lowest == 0) return;
     const int root = size_ - static_cast<int>(lowest);
     int shape[2] = {kind, static_cast<int>(text.size())};
-    MPI_Bcast(shape, 2, MPI_INT, root, failures_);
+    MPI_Ibcast(shape, 2, MPI_INT, root, failures_, &request);
+    wait_for(request);
     kind = shape[0];
     text.resize(shape[1]);
-    MPI_Bcast(text.data(), shape[1], MPI_BYTE, root, failures_);
+    MPI_Ibcast(text.data(), shape[1], MPI_BYTE, root, failures_, &request);
+    wait_for(request);
     agreed_ = text;
   }
 
   std::string agreed() const override { return agreed_; }
+  Traffic traffic() const override { return traffic_; }
 
   void abort(int code) const override {
     MPI_Abort(comm_, code);
@@ -251,6 +285,25 @@ class MpiCommunicator final : public Communicator {
     return true;
   }
 
+  // Adds an operation to which this rank contributes so many bytes.
+  void count(std::size_t bytes) const {
+    traffic_.bytes += static_cast<std::int64_t>(bytes);
+    ++traffic_.operations;
+  }
+
+  // Copies the data of rank `root` to all ranks.
+  void send_from(int root, void* data, std::size_t bytes) const {
+    char* next = static_cast<char*>(data);
+    while (bytes > 0) {
+      const std::size_t part = std::min(bytes, largest_message);
+      MPI_Request request;
+      MPI_Ibcast(next, static_cast<int>(part), MPI_BYTE, root, comm_, &request);
+      wait_for(request);
+      next += part;
+      bytes -= part;
+    }
+  }
+
   template <class Send>
   static void in_parts(const Message& message, Send&& send) {
     char* next = static_cast<char*>(message.data);
@@ -263,20 +316,43 @@ class MpiCommunicator final : public Communicator {
   }
 
   MPI_Comm comm_ = MPI_COMM_NULL, failures_ = MPI_COMM_NULL;
+  MPI_Datatype sum_type_ = MPI_DATATYPE_NULL;
+  MPI_Op add_sums_ = MPI_OP_NULL;
   int rank_ = 0, size_ = 1;
   std::unique_ptr<MpiWatch> watch_;
-  mutable std::vector<int> counts_, displacements_;  // scratch, kept to avoid allocations
-  mutable std::vector<MPI_Request> requests_;
+  mutable std::vector<int> counts_, displacements_;  // of the gather that was started last
+  mutable std::vector<MPI_Request> requests_;        // operations that are not complete
   mutable std::string agreed_;
+  mutable Traffic traffic_;
 };
+
+// Collective. Returns whether a host has more ranks than processors on which they may run.
+bool ranks_share_processors(MPI_Comm comm) {
+  MPI_Comm host = MPI_COMM_NULL;
+  MPI_Comm_split_type(comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &host);
+  int ranks = 1;
+  MPI_Comm_size(host, &ranks);
+  cpu_set_t processors;
+  CPU_ZERO(&processors);
+  sched_getaffinity(0, sizeof processors, &processors);
+  MPI_Allreduce(MPI_IN_PLACE, &processors, sizeof processors, MPI_BYTE, MPI_BOR, host);
+  MPI_Comm_free(&host);
+  int shares = ranks > CPU_COUNT(&processors) ? 1 : 0;
+  MPI_Allreduce(MPI_IN_PLACE, &shares, 1, MPI_INT, MPI_MAX, comm);
+  return shares != 0;
+}
 
 }  // namespace
 
 }  // namespace loomstone
 
-extern "C" const loomstone::Communicator* loomstone_make_communicator_3(int fortran_handle,
+extern "C" const loomstone::Communicator* loomstone_make_communicator_5(int fortran_handle,
                                                                         const char** problem) {
   using namespace loomstone;
+  if (polling_time() < WaitTime{0.0}) {
+    *problem = "LOOMSTONE_MPI_SPIN must be a number of microseconds >= 0; unset: 100";
+    return nullptr;
+  }
   int initialised = 0;
   MPI_Initialized(&initialised);
   if (finalised()) {
@@ -291,8 +367,6 @@ extern "C" const loomstone::Communicator* loomstone_make_communicator_3(int fort
           "mpi4py.MPI)";
       return nullptr;
     }
-    // Collective calls of Open MPI busy-wait. With this setting they yield between polls.
-    setenv("OMPI_MCA_mpi_yield_when_idle", "1", 0);  // 0: keeps a value set by the user
     // Only the thread that steps the simulation calls MPI, and the thread of a time-out.
     const int needed = mpi_timeout() > 0.0 ? MPI_THREAD_MULTIPLE : MPI_THREAD_FUNNELED;
     int provided = MPI_THREAD_SINGLE;
@@ -317,5 +391,6 @@ extern "C" const loomstone::Communicator* loomstone_make_communicator_3(int fort
     *problem = refused;
     return nullptr;
   }
+  if (ranks_share_processors(original)) share_processors();
   return new MpiCommunicator(original, std::move(watch));
 }

@@ -29,8 +29,9 @@ constexpr int question_tag = 1, answer_tag = 2;
 // Shortest and longest time for which a watch waits for answers (our choice).
 constexpr Seconds shortest_patience{1.0}, longest_patience{10.0};
 constexpr Seconds longest_tick{0.05};
-// MPI_Abort itself may wait: for an unreachable host, or in MPICH for the thread that waits. After
-// this time [s] the process exits, and the launcher ends the others.
+// MPI_Abort itself may not return. It may wait for an unreachable host or, in MPICH, for the thread
+// that waits for other ranks. After this time [s] the process exits, and the launcher ends the
+// other processes.
 constexpr unsigned abort_seconds = 2;
 constexpr int host_length = 64;
 
@@ -70,7 +71,8 @@ class MpiWatch::Thread {
     std::array<char, host_length> host{};
     gethostname(host.data(), host_length - 1);
     MPI_Allgather(host.data(), host_length, MPI_CHAR, hosts_.data(), host_length, MPI_CHAR, comm_);
-    // MPI_Finalize deletes the attributes of MPI_COMM_SELF first. No thread may call MPI after it.
+    // MPI_Finalize first deletes the attributes of MPI_COMM_SELF. This stops the thread of the
+    // watch, because no thread may call MPI once it is finalised.
     MPI_Comm_create_keyval(MPI_COMM_NULL_COPY_FN, stop_before_finalize, &key_, nullptr);
     MPI_Comm_set_attr(MPI_COMM_SELF, key_, this);
     thread_ = std::thread([this] { watch(); });
@@ -140,7 +142,7 @@ class MpiWatch::Thread {
   }
 
   // Asks all ranks what they do. Aborts them if this rank still waits in the same operation when
-  // all have answered or the patience is over.
+  // all have answered or the time for their answers is over.
   void call_roll() {
     const std::int64_t since = changed_;
     const auto same_wait = [&] { return waiting_ && changed_ == since; };
@@ -148,8 +150,8 @@ class MpiWatch::Thread {
     answers[static_cast<std::size_t>(rank_)] = {++call_, 1, seconds_since(since)};
     for (int other = 0; other < size_; ++other)
       if (other != rank_) ask(other);
-    // All ranks whose wait is as long call the roll at about the same time. Ranks above the lowest
-    // of them leave it the word, and speak themselves only if nothing happens.
+    // Several ranks may exceed the time-out and call the roll at about the same time. The lowest of
+    // them ends the job. The others do so only if it has not done so after twice the patience.
     for (const auto begin = Clock::now(); same_wait() && pause();) {
       answer_questions();
       collect(answers);

@@ -21,7 +21,8 @@ double mpi_timeout();
 // all ranks. Requires MPI_THREAD_MULTIPLE.
 class MpiWatch {
  public:
-  // Collective over the communicator with this Fortran handle, which is duplicated.
+  // Collective over the communicator with this Fortran handle. The watch communicates through a
+  // duplicate of this communicator.
   MpiWatch(int fortran_handle, std::chrono::duration<double> timeout);
   ~MpiWatch();
   MpiWatch(const MpiWatch&) = delete;
@@ -44,8 +45,8 @@ class MpiWatch {
   std::unique_ptr<Thread> thread_;
 };
 
-// Collective. Returns the watch of a communicator, or null if the time-out is off. If it cannot be
-// had, returns null and sets *problem to a message.
+// Collective. Returns the watch of a communicator, or null if the time-out is off. If the watch
+// cannot be made, returns null and sets *problem to a message.
 std::unique_ptr<MpiWatch> make_watch(int fortran_handle, const char** problem);
 
 }  // namespace loomstone

@@ -1,6 +1,7 @@
 #include "core/parallel/pool_replay.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <deque>
 #include <limits>
@@ -8,6 +9,7 @@
 #include <queue>
 #include <utility>
 
+#include "core/parallel/shared_work.h"
 #include "core/parallel/termination.h"
 
 namespace loomstone {
@@ -20,12 +22,15 @@ constexpr double never = std::numeric_limits<double>::infinity();
 constexpr double header_bytes = 32.0;
 
 // Adds the time of the exchange at the end. All ranks receive the numbers of results, and then the
-// results, each in a number of rounds that grows with the logarithm of the number of ranks.
-void add_exchange(const RecordedTests& tests, const Network& network, ReplayReport& report) {
-  if (tests.n_ranks() == 1) return;
+// results, if there are any. Each takes a number of rounds that grows with the logarithm of the
+// number of ranks. `further` other exchanges of numbers take as long.
+void add_exchange(int n_ranks, std::size_t result_bytes, int further, const Network& network,
+                  ReplayReport& report) {
+  if (n_ranks == 1) return;
+  const double exchanges = result_bytes > 0 ? 2.0 + further : 1.0 + further;
   report.exchange =
-      2.0 * std::ceil(std::log2(tests.n_ranks())) * (network.latency + 2.0 * network.overhead) +
-      static_cast<double>(tests.result_bytes) / network.bandwidth;
+      exchanges * std::ceil(std::log2(n_ranks)) * (network.latency + 2.0 * network.overhead) +
+      static_cast<double>(result_bytes) / network.bandwidth;
   report.seconds += report.exchange;
 }
 
@@ -90,7 +95,7 @@ class Simulated {
       busy.push_back(rank.busy);
     }
     set_busy(busy, report_);
-    add_exchange(tests_, network_, report_);
+    add_exchange(tests_.n_ranks(), tests_.result_bytes, 0, network_, report_);
     return report_;
   }
 
@@ -149,8 +154,8 @@ class Simulated {
     }
   }
 
-  // Handles the messages that have arrived and asks for work if there is none. Returns the time
-  // afterwards.
+  // Handles the messages that have arrived, and asks for work if this rank has none. Returns the
+  // time afterwards.
   double poll(int rank, double time) {
     Rank& own = ranks_[rank];
     if (ranks_.size() > 1) time += network_.overhead;
@@ -255,7 +260,7 @@ class Simulated {
     message.arrival = time + network_.latency + bytes / network_.bandwidth;
     Rank& receiver = ranks_[to];
     if (receiver.end < never) return time;
-    // A rank that works polls when it is free. One that waits is woken.
+    // A busy rank looks for messages when it is free again. The message wakes a waiting rank.
     const double wake = std::max(message.arrival, receiver.free);
     receiver.inbox.push_back(std::move(message));
     if (wake < receiver.next) schedule(to, wake);
@@ -275,6 +280,20 @@ class Simulated {
 
 double RecordedTests::work() const { return std::accumulate(seconds.begin(), seconds.end(), 0.0); }
 
+double OrderedWork::work() const {
+  return std::accumulate(seconds.begin(), seconds.end(), divisible);
+}
+
+double clock_seconds() {
+  using Clock = std::chrono::steady_clock;
+  double least = never;
+  for (int i = 0; i < 1000; ++i) {
+    const auto start = Clock::now();
+    least = std::min(least, std::chrono::duration<double>(Clock::now() - start).count());
+  }
+  return least;
+}
+
 ReplayReport replay_static(const RecordedTests& tests, const Network& network) {
   std::vector<double> busy;
   ReplayReport report;
@@ -292,7 +311,23 @@ ReplayReport replay_static(const RecordedTests& tests, const Network& network) {
     report.seconds = std::max(report.seconds, tests.start[rank] + seconds);
   }
   set_busy(busy, report);
-  add_exchange(tests, network, report);
+  add_exchange(tests.n_ranks(), tests.result_bytes, 0, network, report);
+  return report;
+}
+
+ReplayReport replay_predicted(const OrderedWork& work, int n_ranks, const Network& network) {
+  const std::vector<std::size_t> starts = contiguous_ranges(work.expected, n_ranks);
+  std::vector<double> busy;
+  for (int rank = 0; rank < n_ranks; ++rank) {
+    const auto at = [&](int range) {
+      return work.seconds.begin() + static_cast<std::ptrdiff_t>(starts[range]);
+    };
+    busy.push_back(std::accumulate(at(rank), at(rank + 1), work.divisible / n_ranks));
+  }
+  ReplayReport report;
+  set_busy(busy, report);
+  report.seconds = report.most_busy;
+  add_exchange(n_ranks, work.result_bytes, 1, network, report);
   return report;
 }
 

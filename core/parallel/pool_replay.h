@@ -1,6 +1,7 @@
-// Replays recorded tests on any number of ranks, by simulating events. Predicts how long ranks take
-// that divide the tests statically or by task pools. The model has a latency and a bandwidth of
-// messages, a time for each message on the processor, and the interval at which ranks poll.
+// Replays recorded tests on any number of ranks by a discrete-event simulation. Predicts how long
+// the ranks take if the tests are divided statically or by task pools. The model includes the
+// latency and bandwidth of messages, the processor time for each message, and the interval at which
+// ranks poll.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +28,7 @@ struct RecordedTests {
 struct Network {
   double latency = 1.5e-6;   // [s]
   double bandwidth = 1e10;   // [bytes/s]
-  double overhead = 0.2e-6;  // time on the processor to send, to receive or to look for one [s]
+  double overhead = 0.2e-6;  // processor time to send or receive a message, or to poll [s]
 };
 
 struct ReplayReport {
@@ -37,10 +38,26 @@ struct ReplayReport {
   std::int64_t requests = 0, transfers = 0, refusals = 0, waves = 0;  // sums over ranks
 };
 
-// Each rank performs the tests that follow from its first tests.
+// Pieces of work in a fixed order, which ranks cut into contiguous ranges by expected costs.
+struct OrderedWork {
+  std::vector<float> expected;   // costs by which ranks cut, in any unit
+  std::vector<double> seconds;   // cost of each piece [s]
+  double divisible = 0.0;        // cost of further work, which ranks share evenly [s]
+  std::size_t result_bytes = 0;  // size of all results, which all ranks receive [bytes]
+
+  double work() const;  // sum of all costs [s]
+};
+
+// Returns the time that reading the clock takes [s].
+double clock_seconds();
+
+// Replays a static division: each rank performs all tests that follow from its first tests.
 ReplayReport replay_static(const RecordedTests& tests, const Network& network);
-// Ranks balance the tests as TaskPool does.
+// Replays a dynamic division: the ranks balance the tests as TaskPool does.
 ReplayReport replay_dynamic(const RecordedTests& tests, const Network& network,
                             const PoolOptions& options = {});
+// Replays a division by expected costs: each rank performs one range of work. Before they exchange
+// results, the ranks agree on whether lists are valid.
+ReplayReport replay_predicted(const OrderedWork& work, int n_ranks, const Network& network);
 
 }  // namespace loomstone

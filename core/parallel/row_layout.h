@@ -40,28 +40,54 @@ class RowLayout {
   std::shared_ptr<const Communicator> shared_communicator() const { return communicator_; }
   bool single() const { return communicator_->size() == 1; }
 
-  // Adds block sums over all ranks in block order, so that the result has the same bits on any
-  // number of ranks. `block_sums` has one entry per block of all rows. On entry, the owned entries
-  // are set. On return, all entries are set.
-  double ordered_sum(std::vector<double>& block_sums) const;
+  // Adds the block sums that this rank owns. `block_sums` has one entry per block of all rows.
+  BinnedSum owned_sum(const std::vector<double>& block_sums) const;
+  // Returns the sum of the owned block sums of all ranks. It has the same bits on any number of
+  // ranks. Collective.
+  double sum(const std::vector<double>& block_sums) const;
 
   // Refreshes halo rows of a row-major array with `stride` numbers per row.
-  void exchange(const Halo& halo, double* rows, Index stride) const {
-    exchange_rows(halo, rows, stride * sizeof(double));
-  }
-  void exchange(const Halo& halo, float* rows, Index stride) const {
-    exchange_rows(halo, rows, stride * sizeof(float));
-  }
+  template <class Scalar>
+  void exchange(const Halo& halo, Scalar* rows, Index stride) const;
 
   // Refreshes all rows from their owners. Collective.
   void gather(double* rows, Index stride) const;
 
  private:
-  void exchange_rows(const Halo& halo, void* rows, std::size_t row_bytes) const;
-
   std::vector<Index> starts_;
-  std::vector<std::size_t> sum_offsets_;  // start of each rank's block sums [byte]
   std::shared_ptr<const Communicator> communicator_;
 };
+
+// An exchange of halo rows that other work overlaps. The halo and the rows must stay in place until
+// unpack() has returned. The object can be used again.
+class HaloExchange {
+ public:
+  // Starts to send and receive rows of a row-major array with `stride` numbers per row.
+  template <class Scalar>
+  void start(const Communicator& communicator, const Halo& halo, Scalar* rows, Index stride) {
+    start_bytes(communicator, halo, rows, stride * sizeof(Scalar));
+  }
+  // Writes the received rows to the array. Communicator::finish() must have been called.
+  void unpack();
+
+ private:
+  void start_bytes(const Communicator& communicator, const Halo& halo, void* rows,
+                   std::size_t row_bytes);
+
+  const Halo* halo_ = nullptr;
+  std::byte* rows_ = nullptr;
+  std::size_t row_bytes_ = 0;
+  std::vector<std::byte> buffer_;
+  std::vector<Communicator::Message> to_, from_;
+};
+
+template <class Scalar>
+void RowLayout::exchange(const Halo& halo, Scalar* rows, Index stride) const {
+  if (single()) return;
+  HaloExchange exchange;
+  exchange.start(communicator(), halo, rows, stride);
+  communicator().finish();
+  exchange.unpack();
+}
 
 }  // namespace loomstone

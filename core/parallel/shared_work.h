@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <exception>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -26,6 +27,22 @@ inline IndexRange even_share(Index n, int rank, int size) {
     return static_cast<Index>(static_cast<std::int64_t>(n) * r / size);
   };
   return {start(rank), start(rank + 1)};
+}
+
+// Cuts pieces of work into `n_ranges` contiguous ranges of about the same cost. Returns the start
+// of each range, and the number of pieces.
+inline std::vector<std::size_t> contiguous_ranges(const std::vector<float>& costs, int n_ranges) {
+  const double sum = std::accumulate(costs.begin(), costs.end(), 0.0);
+  std::vector<std::size_t> starts{0};
+  double done = 0.0;
+  std::size_t next = 0;
+  for (int range = 1; range < n_ranges; ++range) {
+    while (next < costs.size() && done + 0.5 * costs[next] < sum * range / n_ranges)
+      done += costs[next++];
+    starts.push_back(next);
+  }
+  starts.push_back(costs.size());
+  return starts;
 }
 
 // Collective. Returns the result of `work()` on each rank, in the order of the ranks. Results are

@@ -25,11 +25,14 @@ class SingleCommunicator final : public Communicator {
   void barrier() const override {}
   std::int64_t maximum(std::int64_t value) const override { return value; }
   void broadcast(void*, std::size_t, int) const override {}
-  void gather_all(void*, const std::vector<std::size_t>&) const override {}
-  void exchange(const std::vector<Message>& to, const std::vector<Message>& from) const override {
+  void start_gather(void*, const std::vector<std::size_t>&) const override {}
+  void start_exchange(const std::vector<Message>& to,
+                      const std::vector<Message>& from) const override {
     assert(to.empty() && from.empty() && "a single rank has no neighbours");
     static_cast<void>(to), static_cast<void>(from);
   }
+  void start_add(BinnedSum*, int) const override {}
+  void finish() const override {}
   std::unique_ptr<Mailbox> open_mailbox() const override {
     return std::make_unique<SingleMailbox>();
   }

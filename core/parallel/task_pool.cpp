@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/parallel/patience.h"
 #include "core/parallel/termination.h"
 
 namespace loomstone {
@@ -35,24 +36,6 @@ struct Header {
   std::int32_t round;
   std::int32_t from, wave;
   std::int64_t sent, received;  // tasks, summed over a part of the tree of ranks (Kind::Counts)
-};
-
-// How a thread without work waits. It yields at first, and then sleeps for increasing times, so
-// that ranks that share a processor with others do not keep it from them.
-class Pause {
- public:
-  void wait() {
-    if (++n_ < 1000) {
-      std::this_thread::yield();
-      return;
-    }
-    std::this_thread::sleep_for(length_);
-    length_ = std::min(2 * length_, std::chrono::microseconds{200});
-  }
-
- private:
-  int n_ = 0;
-  std::chrono::microseconds length_{10};
 };
 
 // Tasks of one rank, and the number of its workers that perform tests.
@@ -136,6 +119,7 @@ class PoolRun {
   void note_failure();
   void share(Tests& stack);
   bool poll();
+  void set_idle(bool idle);
   void ask();
   void answer(int rank);
   void contribute();
@@ -151,6 +135,7 @@ class PoolRun {
   Termination termination_;
   int victim_;            // rank that was asked last
   bool waiting_ = false;  // for the answer to a request
+  bool idle_ = false;     // without work, and waiting for messages
   std::atomic<bool> ended_{false}, failed_{false};
   std::atomic<std::int64_t> tests_{0}, created_{0}, busy_{0};  // busy time [ns]
   Clock::time_point polled_;
@@ -165,25 +150,27 @@ void PoolRun::work(int worker) {
   const auto start = Clock::now();
   if (worker == 0) polled_ = start;
   Tests stack;
-  Pause pause;
+  Patience patience;
   while (!ended_.load(std::memory_order_relaxed)) {
     if (tasks_.start(stack)) {
       perform_task(worker, stack);
       tasks_.stop();
-      pause = {};
+      patience.reset();
       continue;
     }
     if (worker == 0) {
       const bool arrived = poll();
       contribute();
       if (arrived) {
-        pause = {};
+        patience.reset();
         continue;
       }
+      set_idle(!ended_ && tasks_.passive());
     }
-    pause.wait();
+    patience.wait();
   }
   if (worker != 0) return;
+  set_idle(false);
   report_.tests = tests_, report_.created = created_;
   report_.busy = 1e-9 * static_cast<double>(busy_);
   report_.waves = termination_.wave() + 1;
@@ -244,6 +231,16 @@ bool PoolRun::poll() {
   return any;
 }
 
+// Lets the mailbox know whether this rank waits.
+void PoolRun::set_idle(bool idle) {
+  if (idle == idle_) return;
+  idle_ = idle;
+  if (idle)
+    mailbox_.begin_wait();
+  else
+    mailbox_.end_wait();
+}
+
 void PoolRun::handle(const std::vector<std::byte>& message) {
   Header header;
   std::memcpy(&header, message.data(), sizeof header);
@@ -265,6 +262,7 @@ void PoolRun::handle(const std::vector<std::byte>& message) {
       std::memcpy(tests.data(), message.data() + sizeof header, tests.size() * sizeof(NodeTest));
       ++report_.received;
       waiting_ = false;
+      set_idle(false);
       tasks_.put(std::move(tests));
       break;
     }

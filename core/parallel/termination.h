@@ -9,8 +9,8 @@
 
 namespace loomstone {
 
-// The part of one rank. Waves are numbered from 0. In every wave, counts pass from all ranks to
-// rank 0. Rank 0 then starts the next wave, or ends the run.
+// State of the termination detection on one rank. Waves are numbered from 0. In every wave, counts
+// pass from all ranks to rank 0. Rank 0 then starts the next wave, or ends the run.
 class Termination {
  public:
   Termination(int rank, int size) : rank_(rank), size_(size) { begin(0); }

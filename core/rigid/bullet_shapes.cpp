@@ -59,8 +59,7 @@ Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3
   const TriangleMesh& mesh = *body.mesh;
   Shapes shapes;
   if (body.shape == BodyShape::Sphere) {
-    shapes.all.push_back(
-        std::make_unique<btSphereShape>(sphere_radius(mesh, mass, body.density, where)));
+    shapes.all.push_back(std::make_unique<btSphereShape>(sphere_radius(mesh, mass, where)));
   } else if (body.shape == BodyShape::Box) {
     const Vec3 low = mesh.vertices().colwise().minCoeff().transpose(),
                high = mesh.vertices().colwise().maxCoeff().transpose();

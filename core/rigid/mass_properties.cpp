@@ -47,10 +47,20 @@ MassProperties mass_properties(const TriangleMesh& mesh, double density) {
 
   MassProperties result;
   const Vec3 offset = first / volume;
+  result.volume = volume;
   result.mass = density * volume;
   result.centre = reference + offset;
   second -= volume * offset * offset.transpose();  // parallel axis theorem
   result.inertia = density * (second.trace() * Mat3::Identity() - second);
+  return result;
+}
+
+MassProperties mass_properties(const RigidBody& body) {
+  if (!body.mesh) throw InvalidInput("mesh must be a closed mesh, got none; give one");
+  MassProperties result = mass_properties(*body.mesh, body.density);
+  if (body.mass == 0.0) return result;
+  result.inertia *= body.mass / result.mass;
+  result.mass = body.mass;
   return result;
 }
 

@@ -5,11 +5,13 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/base/choice.h"
 #include "core/base/field.h"
+#include "core/base/look.h"
 #include "core/base/rotation.h"
 #include "core/base/types.h"
 #include "core/mesh/triangle_mesh.h"
@@ -29,6 +31,7 @@ struct RigidBody {
   BodyShape shape = BodyShape::Convex;
   std::vector<std::shared_ptr<const TriangleMesh>> parts;  // convex, same frame as mesh
   double density = 1000.0;
+  double mass = 0.0;                     // [kg]; 0: density times volume
   Vec3 position = Vec3::Zero();          // world position of the origin of the mesh [m]
   Vec4 orientation = Vec4(1, 0, 0, 0);   // unit quaternion w, x, y, z, body to world
   Vec3 velocity = Vec3::Zero();          // velocity of the centre of mass [m/s]
@@ -36,6 +39,7 @@ struct RigidBody {
   double friction = 0.3;
   double restitution = 0.0;
   double thickness = 0.0;  // contact distance to cloth [m]; 0: thickness of the cloth
+  std::optional<Look> look;
 
   static auto fields() {
     return std::make_tuple(
@@ -43,7 +47,10 @@ struct RigidBody {
         field("mesh", &RigidBody::mesh, "closed surface in the body's own frame"),
         field("shape", &RigidBody::shape, "collision shape towards bodies and obstacles"),
         field("parts", &RigidBody::parts, "convex parts, for the shape parts"),
-        field("density", &RigidBody::density, "kg/m^3", positive(), "density"),
+        field("density", &RigidBody::density, "kg/m^3", positive(),
+              "density, which counts if the mass is 0"),
+        field("mass", &RigidBody::mass, "kg", non_negative(),
+              "mass, spread evenly over the volume; 0: density times volume"),
         field("position", &RigidBody::position, "world position of the mesh's origin [m]"),
         field("orientation", &RigidBody::orientation,
               "unit quaternion (w, x, y, z), body to world"),
@@ -54,18 +61,22 @@ struct RigidBody {
         field("restitution", &RigidBody::restitution, "1", between(0.0, 1.0),
               "restitution coefficient"),
         field("thickness", &RigidBody::thickness, "m", non_negative(),
-              "contact distance to cloth; 0: that of the cloth"));
+              "contact distance to cloth; 0: that of the cloth"),
+        field("look", &RigidBody::look,
+              "Look: its colour and texture in pictures; None: the renderer's"));
   }
 };
 
 // Mass, centre and inertia of a closed mesh of uniform density [Mirtich1996].
 struct MassProperties {
+  double volume = 0.0;          // [m^3]
   double mass = 0.0;            // [kg]
   Vec3 centre = Vec3::Zero();   // centre of mass in the mesh's frame [m]
   Mat3 inertia = Mat3::Zero();  // about the centre of mass, in mesh axes [kg m^2]
 };
 // Throws InvalidInput for meshes that are open or inside out.
 MassProperties mass_properties(const TriangleMesh& mesh, double density);
+MassProperties mass_properties(const RigidBody& body);
 
 // State of all bodies. Positions are those of the centres of mass. Quaternions are (w, x, y, z).
 struct RigidState {

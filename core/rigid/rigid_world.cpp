@@ -56,9 +56,8 @@ struct RigidWorld::Data {
 void RigidWorld::Data::add_body(const RigidBody& body, const std::string& where) {
   check_fields(body, where);
   check_orientation(body.orientation, where);
-  if (!body.mesh) fail<InvalidInput>("{}.mesh must be a closed mesh, got none; give one", where);
   try {
-    masses.push_back(loomstone::mass_properties(*body.mesh, body.density));
+    masses.push_back(loomstone::mass_properties(body));
   } catch (const InvalidInput& error) {
     fail<InvalidInput>("{}.{}", where, error.what());
   }

@@ -35,13 +35,13 @@ std::vector<Vec3> body_points(const TriangleMesh& mesh, const Vec3& centre, cons
   return points;
 }
 
-double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass, double density,
+double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass,
                      const std::string& where) {
   const Vector distances = (mesh.vertices().rowwise() - mass.centre.transpose()).rowwise().norm();
   const double radius = distances.maxCoeff();
   // A threshold of half the sphere's volume separates an icosahedron (0.61) from a cube (0.37),
   // whose corners also lie on a sphere.
-  const double filled = mass.mass / density / (4.0 / 3.0 * M_PI * radius * radius * radius);
+  const double filled = mass.volume / (4.0 / 3.0 * M_PI * radius * radius * radius);
   if (distances.minCoeff() < 0.99 * radius || filled < 0.5) {
     fail<InvalidInput>(
         "{}.shape \"sphere\" needs a mesh that is a sphere within 1 %, got vertices {:.6g} to "

@@ -21,7 +21,7 @@ std::vector<Vec3> body_points(const TriangleMesh& mesh, const Vec3& centre, cons
 
 // Returns the radius of a spherical mesh about its centre of mass [m]. Throws InvalidInput unless
 // the mesh is a sphere within 1 %.
-double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass, double density,
+double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass,
                      const std::string& where);
 
 // The best-fit rigid motion (velocity [m/s], angular velocity [rad/s]) of a triangle that moves

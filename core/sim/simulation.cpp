@@ -176,6 +176,10 @@ CollisionRecord Simulation::collision_motion() const {
   const CollisionStage* const collision = data_->stepper->engines().collision.get();
   return collision ? collision->motion() : CollisionRecord{};
 }
+std::size_t Simulation::hierarchy_bytes() const {
+  const CollisionStage* const collision = data_->stepper->engines().collision.get();
+  return collision ? collision->hierarchy_bytes() : 0;
+}
 Decomposition Simulation::decomposition() const { return data_->decomposition; }
 const Communicator& Simulation::communicator() const { return *data_->communicator; }
 

@@ -40,11 +40,13 @@ class Simulation {
   double step_size() const;  // length of a step; the largest length of automatic steps [s]
   int threads() const;
   const Communicator& communicator() const;
-  // Tells whether the motion that certification receives in each step is kept for
-  // collision_motion(), which returns that of the last certification. It has no vertices if nothing
-  // collides or no step has been taken.
+  // Sets whether the motion that certification receives in each step is kept. collision_motion()
+  // returns the motion that was kept last. It has no vertices if nothing collides or no step has
+  // been taken.
   void keep_collision_motion(bool keep);
   CollisionRecord collision_motion() const;
+  // Memory of the bounding-volume hierarchies, which every rank stores whole [bytes].
+  std::size_t hierarchy_bytes() const;
   Decomposition decomposition() const;  // how collision handling is divided
   const StepReport& report() const;     // of the last step
   // Returns whether there are no bodies or the last step rebuilt the rigid-body world.
@@ -115,8 +117,8 @@ class Simulation {
   std::vector<std::array<Index, 2>> intersecting_pairs() const;
 
   // Returns the pairs of features that are closer than their contact distance in the current state.
-  // Their vertices are numbered as the user's, all surfaces concatenated. All ranks must call this
-  // function.
+  // Their vertex numbers follow the user's numbering, all surfaces concatenated. All ranks must
+  // call this function.
   std::vector<Contact> near_contacts() const;
 
  private:

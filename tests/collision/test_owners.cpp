@@ -1,4 +1,5 @@
-// The ranks share the search for contacts and impacts. Who computes what changes no bit.
+// The ranks share the search for contacts and impacts. The results have the same bits, whichever
+// rank computes them.
 #include <catch2/catch.hpp>
 
 #include <cstdlib>
@@ -45,8 +46,8 @@ struct Results {
   }
 };
 
-// Steps of random motion, calm ones and some in which all vertices move by far more than a list
-// allows.
+// Returns the results of eight steps of random motion. Six steps are calm. In the other two, all
+// vertices of the sheets move by far more than a list allows.
 Results results(const TestScene& scene, std::shared_ptr<const Communicator> ranks) {
   CollisionStage stage(scene.model, Decomposition::Predicted, std::move(ranks));
   Points x = scene.x;
@@ -130,7 +131,8 @@ TEST_CASE("each neighbour list is on one rank, and costs are balanced after some
     std::size_t n_lists = 0;
     double cost = 0.0;
   };
-  // Lists and costs of a calm motion in which only the corner of one sheet is near another surface.
+  // Returns the lists and costs of a rank after a calm motion, in which only the corner of one
+  // sheet is near another surface.
   const auto seen_by = [&](const Communicator& ranks) {
     BroadPhase broad_phase(scene.model, pairs, {ranks.rank(), ranks.size()});
     NeighbourLists lists(scene.model, pairs, broad_phase, ranks);

@@ -152,4 +152,14 @@ inline Eigen::MatrixXd dense_matrix(const LinearSystem& system) {
   return dense;
 }
 
+// Multiplies the stiffness by `factor` and keeps the masses.
+inline void stiffen(RandomSystem& system, double factor) {
+  BlockMatrix& a = system.matrix;
+  for (Index row = 0; row < a.n_rows(); ++row)
+    for (Index k = a.row_start()[row]; k < a.row_start()[row + 1]; ++k) {
+      const Mat3 mass = (k == a.diagonal()[row] ? 1.0 : 0.0) * Mat3::Identity();
+      a.block_map(k) = mass + factor * (a.block_map(k) - mass);
+    }
+}
+
 }  // namespace loomstone::testing

@@ -28,21 +28,23 @@ class PretendedRanks final : public Communicator {
     return value;
   }
   void broadcast(void*, std::size_t, int) const override { FAIL("a collective call"); }
-  void gather_all(void*, const std::vector<std::size_t>&) const override {
+  void start_gather(void*, const std::vector<std::size_t>&) const override {
     FAIL("a collective call");
   }
-  void exchange(const std::vector<Message>&, const std::vector<Message>&) const override {
+  void start_exchange(const std::vector<Message>&, const std::vector<Message>&) const override {
     FAIL("a collective call");
   }
+  void start_add(BinnedSum*, int) const override { FAIL("a collective call"); }
+  void finish() const override { FAIL("a collective call"); }
   void abort(int) const override { std::abort(); }
 };
 
 }  // namespace
 
 TEST_CASE("unknown methods and invalid options are refused by name") {
-  CHECK_THROWS_WITH(
-      choice_named<LinearMethod>("jacobi", "linear_solver"),
-      Contains("pcg | block-jacobi | gauss-seidel | direct") && Contains("got \"jacobi\""));
+  CHECK_THROWS_WITH(choice_named<LinearMethod>("jacobi", "linear_solver"),
+                    Contains("pcg | block-jacobi | gauss-seidel | direct | supernodal") &&
+                        Contains("got \"jacobi\""));
   CHECK_THROWS_AS(choice_named<LinearMethod>("jacobi", "linear_solver"), InvalidInput);
   CHECK_THROWS_WITH(make_linear_solver({LinearMethod::Pcg, 0.0, 10}),
                     Contains("tolerance must be > 0"));

@@ -10,6 +10,7 @@
 using namespace loomstone;
 using testing::random_system;
 using testing::RandomSystem;
+using testing::stiffen;
 
 namespace {
 
@@ -142,19 +143,7 @@ TEST_CASE(
   CHECK(stopped.residual > 1e-8);
 }
 
-namespace {
-
-// Multiplies the stiffness by `factor` and keeps the masses.
-void stiffen(RandomSystem& system, double factor) {
-  BlockMatrix& a = system.matrix;
-  for (Index row = 0; row < a.n_rows(); ++row)
-    for (Index k = a.row_start()[row]; k < a.row_start()[row + 1]; ++k) {
-      const Mat3 mass = (k == a.diagonal()[row] ? 1.0 : 0.0) * Mat3::Identity();
-      a.block_map(k) = mass + factor * (a.block_map(k) - mass);
-    }
-}
-
-}  // namespace
+namespace {}  // namespace
 
 TEST_CASE("rounding the stiffness to single precision does not change the mass of a translation") {
   RandomSystem system = random_system(20, 0, 0);
@@ -438,5 +427,20 @@ TEST_CASE("a system with all rows fixed leaves x unchanged") {
                                     LinearMethod::GaussSeidel, LinearMethod::Direct}) {
     INFO(name_of(method));
     CHECK(same_bits(solved(system, {method, 1e-6, 2000}), system.x));
+  }
+}
+
+TEST_CASE("the supernodal factorisation is used by name alone") {
+  // CHOLMOD would choose it for a system of this size: 3,600 rows.
+  const RandomSystem system = random_system(60, 3, 700);
+  const Points direct = solved(system, {LinearMethod::Direct, 1e-10, 2000});
+  try {
+    const Points supernodal = solved(system, {LinearMethod::Supernodal, 1e-10, 2000});
+    // The condition number is near 100, so rounding changes x by less than 1e-12.
+    CHECK((direct - supernodal).norm() < 1e-12 * direct.norm());
+    CHECK_FALSE(same_bits(direct, supernodal));
+  } catch (const Unsupported& error) {  // a CHOLMOD without the module
+    CHECK_THAT(error.what(), Catch::Matchers::Contains("supernodal module") &&
+                                 Catch::Matchers::Contains("use \"direct\""));
   }
 }

@@ -8,7 +8,7 @@ import sys
 
 from launcher import ENVIRONMENT
 
-# mpirun notices a host that does not answer after 4 s, if the time-out of the ranks is longer.
+# After 4 s, mpirun notices that a host does not answer, unless a time-out ends the job earlier.
 KEEPALIVE = ("oob_tcp_keepalive_time 2", "oob_tcp_keepalive_intvl 1", "oob_tcp_keepalive_probes 2")
 _numbers = itertools.count(1)
 
@@ -60,7 +60,7 @@ class Hosts:
         return f"{self._prefix}n{node}"
 
     def inside(self, node):
-        """Returns the command that runs the command behind it on a host, with the same process."""
+        """Returns words that run the command behind them on a host, without a further process."""
         enter = ["nsenter", f"--net=/run/netns/{self.name(node)}", "unshare", "--uts"]
         return [*enter, "/bin/sh", "-c", f'hostname node{node}; exec "$0" "$@"']
 
@@ -80,7 +80,6 @@ class Hosts:
             "btl tcp,self",
             "btl_tcp_if_include 10.78.0.0/24",
             "oob_tcp_if_include 10.78.0.0/24",
-            "mpi_yield_when_idle 1",
         )
         settings = [word for option in options for word in ("--mca", *option.split())]
         forwarded = ["OMP_WAIT_POLICY", "LOOMSTONE_MPI_TIMEOUT", "PATH", "RESUMED"]

@@ -19,21 +19,8 @@ ENVIRONMENT = os.environ | {
 
 
 def command(n, *arguments):
-    """Returns the mpirun command for Python on n ranks.
-
-    Waiting ranks yield the processor, and threads are not bound to processors.
-    """
-    launcher = [
-        "mpirun",
-        "--oversubscribe",
-        "--bind-to",
-        "none",
-        "--mca",
-        "mpi_yield_when_idle",
-        "1",
-        "-n",
-        str(n),
-    ]
+    """Returns the mpirun command for Python on n ranks, whose threads are not bound."""
+    launcher = ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(n)]
     return [*launcher, sys.executable, *map(str, arguments)]
 
 

@@ -1,13 +1,12 @@
 # Runs PROGRAM without a launcher, then with every combination RANKSxTHREADS in SHAPES, and requires
-# the same output. The OMPI variables below allow more ranks than cores, leave threads unbound and
-# make waiting ranks yield. Launchers other than that of Open MPI ignore these variables.
+# the same output. The OMPI variables below allow more ranks than cores and leave threads unbound.
+# Launchers other than that of Open MPI ignore these variables.
 set(ENV{LOOMSTONE_MPI_PLUGIN} ${PLUGIN})
 set(ENV{OMP_WAIT_POLICY} passive)
 set(ENV{OMPI_ALLOW_RUN_AS_ROOT} 1)
 set(ENV{OMPI_ALLOW_RUN_AS_ROOT_CONFIRM} 1)
 set(ENV{OMPI_MCA_rmaps_base_oversubscribe} 1)
 set(ENV{OMPI_MCA_hwloc_base_binding_policy} none)
-set(ENV{OMPI_MCA_mpi_yield_when_idle} 1)
 set(ENV{OMPI_MCA_btl_vader_single_copy_mechanism} none)
 
 execute_process(COMMAND ${PROGRAM} 1 TIMEOUT 60 OUTPUT_VARIABLE expected RESULT_VARIABLE code)

@@ -1,5 +1,5 @@
-"""However a job ends, its exit code tells why, its last sentence how to continue, and the run can
-be resumed. A rank that does not answer is named and ends the job.
+"""However a job ends, its exit code tells why, the last sentence that it prints tells how to
+continue, and the run can be resumed. A rank that does not answer is named, and the job ends.
 """
 
 import os
@@ -119,7 +119,7 @@ def test_sigcont_which_mpirun_sends_first_saves_the_current_step(scene, tmp_path
         timeout=60,
     )
     assert done.returncode == 0, done.stderr
-    # Frames are 10 steps apart, so the others are saved at steps 10, 20 and 30.
+    # The signal saves step 26. Frames save steps 10, 20 and 30. The two newest checkpoints remain.
     steps = {int(path.stem.split("-")[1]) for path in out.glob("checkpoint-*.h5")}
     assert steps == {26, 30}
 
@@ -164,7 +164,7 @@ def test_processes_of_another_launcher_are_refused_before_they_overwrite_one_ano
     ("environment", "wanted"),
     [
         ({}, 8),
-        # Unbound ranks share the processors of the process; bound ones those of the machine.
+        # Unbound ranks share the 8 processors that a process may use, bound ranks all 16.
         ({"OMPI_COMM_WORLD_SIZE": "4", "OMPI_COMM_WORLD_LOCAL_SIZE": "4", "NONE": "1"}, 2),
         ({"OMPI_COMM_WORLD_SIZE": "4", "OMPI_COMM_WORLD_LOCAL_SIZE": "4"}, 4),
         ({"OMPI_COMM_WORLD_SIZE": "2", "OMPI_COMM_WORLD_LOCAL_SIZE": "2"}, 8),

@@ -1,11 +1,13 @@
 """Several ranks give the same bits and errors as one, and only rank 0 prints."""
 
 import json
+import platform
 import textwrap
 from pathlib import Path
 
 import pytest
 from launcher import needs_mpirun, ranks
+from loomstone.runs.steps import read_steps
 
 pytestmark = needs_mpirun
 
@@ -39,6 +41,30 @@ def test_ranks_and_threads_change_no_bit_and_only_rank_0_speaks(scene, tmp_path)
         assert done.stdout.count("frame 4/4") == 1 and f"{n} ranks" in done.stdout
         digests.add(digest(out))
     assert len(digests) == 1
+
+
+def test_a_run_tells_where_its_ranks_are_and_how_long_they_wait(scene, tmp_path):
+    for n in (1, 2):
+        out = tmp_path / str(n)
+        done = ranks(n, "-m", "loomstone", "run", scene, "--out", out, "--threads", 1)
+        assert done.returncode == 0, done.stdout + done.stderr
+        for rank in range(2):
+            told = f"rank {rank}: host {platform.node()}, 1 threads, " in done.stdout
+            assert told == (n == 2)
+        steps = read_steps(out)
+        rows = 17 * 17
+        for i in range(1, len(steps["step"])):
+            stages = sum(steps[name][i] for name in steps if name.startswith("seconds."))
+            # The stages are parts of the step of rank 0; the sum is rounded.
+            wall = steps["ranks.most_computing"][i] + steps["ranks.most_waiting"][i]
+            assert wall > stages * (1 - 1e-9)
+            assert steps["ranks.most_computing"][i] >= steps["ranks.computing"][i] > 0
+            assert (steps["ranks.waiting"][i] > 0) == (n == 2)
+            parts = [steps[f"ranks.collision_{name}"][i] for name in ("computing", "waiting")]
+            assert parts[0] <= steps["ranks.computing"][i] and parts[1] <= steps["ranks.waiting"][i]
+            assert (steps["ranks.operations"][i] > 10) == (n == 2)
+            # Each rank sends at least the positions of the rows it owns.
+            assert (steps["ranks.bytes"][i] >= 3 * 8 * rows // 2) == (n == 2)
 
 
 PRESS = """

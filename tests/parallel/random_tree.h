@@ -16,7 +16,7 @@ class RandomTree {
     std::mt19937 random(seed);
     children_.resize(n_nodes);
     for (Index node = n_roots; node < n_nodes; ++node) {
-      // Small parents are drawn more often, which makes the branches uneven.
+      // Parents with small numbers are drawn more often, which makes the branches uneven.
       const double at = std::uniform_real_distribution<double>(0.0, 1.0)(random);
       children_[static_cast<Index>(at * at * node)].push_back(node);
     }

@@ -28,12 +28,13 @@ class Variable {
 
 }  // namespace
 
-TEST_CASE("without the plug-in several ranks are refused with the package to install") {
+TEST_CASE("without the plug-in several ranks are refused with the way to have it") {
   for (const char* path : {"/nonexistent/libloomstone_mpi.so", static_cast<const char*>(nullptr)}) {
     const Variable plugin("LOOMSTONE_MPI_PLUGIN", path);
     CHECK_THROWS_AS(mpi_communicator(), Unsupported);
     CHECK_THROWS_WITH(mpi_communicator(),
-                      Contains("libloomstone_mpi.so") && Contains("libopenmpi-dev"));
+                      Contains("libloomstone_mpi.so") && Contains("libopenmpi-dev") &&
+                          Contains("MPI is a plug-in of builds from the sources"));
   }
 }
 

@@ -55,11 +55,27 @@ TEST_CASE("a dynamic replay performs all tests and spreads them over the ranks")
   // At the end, a request of each rank may remain without an answer.
   CHECK(fast.requests >= fast.transfers + fast.refusals);
   CHECK(fast.requests <= fast.transfers + fast.refusals + 12);
-  // Twelve ranks share 87 ms of work, which takes 7.3 ms, with less than 20 % to balance it.
+  // Twelve ranks need at least 7.3 ms for 87 ms of work. Balancing the work adds less than 20 %.
   CHECK(fast.seconds > tests.work() / 12);
   CHECK(fast.seconds < 1.2 * tests.work() / 12);
   const ReplayReport slow = replay_dynamic(tests, {100e-6, 1e10, 0.1e-6});
   CHECK(slow.seconds > 1.1 * fast.seconds);
+}
+
+TEST_CASE("a predicted replay takes the time of the most expensive range and of three exchanges") {
+  // Sixteen pieces, of which the last four take twice as long as in the step before.
+  OrderedWork work{std::vector<float>(16, 1.0f), std::vector<double>(16, 1e-6), 4e-6, 1000};
+  for (int i = 12; i < 16; ++i) work.seconds[i] = 2e-6;
+  CHECK(work.work() == Approx(24e-6));
+  const Network network{2e-6, 1e8, 0.5e-6};
+  const ReplayReport report = replay_predicted(work, 4, network);
+  CHECK(report.least_busy == Approx(5e-6));
+  CHECK(report.most_busy == Approx(9e-6));
+  // Agreement, counts and results take two rounds of 3 us each among four ranks, and 1000 B take
+  // 10 us at 1e8 B/s.
+  CHECK(report.exchange == Approx(28e-6));
+  CHECK(report.seconds == Approx(37e-6));
+  CHECK(replay_predicted(work, 1, network).seconds == Approx(work.work()));
 }
 
 TEST_CASE("a rank that starts alone and one that has nothing to give both end") {
@@ -68,8 +84,9 @@ TEST_CASE("a rank that starts alone and one that has nothing to give both end") 
   const ReplayReport report = replay_dynamic(tests, network);
   CHECK(report.transfers == 0);
   CHECK(report.waves >= 2);
-  // The counts of two waves rise and fall through three levels of ranks each, and the exchange has
-  // eighteen rounds. Each takes the latency and some time on the processor.
-  CHECK(report.seconds > (12 + 18) * network.latency);
-  CHECK(report.seconds < 2 * (12 + 18) * network.latency);
+  // The tree of ranks has three levels below rank 0, so each of the two waves takes six messages in
+  // sequence: three up and three down. The exchange of the numbers of results has nine rounds. Each
+  // message or round takes the latency and some processor time.
+  CHECK(report.seconds > (12 + 9) * network.latency);
+  CHECK(report.seconds < 2 * (12 + 9) * network.latency);
 }

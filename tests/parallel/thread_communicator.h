@@ -60,7 +60,7 @@ class ThreadCommunicators {
       if (rank_ != root) std::memcpy(data, all_.given_[root], bytes);
       barrier();
     }
-    void gather_all(void* data, const std::vector<std::size_t>& offsets) const override {
+    void start_gather(void* data, const std::vector<std::size_t>& offsets) const override {
       auto* const own = static_cast<std::byte*>(data);
       all_.given_[rank_] = own;
       barrier();
@@ -70,9 +70,11 @@ class ThreadCommunicators {
                       offsets[other + 1] - offsets[other]);
       barrier();
     }
-    void exchange(const std::vector<Message>&, const std::vector<Message>&) const override {
+    void start_exchange(const std::vector<Message>&, const std::vector<Message>&) const override {
       abort(1);
     }
+    void start_add(BinnedSum*, int) const override { abort(1); }
+    void finish() const override {}  // a gather is complete when it has been started
     std::unique_ptr<Mailbox> open_mailbox() const override {
       return std::make_unique<Borrowed>(all_.mailboxes_[rank_]);
     }

@@ -50,7 +50,7 @@ class ThreadRank final : public Communicator {
     if (rank_ != root && bytes > 0) std::memcpy(data, hub_.data[root], bytes);
     barrier();
   }
-  void gather_all(void* data, const std::vector<std::size_t>& byte_offsets) const override {
+  void start_gather(void* data, const std::vector<std::size_t>& byte_offsets) const override {
     hub_.data[rank_] = data;
     barrier();
     for (int other = 0; other < size(); ++other) {
@@ -61,7 +61,8 @@ class ThreadRank final : public Communicator {
     }
     barrier();
   }
-  void exchange(const std::vector<Message>& to, const std::vector<Message>& from) const override {
+  void start_exchange(const std::vector<Message>& to,
+                      const std::vector<Message>& from) const override {
     hub_.messages[rank_] = &to;
     barrier();
     for (const Message& wanted : from)
@@ -69,6 +70,16 @@ class ThreadRank final : public Communicator {
         if (sent.rank == rank_ && sent.bytes > 0) std::memcpy(wanted.data, sent.data, sent.bytes);
     barrier();
   }
+  void start_add(BinnedSum* sums, int n) const override {
+    std::vector<BinnedSum> own(sums, sums + n);
+    hub_.data[rank_] = own.data();
+    barrier();
+    for (int other = 0; other < size(); ++other)
+      for (int i = 0; i < n && other != rank_; ++i)
+        sums[i].add(static_cast<const BinnedSum*>(hub_.data[other])[i]);
+    barrier();
+  }
+  void finish() const override {}  // operations are complete when they have been started
   void agree(int& kind, std::string& text) const override {
     hub_.kinds[rank_] = kind;
     hub_.texts[rank_] = text;

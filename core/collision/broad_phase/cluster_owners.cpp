@@ -48,15 +48,7 @@ void ClusterOwners::cut(const std::vector<float>& own_costs) {
 }
 
 void ClusterOwners::cut_by(const std::vector<float>& costs) {
-  const double sum = std::accumulate(costs.begin(), costs.end(), 0.0);
-  double done = 0.0;
-  std::size_t next = 0;
-  for (int range = 1; range < ranks_.size(); ++range) {
-    while (next < costs.size() && done + 0.5 * costs[next] < sum * range / ranks_.size())
-      done += costs[next++];
-    cut_[range] = next;
-  }
-  cut_.back() = costs.size();
+  cut_ = contiguous_ranges(costs, ranks_.size());
 }
 
 void ClusterOwners::rotate() {

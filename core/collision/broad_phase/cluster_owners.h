@@ -13,19 +13,20 @@ namespace loomstone {
 
 class ClusterOwners {
  public:
-  // Takes the number of first clusters of each surface pair. All clusters have the same cost.
+  // `n_clusters` has the number of first clusters of each surface pair. At the start, all of these
+  // clusters are given the same cost.
   ClusterOwners(const std::vector<Index>& n_clusters, const Communicator& ranks);
 
   // Returns the clusters of a surface pair whose lists this rank computes.
   IndexRange own(Index pair) const;
-  // Index of a first cluster among those of this rank.
+  // Returns the position of a first cluster of a surface pair in the range of this rank.
   std::size_t own_index(Index pair, Index cluster) const {
     return first_[pair] + cluster - own_begin();
   }
   std::size_t n_own() const { return cut_[part_ + 1] - cut_[part_]; }
 
-  // Collective. Takes the cost of each first cluster of this rank, and cuts again if the most
-  // expensive range costs much more than the mean.
+  // Collective. `own_costs` has one entry for each first cluster in the range of this rank. Cuts
+  // the first clusters into new ranges if the most expensive range costs much more than the mean.
   void cut(const std::vector<float>& own_costs);
   // True if the environment has LOOMSTONE_ROTATE_OWNERS, by which tests let owners change in every
   // search.
@@ -38,10 +39,12 @@ class ClusterOwners {
   void cut_by(const std::vector<float>& costs);
 
   const Communicator& ranks_;
-  std::vector<std::size_t> first_;  // first cluster of each surface pair, and the number of all
-  std::vector<std::size_t> cut_;    // start of each range, and the number of all clusters
+  // Where the first clusters of each surface pair begin among all of them, and the number of all.
+  std::vector<std::size_t> first_;
+  std::vector<std::size_t> cut_;  // start of each range, and the number of all first clusters
   const bool rotates_;
-  int turn_ = 0, part_;  // rank r has the range (r + turn) modulo the number of ranks
+  // Rank r owns the range (r + turn_) modulo the number of ranks. This rank owns the range part_.
+  int turn_ = 0, part_;
 };
 
 }  // namespace loomstone

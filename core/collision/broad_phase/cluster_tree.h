@@ -49,7 +49,8 @@ class ClusterTree {
   void find_boxes(const Team& team, const std::vector<PackedSlabs>& vertices, Index begin,
                   Index end, std::vector<PackedSlabs>& boxes) const;
   std::size_t n_slots() const;
-  // Takes boxes that include `inflation` [m] as those of newly formed clusters.
+  // Stores the total area of the boxes of newly formed clusters, for has_grown(). The boxes include
+  // `inflation` [m].
   void set_area(const std::vector<PackedSlabs>& boxes, double inflation);
   // Returns whether boxes have grown too much since clusters were formed.
   bool has_grown(const std::vector<PackedSlabs>& boxes, double inflation) const;

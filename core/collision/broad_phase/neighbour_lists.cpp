@@ -147,8 +147,8 @@ bool NeighbourLists::as_expected(const Team& team, const Points& x, double ahead
   return all;
 }
 
-// Gives lists to ranks by the mean cost of an update. The lists that a rank loses are made again on
-// their new ranks.
+// Distributes the lists over the ranks so that an update costs about the same on each rank. Lists
+// that move to another rank are made again there.
 void NeighbourLists::distribute() {
   if (owners_.rotates()) return owners_.rotate();
   if (updates_ == 0 || ranks_.size() == 1) return;
@@ -243,6 +243,7 @@ void NeighbourLists::find_used() {
 }
 
 void NeighbourLists::make(NeighbourList& list, PairSearch::Slots& slots) const {
+  const WorkTimer<float> timing = timer(list);
   const SurfacePair& pair = pairs_[list.pair];
   const ClusterTree &a = broad_phase_.tree(pair.a), &b = broad_phase_.tree(pair.b);
   const double base = base_[list.pair];
@@ -336,6 +337,7 @@ void NeighbourLists::update(const Team& team, const Points& x) {
   if (!again) {
     const bool all_listed = unlisted().empty();
     passes = results_of_ranks(ranks_, [&] {
+      const WorkTimer<double> timing(pass_seconds_, clock_);
       find_motions(team, before_, x);
       parallel_for(team, static_cast<Index>(lists_.size()), [&](Index i) {
         lists_[i].change = change_bound(lists_[i]);
@@ -363,6 +365,7 @@ void NeighbourLists::update(const Team& team, const Points& x) {
 
 void NeighbourLists::cover(const Team& team, const Points& x1) {
   const auto pass_to_x1 = [&] {
+    const WorkTimer<double> timing(pass_seconds_, clock_);
     find_motions(team, x_, x1);
     parallel_for(team, static_cast<Index>(lists_.size()),
                  [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
@@ -466,6 +469,7 @@ std::vector<Index> NeighbourLists::unlisted() const {
 std::vector<FeaturePairs> NeighbourLists::unlisted_near_pairs(const Team& team) const {
   std::vector<FeaturePairs> found(pairs_.size());
   if (const std::vector<Index> which = unlisted(); !which.empty()) {
+    const WorkTimer<double> timing = unlisted_timer();
     std::vector<double> reach;
     for (const SurfacePair& pair : pairs_) reach.push_back(pair.thickness + rounding);
     broad_phase_.near_pairs(team, x_, which, reach, found);

@@ -6,7 +6,10 @@
 // list exists on one rank only.
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "core/collision/broad_phase/broad_phase.h"
@@ -36,7 +39,8 @@ struct NeighbourList {
   // expected step. After cover(), it is that of the step from the last update() to x1.
   double change = 0.0;
   double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` [m]
-  float cost = 0.0f;  // of computing with this list since lists were distributed [ns]
+  float cost = 0.0f;     // of computing with this list since lists were distributed [ns]
+  float seconds = 0.0f;  // time of computing with this list while lists are timed [s]
   std::vector<NearPair> near = {};
 
   ContactKind kind(std::size_t i) const {
@@ -57,6 +61,28 @@ struct ListCosts {
   static constexpr float made_pair = 120.0f;  // a pair of a new list
 };
 
+// Adds the time of its life to `seconds`, less the time that reading the clock takes. Does nothing
+// if `clock` is negative.
+template <class Number>
+class WorkTimer {
+ public:
+  WorkTimer(Number& seconds, double clock) : seconds_(seconds), clock_(clock) {
+    if (clock_ >= 0.0) start_ = std::chrono::steady_clock::now();
+  }
+  ~WorkTimer() {
+    if (clock_ < 0.0) return;
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
+    seconds_ += static_cast<Number>(std::max(0.0, passed.count() - clock_));
+  }
+  WorkTimer(const WorkTimer&) = delete;
+  WorkTimer& operator=(const WorkTimer&) = delete;
+
+ private:
+  Number& seconds_;
+  const double clock_;
+  std::chrono::steady_clock::time_point start_;
+};
+
 class NeighbourLists {
  public:
   // Some surface pairs are unlisted and are searched in full each time. A pair becomes unlisted if
@@ -75,7 +101,7 @@ class NeighbourLists {
   // CollisionModel::gap_floor while vertices move from the positions of the last update() to x1.
   void cover(const Team& team, const Points& x1);
 
-  // Makes those lists of this rank again that ended in update() or cover().
+  // After update() or cover(), makes the lists of this rank again whose slack does not suffice.
   void make_ended(const Team& team);
 
   std::vector<NeighbourList>& lists() { return lists_; }  // of this rank
@@ -88,6 +114,16 @@ class NeighbourLists {
   std::vector<Index> unlisted() const;
   const Communicator& ranks() const { return ranks_; }
 
+  // Makes the lists measure the time of computing with them, for replays on one thread. `clock` is
+  // the time that reading the clock takes [s].
+  void time_work(double clock) { clock_ = clock; }
+  WorkTimer<float> timer(NeighbourList& list) const { return {list.seconds, clock_}; }
+  WorkTimer<double> unlisted_timer() const { return {unlisted_seconds_, clock_}; }
+  // Return the time of searches without lists and that of passes over all lists since the last call
+  // [s].
+  double take_unlisted_seconds() { return std::exchange(unlisted_seconds_, 0.0); }
+  double take_pass_seconds() { return std::exchange(pass_seconds_, 0.0); }
+
   std::int64_t n_searches() const { return n_searches_; }  // number of searches for cluster pairs
   std::int64_t n_made() const { return n_made_; }          // number of lists made by this rank
 
@@ -98,7 +134,8 @@ class NeighbourLists {
     bool fast = false;        // some lists have a `change` above the largest slack
     double cost = 0.0;        // cost of all lists since they were distributed [ns]
   };
-  // Number of lists of a surface pair, and of those with a `change` above the largest slack.
+  // Number of lists of a surface pair on a rank, and number of those with a `change` above the
+  // largest slack.
   struct Counts {
     std::int64_t lists = 0, fast = 0;
   };
@@ -131,10 +168,11 @@ class NeighbourLists {
   ClusterOwners owners_;
   // Base distance and largest slack of each surface pair [m].
   std::vector<double> base_, most_slack_;
-  std::vector<double> inflation_;   // inflation of the vertex boxes of each surface [m]
-  Points x_, before_;               // positions of the last update() and of the one before it
-  Points from_, to_;                // expected motion in the last search for cluster pairs
-  std::vector<PackedSlabs> still_;  // boxes at x_ of the vertices in `still_at_x_`
+  std::vector<double> inflation_;  // inflation of the vertex boxes of each surface [m]
+  Points x_, before_;              // positions of the last update() and of the one before it
+  Points from_, to_;               // expected motion in the last search for cluster pairs
+  // Boxes of vertices at rest at x_. Only those of the vertices in `still_at_x_` are up to date.
+  std::vector<PackedSlabs> still_;
   VertexSet still_at_x_;
   VertexSet vertices_;
   // Clusters of each surface in the lists of this rank, and the motion of each cluster.
@@ -145,7 +183,10 @@ class NeighbourLists {
   std::vector<std::uint8_t> ended_;                // (lists) 1: must be made again
   std::vector<std::uint8_t> unlisted_;             // (surface pairs) 1: unlisted
   std::int64_t n_searches_ = 0, n_made_ = 0;
-  int updates_ = 0;  // number of updates since lists were distributed
+  int updates_ = 0;      // number of updates since lists were distributed
+  double clock_ = -1.0;  // see time_work(); negative: work is not timed
+  mutable double unlisted_seconds_ = 0.0;
+  double pass_seconds_ = 0.0;
 };
 
 }  // namespace loomstone

@@ -140,7 +140,7 @@ void PartitionTrees::add_root_test(Index a, Index b, std::vector<NodeTest>& test
 std::vector<NodeTest> PartitionTrees::top_level(int rank, int n_ranks) const {
   std::vector<NodeTest> tests;
   std::int64_t dealt = 0;  // top-level tests that have been dealt out
-  // Passes those of the next `n` tests that belong to this rank to add(i).
+  // Deals out the next `n` tests: calls add(i) for each test i that belongs to this rank.
   const auto deal = [&](Index n, auto&& add) {
     for (std::int64_t i = (rank - dealt % n_ranks + n_ranks) % n_ranks; i < n; i += n_ranks)
       add(static_cast<Index>(i));
@@ -156,7 +156,8 @@ std::vector<NodeTest> PartitionTrees::top_level(int rank, int n_ranks) const {
           deal(n_a, [&](Index i) { add_root_test(a.first_part + i, b.first_part + j, tests); });
       continue;
     }
-    // Partition i with partition i + distance, so that each partition appears equally often.
+    // Partition i is compared with partition i + distance, modulo their number, so that each
+    // partition appears equally often.
     for (Index distance = 0; distance <= n_a / 2; ++distance)
       deal(2 * distance == n_a && distance > 0 ? distance : n_a, [&](Index i) {
         add_root_test(a.first_part + i, a.first_part + (i + distance) % n_a, tests);

@@ -35,8 +35,9 @@ class PartitionTrees {
   // built again at x0.
   void refit(const Team& team, const InflatedMotion& motion, bool may_rebuild);
 
-  // Returns the top-level tests of a rank whose boxes overlap. There is one for each partition with
-  // itself, with each other partition, and with each body or obstacle. Ranks take them in turn.
+  // Returns those top-level tests of a rank whose boxes overlap. On all ranks together, they
+  // compare each partition with itself, with each other partition, and with each body or obstacle.
+  // Test i belongs to rank i modulo `n_ranks`.
   std::vector<NodeTest> top_level(int rank, int n_ranks) const;
 
   // Returns whether a test concerns two clusters, which have features instead of children.

@@ -14,22 +14,12 @@ double seconds_between(Clock::time_point start, Clock::time_point end) {
   return std::chrono::duration<double>(end - start).count();
 }
 
-// Returns the time that reading the clock takes [s].
-double clock_seconds() {
-  double least = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < 1000; ++i) {
-    const auto start = Clock::now();
-    least = std::min(least, seconds_between(start, Clock::now()));
-  }
-  return least;
-}
-
 struct Numbered {
   NodeTest test;
   Index number;
 };
 
-// One traversal, with the number and the cost of each test.
+// Performs one traversal, numbers its tests and measures their costs.
 class Recorder {
  public:
   Recorder(const TaskPool::Perform& perform, RecordedTests& tests)

@@ -1,4 +1,4 @@
-// Measures the tests of a search on one thread, for a replay on any number of ranks.
+// Measures the costs of the tests of a search on one thread, for a replay on any number of ranks.
 #pragma once
 
 #include "core/collision/broad_phase/partition_trees.h"

@@ -9,7 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// Minimum number of branches over which a loop traverses trees. The same as in BroadPhase.
+// The trees are expanded on one thread until there are this many branches, which a loop then
+// divides among the threads. BroadPhase uses the same number.
 constexpr std::size_t enough_branches = 256;
 
 }  // namespace
@@ -62,7 +63,7 @@ void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, con
   }
 }
 
-// Performs the tests of this rank without the other ranks.
+// Performs `tests` and the tests that follow from them, without passing any to other ranks.
 void SharedSearch::traverse(const Team& team, std::vector<NodeTest> tests,
                             const TaskPool::Perform& perform) {
   if (team.threads > 1 && traversal_ == Traversal::Loops) {

@@ -4,6 +4,7 @@
 // at its end.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <functional>
@@ -47,8 +48,16 @@ class SharedSearch {
     std::vector<Record> all =
         gather_records(*communicator_, of_thread, std::exchange(failure_, nullptr));
     result_bytes_ = all.size() * sizeof(Record);
+    most_bytes_ = std::max(most_bytes_, result_bytes_);
     seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
     return all;
+  }
+
+  // Largest number of records of a search so far. A thread that reserves memory for them does not
+  // move its records while it searches. Memory that is not used costs nothing.
+  template <class Record>
+  std::size_t most_records() const {
+    return most_bytes_ / sizeof(Record);
   }
 
   // Searches then run on one thread of one rank, and measure the tests of as many ranks as there
@@ -62,6 +71,8 @@ class SharedSearch {
   // gather() [s].
   double seconds() const { return seconds_; }
   std::size_t result_bytes() const { return result_bytes_; }  // of the last gather() [bytes]
+  // Memory of the hierarchies, which every rank stores [bytes].
+  std::size_t hierarchy_bytes() const { return trees_.bytes(); }
 
  private:
   void traverse(const Team& team, std::vector<NodeTest> tests, const TaskPool::Perform& perform);
@@ -80,7 +91,7 @@ class SharedSearch {
   PoolReport report_;
   std::chrono::steady_clock::time_point start_;
   double seconds_ = 0.0;
-  std::size_t result_bytes_ = 0;
+  std::size_t result_bytes_ = 0, most_bytes_ = 0;
 };
 
 }  // namespace loomstone

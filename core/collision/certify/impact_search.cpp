@@ -106,7 +106,10 @@ std::vector<StepImpact> ImpactSearch::find_listed(const Team& team, const PairTe
   const Index n = static_cast<Index>(lists.size());
   std::vector<std::vector<StepImpact>> of_range((n + grain - 1) / grain);
   parallel_ranges(team, n, grain, [&](Index begin, Index end) {
-    for (Index l = begin; l < end; ++l) find_in_list(lists[l], test, of_range[begin / grain]);
+    for (Index l = begin; l < end; ++l) {
+      const WorkTimer<float> timing = lists_.timer(lists[l]);
+      find_in_list(lists[l], test, of_range[begin / grain]);
+    }
   });
   std::vector<StepImpact> impacts;
   for (const std::vector<StepImpact>& range : of_range)
@@ -144,6 +147,7 @@ void ImpactSearch::find_unlisted(const Team& team, const PairTest& test,
                                  std::vector<StepImpact>& impacts) {
   const std::vector<Index> unlisted = lists_.unlisted();
   if (unlisted.empty()) return;
+  const WorkTimer<double> timing = lists_.unlisted_timer();
   const Points &x0 = test.inputs.x0, &x1 = test.x1;
   std::vector<FeaturePairs> found;
   broad_phase_.swept_pairs(

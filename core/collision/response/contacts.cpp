@@ -28,10 +28,6 @@ double smooth_step(double x) {
   return x * x * (3.0 - 2.0 * x);
 }
 
-bool before(const Contact& a, const Contact& b) {
-  return std::tie(a.kind, a.a, a.b) < std::tie(b.kind, b.a, b.b);
-}
-
 double edge_share(const Contact& contact, const Points& x0) {
   const auto edge = [&](int i) {
     return Vec3((x0.row(contact.vertices[i + 1]) - x0.row(contact.vertices[i])).transpose());
@@ -117,19 +113,6 @@ void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& c
   contacts = std::move(kept);
 }
 
-// Sorts contacts by (kind, a, b).
-std::vector<Contact> in_order(const std::vector<Contact>& contacts) {
-  std::vector<const Contact*> order;
-  order.reserve(contacts.size());
-  for (const Contact& contact : contacts) order.push_back(&contact);
-  std::sort(order.begin(), order.end(),
-            [](const Contact* a, const Contact* b) { return before(*a, *b); });
-  std::vector<Contact> sorted;
-  sorted.reserve(order.size());
-  for (const Contact* const contact : order) sorted.push_back(*contact);
-  return sorted;
-}
-
 // The part of a contact that its features do not determine, for sending to other ranks.
 struct FoundContact {
   PairKey key;
@@ -153,6 +136,25 @@ struct FoundContact {
   }
 };
 
+static_assert(sizeof(FoundContact) == bytes_of_found_contact);
+
+bool before(const FoundContact& a, const FoundContact& b) {
+  return std::tie(a.kind, a.key) < std::tie(b.kind, b.key);
+}
+
+// Sorts contacts by (kind, a, b).
+std::vector<FoundContact> in_order(const std::vector<FoundContact>& contacts) {
+  std::vector<const FoundContact*> order;
+  order.reserve(contacts.size());
+  for (const FoundContact& contact : contacts) order.push_back(&contact);
+  std::sort(order.begin(), order.end(),
+            [](const FoundContact* a, const FoundContact* b) { return before(*a, *b); });
+  std::vector<FoundContact> sorted;
+  sorted.reserve(order.size());
+  for (const FoundContact* const contact : order) sorted.push_back(*contact);
+  return sorted;
+}
+
 // Finds contacts among pairs of features.
 class ContactFinder {
  public:
@@ -166,9 +168,9 @@ class ContactFinder {
     return distance_within(kind == ContactKind::VertexFace, p, reach) <= reach;
   }
 
-  // Returns the distance between the two features of a pair of surface pair i. Adds a contact if
-  // this distance is below the thickness.
-  double look(Index i, ContactKind kind, PairKey key, std::vector<Contact>& out) const {
+  // Returns the distance between the two features of one pair, which belongs to surface pair i.
+  // Appends their contact to `out` if this distance is below the thickness.
+  double look(Index i, ContactKind kind, PairKey key, std::vector<FoundContact>& out) const {
     const std::array<Index, 4> v = pair_vertices(model_, kind, key);
     const FourPoints p = points(v);
     const bool face = kind == ContactKind::VertexFace;
@@ -183,13 +185,12 @@ class ContactFinder {
                        : contact_normal_edge_edge(p, closest, Vec3::Zero());
     if (face && model_.surfaces[model_.surface_of_triangle[second_of(key)]].smooth)
       normal = rounded_normal(normals_, v, closest, normal);
-    out.push_back({kind, first_of(key), second_of(key), v, closest.weights, normal,
-                   closest.distance, pair.thickness, pair.friction});
+    out.push_back({key, i, kind, closest.weights, normal, closest.distance});
     return closest.distance;
   }
 
-  // Looks at the pairs of a list that can be closer than the thickness, and updates distances.
-  void look(NeighbourList& list, std::vector<Contact>& out) const {
+  // Appends the contacts among the pairs of a list to `out`, and updates the distances in the list.
+  void look(NeighbourList& list, std::vector<FoundContact>& out) const {
     list.cost += ListCosts::list;
     const double thickness = pairs_[list.pair].thickness;
     if (list.nearest - list.used >= thickness) return;
@@ -209,27 +210,30 @@ class ContactFinder {
                  ListCosts::contact * static_cast<float>(out.size() - n_before);
   }
 
-  void look(const std::vector<FeaturePairs>& pairs, std::vector<Contact>& out) const {
+  void look(const std::vector<FeaturePairs>& pairs, std::vector<FoundContact>& out) const {
     for (Index i = 0; i < static_cast<Index>(pairs.size()); ++i) {
       for (const PairKey key : pairs[i].vertex_face) look(i, ContactKind::VertexFace, key, out);
       for (const PairKey key : pairs[i].edge_edge) look(i, ContactKind::EdgeEdge, key, out);
     }
   }
 
-  // Sorts contacts that ranks have found, and chooses among those with smooth surfaces.
-  std::vector<Contact> finish(Gathered<Contact> found) const {
-    std::vector<Contact>& contacts = found.elements;
+  // Merges the contacts that the ranks have found, and returns those that exert forces.
+  std::vector<Contact> finish(Gathered<FoundContact> found) const {
+    std::vector<FoundContact>& contacts = found.elements;
     const auto at = [&](std::size_t rank) {
       return contacts.begin() + static_cast<std::ptrdiff_t>(found.start[rank]);
     };
     // The contacts of each rank are in order.
     for (std::size_t rank = 1; rank + 1 < found.start.size(); ++rank)
       std::inplace_merge(contacts.begin(), at(rank), at(rank + 1), before);
-    return chosen(std::move(contacts));
+    return chosen(contacts);
   }
 
-  // Returns the contacts that exert forces, of all that were found, which must be in order.
-  std::vector<Contact> chosen(std::vector<Contact> contacts) const {
+  // Takes all contacts that were found, in order, and returns those that exert forces.
+  std::vector<Contact> chosen(const std::vector<FoundContact>& found) const {
+    std::vector<Contact> contacts;
+    contacts.reserve(found.size());
+    for (const FoundContact& each : found) contacts.push_back(each.contact(model_, pairs_));
     if (normals_.rows() > 0) keep_nearest_on_smooth(model_, contacts);
     return contacts;
   }
@@ -275,12 +279,16 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
     lists.make_ended(team);
     constexpr Index grain = 64;
     const Index n = static_cast<Index>(lists.lists().size());
-    std::vector<std::vector<Contact>> of_range((n + grain - 1) / grain);
+    std::vector<std::vector<FoundContact>> of_range((n + grain - 1) / grain);
     parallel_ranges(team, n, grain, [&](Index begin, Index end) {
-      for (Index l = begin; l < end; ++l) finder.look(lists.lists()[l], of_range[begin / grain]);
+      for (Index l = begin; l < end; ++l) {
+        NeighbourList& list = lists.lists()[l];
+        const WorkTimer<float> timing = lists.timer(list);
+        finder.look(list, of_range[begin / grain]);
+      }
     });
-    std::vector<Contact> found;
-    for (const std::vector<Contact>& range : of_range)
+    std::vector<FoundContact> found;
+    for (const std::vector<FoundContact>& range : of_range)
       found.insert(found.end(), range.begin(), range.end());
     finder.look(lists.unlisted_near_pairs(team), found);
     return in_order(found);
@@ -297,20 +305,14 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
       inflation[s] = std::max(inflation[s], 0.5 * pair.thickness * (1.0 + 1e-12));
   const std::size_t n_threads = std::max(1, team.threads);
   std::vector<std::vector<FoundContact>> of_thread(n_threads);
-  std::vector<std::vector<Contact>> own(n_threads);  // empty, or one contact of each thread
+  for (std::vector<FoundContact>& records : of_thread)
+    records.reserve(search.most_records<FoundContact>());
   search.each_pair(team, {x, x, inflation},
                    [&](int thread, Index pair, ContactKind kind, PairKey key) {
-                     if (!finder.near(pair, kind, key)) return;
-                     own[thread].clear();
-                     finder.look(pair, kind, key, own[thread]);
-                     for (const Contact& contact : own[thread])
-                       of_thread[thread].push_back(
-                           {key, pair, kind, contact.weights, contact.normal, contact.distance});
+                     if (finder.near(pair, kind, key))
+                       finder.look(pair, kind, key, of_thread[thread]);
                    });
-  std::vector<Contact> all;
-  for (const FoundContact& found : search.gather(of_thread))
-    all.push_back(found.contact(model, pairs));
-  return finder.chosen(in_order(all));
+  return finder.chosen(in_order(search.gather(of_thread)));
 }
 
 std::vector<Contact> find_contacts_alone(const Team& team, const CollisionModel& model,
@@ -325,10 +327,9 @@ std::vector<Contact> find_contacts_alone(const Team& team, const CollisionModel&
   std::vector<FeaturePairs> near;
   broad_phase.near_pairs(team, x, which, reach, near);
   const ContactFinder finder(model, pairs, x);
-  std::vector<Contact> found;
+  std::vector<FoundContact> found;
   finder.look(near, found);
-  found = in_order(found);
-  return finder.finish({std::move(found), {0, 0}});
+  return finder.chosen(in_order(found));
 }
 
 std::vector<double> contact_shares(const std::vector<Contact>& contacts,

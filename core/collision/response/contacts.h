@@ -9,13 +9,17 @@
 
 namespace loomstone {
 
+// What a rank sends to the others about a contact that it has found [bytes].
+inline constexpr std::size_t bytes_of_found_contact = 80;
+
 // Collective. Returns the contacts closer than their thickness at x, sorted by (kind, a, b). Each
 // rank looks at the pairs in its lists and receives all contacts. `lists` must have been updated to
 // x. Updates the distances in `lists`.
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    NeighbourLists& lists);
-// Collective. Returns the same contacts, found by all ranks together.
+// Collective. Returns the same contacts. Instead of using lists, the ranks together traverse the
+// trees of `search`.
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    SharedSearch& search);

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "core/base/message.h"
 #include "core/mesh/adjacency.h"
@@ -183,6 +185,31 @@ double least_thickness(const CollisionModel& model) {
   return std::isfinite(least) ? least : 1e-3;
 }
 
+// Sets the looks of bodies and obstacles if one of them has a look, and their uv if one has a
+// texture.
+void set_looks(const Scene& scene, FrameTopology& topology) {
+  std::vector<std::pair<const TriangleMesh*, const std::optional<Look>*>> surfaces;
+  for (const RigidBody& body : scene.bodies) surfaces.emplace_back(body.mesh.get(), &body.look);
+  for (const Obstacle& obstacle : scene.obstacles)
+    surfaces.emplace_back(obstacle.mesh.get(), &obstacle.look);
+  const auto any = [&](auto holds) {
+    return std::any_of(surfaces.begin(), surfaces.end(),
+                       [&](const auto& each) { return *each.second && holds(**each.second); });
+  };
+  if (!any([](const Look&) { return true; })) return;
+  for (const auto& [mesh, look] : surfaces) topology.body_looks.push_back(look->value_or(Look{}));
+  if (!any([](const Look& look) { return look.texture != nullptr; })) return;
+  topology.body_corner_uv = Points2::Zero(topology.body_triangles.size(), 2);
+  Index row = 0;
+  for (const auto& [mesh, look] : surfaces) {
+    const Triangles& corners = mesh->uv_triangles();
+    if (*look && (*look)->texture)
+      for (Index i = 0; i < corners.size(); ++i)
+        topology.body_corner_uv.row(row + i) = mesh->uv().row(corners.data()[i]);
+    row += 3 * mesh->n_triangles();
+  }
+}
+
 }  // namespace
 
 void build_bodies(const Scene& scene, Model& model, State& state) {
@@ -227,6 +254,7 @@ void build_bodies(const Scene& scene, Model& model, State& state) {
     add_topology(mesh, name_of(scene, "obstacle", o, n_obstacles, scene.obstacles[o].name),
                  scene.obstacles[o].floor);
   }
+  set_looks(scene, topology);
   obstacle_vertices(model, state, 0.0, 1.0, state.obstacle_vertices);
   build_attachments(scene, model, state);
 }

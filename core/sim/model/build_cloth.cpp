@@ -195,6 +195,10 @@ void build_cloth(const Scene& scene, Model& model, State& state) {
     topology.cloth_of_vertex.insert(topology.cloth_of_vertex.end(),
                                     scene.cloths[c].mesh->n_vertices(), static_cast<Index>(c));
   }
+  if (std::any_of(scene.cloths.begin(), scene.cloths.end(),
+                  [](const Cloth& cloth) { return cloth.look.has_value(); }))
+    for (const Cloth& cloth : scene.cloths)
+      topology.cloth_looks.push_back(cloth.look.value_or(Look{}));
 }
 
 }  // namespace loomstone

@@ -62,6 +62,17 @@ void check_vertices(const std::string& where, const std::vector<Index>& vertices
   }
 }
 
+// Checks the look of an obstacle or rigid body. Unlike cloth, it may have no uv.
+void check_body_look(const std::optional<Look>& look,
+                     const std::shared_ptr<const TriangleMesh>& mesh, const std::string& where) {
+  if (!look) return;
+  check_look(*look, where + ".look");
+  require(!look->texture || !mesh || mesh->has_uv(),
+          "{}.look.texture needs a mesh with uv, but its mesh has none; give the mesh uv, or a "
+          "color instead",
+          where);
+}
+
 void check_cloth(const Cloth& cloth, const std::string& where) {
   require(cloth.mesh != nullptr, "{}.mesh is missing; give a TriangleMesh", where);
   check_fields(cloth, where);
@@ -72,6 +83,7 @@ void check_cloth(const Cloth& cloth, const std::string& where) {
           "{}",
           where, twist);
   if (cloth.strain_limit) check_fields(*cloth.strain_limit, where + ".strain_limit");
+  if (cloth.look) check_look(*cloth.look, where + ".look");
   check_vertices(where + ".pins", cloth.pins, cloth.mesh->n_vertices());
   check_times(where + ".script_times", cloth.script_times);
   check_rows(where + ".script_positions", static_cast<Index>(cloth.script_positions.rows()),
@@ -87,6 +99,12 @@ void check_cloth(const Cloth& cloth, const std::string& where) {
 void check_obstacle(const Obstacle& obstacle, const std::string& where) {
   require(obstacle.mesh != nullptr, "{}.mesh is missing; give a TriangleMesh", where);
   check_fields(obstacle, where);
+  require(
+      !obstacle.floor || !obstacle.look || !obstacle.look->texture,
+      "{}.look.texture: a floor takes no texture, because it is drawn as an endless plane; give "
+      "floor=False, or a color instead",
+      where);
+  check_body_look(obstacle.look, obstacle.mesh, where);
   check_times(where + ".times", obstacle.times);
   const Index k = static_cast<Index>(obstacle.times.size());
   if (obstacle.positions.rows() > 0)
@@ -141,6 +159,7 @@ void check_scene(const Scene& scene) {
     const RigidBody& body = scene.bodies[i];
     const std::string where = item("bodies", i, body.name);
     check_fields(body, where);
+    check_body_look(body.look, body.mesh, where);
     require(body.position.allFinite(), "{}.position must be finite [m]", where);
     require(body.velocity.allFinite(), "{}.velocity must be finite [m/s]", where);
     require(body.angular_velocity.allFinite(), "{}.angular_velocity must be finite [rad/s]", where);

@@ -3,11 +3,13 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/base/choice.h"
 #include "core/base/field.h"
+#include "core/base/look.h"
 #include "core/base/types.h"
 #include "core/cloth/air.h"
 #include "core/cloth/bending/bending_element.h"
@@ -50,6 +52,7 @@ struct Cloth {
   double friction = 0.3;
   bool self_collision = true;
   std::optional<StrainLimit> strain_limit;
+  std::optional<Look> look;
 
   static auto fields() {
     using C = Cloth;
@@ -70,7 +73,8 @@ struct Cloth {
         field("friction", &C::friction, "1", non_negative(), "friction coefficient"),
         field("self_collision", &C::self_collision, "whether the cloth collides with itself"),
         field("strain_limit", &C::strain_limit,
-              "StrainLimit: bounds of its strain; None: no bounds"));
+              "StrainLimit: bounds of its strain; None: no bounds"),
+        field("look", &C::look, "Look: its colour and texture in pictures; None: the renderer's"));
   }
 };
 
@@ -85,6 +89,7 @@ struct Obstacle {
   Points axis_angles;         // (times x 3) rotation vectors [rad]; empty: no rotation
   Points vertex_positions;    // (times * n x 3) vertex sequence in place of keyframes [m]
   bool floor = false;         // rendered as ground
+  std::optional<Look> look;
 
   static auto fields() {
     using O = Obstacle;
@@ -101,7 +106,8 @@ struct Obstacle {
               "(times x 3) rotation vectors [rad], interpolated as rotations"),
         field("vertex_positions", &O::vertex_positions,
               "(times * n x 3) vertex positions instead of keyframes [m], linearly interpolated"),
-        field("floor", &O::floor, "whether it is drawn as ground"));
+        field("floor", &O::floor, "whether it is drawn as ground"),
+        field("look", &O::look, "Look: its colour and texture in pictures; None: the renderer's"));
   }
 };
 

@@ -64,6 +64,7 @@ class Digest {
     if (const auto* hard = std::get_if<MagneticBody>(&source)) add(*hard);
     if (const auto* soft = std::get_if<SoftBody>(&source)) add(*soft);
   }
+  void add(const std::optional<Look>&) {}  // does not affect the simulation
   void add(const Automatic& value) { add(value.given); }
   template <class T>
   void add(const std::optional<T>& value) {

@@ -26,11 +26,12 @@ void add_to_account(const PartWork& work, const Solved& solved, const AfterSolve
 void report_account(const State& state, StepReport& report);
 
 // Returns the length to which the part must be shortened because contacts have made energy from
-// nothing, or the length of the part if they have not (in units of StepPart). Contacts make energy
-// if surfaces meet within a part, because the contact force begins only at the end of the part. By
-// then, the surfaces may have come much closer than their thickness. The tolerated energy is a
-// fraction of the largest kinetic energy so far. Where scripted surfaces move, given steps are
-// shortened to a quarter at most: surfaces that close quickly flatten cloth in long parts only.
+// nothing, or the length of the part if they have not. Both are in units of StepPart. Contacts make
+// energy if surfaces meet within a part, because the contact force begins only at the end of the
+// part. By then, the surfaces may have come much closer than their thickness. The tolerated energy
+// is a fraction of the largest kinetic energy so far. If the user has chosen the step and scripted
+// surfaces move, a part is not made shorter than a quarter of the step: surfaces that close quickly
+// flatten cloth only if parts are long.
 int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
                         const Engines& engines, const State& state);
 

@@ -97,7 +97,6 @@ void add_to_report(const StepContext& part, const ConstrainReport& done, bool li
   report.limits.evaluations += done.limits.evaluations;
   if (limited) report.limits.rounds = std::max(report.limits.rounds, done.rounds);
   report.limits.fallbacks += done.fallbacks;
-  report.limits.excess = std::max(report.limits.excess, done.limits.largest());
   report.withheld.requested += done.requested;
   report.contacts.impacts += done.certified.impacts;
   report.withheld.vertices += done.certified.n_withheld();

@@ -16,14 +16,15 @@ struct Loads {
   Points target;          // (n x 3) positions of prescribed vertices at the end [m]
   Points next_obstacles;  // (k x 3) obstacle vertices at the end [m]
   Points force;  // (n x 3) gravity, drag and user forces at the start, in rows of this rank [N]
-  // Bodies have two rows each: translation and rotation.
+  // Tables of 2 b rows have two rows for each of the b bodies: translation and rotation.
   std::vector<RigidPose> body_poses;  // (b) poses at the start
   std::vector<Mat3> body_mass;  // (2 b) mass times identity [kg], inertia in world axes [kg m^2]
   // (2 b x 3) velocities predicted for the end of the part, without the action of cloth
   // [m/s, rad/s]
   Points body_velocity;
   Points body_angular_velocity;  // (b x 3) angular velocities at the start [rad/s]
-  // (2 b x 3) impulses and angular impulses of the user's forces in the part [N s, N m s]
+  // (2 b x 3) impulses and angular impulses of the user's forces and torques on the bodies in the
+  // part [N s, N m s]
   Points body_impulse;
 };
 
@@ -36,7 +37,7 @@ struct Rows {
 void find_cloth_forces(double time, const State& state, const Engines& engines, Rows rows,
                        Points& force);
 
-// Adds the changes by `loads.body_impulse` to velocities of the bodies (2 b x 3).
+// Adds the changes of velocity that `loads.body_impulse` causes to `velocity` (2 b x 3).
 void add_body_impulses(const Loads& loads, Points& velocity);
 
 void find_loads(const StepContext& part, const State& state, const Engines& engines, Loads& loads);

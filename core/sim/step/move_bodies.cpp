@@ -25,7 +25,7 @@ BodyImpulses solved_impulses(const Loads& loads, const Points& before, const Poi
   return impulses;
 }
 
-// Returns the impulses of the cloth and of the user's forces.
+// Returns the impulses that the cloth and the user's forces exert on the bodies.
 BodyImpulses given_impulses(const Loads& loads, const SolvedBodies& solved, const Model& model) {
   BodyImpulses impulses = solved_impulses(loads, loads.body_velocity, solved.velocity, model);
   for (Index b = 0; b < model.n_bodies(); ++b) {

@@ -32,11 +32,11 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
 // changes, contact_energies() and the next step then need no search.
 void know_contacts(const State& state, const Engines& engines);
 
-// Returns the energy [J] that contacts have in `state` at `time` [s]. The contacts are those that
-// the next part would find. If positions x0 are given, the motion from x0 to `state` is divided
-// into `n_parts` equal parts, and the energies at their ends are returned. All but the last are
-// estimates. All are 0 if contacts are not in the solve. Every rank computes them by itself, slowly
-// unless know_contacts() was called.
+// Returns the energy [J] in `state` at `time` [s] of the contacts that the next part of the step
+// would find. If positions x0 are given, the motion from x0 to `state` is divided into `n_parts`
+// intervals of equal length, and the result has the energy at the end of each interval. All of
+// these energies but the last are estimates. If contacts are not part of the solve, the energies
+// are 0. Every rank computes the energies by itself, slowly unless know_contacts() was called.
 std::vector<double> contact_energies(const State& state, double time, const Engines& engines,
                                      const Points* x0 = nullptr, int n_parts = 1);
 
@@ -45,8 +45,8 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
 std::vector<Contact> present_contacts(const State& state, const Engines& engines);
 
 // Evaluates the terms for an iterate of Newton's method, after cloth and bodies have moved by
-// `displacement` (rows x 3) [m] in `time` [s]. On entry, `terms` are those of the start. Returns
-// their energy [J].
+// `displacement` (rows x 3) [m] in `time` [s]. On entry, `terms` are those at the start of
+// the part. Returns their energy [J].
 double terms_at(NearContacts& near, const Engines& engines, const Points& displacement, double time,
                 TermRequest request, ExtraTerms& terms);
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/parallel/shared_work.h"
+
 namespace loomstone {
 
 void begin_outcome(std::int64_t step, Index n_vertices, StepOutcome& outcome) {
@@ -16,6 +18,25 @@ void begin_outcome(std::int64_t step, Index n_vertices, StepOutcome& outcome) {
   outcome.broken.clear();
 }
 
+RankReport summary_of(const Communicator& ranks, const RankWork& own) {
+  const std::vector<RankWork> all = results_of_ranks(ranks, [&] { return own; });
+  RankReport report;
+  std::int64_t bytes = 0;
+  for (const RankWork& rank : all) {
+    const double computing = rank.wall - rank.traffic.waiting;
+    report.computing += computing / ranks.size();
+    report.waiting += rank.traffic.waiting / ranks.size();
+    report.collision_computing += rank.collision_computing / ranks.size();
+    report.collision_waiting += rank.collision_waiting / ranks.size();
+    report.most_computing = std::max(report.most_computing, computing);
+    report.most_waiting = std::max(report.most_waiting, rank.traffic.waiting);
+    bytes += rank.traffic.bytes;
+  }
+  report.bytes = bytes / ranks.size();
+  report.operations = own.traffic.operations;
+  return report;
+}
+
 ThreadReport summary_of(const std::vector<double>& busy) {
   const double sum = std::accumulate(busy.begin(), busy.end(), 0.0);
   return {*std::min_element(busy.begin(), busy.end()), sum / static_cast<double>(busy.size()),
@@ -27,6 +48,7 @@ void return_to(const OutcomeMark& mark, StepOutcome& outcome) {
   StepReport& report = outcome.report;
   report = mark.report;
   report.seconds = spent.seconds;
+  report.ranks = spent.ranks;
   report.solver.newton_iterations = spent.solver.newton_iterations;
   report.solver.linear_iterations = spent.solver.linear_iterations;
   report.limits.sweeps = spent.limits.sweeps;

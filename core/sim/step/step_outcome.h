@@ -8,6 +8,7 @@
 
 #include "core/base/report.h"
 #include "core/cloth/limits/limit_check.h"
+#include "core/parallel/communicator.h"
 #include "core/sim/model/state.h"
 
 namespace loomstone {
@@ -39,6 +40,16 @@ struct OutcomeMark {
 void begin_outcome(std::int64_t step, Index n_vertices, StepOutcome& outcome);
 
 inline OutcomeMark mark(const StepOutcome& outcome) { return {outcome.report, outcome.contact}; }
+
+// What a rank did in a step.
+struct RankWork {
+  double wall = 0.0;                                          // [s]
+  double collision_computing = 0.0, collision_waiting = 0.0;  // see RankReport [s]
+  Traffic traffic;
+};
+
+// Collective. Summarises what the ranks did in a step.
+RankReport summary_of(const Communicator& ranks, const RankWork& own);
 
 // Summarises the seconds that each thread was busy.
 ThreadReport summary_of(const std::vector<double>& busy);

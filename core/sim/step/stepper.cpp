@@ -1,6 +1,7 @@
 #include "core/sim/step/stepper.h"
 
 #include <algorithm>
+#include <optional>
 #include <sstream>
 
 #include "core/base/error.h"
@@ -19,6 +20,10 @@ namespace loomstone {
 
 namespace {
 
+Traffic between(const Traffic& start, const Traffic& end) {
+  return {end.waiting - start.waiting, end.bytes - start.bytes, end.operations - start.operations};
+}
+
 StepSpan span_of(double t0, double h) { return {t0, h, t0 + h}; }
 
 // Ratio of the largest step to the shortest step that is tried if contacts gain energy. Our choice:
@@ -35,6 +40,10 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, StepChoic
       threads_(workers.team.threads, threads_sleep() || !workers.layout.single()) {}
 
 void Stepper::advance(State& state, StepOutcome& outcome) {
+  const Communicator& ranks = engines_.layout.communicator();
+  const Traffic traffic_before = ranks.traffic();
+  RankWork work;
+  std::optional<StageTimer> timer(work.wall);
   state.rigid.manifolds.clear();  // manifolds are saved again when needed
   const EnergyAccount before = state.account;
   begin_account(engines_, state);
@@ -48,6 +57,11 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
     const StepSpan span = take_parts(state, outcome);
     finish(span, state, outcome);
     threads_.stop();
+    timer.reset();
+    work.traffic = between(traffic_before, ranks.traffic());
+    work.collision_computing = outcome.report.ranks.collision_computing;
+    work.collision_waiting = outcome.report.ranks.collision_waiting;
+    outcome.report.ranks = summary_of(ranks, work);
   } catch (const SolverFailure& failure) {
     return_to_state(outcome.start, state);
     state.account = before;
@@ -113,6 +127,17 @@ PartResult Stepper::attempt(const StepContext& part, State& state, StepOutcome& 
   }
 }
 
+// Runs a stage of collision handling.
+template <class Stage>
+void Stepper::collide(double& seconds, StepReport& report, Stage&& stage) {
+  const Communicator& ranks = engines_.layout.communicator();
+  const double waiting_before = ranks.traffic().waiting, seconds_before = seconds;
+  timed(seconds, stage);
+  const double waiting = ranks.traffic().waiting - waiting_before;
+  report.ranks.collision_waiting += waiting;
+  report.ranks.collision_computing += seconds - seconds_before - waiting;
+}
+
 PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcome& outcome) {
   StepReport& report = outcome.report;
   StageSeconds& seconds = report.seconds;
@@ -122,8 +147,8 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
   AfterSolve after;
   int longest = part.length;
   timed(seconds.loads, [&] { find_loads(part, state, engines_, loads_); });
-  timed(seconds.proximity,
-        [&] { find_near_contacts(part, loads_, state, engines_, near_, report); });
+  collide(seconds.proximity, report,
+          [&] { find_near_contacts(part, loads_, state, engines_, near_, report); });
   timed(seconds.integrate, [&] {
     bodies = integrate(part, loads_, near_, state, engines_, report);
     // Certification requires finite positions.
@@ -136,8 +161,8 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
   });
   solved_.body_velocity = bodies.velocity;
   note_solved(engines_, state, solved_);
-  timed(seconds.certify,
-        [&] { certified = limit_and_certify(part, loads_, near_, state, engines_, outcome); });
+  collide(seconds.certify, report,
+          [&] { certified = limit_and_certify(part, loads_, near_, state, engines_, outcome); });
   timed(seconds.limit, [&] {
     after.limited =
         certified.limited + limit_strain_rate(part, certified, state, engines_, outcome);

@@ -28,6 +28,8 @@ class Stepper {
   StepSpan take_parts(State& state, StepOutcome& outcome);
   PartResult attempt(const StepContext& part, State& state, StepOutcome& outcome);
   PartResult run_stages(const StepContext& part, State& state, StepOutcome& outcome);
+  template <class Stage>
+  void collide(double& seconds, StepReport& report, Stage&& stage);
   void finish(const StepSpan& span, State& state, StepOutcome& outcome);
   StepSpan next_span(const State& state);
   StepContext context(const StepSpan& span, StepPart part, const State& state) const;

@@ -1,5 +1,7 @@
 #include "core/sim/step/strain_rate.h"
 
+#include <algorithm>
+
 #include "core/sim/step/energies.h"
 
 namespace loomstone {
@@ -11,6 +13,7 @@ double limit_strain_rate(const StepContext& part, const Certified& certified, St
   const LimitReport left =
       certified.limits ? *certified.limits : limiter.measure(engines.team, state.cloth.x);
   StepReport& report = outcome.report;
+  report.limits.excess = std::max(report.limits.excess, left.largest());
   report.limits.weft_excess = left.excess[0];
   report.limits.warp_excess = left.excess[1];
   report.limits.shear_excess = left.excess[2];

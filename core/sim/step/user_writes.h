@@ -16,8 +16,8 @@ class UserWrites {
   // one, because users have views of the tables, through which they can write unnoticed.
   void watch(const State& state);
   bool watching() const { return watching_; }
-  // Kind of data that users have written since the last step. If they have written several kinds,
-  // only the last of these in the list counts.
+  // Kind of data that users have written since the last step. If they have written data of several
+  // kinds, only the kind that is named last here counts.
   enum Kind { Nothing, Table, Velocities, Positions };
   void note(Kind kind) { written_ = std::max(written_, kind); }  // records a write by a call
 

@@ -33,7 +33,7 @@ double sum_over_rows(const Engines& engines, Term&& term) {
   std::vector<double> sums((layout.n_rows() + rows_per_block - 1) / rows_per_block, 0.0);
   const Index last = std::min(layout.end(), engines.model.cloth.n_vertices);
   for (Index i = layout.begin(); i < last; ++i) sums[i / rows_per_block] += term(i);
-  return layout.ordered_sum(sums);
+  return layout.sum(sums);
 }
 
 // Work of air and of the user's forces.
@@ -45,7 +45,8 @@ double work_of_loads(const Loads& loads, const State& state, const Engines& engi
   });
 }
 
-// Work of the user's forces on bodies. Angles are those of the mean angular velocity.
+// Returns the work of the user's forces and torques on bodies [J]. The angle through which a body
+// turns is computed from the mean of its angular velocities at the start and the end of the part.
 double work_on_bodies(const StepContext& part, const Loads& loads, const State& state) {
   double work = 0.0;
   for (Index b = 0; b < state.body_force.rows(); ++b) {

@@ -202,7 +202,7 @@ TEST_CASE("top-level tests are dealt out evenly and none twice") {
     CHECK(most - fewest <= 1);
     std::sort(all.begin(), all.end());
     CHECK(std::adjacent_find(all.begin(), all.end()) == all.end());
-    // Each partition with itself, with the others, and with the obstacle.
+    // The tests compare each partition with itself, with the others and with the obstacle.
     CHECK(all.size() == static_cast<std::size_t>(ranks * (ranks + 1) / 2 + ranks));
   }
 }

@@ -103,12 +103,14 @@ TEST_CASE("the account has the work of a board that pushes cloth at events") {
   const AccountReport& account = sim.report().account;
   const double mass = 0.3 * 0.2 * 0.2, gained = mass * mean_of(sim.velocities(), 2);
   CAPTURE(static_cast<int>(schedule), account.balance, account.scripts, gained);
-  // The board works at a constant velocity, so its work is that times the momentum of the sheet.
-  // The mean over vertices is not weighted by their masses, which differ on the boundary.
+  // The board moves at a constant velocity, so its work is this velocity times the momentum of the
+  // sheet. The tolerance of 5 % is needed because `gained` uses the unweighted mean velocity of the
+  // vertices, although boundary vertices have smaller masses.
   CHECK(gained > 0.8 * mass * speed);
   CHECK(account.scripts == Approx(speed * gained).epsilon(0.05));
-  // The impact is inelastic: half of the work becomes kinetic energy, and the other half is lost.
-  // The margin is the energy of the velocity at which gaps are restored.
+  // The impact is inelastic: half of the work becomes kinetic energy, and the other half is lost,
+  // so the balance is -1. The margin allows for the velocity with which contacts restore their
+  // gaps.
   CHECK(account.balance == Approx(-1.0).margin(0.2));
 }
 

@@ -1,0 +1,70 @@
+// A level of aggregation multigrid: its matrix, the vectors of a V-cycle, and the operations on
+// them. A rank computes a range of the nodes of a level, which is the whole level if the level is
+// replicated. Vectors have four numbers per node, of which the fourth is zero.
+#pragma once
+
+#include <vector>
+
+#include "core/linalg/coupling_matrix.h"
+#include "core/parallel/binned_sum.h"
+#include "core/parallel/row_layout.h"
+#include "core/parallel/team.h"
+
+namespace loomstone {
+
+struct MultigridLevel {
+  // Nodes that this rank computes, and the nodes of the next level that consist of them.
+  struct Range {
+    Index begin = 0, end = 0;
+    Index first_parent = 0, last_parent = 0;
+  };
+
+  BlockMatrix matrix;  // only the rows of `owned` contain values
+  Range owned;
+  // (nodes of the next level + 1) First child on this level of each node of the next level. Empty
+  // on the coarsest level, which has no slices either.
+  std::vector<Index> child_start;
+  std::vector<Index> target;        // (blocks) block of the next level that receives each block
+  SlicedEllpack slices;             // layout of the rows of `owned`
+  CouplingMatrix<float> couplings;  // copy of these rows for the kernels
+  // (nodes x 12) Damped inverse diagonal blocks. Columns are padded to four numbers.
+  std::vector<float> inverse;
+  // ((nodes + n_spare) x 4) Row n_nodes() of the solution belongs to the empty lanes of the slices
+  // and is zero, like all spare rows.
+  std::vector<float> residual, solution, product;
+
+  Index n_nodes() const { return matrix.n_rows(); }
+  bool is_coarsest() const { return child_start.empty(); }
+
+  // Groups the nodes [child_start[i], child_start[i + 1]) to node i of the next level, and returns
+  // the pattern of its matrix.
+  BlockMatrix group(std::vector<Index> child_start);
+  // Allocates the arrays for the pattern of the matrix. n_spare must be at least one.
+  void allocate(Range range, Index n_spare = 1);
+
+  // Sums the blocks of the matrix to blocks of the next level, in the rows of the owned parents.
+  void sum_blocks(BlockMatrix& next) const;
+  // Inverts the diagonal blocks of the owned nodes. Nodes without a free row get the identity.
+  // Returns false if a block is not positive definite.
+  bool invert_diagonal();
+  void copy_couplings(const Team& team);
+
+  // Operations of a V-cycle on the owned nodes, with the residual r: z = B r, t = A z, and
+  // z += B (r - t). z is `solution`, t is `product` and B the damped inverse diagonal blocks.
+  void smooth(const Team& team, const float* r);
+  void multiply(const Team& team);
+  void smooth_again(const Team& team, const float* r);
+  // Adds up r - t over the children of each owned parent.
+  void restrict_residual(const Team& team, const float* r, float* coarse) const;
+  // Adds the solution of each owned parent to z at its children.
+  void prolong(const Team& team, const float* coarse);
+  // The same as smooth() and prolong(), for a node of another rank.
+  void smooth_node(Index node, const float* r);
+  void add_to_node(Index node, const float* change);
+  // Returns the sum of z . (2 r - t) over the owned nodes, for z = B r and t = A z. This is r . C r
+  // for the symmetric smoother C = 2 B - B A B, which consists of one sweep before and one after
+  // the coarser levels.
+  BinnedSum smoothed_product(const float* r) const;
+};
+
+}  // namespace loomstone
