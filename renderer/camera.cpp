@@ -1,9 +1,12 @@
-// Fits the camera so that every corner of the framing box projects into the picture. In camera
-// coordinates (a right, b up, c into the picture), a point is within the picture horizontally if
+// Fits the camera so that every point to show projects into the picture. In camera coordinates (a
+// right, b up, c into the picture), a point is within the picture horizontally if
 // |a - eye_a| <= t (c - eye_c), where t is the tangent of half the angle of view, reduced by a
-// margin. All corners together restrict (eye_a, eye_c) to the intersection of two half-planes,
-// whose corner is the closest possible eye. The vertical direction is analogous; the eye takes the
-// larger of the two distances.
+// margin. The largest values of a - t c and of -a - t c over all points restrict (eye_a, eye_c) to
+// the intersection of two half-planes, whose corner is the closest possible eye. The vertical
+// direction is analogous; the eye takes the larger of the two distances. In the direction that
+// needs less, the points are centred at this distance. If the camera turns, the largest values are
+// those over all circles on which the points turn, so that the distance is the same in all
+// directions.
 #include "renderer/camera.h"
 
 #include <algorithm>
@@ -11,47 +14,200 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/keyframes.h"
+#include "core/base/message.h"
+#include "renderer/check.h"
+#include "renderer/visible.h"
+
 namespace loomstone {
 namespace {
 
-constexpr double margin = 0.92;  // fraction of the picture that the box may fill (our choice)
+constexpr double margin = 0.92;  // fraction of the picture that the points may fill (our choice)
 constexpr double pi = 3.14159265358979323846;
 
-void include(const Points& positions, Index vertex, Framing& box) {
-  box.low = box.low.cwiseMin(positions.row(vertex).transpose());
-  box.high = box.high.cwiseMax(positions.row(vertex).transpose());
+void include(const Vec3& point, Framing& framing) {
+  framing.low = framing.low.cwiseMin(point);
+  framing.high = framing.high.cwiseMax(point);
+  framing.points.push_back(point);
+}
+
+// Includes cloth and the visible bodies that are no floors. Returns the height of the highest
+// floor.
+double include_surfaces(const FrameTopology& topology, const Frame& frame, Framing& framing) {
+  for (Index vertex = 0; vertex < frame.positions.rows(); ++vertex)
+    include(frame.positions.row(vertex), framing);
+  double floor_height = -std::numeric_limits<double>::infinity();
+  std::vector<std::uint8_t> drawn(static_cast<std::size_t>(frame.body_vertices.rows()), 0);
+  for (const Index vertex : topology.body_triangles.reshaped())
+    drawn[static_cast<std::size_t>(vertex)] = 1;
+  for (Index vertex = 0; vertex < frame.body_vertices.rows(); ++vertex) {
+    if (topology.body_is_floor[topology.body_of_vertex[vertex]])
+      floor_height = std::max(floor_height, frame.body_vertices(vertex, 2));
+    else if (drawn[static_cast<std::size_t>(vertex)])
+      include(frame.body_vertices.row(vertex), framing);
+  }
+  return floor_height;
+}
+
+Framing nothing() {
+  const double infinity = std::numeric_limits<double>::infinity();
+  return {Vec3::Constant(infinity), Vec3::Constant(-infinity)};
+}
+
+// Gives the box edges of at least 2 % of its diagonal, even if its contents are flat or a point.
+void widen(Framing& framing) {
+  if (!(framing.low.array() <= framing.high.array()).all()) {
+    framing.low = Vec3::Constant(-0.5);
+    framing.high = Vec3::Constant(0.5);
+  }
+  const double least = std::max(1e-6, 0.02 * (framing.high - framing.low).norm());
+  for (int axis = 0; axis < 3; ++axis) {
+    const double missing = std::max(0.0, least - (framing.high[axis] - framing.low[axis]));
+    framing.low[axis] -= 0.5 * missing;
+    framing.high[axis] += 0.5 * missing;
+  }
+}
+
+// Eye and target at a time. Between key frames, each follows a cubic through the key frames before
+// and after (E. Catmull, R. Rom, "A class of local interpolating splines", 1974).
+struct Sight {
+  Vec3 eye, target;
+};
+
+Vec3 on_path(const std::vector<double>& times, const Points& points, double time) {
+  const Keyframes at = keyframes_at(times, time);
+  if (at.first == at.second) return points.row(static_cast<Index>(at.first));
+  const Vec3 from = points.row(static_cast<Index>(at.first)),
+             to = points.row(static_cast<Index>(at.second));
+  const auto slope = [&](std::size_t key) -> Vec3 {
+    const std::size_t before = key == 0 ? 0 : key - 1, after = std::min(key + 1, times.size() - 1);
+    return (points.row(static_cast<Index>(after)) - points.row(static_cast<Index>(before))) /
+           (times[after] - times[before]);
+  };
+  const double s = at.fraction, step = times[at.second] - times[at.first];
+  return (1.0 + 2.0 * s) * (1.0 - s) * (1.0 - s) * from + s * s * (3.0 - 2.0 * s) * to +
+         step * s * (1.0 - s) * ((1.0 - s) * slope(at.first) - s * slope(at.second));
+}
+
+Sight sight(const Camera& camera, double time) {
+  if (camera.times.empty()) return {camera.target + viewing_direction(camera), camera.target};
+  const Vec3 target =
+      camera.targets.rows() > 0 ? on_path(camera.times, camera.targets, time) : camera.target;
+  return {on_path(camera.times, camera.eyes, time), target};
+}
+
+// Largest value of `functional` over the points or, if the camera turns, over the circles on which
+// they turn.
+class Support {
+ public:
+  Support(const Camera& camera, const Framing& framing)
+      : turns_(camera.turn != 0.0), axis_(camera.up.normalized()), centre_(framing.centre()) {}
+  double value(const Vec3& functional, const Vec3& point) const {
+    if (!turns_) return functional.dot(point);
+    const Vec3 arm = point - centre_;
+    const double along = arm.dot(axis_), rise = functional.dot(axis_);
+    return functional.dot(centre_) + along * rise +
+           (arm - along * axis_).norm() * (functional - rise * axis_).norm();
+  }
+
+ private:
+  bool turns_;
+  Vec3 axis_, centre_;
+};
+
+// Functionals whose largest values over all points bound the place of the eye along `axis` and its
+// depth, if no point may appear further from the middle of the picture than `slope` (distance
+// across the view over depth).
+std::array<Vec3, 2> functionals(const Vec3& axis, const Vec3& forward, double slope) {
+  return {axis - slope * forward, -axis - slope * forward};
+}
+
+std::vector<Vec3> box_corners(const Framing& framing) {
+  std::vector<Vec3> corners;
+  for (int corner = 0; corner < 8; ++corner)
+    corners.emplace_back(corner & 1 ? framing.high.x() : framing.low.x(),
+                         corner & 2 ? framing.high.y() : framing.low.y(),
+                         corner & 4 ? framing.high.z() : framing.low.z());
+  return corners;
+}
+
+// Moves the eye as near as the margins permit and to the middle of what it sees.
+void fit(const Camera& camera, const Framing& framing, View& view) {
+  const Support support(camera, framing);
+  const std::vector<Vec3> points = framing.points.empty() ? box_corners(framing) : framing.points;
+  const auto most = [&](const Vec3& axis, double slope) {
+    std::array<double, 2> largest;
+    largest.fill(-std::numeric_limits<double>::infinity());
+    const std::array<Vec3, 2> functional = functionals(axis, view.forward, slope);
+    for (const Vec3& point : points)
+      for (std::size_t k = 0; k < 2; ++k)
+        largest[k] = std::max(largest[k], support.value(functional[k], point));
+    return largest;
+  };
+  const auto depth_of = [](const std::array<double, 2>& largest, double slope) {
+    return -(largest[0] + largest[1]) / (2.0 * slope);
+  };
+  const double slope_x = margin * view.tangent_x, slope_y = margin * view.tangent_y;
+  const double depth = std::min(depth_of(most(view.right, slope_x), slope_x),
+                                depth_of(most(view.up, slope_y), slope_y));
+  Vec3 eye = depth * view.forward;
+  for (const auto& [axis, slope] : {std::pair(view.right, slope_x), std::pair(view.up, slope_y)}) {
+    // Bisection finds the smallest slope that contains all points from this depth. 50 halvings
+    // reach rounding error.
+    double low = 0.0, high = slope;
+    for (int i = 0; i < 50; ++i) {
+      const double middle = 0.5 * (low + high);
+      (depth_of(most(axis, middle), middle) < depth ? low : high) = middle;
+    }
+    const std::array<double, 2> largest = most(axis, high);
+    eye += 0.5 * (largest[0] - largest[1]) * axis;
+  }
+  view.eye = eye;
+}
+
+// Returns a view from `eye` to `target`.
+View aimed(const Camera& camera, double aspect, const Sight& sight) {
+  View view;
+  view.tangent_y = std::tan(0.5 * camera.field_of_view_degrees * pi / 180.0);
+  view.tangent_x = view.tangent_y * aspect;
+  view.forward = (sight.target - sight.eye).normalized();
+  view.right = view.forward.cross(camera.up).normalized();
+  view.up = view.right.cross(view.forward);
+  view.eye = sight.eye;
+  return view;
+}
+
+// Rotates a view about an axis.
+void turn(const Vec3& centre, const Vec3& axis, double angle, View& view) {
+  const Mat3 rotation = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+  view.eye = centre + rotation * (view.eye - centre);
+  for (Vec3* direction : {&view.right, &view.up, &view.forward}) *direction = rotation * *direction;
+}
+
+// Returns the visible part of a scene, after checking it.
+FrameTopology checked(const FrameTopology& topology, const RenderOptions& options) {
+  check_topology(topology);
+  check_options(options, 8, 16384);
+  check_hidden(topology, options);
+  return shown(topology, options);
 }
 
 }  // namespace
 
 Framing make_framing(const FrameTopology& topology, const Frame& first) {
-  const double infinity = std::numeric_limits<double>::infinity();
-  Framing box{Vec3::Constant(infinity), Vec3::Constant(-infinity)};
-  for (Index vertex = 0; vertex < first.positions.rows(); ++vertex)
-    include(first.positions, vertex, box);
-  const Framing cloth = box;
-  double floor_height = -infinity;
-  for (Index vertex = 0; vertex < first.body_vertices.rows(); ++vertex) {
-    if (topology.body_is_floor[topology.body_of_vertex[vertex]])
-      floor_height = std::max(floor_height, first.body_vertices(vertex, 2));
-    else
-      include(first.body_vertices, vertex, box);
-  }
-  if (!(box.low.array() <= box.high.array()).all())
-    return {Vec3::Constant(-0.5), Vec3::Constant(0.5)};
+  Framing framing = nothing();
+  const double floor_height = include_surfaces(topology, first, framing);
   if (first.positions.rows() > 0) {
-    const double fall = std::max(cloth.high.x() - cloth.low.x(), cloth.high.y() - cloth.low.y());
-    const double lowest = std::max(cloth.high.z() - fall, floor_height);
-    if (lowest < box.low.z()) box.low.z() = lowest;
+    const Vec3 low = first.positions.colwise().minCoeff(),
+               high = first.positions.colwise().maxCoeff();
+    const double fall = (high - low).head<2>().maxCoeff();
+    const double lowest = std::max(high.z() - fall, floor_height);
+    if (lowest < framing.low.z())
+      for (const double x : {low.x(), high.x()})
+        for (const double y : {low.y(), high.y()}) include(Vec3(x, y, lowest), framing);
   }
-  // Shortest edge that the box may have, even if its contents are flat or a single point [m].
-  const double least = std::max(1e-6, 0.02 * (box.high - box.low).norm());
-  for (int axis = 0; axis < 3; ++axis) {
-    const double missing = std::max(0.0, least - (box.high[axis] - box.low[axis]));
-    box.low[axis] -= 0.5 * missing;
-    box.high[axis] += 0.5 * missing;
-  }
-  return box;
+  widen(framing);
+  return framing;
 }
 
 Vec3 viewing_direction(const Camera& camera) {
@@ -59,40 +215,69 @@ Vec3 viewing_direction(const Camera& camera) {
   return given.norm() > 0.0 ? Vec3(given.normalized()) : Vec3(0.62, -1.0, 0.44).normalized();
 }
 
-View make_view(const Camera& camera, double aspect, const Framing& framing) {
-  View view;
-  view.tangent_y = std::tan(0.5 * camera.field_of_view_degrees * pi / 180.0);
-  view.tangent_x = view.tangent_y * aspect;
-  view.forward = -viewing_direction(camera);
-  view.right = view.forward.cross(camera.up).normalized();
-  view.up = view.right.cross(view.forward);
-  view.eye = camera.eye;
-  if (camera.fit) {
-    // Maxima of -a - t c (low) and a - t c (high) over the corners of the box, with a, b, c and t
-    // as at the top of this file. The vertical direction has b in place of a.
-    std::array<double, 2> low, high;
-    low.fill(-std::numeric_limits<double>::infinity());
-    high = low;
-    const std::array<double, 2> tangent = {margin * view.tangent_x, margin * view.tangent_y};
-    for (int corner = 0; corner < 8; ++corner) {
-      const Vec3 p(corner & 1 ? framing.high.x() : framing.low.x(),
-                   corner & 2 ? framing.high.y() : framing.low.y(),
-                   corner & 4 ? framing.high.z() : framing.low.z());
-      const std::array<double, 2> across = {p.dot(view.right), p.dot(view.up)};
-      for (int axis = 0; axis < 2; ++axis) {
-        high[axis] = std::max(high[axis], across[axis] - tangent[axis] * p.dot(view.forward));
-        low[axis] = std::max(low[axis], -across[axis] - tangent[axis] * p.dot(view.forward));
-      }
-    }
-    const double depth = std::min(-(high[0] + low[0]) / (2.0 * tangent[0]),
-                                  -(high[1] + low[1]) / (2.0 * tangent[1]));
-    view.eye = 0.5 * (high[0] - low[0]) * view.right + 0.5 * (high[1] - low[1]) * view.up +
-               depth * view.forward;
-  }
+View make_view(const Camera& camera, double aspect, const Framing& framing, double time) {
+  const Sight here = sight(camera, time);
+  View view = aimed(camera, aspect, here);
+  if (camera.times.empty()) view.eye = camera.eye;
+  if (fits(camera)) fit(camera, framing, view);
+  if (camera.turn != 0.0)
+    turn(fits(camera) ? framing.centre() : here.target, camera.up, camera.turn * time * pi / 180.0,
+         view);
   const double distance = (framing.centre() - view.eye).dot(view.forward);
   view.near_depth = std::max(0.02 * framing.radius(), distance - 8.0 * framing.radius());
   view.far_depth = std::max(distance, 0.0) + 20.0 * framing.radius();
   return view;
+}
+
+CameraFit::CameraFit(const FrameTopology& topology, const RenderOptions& options)
+    : topology_(checked(topology, options)),
+      camera_(options.camera),
+      aspect_(static_cast<double>(options.width) / options.height),
+      framing_(nothing()) {
+  require(camera_.times.empty(),
+          "a camera with key frames cannot be fitted; leave out its times, or the fit");
+  camera_.fit = true;
+}
+
+void CameraFit::include(const Frame& frame) {
+  check_frame(topology_, RenderOptions{}, frame);
+  Framing now = nothing();
+  include_surfaces(topology_, frame, now);
+  if (framing_.points.empty()) {
+    framing_ = now;
+    widen(framing_);
+  } else {
+    framing_.points.insert(framing_.points.end(), now.points.begin(), now.points.end());
+  }
+  if (framing_.points.empty()) return;
+  // Keeps only the points that determine the fit.
+  const Support support(camera_, framing_);
+  std::vector<Vec3> outermost;
+  const View view = aimed(camera_, aspect_, sight(camera_, 0.0));
+  for (const auto& [axis, tangent] :
+       {std::pair(view.right, view.tangent_x), std::pair(view.up, view.tangent_y)})
+    for (const Vec3& functional : functionals(axis, view.forward, margin * tangent))
+      outermost.push_back(*std::max_element(
+          framing_.points.begin(), framing_.points.end(), [&](const Vec3& a, const Vec3& b) {
+            return support.value(functional, a) < support.value(functional, b);
+          }));
+  framing_.points = outermost;
+}
+
+Camera CameraFit::camera() const {
+  const View view = make_view(camera_, aspect_, framing_);
+  Camera fitted = camera_;
+  fitted.fit = false;
+  fitted.eye = view.eye;
+  // The target of a camera that turns lies on its axis.
+  Vec3 across = view.forward;
+  if (camera_.turn != 0.0) {
+    const Vec3 axis = camera_.up.normalized();
+    across -= across.dot(axis) * axis;
+  }
+  const double distance = (framing_.centre() - view.eye).dot(across) / across.squaredNorm();
+  fitted.target = view.eye + distance * view.forward;
+  return fitted;
 }
 
 Float4x4 View::view() const {

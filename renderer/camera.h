@@ -1,24 +1,10 @@
 // Converts a camera description to view and projection matrices.
 #pragma once
 
-#include "core/base/frame.h"
+#include "renderer/framing.h"
 #include "renderer/gl_objects.h"
-#include "renderer/renderer.h"
 
 namespace loomstone {
-
-// The region that a fitted camera shows. Its radius is the length scale of shading. It is computed
-// once, from the first frame, so that the view stays fixed while the cloth moves.
-struct Framing {
-  Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // axis-aligned box [m]
-  Vec3 centre() const { return 0.5 * (low + high); }
-  double radius() const { return 0.5 * (high - low).norm(); }
-};
-
-// Bounding box of cloth and bodies without floors, extended downwards by the fall of the cloth. The
-// fall ends one horizontal extent of the cloth below its top, or at the floor if the floor is
-// higher. Our choice: a sheet held at one side swings down by this extent.
-Framing make_framing(const FrameTopology& topology, const Frame& first);
 
 // Position, axes and field of view of the camera. Axes are unit vectors; `forward` points into the
 // picture.
@@ -30,10 +16,14 @@ struct View {
   Float4x4 projection() const;
 };
 
-View make_view(const Camera& camera, double aspect, const Framing& framing);
+// The view at a time of the run [s].
+View make_view(const Camera& camera, double aspect, const Framing& framing, double time = 0.0);
 
 // Unit vector from target to eye. If the two coincide, the camera looks from the front right and
 // from above.
 Vec3 viewing_direction(const Camera& camera);
+
+// Whether a fit moves the eye.
+inline bool fits(const Camera& camera) { return camera.fit && camera.times.empty(); }
 
 }  // namespace loomstone

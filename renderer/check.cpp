@@ -26,11 +26,37 @@ void check_name(const std::string& field, const std::string& value,
     fail<InvalidInput>("render.{} must be {}, got '{}'", field, listed(names), value);
 }
 
+// Checks the key frames of a camera.
+void check_path(const Camera& camera) {
+  const Index n = static_cast<Index>(camera.times.size());
+  for (std::size_t i = 0; i < camera.times.size(); ++i)
+    require(std::isfinite(camera.times[i]) && (i == 0 || camera.times[i] > camera.times[i - 1]),
+            "render.camera.times must be finite and ascending [s], got {} at entry {}; sort them",
+            camera.times[i], i);
+  require(
+      camera.eyes.rows() == n && (camera.targets.rows() == n || camera.targets.rows() == 0),
+      "render.camera must have a row of eyes, and of targets if given, for each of its {} times, "
+      "got {} and {}",
+      n, camera.eyes.rows(), camera.targets.rows());
+  require(camera.eyes.allFinite() && camera.targets.allFinite(),
+          "render.camera.eyes and targets must be finite [m]");
+  for (Index i = 0; i < n; ++i) {
+    const Vec3 target = camera.targets.rows() > 0 ? Vec3(camera.targets.row(i)) : camera.target;
+    const Vec3 sight = target - camera.eyes.row(i).transpose();
+    require(sight.norm() > 0.0 && sight.normalized().cross(camera.up.normalized()).norm() > 1e-6,
+            "render.camera: key frame {} must look at a point other than its eye, and not along up",
+            i);
+  }
+}
+
 void check_camera(const Camera& camera) {
   check_fields(camera, "render.camera");
   for (const auto& [name, value] :
        {std::pair{"eye", &camera.eye}, {"target", &camera.target}, {"up", &camera.up}})
     if (!value->allFinite()) fail<InvalidInput>("render.camera.{} must be finite [m]", name);
+  if (!camera.times.empty()) return check_path(camera);
+  require(camera.eyes.rows() == 0 && camera.targets.rows() == 0,
+          "render.camera: eyes and targets need times [s], one for each row");
   const Vec3 sight = camera.target - camera.eye;
   if (!camera.fit && sight.norm() == 0.0)
     throw InvalidInput(
@@ -113,6 +139,20 @@ void check_topology(const FrameTopology& t) {
         "the topology must have a pole for each of its {} body vertices or none, got {}",
         t.body_of_vertex.size(), t.body_pole.size());
   if (!t.corner_uv.allFinite()) throw InvalidInput("corner_uv of the topology must be finite");
+  require(t.cloth_looks.empty() || t.cloth_looks.size() == t.cloth_names.size(),
+          "the topology must have a look for each of its {} cloths or none, got {}",
+          t.cloth_names.size(), t.cloth_looks.size());
+  require(t.body_looks.empty() || t.body_looks.size() == t.body_names.size(),
+          "the topology must have a look for each of its {} bodies or none, got {}",
+          t.body_names.size(), t.body_looks.size());
+  require(
+      t.body_corner_uv.rows() == 0 || t.body_corner_uv.rows() == 3 * t.body_triangles.rows(),
+      "the topology must have three rows of body_corner_uv for each of its {} body triangles or "
+      "none, got {}",
+      t.body_triangles.rows(), t.body_corner_uv.rows());
+  require(t.body_corner_uv.allFinite(), "body_corner_uv of the topology must be finite");
+  for (const std::vector<Look>* looks : {&t.cloth_looks, &t.body_looks})
+    for (const Look& look : *looks) check_look(look, "look");
   check_corners("triangles", t.triangles, n);
   check_corners("body_triangles", t.body_triangles, static_cast<Index>(t.body_of_vertex.size()));
   check_owners("cloth_of_triangle", t.cloth_of_triangle, t.cloth_names.size());

@@ -6,6 +6,8 @@
 
 #include <array>
 #include <cstdlib>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <EGL/egl.h>
@@ -13,15 +15,16 @@
 #include <GL/osmesa.h>
 
 #include "core/base/message.h"
+#include "core/base/own_directory.h"
 
 namespace loomstone {
 namespace {
 
 using Function = void (*)();
 
-void* open_first(const std::vector<const char*>& names) {
-  for (const char* name : names) {
-    if (void* library = dlopen(name, RTLD_NOW | RTLD_LOCAL)) return library;
+void* open_first(const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    if (void* library = dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL)) return library;
   }
   return nullptr;
 }
@@ -41,40 +44,45 @@ struct OsMesa {
   decltype(&OSMesaGetProcAddress) function = nullptr;
   bool found = false;
 
-  OsMesa() {
-    void* library = open_first({"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"});
+  explicit OsMesa(const std::vector<std::string>& names) {
+    void* library = open_first(names);
     found = library && look_up(library, "OSMesaCreateContextAttribs", create) &&
             look_up(library, "OSMesaDestroyContext", destroy) &&
             look_up(library, "OSMesaMakeCurrent", make_current) &&
             look_up(library, "OSMesaGetProcAddress", function);
   }
-  static const OsMesa& get() {
-    static const OsMesa library;
+  static const OsMesa& of_system() {
+    static const OsMesa library({"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"});
+    return library;
+  }
+  static const OsMesa& of_wheel() {
+    static const OsMesa library({own_directory() / "libOSMesa.so.8"});
     return library;
   }
 };
 
 class OsMesaContext final : public Context {
  public:
-  explicit OsMesaContext(OSMesaContext handle) : handle_(handle) {}
-  ~OsMesaContext() override { OsMesa::get().destroy(handle_); }
+  OsMesaContext(const OsMesa& library, std::string name, OSMesaContext handle)
+      : library_(library), name_(std::move(name)), handle_(handle) {}
+  ~OsMesaContext() override { library_.destroy(handle_); }
   const std::string& backend() const override { return name_; }
   void make_current() override {
-    if (!OsMesa::get().make_current(handle_, pixels_.data(), GL_UNSIGNED_BYTE, 16, 16))
+    if (!library_.make_current(handle_, pixels_.data(), GL_UNSIGNED_BYTE, 16, 16))
       throw Unsupported("the OSMesa context could not be made current; try LOOMSTONE_GL=egl");
   }
-  void release() override { OsMesa::get().make_current(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0); }
+  void release() override { library_.make_current(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0); }
 
  private:
-  std::string name_ = "osmesa";
+  const OsMesa& library_;
+  std::string name_;
   OSMesaContext handle_;
   std::array<unsigned char, 16 * 16 * 4>
       pixels_{};  // required by OSMesa but unused, because drawing goes to framebuffer objects
 };
 
-std::unique_ptr<Context> create_osmesa() {
-  const OsMesa& osmesa = OsMesa::get();
-  if (!osmesa.found) return nullptr;
+std::unique_ptr<Context> create_osmesa(const OsMesa& library, const char* name) {
+  if (!library.found) return nullptr;
   const int attributes[] = {OSMESA_FORMAT,
                             OSMESA_RGBA,
                             OSMESA_DEPTH_BITS,
@@ -90,9 +98,9 @@ std::unique_ptr<Context> create_osmesa() {
                             OSMESA_CONTEXT_MINOR_VERSION,
                             3,
                             0};
-  OSMesaContext handle = osmesa.create(attributes, nullptr);
+  OSMesaContext handle = library.create(attributes, nullptr);
   if (!handle) return nullptr;
-  return std::make_unique<OsMesaContext>(handle);
+  return std::make_unique<OsMesaContext>(library, name, handle);
 }
 
 // ---- EGL without a surface
@@ -165,7 +173,10 @@ std::unique_ptr<Context> create_egl() {
 }
 
 GLADapiproc osmesa_function(const char* name) {
-  return reinterpret_cast<GLADapiproc>(OsMesa::get().function(name));
+  return reinterpret_cast<GLADapiproc>(OsMesa::of_system().function(name));
+}
+GLADapiproc softpipe_function(const char* name) {
+  return reinterpret_cast<GLADapiproc>(OsMesa::of_wheel().function(name));
 }
 GLADapiproc egl_function(const char* name) {
   return reinterpret_cast<GLADapiproc>(Egl::get().function(name));
@@ -176,14 +187,16 @@ GLADapiproc egl_function(const char* name) {
 std::unique_ptr<Context> create_context() {
   const char* variable = std::getenv("LOOMSTONE_GL");
   const std::string forced = variable ? variable : "";
-  if (!forced.empty() && forced != "osmesa" && forced != "egl")
+  if (!forced.empty() && forced != "osmesa" && forced != "egl" && forced != "softpipe")
     fail<InvalidInput>(
-        "the environment variable LOOMSTONE_GL must be osmesa or egl, got '{}'; correct or unset "
-        "it",
+        "the environment variable LOOMSTONE_GL must be osmesa, egl or softpipe, got '{}'; correct "
+        "or unset it",
         forced);
+  const auto tried = [&](const char* name) { return forced.empty() || forced == name; };
   std::unique_ptr<Context> context;
-  if (forced != "egl") context = create_osmesa();
-  if (!context && forced != "osmesa") context = create_egl();
+  if (tried("osmesa")) context = create_osmesa(OsMesa::of_system(), "osmesa");
+  if (!context && tried("egl")) context = create_egl();
+  if (!context && tried("softpipe")) context = create_osmesa(OsMesa::of_wheel(), "softpipe");
   if (!context)
     fail<Unsupported>(
         "rendering needs OpenGL 3.3 without a screen, and {} could not be loaded; install one of "
@@ -195,12 +208,15 @@ std::unique_ptr<Context> create_context() {
 
 GladGLContext load_functions(Context& context) {
   GladGLContext functions{};
-  const bool osmesa = context.backend() == "osmesa";
-  if (!gladLoadGLContext(&functions, osmesa ? osmesa_function : egl_function))
+  const std::string& name = context.backend();
+  const auto function = name == "osmesa"     ? osmesa_function
+                        : name == "softpipe" ? softpipe_function
+                                             : egl_function;
+  if (!gladLoadGLContext(&functions, function))
     fail<Unsupported>(
-        "the functions of OpenGL 3.3 could not be loaded from {}; update Mesa or force the other "
+        "the functions of OpenGL 3.3 could not be loaded from {}; update Mesa or force another "
         "library by LOOMSTONE_GL=osmesa|egl",
-        context.backend());
+        name);
   return functions;
 }
 

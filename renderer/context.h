@@ -1,6 +1,7 @@
-// A headless OpenGL 3.3 core context from OSMesa, or from surfaceless EGL if OSMesa is missing.
-// Both are loaded at run time, so a machine without them gets an error message instead of a link
-// error. The environment variable LOOMSTONE_GL=osmesa|egl selects one.
+// A headless OpenGL 3.3 core context from the system's OSMesa, else from surfaceless EGL, else from
+// the OSMesa that wheels contain. It has no LLVM, draws with softpipe, and is slower. All are
+// loaded at run time, so a machine without them gets an error message instead of a link error. The
+// environment variable LOOMSTONE_GL=osmesa|egl|softpipe selects one.
 #pragma once
 
 #include <memory>
@@ -13,7 +14,7 @@ namespace loomstone {
 class Context {
  public:
   virtual ~Context() = default;
-  virtual const std::string& backend() const = 0;  // "osmesa" | "egl"
+  virtual const std::string& backend() const = 0;  // "osmesa" | "egl" | "softpipe"
   virtual void make_current() = 0;
   virtual void release() = 0;  // leaves this thread without a current context
 };

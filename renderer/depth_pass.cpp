@@ -42,7 +42,7 @@ DepthPass::DepthPass(const GL& gl, int width, int height)
 }
 
 void DepthPass::draw(const View& view, const MeshBuffers& cloth, const MeshBuffers& bodies,
-                     const std::vector<const SquareBuffers*>& floors) const {
+                     const std::vector<PlacedFloor>& floors) const {
   gl_->BindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
   gl_->Viewport(0, 0, width_, height_);
   gl_->Enable(GL_DEPTH_TEST);
@@ -54,7 +54,7 @@ void DepthPass::draw(const View& view, const MeshBuffers& cloth, const MeshBuffe
   cloth.draw();
   bodies.draw();
   gl_->Enable(GL_CULL_FACE);  // floors are invisible from below
-  for (const SquareBuffers* floor : floors) floor->draw();
+  for (const PlacedFloor& floor : floors) floor.square->draw();
   gl_->Disable(GL_CULL_FACE);
 }
 

@@ -10,7 +10,7 @@ class DepthPass {
  public:
   DepthPass(const GL& gl, int width, int height);  // size of this pass [pixels]
   void draw(const View& view, const MeshBuffers& cloth, const MeshBuffers& bodies,
-            const std::vector<const SquareBuffers*>& floors) const;
+            const std::vector<PlacedFloor>& floors) const;
   // Texture with the unit normal in eye space (xyz) and the depth [m] (w), which is 0 for
   // background.
   GLuint surface() const { return surface_.name(); }

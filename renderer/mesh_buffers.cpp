@@ -109,23 +109,27 @@ DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& x, double cr
     }
   }
 
-  std::map<Index, Index> drawn;  // root of a group of corners -> drawn vertex
+  std::map<Index, Index> group_of_root;  // root of a group of corners -> normal group
+  std::map<std::tuple<Index, double, double>, Index> drawn;  // normal group and uv -> drawn vertex
   mesh.triangles.resize(n, 3);
   for (Index i = 0; i < n; ++i) {
     for (int corner = 0; corner < 3; ++corner) {
+      const Index group =
+          group_of_root.try_emplace(groups.root(3 * i + corner), mesh.n_groups).first->second;
+      mesh.n_groups = std::max(mesh.n_groups, group + 1);
+      Vec2 uv = Vec2::Zero();
+      if (topology.body_corner_uv.rows() > 0)
+        uv = topology.body_corner_uv.row(3 * rows[i] + corner);
       const auto [place, fresh] =
-          drawn.try_emplace(groups.root(3 * i + corner), static_cast<Index>(mesh.vertex.size()));
+          drawn.try_emplace({group, uv.x(), uv.y()}, static_cast<Index>(mesh.vertex.size()));
       if (fresh) {
         mesh.vertex.push_back(topology.body_triangles(rows[i], corner));
-        mesh.uv.push_back(
-            Eigen::Vector2f(static_cast<float>(topology.body_of_triangle[rows[i]]), 0.0f));
+        mesh.normal_group.push_back(group);
+        mesh.uv.push_back(uv.cast<float>());
       }
       mesh.triangles(i, corner) = place->second;
     }
   }
-  mesh.n_groups = static_cast<Index>(mesh.vertex.size());
-  mesh.normal_group.resize(mesh.vertex.size());
-  std::iota(mesh.normal_group.begin(), mesh.normal_group.end(), 0);
   return mesh;
 }
 

@@ -17,7 +17,7 @@ struct DrawnMesh {
   std::vector<Index> normal_group;  // (k) in [0, n_groups)
   Index n_groups = 0;
   Triangles triangles;               // (m x 3) indices of drawn vertices, sorted by part
-  std::vector<Eigen::Vector2f> uv;   // (k) [m]
+  std::vector<Eigen::Vector2f> uv;   // (k) [m]; zeros for bodies without a texture
   std::vector<Index> first_of_part;  // (parts + 1) row of `triangles` where each part starts
 };
 
@@ -26,7 +26,7 @@ struct DrawnMesh {
 DrawnMesh drawn_cloth(const FrameTopology& topology);
 // Mesh of the bodies, with one part per body; the parts of floors are empty. Vertices are split
 // where the normals of neighbouring triangles of `body_vertices` differ by more than
-// `crease_degrees`.
+// `crease_degrees`, and where uv differs.
 DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& body_vertices,
                        double crease_degrees = 40.0);
 
@@ -63,6 +63,12 @@ class SquareBuffers {
  private:
   const GL* gl_;
   GlObject vertex_array_, vertices_;
+};
+
+// The square that shows a floor.
+struct PlacedFloor {
+  Index body;  // number of the floor
+  const SquareBuffers* square;
 };
 
 }  // namespace loomstone

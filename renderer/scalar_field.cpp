@@ -95,11 +95,11 @@ ColorRange value_range(const std::string& row, const std::array<Vector, 2>& fiel
 }
 
 ColorRange color_range(const RenderOptions& options, const std::string& row,
-                       const ColorRange& values) {
+                       const ColorRange& values, bool diverging) {
   if (options.color_low != options.color_high) return {options.color_low, options.color_high};
   ColorRange range = values;
   if (row == "contact") return range;
-  if (options.color_map == ColorMap::Diverging) {
+  if (diverging) {
     const double neutral = row == "stretch" ? 1.0 : 0.0;
     const double reach = std::max(neutral - range.low, range.high - neutral);
     range = {neutral - reach, neutral + reach};

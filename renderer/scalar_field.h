@@ -38,6 +38,6 @@ ColorRange value_range(const std::string& row, const std::array<Vector, 2>& fiel
 // the values is made symmetric about the neutral value: 1 for stretch, otherwise 0. The range is
 // never empty.
 ColorRange color_range(const RenderOptions& options, const std::string& row,
-                       const ColorRange& values);
+                       const ColorRange& values, bool diverging);
 
 }  // namespace loomstone

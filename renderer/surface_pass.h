@@ -1,22 +1,24 @@
 // Last pass, at full size. The backdrop and the floor have no visible edges and take one sample per
 // pixel. Bodies, cloth and wireframe are drawn over them with several samples per pixel, only
-// inside their bounding rectangle in the picture.
+// inside their bounding rectangle in the picture. Where OpenGL has only one sample per pixel
+// (softpipe), they are drawn once per sample, shifted by its place in the pixel. Shading is that of
+// the centre of the pixel, as with several samples.
 #pragma once
 
-#include "renderer/color_map.h"
+#include <vector>
+
 #include "renderer/light_pass.h"
-#include "renderer/scalar_field.h"
+#include "renderer/materials.h"
+#include "renderer/renderer.h"
+#include "renderer/visible.h"
 
 namespace loomstone {
-
-struct Rectangle {
-  int left, bottom, width, height;  // pixels, from the lower left corner
-};
 
 struct SurfaceOptions {
   ClothPattern pattern;
   bool wireframe;
-  bool colored;  // colour the cloth by its values, mapped from `range`
+  bool transparent;  // no backdrop, and floors show only shadows
+  bool colored;      // colour the cloth by its values, mapped from `range`
   ColorRange range;
   std::vector<double> split;  // per cloth: column right of which its second value is shown
                               // [pixels]; if empty, the first value is shown everywhere
@@ -34,32 +36,43 @@ struct SurfaceShading {
 struct SurfaceThings {
   const MeshBuffers& cloth;
   const MeshBuffers& bodies;
-  const std::vector<const SquareBuffers*>& floors;
-  const std::vector<double>&
-      pattern_size;  // per cloth: edge of a square with the area of its bounding box in uv [m]
+  const std::vector<PlacedFloor>& floors;
+  const Materials& materials;
+  Index n_bodies;  // the part of `bodies` with this number has the curves
 };
 
 class SurfacePass {
  public:
-  SurfacePass(const GL& gl, int width, int height, int samples, const ColorTable& table);
+  // One drawing with all samples, or `separate` drawings with one sample each.
+  struct Samples {
+    int per_pixel;
+    bool separate;
+  };
+  SurfacePass(const GL& gl, int width, int height, Samples samples, const ColorTable& table);
   void draw(const SurfaceShading& shading, const SurfaceThings& things,
             const Rectangle& reached) const;
-  Image read() const;
+  Image read(bool with_alpha) const;
 
  private:
-  void draw_surroundings(const SurfaceShading& shading,
-                         const std::vector<const SquareBuffers*>& floors) const;
-  void draw_things(const SurfaceShading& shading, const SurfaceThings& things) const;
-  void draw_floors(const std::vector<const SquareBuffers*>& floors) const;
-  void set_common(const Program& program, const SurfaceShading& shading) const;
+  void draw_surroundings(const SurfaceShading& shading, const SurfaceThings& things) const;
+  void draw_things(const SurfaceShading& shading, const SurfaceThings& things,
+                   const Eigen::Vector2f& to_centre) const;
+  void draw_samples(const SurfaceShading& shading, const SurfaceThings& things,
+                    const Rectangle& reached) const;
+  void lay_over(const GlObject& framebuffer, const GlObject& texture) const;
+  void draw_floors(const std::vector<PlacedFloor>& floors) const;
+  void set_common(const Program& program, const SurfaceShading& shading,
+                  const Eigen::Vector2f& to_centre = Eigen::Vector2f::Zero()) const;
 
   const GL* gl_;
   int width_, height_;
+  std::vector<Eigen::Vector2f> to_centres_;  // per drawing: from sample to centre [pixels]
   Program background_program_, floor_program_, cloth_program_, body_program_, edge_program_,
       overlay_program_;
   GlObject picture_color_, picture_depth_, picture_;  // one sample per pixel
   GlObject things_color_, things_depth_, things_;     // several samples; alpha is the coverage
-  GlObject resolved_color_, resolved_;
+  GlObject resolved_color_, resolved_;                // mean of the samples of one drawing
+  GlObject sum_color_, sum_;                          // mean of all drawings
   GlObject color_table_, empty_;
 };
 

@@ -47,6 +47,12 @@ vec4 encode(vec3 linear) {   // to sRGB, dithered by up to half an 8-bit step to
   return vec4(c + noise / 255.0, 1.0);
 }
 
+// Bends light above 0.7 towards 1, so that bright surfaces and highlights keep their shape.
+vec4 toned(vec3 linear) {
+  vec3 bright = 1.0 - 0.3 * exp(-max(vec3(0.0), linear - 0.7) / 0.3);
+  return encode(mix(linear, bright, step(0.7, linear)));
+}
+
 vec3 backdrop() {
   vec2 s = gl_FragCoord.xy / size;
   vec2 d = (s - vec2(0.5, 0.52)) * vec2(1.0, 0.85);
@@ -78,56 +84,115 @@ vec2 seen_at(float depth) {
 vec3 ambient(vec3 n) { return mix(ground, sky, 0.5 + 0.5 * dot(n, up)); }
 )";
 
+// Materials of cloth and bodies (Material).
+const char* material = R"(
+uniform vec3 front_color, back_color;
+uniform float roughness;
+uniform int textured;
+uniform sampler2D image;          // its first row is the upper edge
+uniform vec2 texture_low, texture_size;
+
+vec3 with_texture(vec3 albedo) {
+  if (textured == 0) return albedo;
+  vec2 at = (surface_uv - texture_low) / texture_size;
+  vec4 t = texture(image, vec2(at.x, 1.0 - at.y));
+  return mix(albedo, t.rgb, t.a);
+}
+
+// Light that the surface mirrors: that of the sun by the distribution of B. Walter et al.,
+// "Microfacet models for refraction through rough surfaces", 2007, with visibility and Fresnel
+// reflectance as in C. Schlick, "An inexpensive BRDF model", 1994, and that of the surroundings.
+vec3 mirrored(vec3 n, vec3 v, vec2 seen) {
+  float a = max(roughness * roughness, 0.004);
+  vec3 h = normalize(towards_light + v);
+  float nl = max(0.0, dot(n, towards_light)), nv = max(1e-3, dot(n, v)), nh = max(0.0, dot(n, h));
+  float d = (nh * a * a - nh) * nh + 1.0;
+  float visible = 0.5 / mix(2.0 * nl * nv, nl + nv, a);
+  float reflectance = 0.04 + 0.96 * pow(1.0 - max(0.0, dot(v, h)), 5.0);
+  float around = 0.04 + max(0.0, 0.96 - roughness) * pow(1.0 - nv, 5.0);
+  return sun * (nl * a * a / (d * d) * visible * reflectance * seen.x) +
+         ambient(reflect(-v, n)) * (around * seen.y);
+}
+)";
+
 const char* surface_inputs = R"(
 in vec3 eye_position, eye_normal;
 in vec2 surface_uv;
 in float surface_value, surface_other;
 )";
 
+// The same inputs, moved from the sample to the centre of its pixel. In the picture, quotients of
+// inputs and depth are linear functions of the place.
+const char* moved_inputs = R"(
+uniform vec2 to_centre;   // [pixels]
+in vec3 eye_position, eye_normal;
+in vec2 surface_uv;
+in float surface_value, surface_other;
+float closeness() { return -1.0 / eye_position.z; }
+#define LINEAR(v) (v + to_centre.x * dFdx(v) + to_centre.y * dFdy(v))
+#define MOVED(v) (LINEAR((v * closeness())) / LINEAR(closeness()))
+#define eye_position MOVED(eye_position)
+#define eye_normal MOVED(eye_normal)
+#define surface_uv MOVED(surface_uv)
+#define surface_value MOVED(surface_value)
+#define surface_other MOVED(surface_other)
+)";
+
 const char* background_text = R"(
 void main() { color = encode(backdrop()); }
 )";
 
-// The floor shows the backdrop, darkened by shadows and occlusion, so its border is invisible.
+// A floor without a colour shows the backdrop, darkened by shadows and occlusion, so its border is
+// invisible. Others fade into the backdrop.
 const char* floor_text = R"(
+uniform int transparent;   // draw only shadows
+uniform int colored;       // the floor has a colour of its own
 void main() {
   float distance = length(surface_uv) * 6.0;   // from the centre, in radii of the framed region
   float fade = 1.0 - smoothstep(2.6, 5.0, distance);
   float pool = 1.0 + 0.10 * exp(-0.8 * distance * distance);
-  if (fade == 0.0) { color = encode(backdrop()); return; }
+  if (fade == 0.0) { color = transparent == 1 ? vec4(0.0) : encode(backdrop()); return; }
   vec2 seen = mix(vec2(1.0), seen_at(-eye_position.z), fade);
   vec3 n = normalize(eye_normal);
   vec3 direct = sun * max(0.0, dot(n, towards_light));
+  if (colored == 1) {
+    vec3 light = ambient(n) * seen.y + sun * max(0.0, dot(n, towards_light)) * seen.x;
+    vec3 lit = front_color * light + mirrored(n, normalize(-eye_position), seen);
+    color = transparent == 1 ? toned(lit) * fade : mix(encode(backdrop()), toned(lit), fade);
+    return;
+  }
   vec3 around = sky * 1.25;
   vec3 share = (around * seen.y + direct * seen.x) / (around + direct);
-  color = encode(backdrop() * share * pool);
+  if (transparent == 1)
+    color = vec4(0.0, 0.0, 0.0, 1.0 - dot(share, vec3(0.2126, 0.7152, 0.0722)));
+  else
+    color = encode(backdrop() * share * pool);
 }
 )";
 
 const char* body_text = R"(
+uniform int curves;
 void main() {
   vec3 n = normalize(gl_FrontFacing ? eye_normal : -eye_normal);
   vec3 v = normalize(-eye_position);
   vec2 seen = seen_at(-eye_position.z);
-  vec3 albedo = vec3(0.46, 0.45, 0.44) * (1.0 - 0.07 * mod(floor(surface_uv.x + 0.5), 3.0));
+  vec3 albedo = with_texture(front_color);
   // Poles: north red, south blue.
   albedo = mix(albedo, vec3(0.55, 0.05, 0.04), smoothstep(0.02, 0.04, surface_value));
   albedo = mix(albedo, vec3(0.04, 0.12, 0.50), smoothstep(0.02, 0.04, -surface_value));
   // Curves: red through yellow to blue.
-  if (surface_uv.x < -0.5) {
+  if (curves == 1) {
     vec3 end = surface_value > 0.0 ? vec3(0.60, 0.07, 0.04) : vec3(0.05, 0.16, 0.58);
     albedo = mix(vec3(0.72, 0.56, 0.22), end, surface_value * surface_value);
   }
   float facing = dot(n, towards_light);
-  float gloss = pow(max(0.0, dot(n, normalize(towards_light + v))), 24.0) * step(0.0, facing);
   vec3 light = ambient(n) * seen.y + sun * max(0.0, facing) * seen.x;
-  float rim = pow(1.0 - max(0.0, dot(n, v)), 4.0);
-  color = encode(albedo * light + 0.05 * gloss * seen.x + 0.06 * rim * sky * seen.y);
+  color = toned(albedo * light + mirrored(n, v, seen));
 }
 )";
 
 const char* cloth_text = R"(
-uniform vec3 front_color, back_color, checker_color;
+uniform vec3 checker_color;
 uniform int pattern;              // 0 plain, 1 weave, 2 checker
 uniform float pattern_size;       // edge of a square with the area of the cloth's uv box [m]
 uniform int colored;
@@ -189,9 +254,9 @@ void main() {
     color = encode(mix(vec3(0.02), c, smoothstep(0.4, 1.2, abs(gl_FragCoord.x - split))));
     return;
   }
-  vec3 albedo = gl_FrontFacing ? front_color : back_color;
-  if (pattern == 2) albedo = mix(albedo, checker_color, squares(surface_uv * (12.0 / pattern_size)));
-  if (pattern == 1) {
+  vec3 albedo = with_texture(gl_FrontFacing ? front_color : back_color);
+  if (pattern == 2 && textured == 0) albedo = mix(albedo, checker_color, squares(surface_uv * (12.0 / pattern_size)));
+  if (pattern == 1 && textured == 0) {
     albedo *= crossings(threads, pixel) * slubs(threads, pixel) * slubs(threads / 5.0 + 91.0, pixel / 5.0);
   }
   // Fibres scatter light slightly beyond the terminator, and thin cloth transmits a little light.
@@ -200,8 +265,8 @@ void main() {
   vec3 light = ambient(n) * seen.y + sun * (direct + through) * seen.x;
   float grazing = pow(1.0 - max(0.0, dot(n, v)), 3.0);
   vec3 sheen = (0.5 * albedo + 0.05) * grazing * (0.35 * seen.y + 0.5 * seen.x * max(0.0, facing));
-  float gloss = 0.035 * pow(max(0.0, dot(n, normalize(towards_light + v))), 9.0) * seen.x * step(0.0, facing);
-  color = encode(albedo * light + sheen + gloss);
+  sheen *= roughness;
+  color = toned(albedo * light + sheen + mirrored(n, v, seen));
 }
 )";
 
@@ -224,9 +289,15 @@ std::string whole_picture_vertex_shader() {
 }
 std::string surface_vertex_shader() { return vertex_text; }
 std::string background_fragment_shader() { return std::string(common) + background_text; }
-std::string floor_fragment_shader() { return std::string(common) + surface_inputs + floor_text; }
-std::string cloth_fragment_shader() { return std::string(common) + surface_inputs + cloth_text; }
-std::string body_fragment_shader() { return std::string(common) + surface_inputs + body_text; }
+std::string floor_fragment_shader() {
+  return std::string(common) + surface_inputs + material + floor_text;
+}
+std::string cloth_fragment_shader(bool moved) {
+  return std::string(common) + (moved ? moved_inputs : surface_inputs) + material + cloth_text;
+}
+std::string body_fragment_shader(bool moved) {
+  return std::string(common) + (moved ? moved_inputs : surface_inputs) + material + body_text;
+}
 std::string edge_fragment_shader() { return std::string("out vec4 color;\n") + edge_text; }
 
 std::string overlay_fragment_shader() { return overlay_text; }

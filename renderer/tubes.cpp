@@ -75,11 +75,13 @@ BodiesAndTubes bodies_and_tubes(const FrameTopology& bodies, const Points& first
     for (int k = 0; k < 3; ++k)
       topology.body_triangles(m + static_cast<Index>(t), k) = triangles[t][k];
   topology.body_of_triangle.resize(topology.body_triangles.rows(), tube);
+  if (bodies.body_corner_uv.rows() > 0) {
+    topology.body_corner_uv = Points2::Zero(topology.body_triangles.size(), 2);
+    topology.body_corner_uv.topRows(bodies.body_corner_uv.rows()) = bodies.body_corner_uv;
+  }
   Points shape = all.positions;
   shape.topRows(n_bodies) = first_bodies;
   all.mesh = drawn_bodies(topology, shape);
-  for (std::size_t i = 0; i < all.mesh.vertex.size(); ++i)
-    if (all.mesh.vertex[i] >= n_bodies) all.mesh.uv[i].x() = -1.0f;  // marks curves for the shader
   return all;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/look.h"
 #include "core/base/report.h"
 #include "core/base/types.h"
 
@@ -27,6 +28,10 @@ struct FrameTopology {
   // (nb) Magnetic polarity, from -1 at south poles to 1 at north poles of magnets, and 0 elsewhere.
   // Empty if not given.
   std::vector<double> body_pole;
+  std::vector<Look> cloth_looks, body_looks;  // (cloths), (bodies); empty: no surface has a look
+  // (3mb x 2) uv of each corner of the bodies' triangles, zeros for bodies without a texture. Empty
+  // if no body has a texture.
+  Points2 body_corner_uv;
 };
 
 struct Frame {

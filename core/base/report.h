@@ -44,6 +44,34 @@ struct ThreadReport {
   }
 };
 
+// Time that ranks spend computing and waiting in a step, and what they send. The sum of both times
+// is the wall time of a step.
+struct RankReport {
+  double computing = 0.0, most_computing = 0.0, waiting = 0.0, most_waiting = 0.0;
+  double collision_computing = 0.0, collision_waiting = 0.0;
+  std::int64_t bytes = 0, operations = 0;
+
+  static auto fields() {
+    using R = RankReport;
+    return std::make_tuple(
+        field("computing", &R::computing, "s", unlimited(),
+              "time outside communication, mean of the ranks"),
+        field("most_computing", &R::most_computing, "s", unlimited(),
+              "time outside communication, largest of the ranks"),
+        field("waiting", &R::waiting, "s", unlimited(),
+              "time in communication, mean of the ranks; it includes waiting for other ranks"),
+        field("most_waiting", &R::most_waiting, "s", unlimited(),
+              "time in communication, largest of the ranks"),
+        field("collision_computing", &R::collision_computing, "s", unlimited(),
+              "part of `computing` in the stages proximity and certify"),
+        field("collision_waiting", &R::collision_waiting, "s", unlimited(),
+              "part of `waiting` in the stages proximity and certify"),
+        field("bytes", &R::bytes, "1", unlimited(), "bytes that a rank sends, mean of the ranks"),
+        field("operations", &R::operations, "1", unlimited(),
+              "collective operations of a rank, including exchanges of halos"));
+  }
+};
+
 // Iterations and events of the integrator in a step, and the residual of the last linear solve.
 struct SolverReport {
   int newton_iterations = 0, linear_iterations = 0;
@@ -158,7 +186,7 @@ struct StrainLimitReport {
         field("evaluations", &R::evaluations, "1", unlimited(),
               "evaluations of an element's strain in sweeps"),
         field("excess", &R::excess, "1", unlimited(),
-              "largest excess (strain beyond its limit) right after limiting"),
+              "largest excess (strain beyond its limit) at the end of a part of the step"),
         field("weft_excess", &R::weft_excess, "1", unlimited(),
               "largest excess along weft at the end"),
         field("warp_excess", &R::warp_excess, "1", unlimited(),
@@ -283,6 +311,7 @@ struct StepReport {
   int parts = 1;
   StageSeconds seconds;
   ThreadReport busy;
+  RankReport ranks;
   SolverReport solver;
   ErrorReport error;
   ContactReport contacts;
@@ -306,6 +335,7 @@ struct StepReport {
             "the solver fail at its full length"),
         field("seconds", &R::seconds, "wall time of each stage"),
         field("busy", &R::busy, "time of threads in the loops of collision handling"),
+        field("ranks", &R::ranks, "computing and waiting of ranks"),
         field("solver", &R::solver, "solves of the integrator"),
         field("error", &R::error, "error of the step, and its parts"),
         field("contacts", &R::contacts, "contacts and intersections"),

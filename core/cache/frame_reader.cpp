@@ -6,6 +6,7 @@
 #include "core/cache/file_format.h"
 #include "core/cache/frame_file.h"
 #include "core/cache/frame_layout.h"
+#include "core/cache/look_file.h"
 #include "core/cache/polydata_file.h"
 
 namespace loomstone {
@@ -81,6 +82,7 @@ struct FrameReader::Data {
     topology.cloth_of_triangle = run.constant_indices("CellData/cloth", n_triangles);
     const auto uv = run.constant_numbers("CellData/uv", n_triangles, 6);
     topology.corner_uv = Eigen::Map<const Points2>(uv.data(), 3 * n_triangles, 2);
+    topology.cloth_looks = read_looks(run_file, looks, topology.cloth_names.size());
     check_group_numbers(run_file, topology.cloth_of_vertex, topology.cloth_names.size());
     check_group_numbers(run_file, topology.cloth_of_triangle, topology.cloth_names.size());
   }
@@ -93,6 +95,12 @@ struct FrameReader::Data {
       topology.body_pole = bodies->constant_numbers("PointData/pole", bodies->n_vertices(), 1);
     topology.body_of_triangle =
         bodies->constant_indices("CellData/body", bodies->triangles().rows());
+    if (bodies_file->has("/VTKHDF/CellData/uv")) {
+      const std::int64_t n_triangles = topology.body_triangles.rows();
+      const auto uv = bodies->constant_numbers("CellData/uv", n_triangles, 6);
+      topology.body_corner_uv = Eigen::Map<const Points2>(uv.data(), 3 * n_triangles, 2);
+    }
+    topology.body_looks = read_looks(*bodies_file, looks, topology.body_names.size());
     topology.body_is_floor = bodies_file->read_array<std::uint8_t>(group + "/is_floor");
     check_group_numbers(*bodies_file, topology.body_of_vertex, topology.body_names.size());
     check_group_numbers(*bodies_file, topology.body_of_triangle, topology.body_names.size());

@@ -6,6 +6,7 @@
 #include "core/base/message.h"
 #include "core/cache/frame_file.h"
 #include "core/cache/frame_layout.h"
+#include "core/cache/look_file.h"
 #include "core/cache/polydata_file.h"
 #include "core/cache/texture_points.h"
 
@@ -52,11 +53,19 @@ void check_topology(const FrameTopology& topology) {
   if (!topology.body_pole.empty())
     check("body_pole", static_cast<Eigen::Index>(topology.body_pole.size()),
           static_cast<Eigen::Index>(topology.body_of_vertex.size()));
+  if (!topology.cloth_looks.empty())
+    check("cloth_looks", static_cast<Eigen::Index>(topology.cloth_looks.size()),
+          static_cast<Eigen::Index>(topology.cloth_names.size()));
+  if (!topology.body_looks.empty())
+    check("body_looks", static_cast<Eigen::Index>(topology.body_looks.size()),
+          static_cast<Eigen::Index>(topology.body_names.size()));
+  if (topology.body_corner_uv.rows() > 0)
+    check("body_corner_uv", topology.body_corner_uv.rows(), topology.body_triangles.size());
   check("body_is_floor", static_cast<Eigen::Index>(topology.body_is_floor.size()),
         static_cast<Eigen::Index>(topology.body_names.size()));
 }
 
-// Returns the rows of the vertices that the points show.
+// Returns for each point the value at its vertex. `vertices` has the vertex of each point.
 std::vector<Index> at_points(const std::vector<Index>& at_vertices,
                              const std::vector<Index>& vertices) {
   std::vector<Index> values;
@@ -92,6 +101,7 @@ PolyDataWriter create_run(const std::string& path, const FrameTopology& topology
   writer.file().write_attribute(group, "n_reports", std::array<std::int64_t, 1>{0});
   writer.file().write_attribute(group, "compression", std::array<std::int64_t, 1>{compression});
   writer.file().write_text(group + "/metadata", metadata);
+  write_looks(writer.file(), looks, topology.cloth_looks);
   return writer;
 }
 
@@ -107,15 +117,20 @@ PolyDataWriter create_bodies(const std::string& path, const FrameTopology& topol
                          topology.body_pole.data()});
   std::vector<Index> vertices(topology.body_of_vertex.size());
   std::iota(vertices.begin(), vertices.end(), 0);
+  std::vector<PolyDataField> on_cells = {
+      {"body", Number::Int32, 1, "1", body, topology.body_of_triangle.data()}};
+  if (topology.body_corner_uv.rows() > 0)
+    on_cells.push_back({"uv", Number::Float64, 6, "m", "uv of the three corners, for textures",
+                        topology.body_corner_uv.data()});
   PolyDataWriter writer(path, {n_vertices, vertices, topology.body_triangles, compression},
-                        on_points,
-                        {{"body", Number::Int32, 1, "1", body, topology.body_of_triangle.data()}});
+                        on_points, on_cells);
   Hdf5File& file = writer.file();
   write_description(file, bodies_kind, topology.body_names);
   file.write_array(group + "/is_floor", Number::UInt8,
                    {static_cast<std::int64_t>(topology.body_is_floor.size())},
                    topology.body_is_floor.data());
   file.describe(group + "/is_floor", "1", "1: drawn as ground");
+  write_looks(file, looks, topology.body_looks);
   return writer;
 }
 

@@ -127,13 +127,14 @@ class Hdf5File {
   std::vector<T> read_array(const std::string& path,
                             std::vector<std::int64_t>* shape = nullptr) const;
 
-  // Texts (UTF-8) as strings of fixed length: one, or a list.
+  // These functions write or read one text (UTF-8) or a list of texts. Texts are stored as strings
+  // of fixed length.
   void write_text(const std::string& path, const std::string& text);
   void write_texts(const std::string& path, const std::vector<std::string>& texts);
   std::string read_text(const std::string& path) const;
   std::vector<std::string> read_texts(const std::string& path) const;
 
-  // Growing datasets. Each chunk is allocated as a whole.
+  // Create or open a dataset to which rows can be appended. The file grows by whole chunks.
   Hdf5Rows create_rows(const std::string& path, const RowFormat& format, RowStorage storage);
   Hdf5Rows open_rows(const std::string& path, const RowFormat& format) const;
 

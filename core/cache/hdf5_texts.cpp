@@ -1,5 +1,5 @@
-// Texts as attributes and datasets: strings of fixed length, padded with zeros. VTK expects them,
-// and they are read without the heap of the file, which a damaged file can corrupt.
+// Texts are stored as strings of fixed length, padded with zeros, in attributes and in datasets.
+// VTK expects such strings. They are read without the heap of the HDF5 file, which may be damaged.
 #include <algorithm>
 
 #include "core/cache/hdf5_handles.h"
@@ -48,7 +48,8 @@ std::size_t length_of_character(unsigned char lead) {
   return lead >= 0xF0 && lead < 0xF5 ? 4 : 0;
 }
 
-// Also refuses characters that are too long, surrogates, and numbers above 0x10FFFF.
+// Returns whether a text is valid UTF-8. Overlong encodings, surrogates and numbers above 0x10FFFF
+// are invalid.
 bool is_utf8(const std::string& text) {
   for (std::size_t at = 0; at < text.size();) {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[at + i]); };

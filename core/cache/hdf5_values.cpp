@@ -1,4 +1,4 @@
-// Attributes that are numbers, and arrays of fixed shape.
+// Functions of Hdf5File that write and read numbers as attributes, and arrays of fixed shape.
 #include <algorithm>
 #include <utility>
 

@@ -28,7 +28,7 @@ struct PolyDataField {
 struct PolyDataMesh {
   std::int64_t n_vertices = 0;
   std::vector<Index> vertices;  // (points) vertex of each point
-  Triangles triangles;          // corners as points
+  Triangles triangles;          // point of each corner
   int compression = 0;          // of points and fields; 0 to 9 (deflate)
 };
 
@@ -44,8 +44,8 @@ class PolyDataWriter {
   Hdf5File& file() { return file_; }
 
   // `positions` has a row for each vertex. `point_values` and `cell_values` have one pointer for
-  // each field that is not constant, in the order in which the constructor received the fields;
-  // those of points have a row for each vertex.
+  // each field that is not constant, in the order in which the constructor received the fields. The
+  // values of a field on points have a row for each vertex, not for each point.
   void stage(std::int64_t frame, const Points& positions,
              const std::vector<const void*>& point_values,
              const std::vector<const void*>& cell_values);
@@ -77,9 +77,9 @@ class PolyDataWriter {
   std::vector<Table> tables_;
   Values points_;
   std::vector<Values> values_;  // point fields, cell fields
-  // Positions that were stored last, and the number of blocks of points: committed, and including
-  // the staged frame.
+  // Positions in the last committed block of points and in the staged block.
   Points stored_, staged_;
+  // Number of committed blocks of points, and their number with the staged frame.
   std::int64_t n_blocks_ = 0, n_staged_blocks_ = 0;
   std::vector<unsigned char> rows_of_points_;  // scratch memory of put()
 };
@@ -89,9 +89,9 @@ class PolyDataReader {
  public:
   explicit PolyDataReader(const Hdf5File& file);
   std::int64_t n_vertices() const { return n_vertices_; }
-  const Triangles& triangles() const { return triangles_; }  // corners as vertices
+  const Triangles& triangles() const { return triangles_; }  // vertex of each corner
   const std::vector<double>& times() const { return times_; }
-  // Reads a constant field, for example "CellData/cloth", or its first rows.
+  // Reads the first `n_rows` rows of a constant field, for example "CellData/cloth".
   std::vector<Index> constant_indices(const std::string& field, std::int64_t n_rows) const;
   std::vector<double> constant_numbers(const std::string& field, std::int64_t n_rows,
                                        int components) const;

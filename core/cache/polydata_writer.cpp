@@ -134,7 +134,8 @@ void PolyDataWriter::stage_tables(std::int64_t frame) {
   point_offsets_.write(frame, 1, &first);
 }
 
-// Writes a block of rows. Rows at vertices are first repeated for the further points.
+// Writes a block of rows. A field on points is given by rows for the vertices, and each point
+// receives the row of its vertex.
 void PolyDataWriter::put(Values& values, std::int64_t block, const void* rows) {
   const void* written = rows;
   if (values.on_points && values.rows_per_frame > mesh_.n_vertices) {

@@ -1,5 +1,6 @@
 #include "example_run.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -46,6 +47,7 @@ FrameTopology example_topology(int side, bool with_bodies) {
   for (int i = side * side; i < 2 * side * side; ++i)
     topology.cloth_of_vertex[static_cast<std::size_t>(i)] = 1;
   topology.cloth_names = {"skirt", "a name with \xC3\xA9"};
+  topology.cloth_looks = {Look{}, Look{Vec3(1, 0, 0.5), {}, {}, 0.0}};
   topology.body_triangles.resize(0, 3);
   if (with_bodies) {
     topology.body_triangles.resize(6, 3);
@@ -54,6 +56,11 @@ FrameTopology example_topology(int side, bool with_bodies) {
     topology.body_of_vertex = {0, 0, 0, 0, 1, 1, 1, 1};
     topology.body_names = {"tetrahedron", "floor"};
     topology.body_is_floor = {0, 1};
+    const TextureImage image{2, 1, {1, 2, 3, 4, 5, 6, 7, 8}};
+    topology.body_looks = {Look{{}, 0.25, std::make_shared<const TextureImage>(image), 0.5},
+                           Look{Vec3(0.1, 0.2, 1.0), {}, {}, 0.0}};
+    topology.body_corner_uv = Points2::Zero(18, 2);
+    topology.body_corner_uv(3, 1) = 0.75;
   }
   return topology;
 }
@@ -124,6 +131,13 @@ bool same_matrix(const A& a, const A& b) {
 
 bool same_number(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
+bool same_looks(const std::vector<Look>& a, const std::vector<Look>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Look& x, const Look& y) {
+    return x.color == y.color && x.roughness == y.roughness && x.texture_width == y.texture_width &&
+           (x.texture == y.texture || (x.texture && y.texture && *x.texture == *y.texture));
+  });
+}
+
 }  // namespace
 
 bool same(const FrameTopology& a, const FrameTopology& b) {
@@ -131,7 +145,9 @@ bool same(const FrameTopology& a, const FrameTopology& b) {
          a.cloth_of_triangle == b.cloth_of_triangle && a.cloth_of_vertex == b.cloth_of_vertex &&
          a.cloth_names == b.cloth_names && same_matrix(a.body_triangles, b.body_triangles) &&
          a.body_of_triangle == b.body_of_triangle && a.body_of_vertex == b.body_of_vertex &&
-         a.body_names == b.body_names && a.body_is_floor == b.body_is_floor;
+         a.body_names == b.body_names && a.body_is_floor == b.body_is_floor &&
+         same_looks(a.cloth_looks, b.cloth_looks) && same_looks(a.body_looks, b.body_looks) &&
+         same_matrix(a.body_corner_uv, b.body_corner_uv);
 }
 
 bool same(const StepReport& a, const StepReport& b) {

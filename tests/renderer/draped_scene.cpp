@@ -162,8 +162,8 @@ RenderOptions small_options() {
 
 std::size_t n_different(const Image& a, const Image& b) {
   std::size_t count = 0;
-  for (std::size_t i = 0; i < a.rgb.size(); i += 3)
-    count += !std::equal(&a.rgb[i], &a.rgb[i] + 3, &b.rgb[i]);
+  for (std::size_t i = 0; i < a.pixels.size(); i += 3)
+    count += !std::equal(&a.pixels[i], &a.pixels[i] + 3, &b.pixels[i]);
   return count;
 }
 

@@ -32,9 +32,9 @@ Image read_png(const std::string& path) {
   header.version = PNG_IMAGE_VERSION;
   REQUIRE(png_image_begin_read_from_file(&header, path.c_str()) != 0);
   CHECK(header.format == PNG_FORMAT_RGB);
-  Image image{static_cast<int>(header.width), static_cast<int>(header.height), {}};
-  image.rgb.resize(PNG_IMAGE_SIZE(header));
-  REQUIRE(png_image_finish_read(&header, nullptr, image.rgb.data(), 0, nullptr) != 0);
+  Image image{static_cast<int>(header.width), static_cast<int>(header.height), 3, {}};
+  image.pixels.resize(PNG_IMAGE_SIZE(header));
+  REQUIRE(png_image_finish_read(&header, nullptr, image.pixels.data(), 0, nullptr) != 0);
   return image;
 }
 
@@ -66,13 +66,13 @@ TEST_CASE("a picture is the same after a PNG file, to the last bit", "[renderer]
   const Image back = read_png(path);
   CHECK(back.width == image.width);
   CHECK(back.height == image.height);
-  CHECK(back.rgb == image.rgb);
+  CHECK(back.pixels == image.pixels);
   // No partial file is left.
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) == 1);
 }
 
 TEST_CASE("a PNG file that cannot be written is an error that names it", "[renderer]") {
-  const Image image{16, 16, std::vector<std::uint8_t>(3 * 256, 7)};
+  const Image image{16, 16, 3, std::vector<std::uint8_t>(3 * 256, 7)};
   CHECK_THROWS_AS(write_png("/nowhere/at/all/picture.png", image), CacheError);
   CHECK_THROWS_WITH(write_png("/nowhere/at/all/picture.png", image),
                     Contains("/nowhere/at/all/picture.png"));
@@ -81,9 +81,9 @@ TEST_CASE("a PNG file that cannot be written is an error that names it", "[rende
   // The file cannot be created, because a directory has its name.
   CHECK_THROWS_AS(write_png(folder.path / "picture.png", image), CacheError);
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) == 1);
-  CHECK_THROWS_AS(write_png(folder.path / "a.png", Image{16, 16, {}}), InvalidInput);
-  CHECK_THROWS_WITH(write_png(folder.path / "a.png", Image{16, 16, {}}),
-                    Contains("3 bytes for each"));
+  CHECK_THROWS_AS(write_png(folder.path / "a.png", Image{16, 16, 3, {}}), InvalidInput);
+  CHECK_THROWS_WITH(write_png(folder.path / "a.png", Image{16, 16, 3, {}}),
+                    Contains("3 or 4 bytes for each"));
 }
 
 TEST_CASE("OSMesa and EGL draw the same bits, also side by side in one process", "[renderer]") {
@@ -100,12 +100,12 @@ TEST_CASE("OSMesa and EGL draw the same bits, also side by side in one process",
   CHECK(n_different(osmesa->render(scene.frame), egl->render(scene.frame)) == 0);
 }
 
-TEST_CASE("LOOMSTONE_GL takes osmesa or egl and nothing else", "[renderer]") {
+TEST_CASE("LOOMSTONE_GL takes the name of a library and nothing else", "[renderer]") {
   const DrapedScene scene = draped_scene(4, 0);
   const Forced forced("vulkan");
   CHECK_THROWS_AS(Renderer(scene.topology, small_options()), InvalidInput);
   CHECK_THROWS_WITH(Renderer(scene.topology, small_options()),
-                    Contains("must be osmesa or egl, got 'vulkan'"));
+                    Contains("must be osmesa, egl or softpipe, got 'vulkan'"));
 }
 
 // The next test runs this one in a separate process.

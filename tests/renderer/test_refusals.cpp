@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "core/base/error.h"
-#include "renderer/color_map.h"
 #include "tests/renderer/draped_scene.h"
 
 using namespace loomstone;
@@ -58,8 +57,6 @@ TEST_CASE("options that cannot be drawn are refused with the choices", "[rendere
   refuses_options([](RenderOptions& o) { o.color_by = "speed"; },
                   "cloth, stretch, strain_weft, strain_warp");
   refuses_options([](RenderOptions& o) { o.color_by = "stretch+"; }, "contact, got ''");
-  CHECK_THROWS_WITH(choice_named<ColorMap>("jet", "render.color_map"),
-                    Contains("viridis | magma | diverging, got \"jet\""));
   refuses_options([](RenderOptions& o) { o.color_low = 2.0; },
                   "color_low must be at most color_high");
   refuses_options([](RenderOptions& o) { o.color_high = not_a_number; }, "color_high");
@@ -72,6 +69,21 @@ TEST_CASE("options that cannot be drawn are refused with the choices", "[rendere
                   "camera.eye must be finite");
   refuses_options([](RenderOptions& o) { o.camera.fit = false; }, "eye and target must differ");
   refuses_options([](RenderOptions& o) { o.camera.eye = Vec3(0, 0, 2); }, "camera.up");
+  refuses_options([](RenderOptions& o) { o.camera.eyes = Points::Ones(2, 3); }, "need times");
+  refuses_options([](RenderOptions& o) { o.camera.times = {0.0, 1.0}; },
+                  "each of its 2 times, got 0 and 0");
+  refuses_options(
+      [](RenderOptions& o) {
+        o.camera.times = {1.0, 1.0};
+        o.camera.eyes = Points::Ones(2, 3);
+      },
+      "ascending [s], got 1 at entry 1");
+  refuses_options(
+      [](RenderOptions& o) {
+        o.camera.times = {1.0};
+        o.camera.eyes = Points::Zero(1, 3);
+      },
+      "key frame 0 must look at a point other than its eye");
 }
 
 TEST_CASE("frames that are not finite or not of this run are refused", "[renderer]") {
@@ -100,6 +112,12 @@ TEST_CASE("a topology that contradicts itself is refused", "[renderer]") {
                    "triangles must index 25 vertices, row 2");
   refuses_topology([](FrameTopology& t) { t.body_triangles(1, 1) = -1; },
                    "body_triangles must index");
+  refuses_topology([](FrameTopology& t) { t.cloth_looks.resize(3); }, "each of its 1 cloths");
+  refuses_topology([](FrameTopology& t) { t.body_looks.resize(3); }, "each of its 2 bodies");
+  refuses_topology([](FrameTopology& t) { t.body_corner_uv.resize(3, 2); },
+                   "three rows of body_corner_uv");
+  refuses_topology([](FrameTopology& t) { t.cloth_looks = {Look{Vec3(0, 255, 0), {}, {}, 0.0}}; },
+                   "color must be in [0, 1], got (0, 255, 0)");
   refuses_topology([](FrameTopology& t) { t.cloth_of_triangle[0] = 1; },
                    "cloth_of_triangle must lie in [0, 1)");
 }

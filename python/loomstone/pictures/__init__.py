@@ -7,9 +7,12 @@
 (48, 64, 3)
 """
 
-from .._core import Camera, Curves, Renderer, RenderOptions, write_png
+from .._core import Camera, Curves, RenderOptions, write_png
+from .cameras import fitted_camera, read_camera, turntable
 from .drawing import render_run
+from .passes import write_passes
 from .plots import plot_steps
+from .renderer import Renderer
 from .video import encode
 
 __all__ = [
@@ -18,8 +21,12 @@ __all__ = [
     "RenderOptions",
     "Renderer",
     "encode",
+    "fitted_camera",
     "plot_steps",
+    "read_camera",
     "render_run",
+    "turntable",
+    "write_passes",
     "write_png",
 ]
 

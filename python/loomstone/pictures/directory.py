@@ -27,11 +27,10 @@ __all__ = [
 
 def options_from_dict(values: dict[str, Any]) -> RenderOptions:
     """Restores RenderOptions from the values that to_dict() returned."""
-    return (
-        RenderOptions(**(values | {"camera": Camera(**values["camera"])}))
-        if "camera" in values
-        else RenderOptions(**values)
-    )
+    if "camera" not in values:
+        return RenderOptions(**values)
+    given = {name: value for name, value in values["camera"].items() if value != []}
+    return RenderOptions(**(values | {"camera": Camera(**given)}))
 
 
 def picture(directory: Path, index: int) -> Path:

@@ -5,15 +5,16 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from .. import _core
-from .._core import CacheError, Frame, FrameTopology, InvalidInput, RenderOptions, Scene
+from .._core import InvalidInput, RenderOptions
 from ..base.arguments import takes
+from .cameras import fitted_camera
 from .directory import (
     claim,
     make_directory,
@@ -23,24 +24,11 @@ from .directory import (
     pictures_in,
     write_note,
 )
-from .painter import Painter, Ranges, colors_need_all_frames
+from .frames import FramesOfRun, check_frames
+from .painter import Painter, Ranges, colors_need_all_frames, is_fitted
+from .renderer import Renderer
 
-__all__ = ["FramesOfRun", "render_run"]
-
-
-class FramesOfRun(Protocol):
-    """The interface of a run that drawing needs; loomstone.Run implements it."""
-
-    directory: Path
-
-    def __len__(self) -> int: ...
-    def __getitem__(self, index: int, /) -> Frame: ...
-    def __iter__(self) -> Iterator[Frame]: ...
-    @property
-    def topology(self) -> FrameTopology: ...
-    @property
-    def metadata_text(self) -> str: ...
-    def magnetic_scene(self) -> Scene | None: ...
+__all__ = ["framed", "painter_of", "render_run"]
 
 
 _ADVICE = "give another directory by --out, or draw all anew by --again"
@@ -66,25 +54,24 @@ def render_run(
     frames : indices of the frames to draw, even if they have pictures; None: all frames. With
         indices, `out` defaults to the run's directory and may not hold the pictures of a whole run.
     jobs : number of processes, 0: one per processor
-    again : delete existing pictures first, as always if new frames change automatic colours
+    again : delete existing pictures first, as always if new frames change automatic colours or the
+        fit of the camera
     progress : function called with the number of pictures finished since its last call
     stop : function called before every picture if jobs=1; drawing ends if it returns True
     simulation : simulation of the run, for field lines; default: made from the stored magnets
-    A fitted camera is fitted to the first frame. Automatic colours span the values of all frames.
+    A fitted camera shows cloth and bodies of all frames drawn, or is that of the existing pictures
+    of the whole run. Automatic colours span the values of all frames.
     """
-    if not len(run):
-        raise CacheError(f"{run.directory} must have frames, but has none yet; render it later")
-    if any(not 0 <= i < len(run) for i in frames or ()):
-        raise InvalidInput(
-            f"frames must be in [0, {len(run) - 1}], got {list(frames or ())}; the run has"
-            f" {len(run)} frames"
-        )
+    check_frames(run, frames)
     # The renderer checks the options before any picture is deleted.
-    renderer = _core.Renderer(run.topology, options)
+    shown = framed(run, options, frames)
+    renderer = Renderer(run.topology, shown)
     ranges = _value_ranges(run, renderer) if colors_need_all_frames(options) else None
     directory = Path(out) if out else run.directory / ("frames" if frames is None else "")
     if frames is None:
-        _claim_all(run, options, directory, ranges, again)
+        camera = shown.to_dict()["camera"] if is_fitted(options) else None
+        found = json.loads(json.dumps({"value_ranges": ranges, "camera": camera}))
+        _claim_all(run, options, directory, found, again)
     elif note_of(directory):
         raise InvalidInput(
             f"{directory} holds the pictures of a whole run; give another directory by --out for"
@@ -98,36 +85,45 @@ def render_run(
     told(len(every) - len(missing))
     jobs = max(1, min(jobs or _core.default_thread_count(), len(missing)))
     if jobs == 1:
-        painter = _painter(run, renderer, options, ranges, simulation)
+        painter = painter_of(run, renderer, shown, ranges, simulation)
         for i, path in missing:
             if stop():
                 break
             painter.draw(path, run[i])
             told(1)
     else:
-        _draw_in_parallel(run, json.dumps([options.to_dict(), ranges]), missing, jobs, told)
+        _draw_in_parallel(run, json.dumps([shown.to_dict(), ranges]), missing, jobs, told)
     return [path for _, path in every]
 
 
+def framed(run: FramesOfRun, options: RenderOptions, frames: Sequence[int] | None) -> RenderOptions:
+    """Returns options whose camera is fitted, if it is to be, to the frames that are drawn.
+
+    Single frames have the camera of existing pictures of the whole run with the same options.
+    """
+    if not is_fitted(options):
+        return options
+    note = note_of(run.directory / "frames") if frames is not None else {}
+    if note.get("options") == json.loads(json.dumps(options.to_dict())) and note.get("camera"):
+        return options_from_dict(note["options"] | {"camera": note["camera"]})
+    return options.replace(camera=fitted_camera(run, options, frames=frames))
+
+
 def _claim_all(
-    run: FramesOfRun,
-    options: RenderOptions,
-    directory: Path,
-    ranges: Ranges | None,
-    again: bool,
+    run: FramesOfRun, options: RenderOptions, directory: Path, found: dict[str, Any], again: bool
 ) -> None:
     """Reserves a directory for the pictures of a whole run.
 
-    Pictures whose automatic colours spanned another range are deleted.
+    Pictures whose automatic colours or fitted camera were others are deleted.
     """
     note = claim(directory, options, run.metadata_text, again=again, advice=_ADVICE)
-    if note.get("value_ranges") != (known := json.loads(json.dumps(ranges))):
+    if any(note.get(name) != value for name, value in found.items()):
         for path in pictures_in(directory):
             path.unlink()
-        write_note(directory, note | {"value_ranges": known})
+        write_note(directory, note | found)
 
 
-def _value_ranges(run: FramesOfRun, renderer: _core.Renderer) -> Ranges:
+def _value_ranges(run: FramesOfRun, renderer: Renderer) -> Ranges:
     values = np.array([renderer.value_ranges(frame) for frame in run])
     return [
         (float(low), float(high))
@@ -135,13 +131,14 @@ def _value_ranges(run: FramesOfRun, renderer: _core.Renderer) -> Ranges:
     ]
 
 
-def _painter(
+def painter_of(
     run: FramesOfRun,
-    renderer: _core.Renderer,
+    renderer: Renderer,
     options: RenderOptions,
     ranges: Ranges | None,
     simulation: Any = None,
 ) -> Painter:
+    """Returns the painter of a run's frames. The arguments are as in Painter."""
     if options.field_lines and simulation is None:
         scene = run.magnetic_scene()
         simulation = _core.Simulation(scene, threads=1) if scene else None
@@ -173,7 +170,8 @@ _prepared: list[tuple[FramesOfRun, Painter]] = []  # the run and the painter of 
 def _prepare(run: FramesOfRun, settings: str) -> None:
     values, ranges = json.loads(settings)
     options = options_from_dict(values)
-    _prepared[:] = [(run, _painter(run, _core.Renderer(run.topology, options), options, ranges))]
+    renderer = Renderer(run.topology, options)
+    _prepared[:] = [(run, painter_of(run, renderer, options, ranges))]
 
 
 def _draw(part: tuple[int, Path]) -> None:

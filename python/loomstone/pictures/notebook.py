@@ -8,6 +8,7 @@ from pathlib import Path
 
 from .. import _core
 from .._core import Camera, Error, Frame, FrameTopology, RenderOptions, Scene
+from .renderer import Renderer
 
 __all__ = ["picture_of_frame", "picture_of_scene", "remember"]
 
@@ -31,7 +32,7 @@ def picture_of_frame(frame: Frame, topology: FrameTopology | None = None) -> byt
         return None
     options = RenderOptions(width=640, height=480, camera=Camera())
     try:
-        pixels = _core.Renderer(known, options).render(frame)
+        pixels = Renderer(known, options).render(frame)
     except Error:  # there is no OpenGL library; the notebook shows the text
         return None
     with tempfile.TemporaryDirectory() as directory:

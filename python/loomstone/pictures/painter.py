@@ -5,20 +5,31 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from .. import _core
-from .._core import Frame, RenderOptions
-from ..magnetics.lines import frame_curves
+import numpy as np
+from numpy.typing import NDArray
 
-__all__ = ["Painter", "Ranges", "colors_need_all_frames"]
+from .. import _core
+from .._core import Curves, Frame, RenderOptions
+from ..magnetics.lines import frame_curves
+from .renderer import Renderer
+
+__all__ = ["Painter", "Ranges", "colors_need_all_frames", "is_fitted", "needs_all_frames"]
 
 Ranges = list[tuple[float, float]]
 
 
-def colors_need_all_frames(options: RenderOptions) -> bool:
-    """Returns whether the colours span the values of all frames.
+def needs_all_frames(options: RenderOptions) -> bool:
+    """Returns whether no frame can be drawn before the last one is known."""
+    return is_fitted(options) or colors_need_all_frames(options)
 
-    In this case, no frame can be drawn before the last one is known.
-    """
+
+def is_fitted(options: RenderOptions) -> bool:
+    """Returns whether the camera is fitted to the frames."""
+    return options.camera.fit and not options.camera.times
+
+
+def colors_need_all_frames(options: RenderOptions) -> bool:
+    """Returns whether the colours span the values of all frames."""
     return options.color_low == options.color_high and not {"cloth", "contact"}.issuperset(
         options.color_by.split("+")
     )
@@ -36,7 +47,7 @@ class Painter:
 
     def __init__(
         self,
-        renderer: _core.Renderer,
+        renderer: Renderer,
         *,
         first: Frame | None,
         lines: int,
@@ -54,5 +65,13 @@ class Painter:
 
     def draw(self, path: Path, frame: Frame) -> None:
         """Draws a frame and writes the picture (PNG)."""
-        curves = frame_curves(self._simulation, frame, self._lines) if self._lines else None
-        _core.write_png(str(path), self._renderer.render(frame, curves, self._ranges))
+        _core.write_png(str(path), self._renderer.render(frame, self._curves(frame), self._ranges))
+
+    def surfaces(
+        self, frame: Frame
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.int32]]:
+        """Returns depth, normals and numbers of the visible surfaces, as Renderer.surfaces does."""
+        return self._renderer.surfaces(frame, self._curves(frame))
+
+    def _curves(self, frame: Frame) -> Curves | None:
+        return frame_curves(self._simulation, frame, self._lines) if self._lines else None

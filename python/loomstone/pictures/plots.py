@@ -65,15 +65,7 @@ def plot_steps(
     """
     if kind not in KINDS:
         raise InvalidInput(f"plot must be one of {', '.join(KINDS)}, got {kind!r}")
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise Unsupported(
-            "plots need matplotlib, which is not installed; pip install matplotlib"
-        ) from None
-    figure = Figure(figsize=(8, 4.5), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure((8, 4.5))
     axes = figure.add_subplot()
     _DRAW[kind](axes, steps)
     if title:
@@ -84,8 +76,30 @@ def plot_steps(
     axes.grid(alpha=0.3)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="best", fontsize="small")
+    return save(figure, path, dpi=150)
+
+
+def new_figure(size: tuple[float, float]) -> Any:
+    """Returns an empty figure of matplotlib. Raises Unsupported if matplotlib is missing.
+
+    size : width and height [inches]
+    """
     try:
-        figure.savefig(path, dpi=150)
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise Unsupported(
+            "plots need matplotlib, which is not installed; pip install matplotlib"
+        ) from None
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save(figure: Any, path: str | os.PathLike[str], *, dpi: float) -> Path:
+    """Writes a figure (PNG) and returns its path. Raises CacheError if it cannot be written."""
+    try:
+        figure.savefig(path, dpi=dpi)
     except (OSError, ValueError) as error:
         raise CacheError(f"{path}: the plot cannot be written: {error}") from error
     return Path(path)
@@ -110,8 +124,8 @@ def _energy(axes: Any, steps: Steps) -> None:
         gain = steps["account.balance"] * kinetic / kinetic.max()
         with_contacts = steps["account.contact_balance"] * kinetic / kinetic.max()
         axes.set_title(
-            f"energy less work, over its start: at most {gain.max():.1%} ({with_contacts.max():.1%}"
-            f" with contacts), {gain[-1]:.1%} at the end,\nin parts of the largest kinetic energy",
+            f"rise of energy less work: at most {gain.max():.1%} ({with_contacts.max():.1%}"
+            f" with contacts), {gain[-1]:.1%} at the end,\nrelative to the largest kinetic energy",
             fontsize="small",
         )
     axes.set_ylabel("energy [J]")

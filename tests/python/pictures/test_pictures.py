@@ -10,7 +10,7 @@ import loomstone as ls
 import numpy as np
 import pytest
 from loomstone.cli import app
-from loomstone.pictures import encode, render_run
+from loomstone.pictures import encode, fitted_camera, render_run
 from loomstone.pictures.directory import drawn_with
 from PIL import Image
 from typer.testing import CliRunner
@@ -141,7 +141,7 @@ def test_other_options_neither_delete_nor_mix_pictures(scene, copied):
     code, said = render(copied, "--width", 64, "--wireframe")
     assert code == 1 and "width 96 instead of 64" in said and "--out" in said and "--again" in said
     with pytest.raises(
-        ls.InvalidInput, match="other options, camera .*; move it away, and resuming draws all anew"
+        ls.InvalidInput, match="other options, camera .*; move it away, so that resuming draws all"
     ):
         simulate(scene, copied, resume=True, render=PLAIN)
     with pytest.raises(ls.InvalidInput, match="color_by must be"):
@@ -197,7 +197,8 @@ def test_automatic_colours_are_one_range_for_the_whole_run(scene, drawn, tmp_pat
     assert high > values[0, 1], "the first frame does not tell"
     render_run(run, look.replace(color_low=low, color_high=high), out=tmp_path / "given", jobs=1)
     assert same(pictures(tmp_path / "all"), pictures(tmp_path / "given"))
-    render_run(run, look, out=tmp_path / "single", frames=[1], jobs=1)
+    fitted = look.replace(camera=fitted_camera(run, look))
+    render_run(run, fitted, out=tmp_path / "single", frames=[1], jobs=1)
     assert np.array_equal(
         pictures(tmp_path / "single")[paths[1].name], pictures(tmp_path / "all")[paths[1].name]
     )

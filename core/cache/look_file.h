@@ -1,0 +1,19 @@
+// Looks of surfaces in files of runs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/look.h"
+#include "core/cache/hdf5_file.h"
+
+namespace loomstone {
+
+// Writes the looks of all surfaces of a file to the group `group`. Writes nothing if there are
+// none.
+void write_looks(Hdf5File& file, const std::string& group, const std::vector<Look>& looks);
+// Reads the looks of n surfaces. Returns an empty vector if the file has none. Throws CacheError if
+// the file is damaged.
+std::vector<Look> read_looks(const Hdf5File& file, const std::string& group, std::size_t n);
+
+}  // namespace loomstone

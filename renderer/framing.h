@@ -1,0 +1,41 @@
+// The region that a fitted camera shows, and cameras that are fitted to several frames.
+#pragma once
+
+#include <vector>
+
+#include "core/base/frame.h"
+#include "renderer/render_options.h"
+
+namespace loomstone {
+
+// The region that a fitted camera shows. Its radius is the length scale of shading. It is computed
+// once, from the first frame, so that the view stays fixed while the cloth moves.
+struct Framing {
+  Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // axis-aligned box [m]
+  std::vector<Vec3> points = {};                 // that must be visible [m]; empty: the box
+  Vec3 centre() const { return 0.5 * (low + high); }
+  double radius() const { return 0.5 * (high - low).norm(); }
+};
+
+// The region of cloth and visible bodies without floors, extended downwards by the fall of the
+// cloth. The fall ends one horizontal extent of the cloth below its top, or at the floor if the
+// floor is higher. Our choice: a sheet held at one side swings down by this extent.
+Framing make_framing(const FrameTopology& topology, const Frame& first);
+
+// Finds a camera that shows cloth and bodies of several frames as large as possible.
+class CameraFit {
+ public:
+  // Throws InvalidInput for options that cannot be drawn, or if the camera has key frames.
+  CameraFit(const FrameTopology& topology, const RenderOptions& options);
+  void include(const Frame& frame);
+  // Returns a camera without fit. At least one frame must have been included.
+  Camera camera() const;
+
+ private:
+  FrameTopology topology_;
+  Camera camera_;
+  double aspect_;
+  Framing framing_;  // its box is that of the first frame, which determines the axis of a turn
+};
+
+}  // namespace loomstone

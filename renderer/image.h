@@ -1,0 +1,35 @@
+// Images, and the table of colours that shows values.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace loomstone {
+
+struct Image {
+  int width = 0, height = 0, channels = 3;  // channels: 3 (sRGB) or 4 (with straight alpha)
+  std::vector<std::uint8_t> pixels;         // rows from the top, one byte per channel
+};
+
+// The surface seen at the middle of each pixel. Rows start at the top.
+struct SurfaceImages {
+  int width = 0, height = 0;
+  std::vector<float> depth;   // distance along the viewing direction [m]; infinity: no surface
+  std::vector<float> normal;  // unit normal towards the eye, world frame, 3 values per pixel
+  // 0: no surface; from 1: cloths, then bodies and obstacles in the order of the topology; last:
+  // curves
+  std::vector<std::int32_t> id;
+};
+
+using Color = std::array<std::uint8_t, 3>;  // sRGB
+using ColorTable = std::array<Color, 256>;  // colours from the low to the high end of a range
+
+// Shades of grey from black to white.
+ColorTable grey_table();
+
+// Writes a PNG file under a temporary name, then renames it.
+void write_png(const std::string& path, const Image& image);
+
+}  // namespace loomstone

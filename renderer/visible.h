@@ -1,0 +1,38 @@
+// What is visible of a scene: bodies that are not hidden, planes of floors, and the part of the
+// picture that surfaces cover.
+#pragma once
+
+#include "core/base/frame.h"
+#include "renderer/camera.h"
+#include "renderer/render_options.h"
+
+namespace loomstone {
+
+// Removes the triangles of hidden bodies. Their vertices remain, so that frames still match.
+FrameTopology shown(const FrameTopology& topology, const RenderOptions& options);
+
+// The plane of a floor: the mean of its vertices and the upward mean normal of its triangles, which
+// is zero if there are none.
+struct Plane {
+  Vec3 point, normal;
+};
+Plane floor_plane(const FrameTopology& topology, const Points& x, Index body);
+
+struct Rectangle {
+  int left, bottom, width, height;  // pixels, from the lower left corner
+};
+
+// Bounding rectangle of points [pixels], or the whole picture if a point is too near the eye.
+class Reach {
+ public:
+  Reach(const View& view, int width, int height) : view_(view), width_(width), height_(height) {}
+  void include(const Vec3& point);
+  Rectangle rectangle() const;
+
+ private:
+  const View& view_;
+  int width_, height_;
+  Vec2 low_ = Vec2::Constant(1e9), high_ = Vec2::Constant(-1e9);
+};
+
+}  // namespace loomstone

@@ -1,0 +1,144 @@
+"""Colours and textures of surfaces are those of the scene, also in pictures of a stored run."""
+
+import loomstone as ls
+import numpy as np
+import pytest
+from loomstone.cli import app
+from PIL import Image
+from typer.testing import CliRunner
+
+SMALL = ls.RenderOptions(
+    width=96,
+    height=96,
+    pattern="plain",
+    shadows=False,
+    ambient_occlusion=False,
+    light_direction=(0, 0, 1),
+    camera=ls.Camera(fit=False, eye=(0, 0, 1), up=(0, 1, 0), field_of_view_degrees=28.072),
+)  # The square of 0.5 m fills the picture: its half over the distance is tan(14.036 degrees).
+
+CHECKER = np.zeros((2, 2, 3), np.uint8)
+CHECKER[0, 0], CHECKER[0, 1], CHECKER[1, 0], CHECKER[1, 1] = np.eye(3)[[0, 1, 2, 0]] * 255
+
+
+def scene(look, **more):
+    cloth = ls.Cloth(mesh=ls.grid(size=(0.5, 0.5), cells=(4, 4)), pins=[0, 4, 20, 24], look=look)
+    return ls.Scene(cloths=[cloth], gravity=(0, 0, 0), **more)
+
+
+def drawn(look, **more):
+    sim = ls.Simulation(scene(look, **more), threads=1)
+    return ls.pictures.Renderer(sim.topology, SMALL).render(sim.frame()).astype(int)
+
+
+def main_channel(picture, x, y):
+    return int(np.argmax(picture[y, x]))
+
+
+def test_a_texture_in_a_file_lies_on_the_cloth_by_its_uv(tmp_path):
+    for name in ("checker.png", "checker.bmp"):
+        path = tmp_path / name
+        Image.fromarray(CHECKER).resize((64, 64), Image.Resampling.NEAREST).save(path)
+        for given in (path, str(path), np.asarray(Image.open(path))):
+            picture = drawn(ls.Look(texture=given))
+            seen = [main_channel(picture, x, y) for y in (24, 72) for x in (24, 72)]
+            assert seen == [0, 1, 2, 0]
+
+
+def test_looks_are_stored_in_the_run_and_drawn_by_render(tmp_path):
+    looks = [ls.Look(color=(0, 1, 0), roughness=0.3), ls.Look(texture=CHECKER, texture_width=0.1)]
+    uv = ls.grid(size=(0.1, 0.1), cells=(1, 1)).moved((0, 0, -1))
+    more = {
+        "obstacles": [ls.obstacles.mesh(uv, look=looks[1]), ls.floor(height=-2)],
+        "bodies": [
+            ls.RigidBody(mesh=ls.meshes.sphere(radius=0.1), position=(9, 0, 0), look=looks[0])
+        ],
+    }
+    sim = ls.Simulation(scene(looks[0], **more), threads=1)
+    sim.run(out=tmp_path / "run", duration=0.04, render=SMALL)
+    run = ls.Run(tmp_path / "run")
+    assert run.topology.cloth_looks == [looks[0]]
+    assert run.topology.body_looks == [looks[0], looks[1], ls.Look()]
+    assert run.topology.body_looks[1].texture.shape == (2, 2, 4)
+    assert np.array_equal(run.topology.body_corner_uv, sim.topology.body_corner_uv)
+    assert run.topology.body_corner_uv.max() == 0.05
+    done = CliRunner().invoke(app, ["render", str(run.directory), "--out", str(tmp_path / "new")])
+    assert done.exit_code == 0, done.output
+    path = tmp_path / "new" / "frame-00001.png"
+    picture = np.asarray(Image.open(path)).astype(int)
+    assert main_channel(picture, 12, 48) == 1
+    assert np.array_equal(
+        picture, np.asarray(Image.open(run.directory / "frames" / "frame-00001.png"))
+    )
+
+
+def test_a_run_without_looks_stores_none(tmp_path):
+    import h5py
+
+    ls.Simulation(scene(None), threads=1).run(out=tmp_path / "run", duration=0.04)
+    with h5py.File(tmp_path / "run" / "run.vtkhdf") as file:
+        assert "looks" not in file["loomstone"]
+    assert ls.Run(tmp_path / "run").topology.cloth_looks == []
+
+
+def test_a_look_does_not_change_the_motion_and_may_change_when_a_run_is_resumed(tmp_path):
+    fall = scene(None).replace(gravity=(0, 0, -9.81))
+    red = scene(ls.Look(color=(1, 0, 0))).replace(gravity=(0, 0, -9.81))
+    one, other = ls.Simulation(fall, threads=1), ls.Simulation(red, threads=1)
+    one.step(), other.step()
+    assert np.array_equal(one.positions, other.positions)
+    other.restore(one.checkpoint())
+
+
+@pytest.mark.parametrize(
+    "made, said",
+    [
+        (lambda path: ls.Look(texture=path / "none.png"), "there is no such image"),
+        (lambda path: ls.Look(texture=path), "the image cannot be read: .*directory"),
+        (lambda path: ls.Look(texture=path / "text.png"), "must be an image, such as a PNG"),
+        (lambda path: ls.Look(texture=path / "cut.png"), "the image cannot be read"),
+        (lambda _: ls.Look(texture=np.zeros((4, 4))), r"bytes \(uint8\) of shape .*got float64"),
+        (lambda _: ls.Look(texture=np.zeros((4, 4), np.uint8)), r"got uint8 of shape \(4, 4\)"),
+        (lambda _: drawn(ls.Look(color=(200, 0, 0))), r"\[0, 1\], got \(200, 0, 0\); divide"),
+        (lambda _: ls.Look(roughness=2.0), r"roughness must be in \[0, 1\]"),
+        (
+            lambda _: drawn(None, obstacles=[ls.sphere(radius=0.1, look=ls.Look(texture=CHECKER))]),
+            "needs a mesh with uv, but its mesh has none",
+        ),
+        (
+            lambda _: drawn(None, obstacles=[ls.floor(look=ls.Look(texture=CHECKER))]),
+            "a floor takes no texture",
+        ),
+    ],
+)
+def test_a_wrong_look_is_refused_in_one_sentence(tmp_path, made, said):
+    (tmp_path / "text.png").write_text("no image")
+    Image.fromarray(np.random.default_rng(0).integers(0, 255, (64, 64, 3), np.uint8)).save(
+        tmp_path / "whole.png"
+    )
+    (tmp_path / "cut.png").write_bytes((tmp_path / "whole.png").read_bytes()[:400])
+    with pytest.raises(ls.InvalidInput, match=said) as refused:
+        made(tmp_path)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_transparent_picture_has_alpha_and_no_video(tmp_path):
+    ls.Simulation(scene(None), threads=1).run(out=tmp_path / "run", duration=0.04)
+    out = tmp_path / "out"
+    done = CliRunner().invoke(
+        app, ["render", str(tmp_path / "run"), "--background", "none", "--width", "64", "--height",
+              "64", "--fit", "--out", str(out)]
+    )  # fmt: skip
+    assert done.exit_code == 0 and not (out / "video.mp4").exists(), done.output
+    picture = np.asarray(Image.open(out / "frame-00000.png"))
+    assert picture.shape == (64, 64, 4)
+    alpha = picture[..., 3]
+    assert (alpha[:2] == 0).all() and (alpha == 255).sum() > 200
+
+
+def test_a_look_shows_its_values_in_one_line():
+    look = ls.Look(color=(1, 0, 0), texture=CHECKER)
+    assert repr(look) == "Look(color=array([1., 0., 0.]), texture=image(2 x 2))"
+    assert look == ls.Look(color=(1, 0, 0), texture=CHECKER.copy())
+    assert look != look.replace(texture=CHECKER[::-1])
+    assert look.to_dict()["texture"] == {"width": 2, "height": 2}
