@@ -1,0 +1,130 @@
+"""The recipe for Spack has the dependencies of the package, and wheels are checked for contents."""
+
+import re
+import runpy
+import sys
+import types
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+SPACK = ROOT / "scripts" / "spack" / "packages" / "loomstone" / "package.py"
+CONTENTS = runpy.run_path(str(ROOT / "tests" / "wheel" / "contents.py"))
+LICENSES = runpy.run_path(str(ROOT / "scripts" / "wheel_licenses.py"))
+# Libraries that CMake looks for, by the names of their packages in Spack.
+OF_CMAKE = {
+    "Eigen3 3.4": "eigen@3.4:3",
+    "fmt 9": "fmt@9:",
+    "embree 3": "embree@3.13:3",
+    "hdf5": "hdf5~mpi@1.10:",
+    "bullet": "bullet3+double",
+    "cholmod": "suite-sparse@5.12:",
+    "metis": "metis@5.1:",
+    "PNG": "libpng@1.6:",
+    "MPI": "mpi",
+}
+
+
+@pytest.fixture(scope="module")
+def recipe(tmp_path_factory):
+    """The version and the dependencies that the recipe declares, read without Spack."""
+    said = {"version": [], "depends_on": []}
+    package = types.ModuleType("spack.package")
+    for name in ("license", "version", "variant", "depends_on", "conflicts"):
+        setattr(package, name, lambda spec, name=name, **_: said.setdefault(name, []).append(spec))
+    system = types.ModuleType("spack_repo.builtin.build_systems.python")
+    system.PythonPackage = object
+    names = {
+        "spack.package": package,
+        "spack_repo.builtin.build_systems.python": system,
+    }
+    for name in ("spack", "spack_repo", "spack_repo.builtin", "spack_repo.builtin.build_systems"):
+        names[name] = types.ModuleType(name)
+    with pytest.MonkeyPatch.context() as patch:
+        for name, module in names.items():
+            patch.setitem(sys.modules, name, module)
+        runpy.run_path(str(SPACK))
+    return said
+
+
+def test_the_recipe_for_spack_has_the_version_of_cmake(recipe):
+    version = re.search(
+        r"project\(loomstone VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text()
+    )
+    assert recipe["version"] == [version[1]]
+
+
+def test_the_recipe_for_spack_has_the_dependencies_of_the_python_package(recipe):
+    text = (ROOT / "pyproject.toml").read_text()
+    found = [
+        *re.findall(
+            r'"([\w-]+)>=([\d.]+)"', re.search(r"(?s)\ndependencies = (\[.*?\n\])", text)[1]
+        ),
+        *re.findall(r'"([\w-]+)>=([\d.]+)"', re.search(r"\nrequires = (\[.*\])", text)[1]),
+    ]
+    assert len(found) >= 8
+    for name, least in found:
+        least = re.sub(r"(\.0)+$", "", least)
+        assert f"py-{name}@{least}:" in recipe["depends_on"], name
+
+
+@pytest.mark.parametrize("name", OF_CMAKE)
+def test_the_recipe_for_spack_has_the_libraries_that_cmake_looks_for(recipe, name):
+    looked_for = rf"(find_package|find_library|pkg_search_module)\([^)]*\b{re.escape(name)}\b"
+    assert re.search(looked_for, (ROOT / "core" / "dependencies.cmake").read_text())
+    assert OF_CMAKE[name] in recipe["depends_on"]
+
+
+def test_every_library_that_cmake_looks_for_is_compared():
+    text = (ROOT / "core" / "dependencies.cmake").read_text()
+    found = set(re.findall(r"(?m)^(?:find_package|find_library|pkg_\w+_module)\((\w+)", text))
+    without_package = {"OpenMP", "Threads", "PkgConfig"}
+    assert len(found - without_package) == len(OF_CMAKE)
+
+
+GOOD = [
+    "loomstone/_core.cpython-311-x86_64-linux-gnu.so",
+    "loomstone/libOSMesa.so.8",
+    "loomstone/scenes/drape.py",
+    "loomstone-0.1.0.dist-info/licenses/LICENSE",
+    "loomstone-0.1.0.dist-info/licenses/third_party/README.md",
+    "loomstone-0.1.0.dist-info/licenses/third_party/cholmod.txt",
+]
+
+
+def faults(names=(), functions=("cholmod_analyze", "cholmod_scale_factor"), size=5e7):
+    return list(CONTENTS["faults"]([*GOOD, *names], {"libcholmod.so.3": list(functions)}, size))
+
+
+def test_a_wheel_with_functions_under_the_gpl_is_refused():
+    assert faults() == []
+    (said,) = faults(functions=["cholmod_analyze", "cholmod_super_numeric", "cholmod_updown"])
+    assert said.endswith("has functions under the GPL: cholmod_super_numeric, cholmod_updown")
+
+
+def test_a_wheel_with_unwanted_libraries_or_without_licences_is_refused():
+    (said,) = faults(["loomstone.libs/libcurl-8a2f.so.4"])
+    assert said == "it must not contain loomstone.libs/libcurl-8a2f.so.4"
+    assert faults(["loomstone/libloomstone_mpi.so"]) == [
+        "it must not contain loomstone/libloomstone_mpi.so"
+    ]
+    (said,) = faults(size=6.1e7)
+    assert said == "it must have at most 60 MB, got 61.0 MB"
+    for name in GOOD:
+        rest = [each for each in GOOD if each != name]
+        assert len(list(CONTENTS["faults"](rest, {"libcholmod.so.3": []}, 1e6))) == 1
+
+
+def test_a_library_without_a_licence_is_refused(tmp_path):
+    wheel = tmp_path / "loomstone-0.1.0"
+    (wheel / "loomstone.libs").mkdir(parents=True)
+    (wheel / "loomstone.libs" / "libpng16-12ab.so.16").touch()
+    found = {each.name for each in LICENSES["contained"](wheel)}
+    assert found == {"libpng", "Eigen", "pybind11"}
+    (wheel / "loomstone.libs" / "libstranger.so.1").touch()
+    with pytest.raises(LICENSES["Incomplete"], match=r"libstranger\.so\.1 has no entry"):
+        LICENSES["contained"](wheel)
+    unknown = LICENSES["Library"]("stranger", "MIT", "libstranger", "no-such-package")
+    with pytest.raises(LICENSES["Incomplete"], match="no licence of stranger was found"):
+        LICENSES["text_of"](unknown, tmp_path)
