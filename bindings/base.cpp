@@ -8,7 +8,8 @@ namespace loomstone {
 
 namespace {
 
-// Raises an error in Python. Messages quote files, whose bytes may be no UTF-8; those are escaped.
+// Raises an error in Python. A message may quote bytes of a file that are not UTF-8, which are then
+// escaped.
 void raise(const py::handle& kind, const std::string& message) {
   const auto text = py::reinterpret_steal<py::object>(PyUnicode_DecodeUTF8(
       message.data(), static_cast<Py_ssize_t>(message.size()), "backslashreplace"));
@@ -81,6 +82,8 @@ void bind_reports(py::module_& m) {
   bind_report<StageSeconds>(m, "StageSeconds", "Wall time of each stage of a step [s].");
   bind_report<ThreadReport>(m, "ThreadReport",
                             "Time that threads spend in the loops of collision handling [s].");
+  bind_report<RankReport>(m, "RankReport",
+                          "Time that ranks spend computing and waiting, and what they send.");
   bind_report<SolverReport>(m, "SolverReport", "Report on the solves of the integrator.");
   bind_report<ErrorReport>(m, "ErrorReport",
                            "Error of a step, and the parts into which the step is divided.");
@@ -115,6 +118,31 @@ void bind_reports(py::module_& m) {
   report.def("numbers", &numbers, "Returns all numbers by their path, such as \"energy.kinetic\".");
 }
 
+void bind_pickling(py::class_<FrameTopology>& c) {
+  using T = FrameTopology;
+  c.def(py::pickle(
+      [](const T& self) {
+        return py::make_tuple(self.triangles, self.corner_uv, self.cloth_of_triangle,
+                              self.cloth_of_vertex, self.cloth_names, self.body_triangles,
+                              self.body_of_triangle, self.body_of_vertex, self.body_names,
+                              self.body_is_floor, self.body_pole, self.cloth_looks, self.body_looks,
+                              self.body_corner_uv);
+      },
+      [](const py::tuple& state) {
+        T made;
+        std::size_t i = 0;
+        const auto take = [&](auto& member) {
+          member = state[i++].cast<std::decay_t<decltype(member)>>();
+        };
+        take(made.triangles), take(made.corner_uv), take(made.cloth_of_triangle);
+        take(made.cloth_of_vertex), take(made.cloth_names), take(made.body_triangles);
+        take(made.body_of_triangle), take(made.body_of_vertex), take(made.body_names);
+        take(made.body_is_floor), take(made.body_pole), take(made.cloth_looks);
+        take(made.body_looks), take(made.body_corner_uv);
+        return made;
+      }));
+}
+
 void bind_frame_topology(py::module_& m) {
   using T = FrameTopology;
   py::class_<T> c(m, "FrameTopology",
@@ -143,25 +171,13 @@ void bind_frame_topology(py::module_& m) {
   list("body_pole", &T::body_pole,
        "(nb) 1 at north poles of magnets, -1 at south poles, 0 elsewhere; may be empty");
   list("body_is_floor", &T::body_is_floor, "(bodies) 1 if the body is drawn as ground");
-  c.def(py::pickle(
-      [](const T& self) {
-        return py::make_tuple(self.triangles, self.corner_uv, self.cloth_of_triangle,
-                              self.cloth_of_vertex, self.cloth_names, self.body_triangles,
-                              self.body_of_triangle, self.body_of_vertex, self.body_names,
-                              self.body_is_floor, self.body_pole);
-      },
-      [](const py::tuple& state) {
-        T made;
-        std::size_t i = 0;
-        const auto take = [&](auto& member) {
-          member = state[i++].cast<std::decay_t<decltype(member)>>();
-        };
-        take(made.triangles), take(made.corner_uv), take(made.cloth_of_triangle);
-        take(made.cloth_of_vertex), take(made.cloth_names), take(made.body_triangles);
-        take(made.body_of_triangle), take(made.body_of_vertex), take(made.body_names);
-        take(made.body_is_floor), take(made.body_pole);
-        return made;
-      }));
+  c.def_readonly("cloth_looks", &T::cloth_looks,
+                 "Look of each cloth; empty if no cloth has a look");
+  c.def_readonly("body_looks", &T::body_looks,
+                 "Look of each body and obstacle; empty if none of them has a look");
+  array("body_corner_uv", &T::body_corner_uv,
+        "(3mb x 2) uv of the corners of body_triangles [m]; no rows if no body has a texture");
+  bind_pickling(c);
   c.def("__repr__", [](const T& self) {
     return formatted("FrameTopology({} cloth vertices, {} cloth triangles, {} body triangles)",
                      self.cloth_of_vertex.size(), self.triangles.rows(),
@@ -229,6 +245,9 @@ void bind_frame(py::module_& m) {
 void bind_base(py::module_& m) {
   bind_errors(m);
   bind_reports(m);
+  bind_description<Look>(m, "Look",
+                         "Colour, roughness and texture of a surface in pictures and exports. It "
+                         "does not affect the simulation.");
   bind_frame_topology(m);
   bind_frame(m);
 }

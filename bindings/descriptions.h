@@ -12,6 +12,7 @@
 #include "bindings/automatic.h"
 #include "bindings/bindings.h"
 #include "bindings/kinds.h"
+#include "bindings/textures.h"
 #include "core/base/field.h"
 #include "core/electrodynamics/magnet.h"
 #include "core/electrodynamics/source_recipes.h"
@@ -41,6 +42,7 @@ inline bool equal(const std::shared_ptr<const TriangleMesh>& a,
   return a && b && equal(a->vertices(), b->vertices()) && equal(a->triangles(), b->triangles()) &&
          equal(a->uv(), b->uv()) && equal(a->uv_triangles(), b->uv_triangles());
 }
+inline bool equal(const Texture& a, const Texture& b) { return a == b || (a && b && *a == *b); }
 inline bool equal(const RigidPose& a, const RigidPose& b) { return a == b; }
 inline bool equal(const MagneticBody& a, const MagneticBody& b) {
   return equal(a.pose, b.pose) &&
@@ -101,6 +103,13 @@ inline py::object plain(const std::shared_ptr<const TriangleMesh>& mesh) {
   }
   return counts;
 }
+inline py::object plain(const Texture& image) {
+  if (!image) return py::none();
+  py::dict size;
+  size["width"] = image->width;
+  size["height"] = image->height;
+  return size;
+}
 inline py::dict plain(const SourceRecipe& recipe) {
   py::dict dict;
   dict["kind"] = recipe.kind;
@@ -156,6 +165,8 @@ std::string repr_of(const T& value) {
     if (T::RowsAtCompileTime == Eigen::Dynamic && value.size() > 12)
       return formatted("array({} x {})", value.rows(), value.cols());
     return py::repr(plain(value)).template cast<std::string>();
+  } else if constexpr (std::is_same_v<T, Texture>) {
+    return value ? formatted("image({} x {})", value->width, value->height) : "None";
   } else {
     const auto text = py::repr(py::cast(value)).template cast<std::string>();
     return text.size() < 400 ? text : text.substr(0, 380) + " ...]";
@@ -391,7 +402,7 @@ py::class_<D, Bases...> bind_description(py::module_& m, const char* name,
   c.def(
       "to_dict", [](const D& self) { return plain(self); },
       "Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices "
-      "and triangles.");
+      "and triangles, and a texture by its size.");
   c.attr("field_names") = py::tuple(field_names<D>());
   return c;
 }

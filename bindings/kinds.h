@@ -47,12 +47,13 @@ bool loaded(const py::object& value, Member& member) {
     if (!caster.load(value, true)) return false;
     member = py::detail::cast_op<Member&>(caster);
     return true;
-  } catch (const py::reference_cast_error&) {  // None for a description, or for one in a list
+  } catch (const py::reference_cast_error&) {  // None instead of a description
     return false;
   }
 }
 
-// Name of a value of type T in messages; empty if only the meaning of its field tells.
+// Returns the name of type T for messages. It is empty if only the meaning of a field tells what
+// the field takes.
 template <class T>
 std::string kind_name() {
   if constexpr (Description<T>)

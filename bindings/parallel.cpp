@@ -3,6 +3,7 @@
 
 #include "bindings/bindings.h"
 #include "core/base/message.h"
+#include "core/parallel/shared_work.h"
 #include "core/parallel/team.h"
 
 namespace loomstone {
@@ -32,6 +33,19 @@ void bind_parallel(py::module_& m) {
       "same on all ranks. If this\n"
       "rank has failed and the others do not make this call within ten seconds, all ranks are "
       "terminated.");
+  c.def(
+      "gather",
+      [](const Communicator& self, const std::string& text) {
+        const py::gil_scoped_release release;
+        const Gathered<char> all =
+            gather_from_ranks(self, [&] { return std::vector<char>(text.begin(), text.end()); });
+        std::vector<std::string> texts;
+        for (int rank = 0; rank < self.size(); ++rank)
+          texts.emplace_back(all.elements.data() + all.start[rank],
+                             all.start[rank + 1] - all.start[rank]);
+        return texts;
+      },
+      py::arg("text"), "Returns the texts of all ranks, in the order of the ranks, on every rank.");
   c.def_property_readonly("agreed", &Communicator::agreed,
                           "Text of the last failure that the ranks agreed on.");
   c.def("abort", &Communicator::abort, py::arg("code"), "Terminates all ranks immediately.");

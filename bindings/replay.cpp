@@ -98,7 +98,8 @@ void bind_tests(py::module_& m) {
         const auto how = choice_named<Decomposition>(decomposition, "decomposition");
         if (how == Decomposition::Predicted)
           fail<Unsupported>(
-              "replay simulates the decompositions static and dynamic, got predicted");
+              "the decomposition of recorded tests must be static or dynamic, got predicted; "
+              "CollisionReplay.lists() measures the lists of predicted searches");
         const py::gil_scoped_release release;
         return how == Decomposition::Static
                    ? replay_static(self, network)
@@ -114,11 +115,32 @@ void bind_tests(py::module_& m) {
       "`poll_interval` [s].");
 }
 
+void bind_lists(py::module_& m) {
+  py::class_<OrderedWork> c(
+      m, "RecordedLists",
+      "Work of one search on neighbour lists, which ranks divide by the costs "
+      "of a step before.");
+  c.def_property_readonly("work", &OrderedWork::work, "sum of all costs [s]");
+  c.def("__len__", [](const OrderedWork& self) { return self.seconds.size(); });
+  c.def(
+      "replay",
+      [](const OrderedWork& self, int ranks, In<"s"> latency, double bandwidth, In<"s"> overhead) {
+        if (ranks < 1) fail<InvalidInput>("ranks must be at least 1, got {}", ranks);
+        return replay_predicted(self, ranks, {latency, bandwidth, overhead});
+      },
+      py::arg("ranks"), py::kw_only(), py::arg("latency") = 1.5e-6, py::arg("bandwidth") = 1e10,
+      py::arg("overhead") = 0.2e-6,
+      "Returns the ReplayReport of the search. Messages take `latency` [s] and have `bandwidth` "
+      "[bytes/s]; sending and receiving\n"
+      "one take `overhead` [s] each.");
+}
+
 }  // namespace
 
 void bind_replay(py::module_& m) {
   bind_record(m);
   bind_tests(m);
+  bind_lists(m);
   py::class_<CollisionReplay> c(m, "CollisionReplay",
                                 "Measures the collision searches of a recorded motion.");
   c.def(py::init<CollisionRecord>(), py::arg("record"), py::call_guard<py::gil_scoped_release>());
@@ -152,6 +174,15 @@ void bind_replay(py::module_& m) {
       "ranks. Returns the time of each\n"
       "until the last rank has all results [s]. traversal: \"tasks\" or \"loops\" over threads; "
       "only \"static\" uses it.");
+  c.def(
+      "lists",
+      [](const CollisionReplay& self, int repetitions) {
+        const CollisionReplay::Lists lists = self.measure_lists(repetitions);
+        return std::pair(lists.contacts, lists.impacts);
+      },
+      py::arg("repetitions") = 3, py::call_guard<py::gil_scoped_release>(),
+      "Returns the RecordedLists of the search for contacts at x0 and of the search for impacts "
+      "from x0 to x1.");
   search("contacts", CollisionReplay::Search::Contacts,
          "Returns the RecordedTests of the search for contacts at x0, divided for `ranks` ranks.");
   search("impacts", CollisionReplay::Search::Impacts,

@@ -12,6 +12,7 @@ void bind_rigid(py::module_& m) {
   py::class_<MassProperties> c(
       m, "MassProperties",
       "Mass, centre of mass and inertia of a closed mesh with uniform density.");
+  c.def_readonly("volume", &MassProperties::volume, "volume of the mesh [m^3]");
   c.def_readonly("mass", &MassProperties::mass, "mass of the body [kg]");
   c.def_readonly("centre", &MassProperties::centre, "(3) centre of mass in mesh coordinates [m]");
   c.def_readonly("inertia", &MassProperties::inertia,
@@ -26,6 +27,9 @@ void bind_rigid(py::module_& m) {
       py::arg("mesh"), py::arg("density"),
       "Returns the MassProperties of a closed mesh with a uniform density [kg/m^3]. Raises "
       "InvalidInput if the mesh is open or inside out.");
+  m.def(
+      "mass_properties", [](const RigidBody& body) { return mass_properties(body); },
+      py::arg("body"), "Returns the MassProperties of a RigidBody with a mesh.");
 }
 
 }  // namespace loomstone

@@ -164,6 +164,9 @@ void bind_ranks(py::class_<S>& c) {
   c.def_property_readonly("threads", &S::threads, "largest number of threads");
   c.def_property_readonly("decomposition", &S::decomposition,
                           "How collision handling is divided among ranks and threads.");
+  c.def_property_readonly("hierarchy_bytes", &S::hierarchy_bytes,
+                          "Memory of the bounding-volume hierarchies, which every rank stores "
+                          "whole [bytes].");
   c.def_property_readonly(
       "rank", [](const S& self) { return self.communicator().rank(); },
       "index of this rank, from 0");

@@ -37,15 +37,19 @@ add_library(loomstone_metis INTERFACE)
 target_include_directories(loomstone_metis SYSTEM INTERFACE ${METIS_INCLUDE_DIR})
 target_link_libraries(loomstone_metis INTERFACE ${METIS_LIBRARY})
 
-# This selects Bullet in double precision; find_package(Bullet) returns the float version.
-pkg_check_modules(BULLET QUIET IMPORTED_TARGET bullet-float64)
+# This selects Bullet in double precision; find_package(Bullet) returns the float version. On Debian it is bullet-float64.
+# Elsewhere it may be bullet, built in double precision.
+pkg_search_module(BULLET QUIET IMPORTED_TARGET bullet-float64 bullet)
+if(NOT "${BULLET_CFLAGS}" MATCHES "BT_USE_DOUBLE_PRECISION")
+  set(BULLET_FOUND NO)
+endif()
 loomstone_require(BULLET_FOUND "Bullet in double precision" "libbullet-dev libbullet-extras-dev")
 
 find_package(embree 3 QUIET CONFIG)
 loomstone_require(embree_FOUND "Embree 3" libembree-dev)
 
-# This selects serial HDF5; the name hdf5 may refer to the MPI version.
-pkg_check_modules(HDF5 QUIET IMPORTED_TARGET hdf5-serial)
+# On Debian hdf5-serial is the serial HDF5, and the name hdf5 may refer to the MPI version. Elsewhere there is only hdf5.
+pkg_search_module(HDF5 QUIET IMPORTED_TARGET hdf5-serial hdf5)
 loomstone_require(HDF5_FOUND "HDF5 (serial)" libhdf5-dev)
 
 find_package(PNG QUIET)

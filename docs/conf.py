@@ -50,5 +50,5 @@ toc_object_entries_show_parents = "hide"
 
 html_theme = "furo"
 html_title = f"loomstone {version}"
-html_extra_path = ["redirect"]  # leads from the root of the pages to the first one
+html_extra_path = ["redirect"]  # holds index.html, which leads to the first page
 html_copy_source = False

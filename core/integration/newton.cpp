@@ -221,7 +221,7 @@ class NewtonIntegrator final : public Integrator {
           sums[block] = sum;
         },
         8);
-    return std::sqrt(layout.ordered_sum(sums));
+    return std::sqrt(layout.sum(sums));
   }
 
   // Displacement at which forces are evaluated.

@@ -33,7 +33,7 @@ def inline(text: str) -> str:
 
 
 def blocks(lines: list[str]) -> list[list[str]]:
-    """Splits lines at blank lines and before the first of several parameters."""
+    """Splits lines at blank lines, and where parameters begin or end."""
     found: list[list[str]] = [[]]
     for line in lines:
         parameter = bool(PARAMETER.fullmatch(line))
@@ -86,7 +86,7 @@ def converted(lines: list[str]) -> list[str]:
 
 def process(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
     lines[:] = converted(lines)
-    if not any(lines):  # also where autodoc takes a text such as "time [s]" for a signature
+    if not any(lines):  # autodoc also removes a text that it takes for a signature: "time [s]"
         logging.getLogger(__name__).warning("%s has no text in the reference", name)
 
 

@@ -1,8 +1,8 @@
 """Tables from the declarations in the sources: the directives `fields` and `columns`.
 
 `fields` lists the parameters of a description; its argument is the name of a class of loomstone,
-such as ClothMaterial. `columns` lists the numbers of a StepReport. The declarations are the
-fields() of the C++ structs, which the docstrings of the properties state.
+such as ClothMaterial. `columns` lists the numbers of a StepReport. The texts come
+from fields() of the C++ structs, which the bindings repeat in the docstrings of the properties.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def declaration(text: str) -> tuple[str, str, str]:
 
 
 def table(widths: dict[str, int], rows: Iterable[tuple[str, ...]], code: set[int]) -> nodes.table:
-    """Returns a table of texts; those in the columns `code` are names or values."""
+    """Returns a table of texts. The columns whose numbers are in `code` are set as code."""
 
     def row(texts: Iterable[str], code: set[int]) -> nodes.row:
         made = nodes.row()

@@ -1,7 +1,7 @@
-"""The directive `scene-gallery`: every scene file with its picture, its time and its source.
+"""The directive `scene-gallery`: every scene file with picture, computing time and source.
 
-tests/benchmarks/gallery.py draws the pictures and writes docs/gallery.json. A scene that it has not
-run appears without picture and time.
+tests/benchmarks/gallery.py draws the pictures and writes docs/gallery.json. A scene that is
+not in this file appears without picture and time.
 """
 
 from __future__ import annotations

@@ -26,14 +26,15 @@ NUMBERS = {
 }
 
 
-# An array in an annotation, by name or with ~ where Sphinx hides the name of the module
+# Matches the type of an array in an annotation: `Floats`, or the full type of numpy, with a ~ where
+# Sphinx hides the name of the module.
 ARRAY = re.compile(
     r"\bFloats\b|~?numpy\.ndarray\[tuple\[~?typing\.Any, \.\.\.\], ~?numpy\.dtype\[(~?[\w.]+)\]\]"
 )
 
 
 def with_arrays(text: str) -> str:
-    """Writes the types of arrays by their short names, which autodoc has replaced by the types."""
+    """Replaces the full types of arrays, which autodoc writes, by their short names."""
     array_like = stringify_annotation(ArrayLike, "smart", short_literals=True)
     text = text.replace(array_like, "ArrayLike")
     return ARRAY.sub(lambda match: f"NDArray[{match[1] or 'float64'}]", text)
@@ -113,7 +114,10 @@ def give_signatures_to_classes() -> None:
 
 
 def process(app: Any, what: str, name: str, obj: Any, *given: Any) -> tuple[str, str] | None:
-    """Returns arguments and result; `given` are the options, and those that autodoc has found."""
+    """Returns arguments and result as text.
+
+    given : the options of autodoc, and the arguments and the result that it has found
+    """
     _, signature, result = given
     if signature is None:
         return None

@@ -7,6 +7,7 @@ from __future__ import annotations
 import collections.abc
 import numpy
 import numpy.typing
+import os
 import typing
 
 __all__: list[str] = [
@@ -19,6 +20,7 @@ __all__: list[str] = [
     "Bearing",
     "CacheError",
     "Camera",
+    "CameraFit",
     "Checkpoint",
     "CircuitReport",
     "ClosestPoint",
@@ -45,12 +47,15 @@ __all__: list[str] = [
     "InvalidInput",
     "LimitOptions",
     "LimitReport",
+    "Look",
     "Magnet",
     "MagnetReport",
     "MagneticBody",
     "MassProperties",
     "NonlinearMidpoint",
     "Obstacle",
+    "RankReport",
+    "RecordedLists",
     "RecordedTests",
     "RenderOptions",
     "Renderer",
@@ -74,6 +79,7 @@ __all__: list[str] = [
     "TriangleMesh",
     "Unsupported",
     "WithheldReport",
+    "body_color",
     "box",
     "candidates",
     "capsule",
@@ -122,6 +128,8 @@ __all__: list[str] = [
     "mutual_inductance",
     "read_checkpoint",
     "read_mesh",
+    "scalar_field",
+    "shown_color",
     "single_communicator",
     "soft_cuboid",
     "soft_cylinder",
@@ -228,6 +236,57 @@ class ThreadReport:
     def most(self) -> float:
         """
         longest time of a thread [s]
+        """
+
+class RankReport:
+    """
+    Time that ranks spend computing and waiting, and what they send.
+    """
+    def __init__(self) -> None: ...
+    def __repr__(self) -> str: ...
+    def to_dict(self) -> typing.Any:
+        """
+        Returns all numbers by name, with nested reports as dictionaries.
+        """
+    @property
+    def bytes(self) -> int:
+        """
+        bytes that a rank sends, mean of the ranks [1]
+        """
+    @property
+    def collision_computing(self) -> float:
+        """
+        part of `computing` in the stages proximity and certify [s]
+        """
+    @property
+    def collision_waiting(self) -> float:
+        """
+        part of `waiting` in the stages proximity and certify [s]
+        """
+    @property
+    def computing(self) -> float:
+        """
+        time outside communication, mean of the ranks [s]
+        """
+    @property
+    def most_computing(self) -> float:
+        """
+        time outside communication, largest of the ranks [s]
+        """
+    @property
+    def most_waiting(self) -> float:
+        """
+        time in communication, largest of the ranks [s]
+        """
+    @property
+    def operations(self) -> int:
+        """
+        collective operations of a rank, including exchanges of halos [1]
+        """
+    @property
+    def waiting(self) -> float:
+        """
+        time in communication, mean of the ranks; it includes waiting for other ranks [s]
         """
 
 class SolverReport:
@@ -485,7 +544,7 @@ class StrainLimitReport:
     @property
     def excess(self) -> float:
         """
-        largest excess (strain beyond its limit) right after limiting [1]
+        largest excess (strain beyond its limit) at the end of a part of the step [1]
         """
     @property
     def fallbacks(self) -> int:
@@ -732,6 +791,11 @@ class StepReport:
         parts of the step: several if its error is too large, or if certification, limits or the solver fail at its full length [1]
         """
     @property
+    def ranks(self) -> RankReport:
+        """
+        computing and waiting of ranks
+        """
+    @property
     def seconds(self) -> StageSeconds:
         """
         wall time of each stage
@@ -762,15 +826,92 @@ class StepReport:
         motion that certification withholds
         """
 
+class Look:
+    """
+    Colour, roughness and texture of a surface in pictures and exports. It does not affect the simulation.
+
+    Immutable; compared by value.
+
+    Parameters (keywords)
+    ---------------------
+    color : (3) red, green and blue in sRGB, from 0 to 1, as image programs show them; None: chosen by the renderer
+    roughness : roughness of the surface, 0: polished, 1: matt; None: 0.9 for cloth, 0.6 for others [1]; in [0, 1]
+    texture : image on the surface: name of a file, or (height x width x 3 or 4) bytes, sRGB, rows from the top; its transparent pixels show the color
+    texture_width : width of the image in uv, repeated in both directions from uv (0, 0); 0: the image covers the box of the surface's uv once [m]; >= 0; default 0.0
+    """
+
+    __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "color",
+        "roughness",
+        "texture",
+        "texture_width",
+    )
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        color: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None,
+        roughness: typing.SupportsFloat | typing.SupportsIndex | None = None,
+        texture: str | os.PathLike[str] | numpy.typing.NDArray[numpy.uint8] | None = None,
+        texture_width: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        color: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = ...,
+        roughness: typing.SupportsFloat | typing.SupportsIndex | None = ...,
+        texture: str | os.PathLike[str] | numpy.typing.NDArray[numpy.uint8] | None = ...,
+        texture_width: typing.SupportsFloat | typing.SupportsIndex = ...,
+    ) -> Look:
+        """
+        Returns a copy with the given fields changed.
+        """
+    def to_dict(self) -> typing.Any:
+        """
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
+        """
+    @property
+    def color(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"] | None:
+        """
+        (3) red, green and blue in sRGB, from 0 to 1, as image programs show them; None: chosen by the renderer
+        """
+    @property
+    def roughness(self) -> float | None:
+        """
+        roughness of the surface, 0: polished, 1: matt; None: 0.9 for cloth, 0.6 for others [1]; in [0, 1]
+        """
+    @property
+    def texture(self) -> numpy.typing.NDArray[numpy.uint8] | None:
+        """
+        image on the surface: name of a file, or (height x width x 3 or 4) bytes, sRGB, rows from the top; its transparent pixels show the color
+        """
+    @property
+    def texture_width(self) -> float:
+        """
+        width of the image in uv, repeated in both directions from uv (0, 0); 0: the image covers the box of the surface's uv once [m]; >= 0; default 0.0
+        """
+
 class FrameTopology:
     """
     Data of the frames that stay constant over a run. Cloths are concatenated, and so are rigid bodies and obstacles.
     """
     def __repr__(self) -> str: ...
     @property
+    def body_corner_uv(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]:
+        """
+        (3mb x 2) uv of the corners of body_triangles [m]; no rows if no body has a texture
+        """
+    @property
     def body_is_floor(self) -> numpy.typing.NDArray[numpy.uint8]:
         """
         (bodies) 1 if the body is drawn as ground
+        """
+    @property
+    def body_looks(self) -> list[Look]:
+        """
+        Look of each body and obstacle; empty if none of them has a look
         """
     @property
     def body_names(self) -> list[str]:
@@ -796,6 +937,11 @@ class FrameTopology:
     def body_triangles(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 3]"]:
         """
         (mb x 3) vertex indices of the triangles of rigid bodies and obstacles
+        """
+    @property
+    def cloth_looks(self) -> list[Look]:
+        """
+        Look of each cloth; empty if no cloth has a look
         """
     @property
     def cloth_names(self) -> list[str]:
@@ -1039,6 +1185,10 @@ class Communicator:
         """
         Waits until all ranks have reached this call.
         """
+    def gather(self, text: str) -> list[str]:
+        """
+        Returns the texts of all ranks, in the order of the ranks, on every rank.
+        """
     def maximum(self, value: typing.SupportsInt | typing.SupportsIndex) -> int:
         """
         Largest value over all ranks.
@@ -1071,7 +1221,8 @@ class RigidBody:
     mesh : closed surface in the body's own frame
     shape : collision shape towards bodies and obstacles: sphere | box | convex (convex hull of the mesh) | parts (the convex meshes of parts); default 'convex'
     parts : convex parts, for the shape parts
-    density : density [kg/m^3]; > 0; default 1000.0
+    density : density, which counts if the mass is 0 [kg/m^3]; > 0; default 1000.0
+    mass : mass, spread evenly over the volume; 0: density times volume [kg]; >= 0; default 0.0
     position : world position of the mesh's origin [m]
     orientation : unit quaternion (w, x, y, z), body to world
     velocity : velocity of the centre of mass [m/s]
@@ -1079,6 +1230,7 @@ class RigidBody:
     friction : friction coefficient [1]; >= 0; default 0.3
     restitution : restitution coefficient [1]; in [0, 1]; default 0.0
     thickness : contact distance to cloth; 0: that of the cloth [m]; >= 0; default 0.0
+    look : Look: its colour and texture in pictures; None: the renderer's
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1088,6 +1240,7 @@ class RigidBody:
         "shape",
         "parts",
         "density",
+        "mass",
         "position",
         "orientation",
         "velocity",
@@ -1095,6 +1248,7 @@ class RigidBody:
         "friction",
         "restitution",
         "thickness",
+        "look",
     )
     def __eq__(self, arg0: object) -> bool: ...
     def __init__(
@@ -1105,6 +1259,7 @@ class RigidBody:
         shape: typing.Literal["sphere", "box", "convex", "parts"] = "convex",
         parts: collections.abc.Sequence[TriangleMesh] = [],
         density: typing.SupportsFloat | typing.SupportsIndex = 1000.0,
+        mass: typing.SupportsFloat | typing.SupportsIndex = 0.0,
         position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
         orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ...,
         velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
@@ -1112,6 +1267,7 @@ class RigidBody:
         friction: typing.SupportsFloat | typing.SupportsIndex = 0.3,
         restitution: typing.SupportsFloat | typing.SupportsIndex = 0.0,
         thickness: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        look: Look | None = None,
     ) -> None: ...
     def __repr__(self) -> str: ...
     def replace(
@@ -1122,6 +1278,7 @@ class RigidBody:
         shape: typing.Literal["sphere", "box", "convex", "parts"] = ...,
         parts: collections.abc.Sequence[TriangleMesh] = ...,
         density: typing.SupportsFloat | typing.SupportsIndex = ...,
+        mass: typing.SupportsFloat | typing.SupportsIndex = ...,
         position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
         orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ...,
         velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
@@ -1129,13 +1286,14 @@ class RigidBody:
         friction: typing.SupportsFloat | typing.SupportsIndex = ...,
         restitution: typing.SupportsFloat | typing.SupportsIndex = ...,
         thickness: typing.SupportsFloat | typing.SupportsIndex = ...,
+        look: Look | None = ...,
     ) -> RigidBody:
         """
         Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def angular_velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1145,12 +1303,22 @@ class RigidBody:
     @property
     def density(self) -> float:
         """
-        density [kg/m^3]; > 0; default 1000.0
+        density, which counts if the mass is 0 [kg/m^3]; > 0; default 1000.0
         """
     @property
     def friction(self) -> float:
         """
         friction coefficient [1]; >= 0; default 0.3
+        """
+    @property
+    def look(self) -> Look | None:
+        """
+        Look: its colour and texture in pictures; None: the renderer's
+        """
+    @property
+    def mass(self) -> float:
+        """
+        mass, spread evenly over the volume; 0: density times volume [kg]; >= 0; default 0.0
         """
     @property
     def mesh(self) -> TriangleMesh:
@@ -1217,6 +1385,11 @@ class MassProperties:
     def mass(self) -> float:
         """
         mass of the body [kg]
+        """
+    @property
+    def volume(self) -> float:
+        """
+        volume of the mesh [m^3]
         """
 
 class MagneticBody:
@@ -1391,7 +1564,7 @@ class ClothMaterial:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def bending_coupling(self) -> float:
@@ -1511,7 +1684,7 @@ class StrainLimit:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def edge(self) -> float | None:
@@ -1607,7 +1780,7 @@ class LimitOptions:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def active_set(self) -> bool:
@@ -1667,6 +1840,7 @@ class Cloth:
     friction : friction coefficient [1]; >= 0; default 0.3
     self_collision : whether the cloth collides with itself; default True
     strain_limit : StrainLimit: bounds of its strain; None: no bounds
+    look : Look: its colour and texture in pictures; None: the renderer's
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1685,6 +1859,7 @@ class Cloth:
         "friction",
         "self_collision",
         "strain_limit",
+        "look",
     )
     def __eq__(self, arg0: object) -> bool: ...
     def __init__(
@@ -1704,6 +1879,7 @@ class Cloth:
         friction: typing.SupportsFloat | typing.SupportsIndex = 0.3,
         self_collision: bool = True,
         strain_limit: StrainLimit | None = None,
+        look: Look | None = None,
     ) -> None: ...
     def __repr__(self) -> str: ...
     def replace(
@@ -1723,13 +1899,14 @@ class Cloth:
         friction: typing.SupportsFloat | typing.SupportsIndex = ...,
         self_collision: bool = ...,
         strain_limit: StrainLimit | None = ...,
+        look: Look | None = ...,
     ) -> Cloth:
         """
         Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def bending(self) -> typing.Literal["mid-edge", "hinge"]:
@@ -1740,6 +1917,11 @@ class Cloth:
     def friction(self) -> float:
         """
         friction coefficient [1]; >= 0; default 0.3
+        """
+    @property
+    def look(self) -> Look | None:
+        """
+        Look: its colour and texture in pictures; None: the renderer's
         """
     @property
     def material(self) -> ClothMaterial:
@@ -1819,6 +2001,7 @@ class Obstacle:
     axis_angles : (times x 3) rotation vectors [rad], interpolated as rotations
     vertex_positions : (times * n x 3) vertex positions instead of keyframes [m], linearly interpolated
     floor : whether it is drawn as ground; default False
+    look : Look: its colour and texture in pictures; None: the renderer's
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1832,6 +2015,7 @@ class Obstacle:
         "axis_angles",
         "vertex_positions",
         "floor",
+        "look",
     )
     def __eq__(self, arg0: object) -> bool: ...
     def __init__(
@@ -1846,6 +2030,7 @@ class Obstacle:
         axis_angles: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
         vertex_positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
         floor: bool = False,
+        look: Look | None = None,
     ) -> None: ...
     def __repr__(self) -> str: ...
     def replace(
@@ -1860,13 +2045,14 @@ class Obstacle:
         axis_angles: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
         vertex_positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
         floor: bool = ...,
+        look: Look | None = ...,
     ) -> Obstacle:
         """
         Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def axis_angles(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -1882,6 +2068,11 @@ class Obstacle:
     def friction(self) -> float:
         """
         friction coefficient [1]; >= 0; default 0.3
+        """
+    @property
+    def look(self) -> Look | None:
+        """
+        Look: its colour and texture in pictures; None: the renderer's
         """
     @property
     def mesh(self) -> TriangleMesh:
@@ -1942,7 +2133,7 @@ class Attachment:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def body(self) -> str:
@@ -1999,7 +2190,7 @@ class Magnet:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def body(self) -> str:
@@ -2082,7 +2273,7 @@ class Coil:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def body(self) -> str:
@@ -2164,7 +2355,7 @@ class Bearing:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def axis(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -2235,7 +2426,7 @@ class Air:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def density(self) -> float:
@@ -2367,7 +2558,7 @@ class Scene:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def air(self) -> Air:
@@ -2514,7 +2705,7 @@ class ExplicitEuler(Integrator):
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def step(self) -> float | typing.Literal["auto"]:
@@ -2549,7 +2740,7 @@ class SymplecticEuler(Integrator):
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def step(self) -> float | typing.Literal["auto"]:
@@ -2569,7 +2760,7 @@ class SemiImplicitEuler(Integrator):
     step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
-    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
     tolerance : relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
@@ -2593,7 +2784,9 @@ class SemiImplicitEuler(Integrator):
         step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = "auto",
         jacobian: typing.Literal["spd", "exact"] = "spd",
         bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
-        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
+        linear_solver: typing.Literal[
+            "pcg", "block-jacobi", "gauss-seidel", "direct", "supernodal"
+        ] = "pcg",
         tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000,
         accuracy: typing.SupportsFloat | typing.SupportsIndex | None = 1.0,
@@ -2605,7 +2798,9 @@ class SemiImplicitEuler(Integrator):
         step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = ...,
         jacobian: typing.Literal["spd", "exact"] = ...,
         bending: typing.Literal["auto", "explicit", "implicit"] = ...,
-        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
+        linear_solver: typing.Literal[
+            "pcg", "block-jacobi", "gauss-seidel", "direct", "supernodal"
+        ] = ...,
         tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
         accuracy: typing.SupportsFloat | typing.SupportsIndex | None = ...,
@@ -2615,7 +2810,7 @@ class SemiImplicitEuler(Integrator):
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def accuracy(self) -> float | None:
@@ -2633,9 +2828,11 @@ class SemiImplicitEuler(Integrator):
         Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
         """
     @property
-    def linear_solver(self) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"]:
+    def linear_solver(
+        self,
+    ) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct", "supernodal"]:
         """
-        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
         """
     @property
     def max_iterations(self) -> int:
@@ -2664,7 +2861,7 @@ class BackwardEuler(Integrator):
     step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
-    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
     tolerance : relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
@@ -2692,7 +2889,9 @@ class BackwardEuler(Integrator):
         step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = "auto",
         jacobian: typing.Literal["spd", "exact"] = "spd",
         bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
-        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
+        linear_solver: typing.Literal[
+            "pcg", "block-jacobi", "gauss-seidel", "direct", "supernodal"
+        ] = "pcg",
         tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000,
         accuracy: typing.SupportsFloat | typing.SupportsIndex | None = 1.0,
@@ -2706,7 +2905,9 @@ class BackwardEuler(Integrator):
         step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = ...,
         jacobian: typing.Literal["spd", "exact"] = ...,
         bending: typing.Literal["auto", "explicit", "implicit"] = ...,
-        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
+        linear_solver: typing.Literal[
+            "pcg", "block-jacobi", "gauss-seidel", "direct", "supernodal"
+        ] = ...,
         tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
         accuracy: typing.SupportsFloat | typing.SupportsIndex | None = ...,
@@ -2718,7 +2919,7 @@ class BackwardEuler(Integrator):
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def accuracy(self) -> float | None:
@@ -2736,9 +2937,11 @@ class BackwardEuler(Integrator):
         Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
         """
     @property
-    def linear_solver(self) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"]:
+    def linear_solver(
+        self,
+    ) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct", "supernodal"]:
         """
-        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
         """
     @property
     def max_iterations(self) -> int:
@@ -2777,7 +2980,7 @@ class ImplicitMidpoint(Integrator):
     step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
-    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
     tolerance : relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
@@ -2801,7 +3004,9 @@ class ImplicitMidpoint(Integrator):
         step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = "auto",
         jacobian: typing.Literal["spd", "exact"] = "spd",
         bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
-        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
+        linear_solver: typing.Literal[
+            "pcg", "block-jacobi", "gauss-seidel", "direct", "supernodal"
+        ] = "pcg",
         tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000,
         accuracy: typing.SupportsFloat | typing.SupportsIndex | None = 1.0,
@@ -2813,7 +3018,9 @@ class ImplicitMidpoint(Integrator):
         step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = ...,
         jacobian: typing.Literal["spd", "exact"] = ...,
         bending: typing.Literal["auto", "explicit", "implicit"] = ...,
-        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
+        linear_solver: typing.Literal[
+            "pcg", "block-jacobi", "gauss-seidel", "direct", "supernodal"
+        ] = ...,
         tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
         accuracy: typing.SupportsFloat | typing.SupportsIndex | None = ...,
@@ -2823,7 +3030,7 @@ class ImplicitMidpoint(Integrator):
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def accuracy(self) -> float | None:
@@ -2841,9 +3048,11 @@ class ImplicitMidpoint(Integrator):
         Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
         """
     @property
-    def linear_solver(self) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"]:
+    def linear_solver(
+        self,
+    ) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct", "supernodal"]:
         """
-        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
         """
     @property
     def max_iterations(self) -> int:
@@ -2872,7 +3081,7 @@ class NonlinearMidpoint(Integrator):
     step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
-    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
     tolerance : relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
@@ -2900,7 +3109,9 @@ class NonlinearMidpoint(Integrator):
         step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = "auto",
         jacobian: typing.Literal["spd", "exact"] = "spd",
         bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
-        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
+        linear_solver: typing.Literal[
+            "pcg", "block-jacobi", "gauss-seidel", "direct", "supernodal"
+        ] = "pcg",
         tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000,
         accuracy: typing.SupportsFloat | typing.SupportsIndex | None = 1.0,
@@ -2914,7 +3125,9 @@ class NonlinearMidpoint(Integrator):
         step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = ...,
         jacobian: typing.Literal["spd", "exact"] = ...,
         bending: typing.Literal["auto", "explicit", "implicit"] = ...,
-        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
+        linear_solver: typing.Literal[
+            "pcg", "block-jacobi", "gauss-seidel", "direct", "supernodal"
+        ] = ...,
         tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
         accuracy: typing.SupportsFloat | typing.SupportsIndex | None = ...,
@@ -2926,7 +3139,7 @@ class NonlinearMidpoint(Integrator):
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def accuracy(self) -> float | None:
@@ -2944,9 +3157,11 @@ class NonlinearMidpoint(Integrator):
         Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
         """
     @property
-    def linear_solver(self) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"]:
+    def linear_solver(
+        self,
+    ) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct", "supernodal"]:
         """
-        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
         """
     @property
     def max_iterations(self) -> int:
@@ -2985,7 +3200,7 @@ class BDF2(Integrator):
     step : time step, taken in parts where its error is too large; auto: steps of the length that the error allows, at most 10 ms for implicit Euler without rigid bodies, else 1 ms [s]; > 0; default 'auto'
     jacobian : Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
     bending : treatment of bending forces: auto (implicit where explicit bending would be unstable) | explicit | implicit; default 'auto'
-    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
     tolerance : relative tolerance of the linear solver, in the preconditioned norm [1]; > 0; default 0.0001
     max_iterations : largest number of iterations of the linear solver [1]; in [1, 1e+09]; default 2000
     accuracy : tolerated error of a step as a multiple of the default; a step with a larger error is taken in parts; None: steps are taken as given [1]; > 0
@@ -3009,7 +3224,9 @@ class BDF2(Integrator):
         step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = "auto",
         jacobian: typing.Literal["spd", "exact"] = "spd",
         bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
-        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
+        linear_solver: typing.Literal[
+            "pcg", "block-jacobi", "gauss-seidel", "direct", "supernodal"
+        ] = "pcg",
         tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000,
         accuracy: typing.SupportsFloat | typing.SupportsIndex | None = 1.0,
@@ -3021,7 +3238,9 @@ class BDF2(Integrator):
         step: typing.SupportsFloat | typing.SupportsIndex | typing.Literal["auto"] = ...,
         jacobian: typing.Literal["spd", "exact"] = ...,
         bending: typing.Literal["auto", "explicit", "implicit"] = ...,
-        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
+        linear_solver: typing.Literal[
+            "pcg", "block-jacobi", "gauss-seidel", "direct", "supernodal"
+        ] = ...,
         tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
         accuracy: typing.SupportsFloat | typing.SupportsIndex | None = ...,
@@ -3031,7 +3250,7 @@ class BDF2(Integrator):
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def accuracy(self) -> float | None:
@@ -3049,9 +3268,11 @@ class BDF2(Integrator):
         Jacobian of the membrane's forces: spd (positive semidefinite part of the geometric term) | exact; default 'spd'
         """
     @property
-    def linear_solver(self) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"]:
+    def linear_solver(
+        self,
+    ) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct", "supernodal"]:
         """
-        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (conjugate gradients with a block-diagonal preconditioner) | gauss-seidel (conjugate gradients with a symmetric Gauss-Seidel preconditioner, one thread) | direct (sparse Cholesky factorisation) | supernodal (sparse Cholesky factorisation by dense blocks; builds from sources only); default 'pcg'
         """
     @property
     def max_iterations(self) -> int:
@@ -3130,7 +3351,7 @@ class Asynchronous(Integrator):
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def bending_multiple(self) -> float:
@@ -3387,6 +3608,29 @@ class RecordedTests:
         sum of the costs of all tests [s]
         """
 
+class RecordedLists:
+    """
+    Work of one search on neighbour lists, which ranks divide by the costs of a step before.
+    """
+    def __len__(self) -> int: ...
+    def replay(
+        self,
+        ranks: typing.SupportsInt | typing.SupportsIndex,
+        *,
+        latency: typing.SupportsFloat | typing.SupportsIndex = 1.5e-06,
+        bandwidth: typing.SupportsFloat | typing.SupportsIndex = 10000000000.0,
+        overhead: typing.SupportsFloat | typing.SupportsIndex = 2e-07,
+    ) -> ReplayReport:
+        """
+        Returns the ReplayReport of the search. Messages take `latency` [s] and have `bandwidth` [bytes/s]; sending and receiving
+        one take `overhead` [s] each.
+        """
+    @property
+    def work(self) -> float:
+        """
+        sum of all costs [s]
+        """
+
 class CollisionReplay:
     """
     Measures the collision searches of a recorded motion.
@@ -3407,6 +3651,12 @@ class CollisionReplay:
     ) -> RecordedTests:
         """
         Returns the RecordedTests of the search for impacts from x0 to x1, divided for `ranks` ranks.
+        """
+    def lists(
+        self, repetitions: typing.SupportsInt | typing.SupportsIndex = 3
+    ) -> tuple[RecordedLists, RecordedLists]:
+        """
+        Returns the RecordedLists of the search for contacts at x0 and of the search for impacts from x0 to x1.
         """
     def perform(
         self,
@@ -3494,7 +3744,7 @@ class Checkpoint:
 
 class Camera:
     """
-    Position and view of the camera.
+    Position and view of the camera, and its motion.
 
     Immutable; compared by value.
 
@@ -3504,7 +3754,11 @@ class Camera:
     target : point at which the camera looks [m]
     up : upward direction of the picture
     field_of_view_degrees : vertical field of view [degrees]; in [1, 170]; default 35.0
-    fit : whether the first frame of a run fills the picture, seen from the direction eye - target; default True
+    fit : whether cloth and bodies of all frames drawn together fill the picture, seen from the direction eye - target; without effect if there are times; default True
+    turn : degrees per second of the run by which the camera turns about the axis up through target, or through the middle of the scene with fit; positive: counter-clockwise seen from above [1/s]; default 0.0
+    times : times of key frames of the camera [s], ascending; empty: none
+    eyes : (times x 3) positions of the camera [m], on a smooth path through all of them
+    targets : (times x 3) points at which the camera looks [m]; empty: target
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -3514,6 +3768,10 @@ class Camera:
         "up",
         "field_of_view_degrees",
         "fit",
+        "turn",
+        "times",
+        "eyes",
+        "targets",
     )
     def __eq__(self, arg0: object) -> bool: ...
     def __init__(
@@ -3524,6 +3782,10 @@ class Camera:
         up: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
         field_of_view_degrees: typing.SupportsFloat | typing.SupportsIndex = 35.0,
         fit: bool = True,
+        turn: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        times: numpy.typing.ArrayLike = [],
+        eyes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
+        targets: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
     ) -> None: ...
     def __repr__(self) -> str: ...
     def replace(
@@ -3534,18 +3796,27 @@ class Camera:
         up: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
         field_of_view_degrees: typing.SupportsFloat | typing.SupportsIndex = ...,
         fit: bool = ...,
+        turn: typing.SupportsFloat | typing.SupportsIndex = ...,
+        times: numpy.typing.ArrayLike = ...,
+        eyes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
+        targets: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
     ) -> Camera:
         """
         Returns a copy with the given fields changed.
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def eye(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         position of the camera [m]; with fit, only its direction from target matters
+        """
+    @property
+    def eyes(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (times x 3) positions of the camera [m], on a smooth path through all of them
         """
     @property
     def field_of_view_degrees(self) -> float:
@@ -3555,12 +3826,27 @@ class Camera:
     @property
     def fit(self) -> bool:
         """
-        whether the first frame of a run fills the picture, seen from the direction eye - target; default True
+        whether cloth and bodies of all frames drawn together fill the picture, seen from the direction eye - target; without effect if there are times; default True
         """
     @property
     def target(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         point at which the camera looks [m]
+        """
+    @property
+    def targets(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (times x 3) points at which the camera looks [m]; empty: target
+        """
+    @property
+    def times(self) -> list[float]:
+        """
+        times of key frames of the camera [s], ascending; empty: none
+        """
+    @property
+    def turn(self) -> float:
+        """
+        degrees per second of the run by which the camera turns about the axis up through target, or through the middle of the scene with fit; positive: counter-clockwise seen from above [1/s]; default 0.0
         """
     @property
     def up(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -3579,14 +3865,15 @@ class RenderOptions:
     width : width of the picture [pixels]; in [16, 16384]; default 1280
     height : height of the picture, or of each of its rows if color_by joins several fields [pixels]; in [16, 16384]; default 720
     samples : samples per pixel [1]; in [1, 16]; default 4
-    pattern : pattern on the cloth: weave | checker | plain; default 'weave'
+    pattern : pattern on cloth that has no texture: weave | checker | plain; default 'weave'
     color_by : cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (left half of each cloth: weft, right half: warp) | contact (2: forced to intersect); strain is U - I, as in limits; fields joined by + are drawn one below another; default 'cloth'
     color_low : value at the low end of the colour map [1]; default 0.0
     color_high : value at the high end of the colour map; if equal to color_low, colours span the values of all frames drawn together [1]; default 0.0
-    color_map : colour map: viridis | magma | diverging (blue to red); default 'viridis'
+    color_map : colour map: a name of matplotlib, such as viridis, magma, cividis or RdBu_r, or diverging, which is coolwarm; diverging maps are centred on the neutral value; default 'viridis'
     wireframe : whether the edges of the cloth's triangles are drawn; default False
     shadows : whether soft shadows are drawn; default True
     ambient_occlusion : whether ambient occlusion is drawn; default True
+    background : background: backdrop | none (transparent: pictures have an alpha channel, and floors only show shadows); default 'backdrop'
     floor : whether floors are drawn as a large ground plane; default True
     hidden : names of hidden bodies and obstacles, joined by +; default ''
     field_lines : number of magnetic field lines; 0: none [1]; in [0, 100000]; default 0
@@ -3607,6 +3894,7 @@ class RenderOptions:
         "wireframe",
         "shadows",
         "ambient_occlusion",
+        "background",
         "floor",
         "hidden",
         "field_lines",
@@ -3624,10 +3912,11 @@ class RenderOptions:
         color_by: str = "cloth",
         color_low: typing.SupportsFloat | typing.SupportsIndex = 0.0,
         color_high: typing.SupportsFloat | typing.SupportsIndex = 0.0,
-        color_map: typing.Literal["viridis", "magma", "diverging"] = "viridis",
+        color_map: str = "viridis",
         wireframe: bool = False,
         shadows: bool = True,
         ambient_occlusion: bool = True,
+        background: typing.Literal["backdrop", "none"] = "backdrop",
         floor: bool = True,
         hidden: str = "",
         field_lines: typing.SupportsInt | typing.SupportsIndex = 0,
@@ -3645,10 +3934,11 @@ class RenderOptions:
         color_by: str = ...,
         color_low: typing.SupportsFloat | typing.SupportsIndex = ...,
         color_high: typing.SupportsFloat | typing.SupportsIndex = ...,
-        color_map: typing.Literal["viridis", "magma", "diverging"] = ...,
+        color_map: str = ...,
         wireframe: bool = ...,
         shadows: bool = ...,
         ambient_occlusion: bool = ...,
+        background: typing.Literal["backdrop", "none"] = ...,
         floor: bool = ...,
         hidden: str = ...,
         field_lines: typing.SupportsInt | typing.SupportsIndex = ...,
@@ -3660,12 +3950,17 @@ class RenderOptions:
         """
     def to_dict(self) -> typing.Any:
         """
-        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles.
+        Returns the fields as plain values for JSON. A mesh is replaced by its numbers of vertices and triangles, and a texture by its size.
         """
     @property
     def ambient_occlusion(self) -> bool:
         """
         whether ambient occlusion is drawn; default True
+        """
+    @property
+    def background(self) -> typing.Literal["backdrop", "none"]:
+        """
+        background: backdrop | none (transparent: pictures have an alpha channel, and floors only show shadows); default 'backdrop'
         """
     @property
     def camera(self) -> Camera:
@@ -3688,9 +3983,9 @@ class RenderOptions:
         value at the low end of the colour map [1]; default 0.0
         """
     @property
-    def color_map(self) -> typing.Literal["viridis", "magma", "diverging"]:
+    def color_map(self) -> str:
         """
-        colour map: viridis | magma | diverging (blue to red); default 'viridis'
+        colour map: a name of matplotlib, such as viridis, magma, cividis or RdBu_r, or diverging, which is coolwarm; diverging maps are centred on the neutral value; default 'viridis'
         """
     @property
     def field_lines(self) -> int:
@@ -3720,7 +4015,7 @@ class RenderOptions:
     @property
     def pattern(self) -> typing.Literal["weave", "checker", "plain"]:
         """
-        pattern on the cloth: weave | checker | plain; default 'weave'
+        pattern on cloth that has no texture: weave | checker | plain; default 'weave'
         """
     @property
     def samples(self) -> int:
@@ -3759,11 +4054,48 @@ class Curves:
         1 (red) to -1 (blue); radius of the tubes [m].
         """
 
+class CameraFit:
+    """
+    Finds a camera that shows cloth and bodies of several frames as large as possible. The direction of view is that of the camera of the options.
+    """
+    def __init__(self, topology: FrameTopology, options: RenderOptions) -> None: ...
+    def camera(self) -> Camera:
+        """
+        Returns the camera.
+        """
+    def include(self, frame: Frame) -> None:
+        """
+        Includes a frame.
+        """
+
 class Renderer:
     """
     Draws frames of one run without a display, by OSMesa or else by EGL.
     """
-    def __init__(self, topology: FrameTopology, options: RenderOptions = ...) -> None: ...
+    def __init__(
+        self,
+        topology: FrameTopology,
+        options: RenderOptions = ...,
+        table: typing.Annotated[numpy.typing.ArrayLike, numpy.uint8] | None = None,
+        diverging: bool = False,
+    ) -> None:
+        """
+        table (256 x 3): bytes, the colours of fields in sRGB; None: shades of grey. diverging: whether automatic colours are centred on the neutral value of a field
+        """
+    def color_ranges(
+        self,
+        frame: Frame,
+        value_ranges: collections.abc.Sequence[
+            tuple[
+                typing.SupportsFloat | typing.SupportsIndex,
+                typing.SupportsFloat | typing.SupportsIndex,
+            ]
+        ]
+        | None = None,
+    ) -> list[tuple[float, float]]:
+        """
+        Returns the values at both ends of the colours of each row of color_by, with value_ranges as in render; (0, 0) for a row that shows the cloth.
+        """
     def fit(self, first: Frame) -> None:
         """
         Fits the camera to this frame, usually the first of a run. Without this call, it is fitted to the first frame rendered.
@@ -3781,8 +4113,22 @@ class Renderer:
         | None = None,
     ) -> numpy.typing.NDArray[numpy.uint8]:
         """
-        Renders a frame, with curves if given, to (height x width x 3) bytes with rows from the top. Automatic colours span
+        Renders a frame, with curves if given, to (height x width x 3) bytes with rows from the top, or (height x width x 4) with alpha if the background is none. Automatic colours span
         value_ranges, one (minimum, maximum) for each row of color_by. By default they span the values of this frame.
+        """
+    def surfaces(
+        self, frame: Frame, curves: Curves | None = None
+    ) -> tuple[
+        numpy.typing.NDArray[numpy.float32],
+        numpy.typing.NDArray[numpy.float32],
+        numpy.typing.NDArray[numpy.int32],
+    ]:
+        """
+        Returns what the middle of each pixel shows, as a tuple of arrays with rows from the top.
+
+        depth (height x width): distance along the viewing direction [m], infinity without a surface
+        normal (height x width x 3): unit normal on the visible side, world frame; zero without a surface
+        id (height x width): 0 without a surface, from 1 the cloths, then bodies and obstacles in the order of the topology, and last the curves
         """
     def value_ranges(self, frame: Frame) -> list[tuple[float, float]]:
         """
@@ -3791,7 +4137,7 @@ class Renderer:
     @property
     def backend(self) -> str:
         """
-        library that provides OpenGL: osmesa | egl
+        library that provides OpenGL: osmesa | egl | softpipe
         """
 
 class State:
@@ -4087,6 +4433,11 @@ class Simulation:
         Triangles of all surfaces are numbered consecutively.
         """
     @property
+    def hierarchy_bytes(self) -> int:
+        """
+        Memory of the bounding-volume hierarchies, which every rank stores whole [bytes].
+        """
+    @property
     def loop_iterations(self) -> int:
         """
         Number of loop iterations that this rank has run within steps. It shows how the work is divided.
@@ -4166,6 +4517,13 @@ class Simulation:
         (n) internal row of each vertex
         """
 
+def body_color(
+    body: typing.SupportsInt | typing.SupportsIndex,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+    """
+    Colour of a body or obstacle without a look in linear RGB (3), by its number.
+    """
+
 def box(
     x: typing.SupportsFloat | typing.SupportsIndex,
     y: typing.SupportsFloat | typing.SupportsIndex,
@@ -4210,7 +4568,7 @@ def cloth_color(
     cloth: typing.SupportsInt | typing.SupportsIndex,
 ) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
     """
-    Front colour of a cloth in linear RGB (3), by its number in the scene.
+    Front colour of a cloth without a look in linear RGB (3), by its number in the scene.
     """
 
 def continuous(
@@ -4502,11 +4860,18 @@ def magnetic_solenoid(
 def magnetic_sphere(
     *, radius: typing.SupportsFloat | typing.SupportsIndex, polarization: typing.Any
 ) -> MagneticBody: ...
+@typing.overload
 def mass_properties(
     mesh: TriangleMesh, density: typing.SupportsFloat | typing.SupportsIndex
 ) -> MassProperties:
     """
     Returns the MassProperties of a closed mesh with a uniform density [kg/m^3]. Raises InvalidInput if the mesh is open or inside out.
+    """
+
+@typing.overload
+def mass_properties(body: RigidBody) -> MassProperties:
+    """
+    Returns the MassProperties of a RigidBody with a mesh.
     """
 
 def mpi_communicator(
@@ -4530,6 +4895,20 @@ def read_checkpoint(path: str) -> Checkpoint:
 def read_mesh(path: str, *, with_uv: bool = True) -> TriangleMesh:
     """
     Reads a TriangleMesh from an OBJ or PLY file. with_uv=False omits rest coordinates.
+    """
+
+def scalar_field(
+    name: str, topology: FrameTopology, frame: Frame
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    """
+    Values (n) of a field of color_by, other than strain_split, at the vertices of the cloth. Values of triangles are averaged with their rest areas as weights.
+    """
+
+def shown_color(
+    look: Look, otherwise: typing.Annotated[numpy.typing.ArrayLike, numpy.float32, "[3, 1]"]
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float32], "[3, 1]"]:
+    """
+    Colour of a look in linear RGB (3), or `otherwise` if the look has none.
     """
 
 def single_communicator() -> Communicator:
@@ -4595,7 +4974,7 @@ def write_mesh(path: str, mesh: TriangleMesh, *, text: bool = False) -> None:
 
 def write_png(path: str, image: typing.Annotated[numpy.typing.ArrayLike, numpy.uint8]) -> None:
     """
-    Writes an image of (height x width x 3) bytes as PNG.
+    Writes an image of (height x width x 3 or 4) bytes as PNG.
     """
 
 __version__: str

@@ -48,7 +48,7 @@ def launched_rank() -> int:
     return next((_count(name) for name in names if name in os.environ), 0)
 
 
-# Open MPI sets it to "none" if it binds no rank to processors.
+# Open MPI sets this variable to "none" if it does not bind ranks to processors.
 _BINDING = "OMPI_MCA_hwloc_base_binding_policy"
 
 
@@ -61,7 +61,7 @@ def default_threads() -> int:
     usable = default_thread_count()
     if "SLURM_STEP_ID" in os.environ and (given := _count("SLURM_CPUS_PER_TASK")):
         return min(usable, given)
-    # Variables of Open MPI, and of MPICH and Intel MPI
+    # Open MPI sets the first variable; MPICH and Intel MPI set the second.
     neighbours = _count("OMPI_COMM_WORLD_LOCAL_SIZE") or _count("MPI_LOCALNRANKS") or 1
     bound = "OMPI_COMM_WORLD_SIZE" in os.environ and os.environ.get(_BINDING) != "none"
     shared = (os.cpu_count() or usable) if bound else usable

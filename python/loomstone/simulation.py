@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import time
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -59,6 +60,7 @@ class Simulation(_core.Simulation):
     looks like a mistake, for example if bodies overlap at the start. `positions`, `velocities` and
     `external_forces` are copies that can be assigned. `state` provides views of the internal
     tables. `scene` and `integrator` are those that were given.
+    `preparation_seconds` is the wall time of creating the simulation [s].
 
     >>> import loomstone as ls
     >>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), pins=[0, 4])])
@@ -69,8 +71,9 @@ class Simulation(_core.Simulation):
     """
 
     # With slots, assigning to a misspelt name raises an error.
-    __slots__ = ("communicator", "integrator", "scene")
+    __slots__ = ("communicator", "integrator", "preparation_seconds", "scene")
     communicator: Communicator
+    preparation_seconds: float
     integrator: Integrator
     scene: Scene
 
@@ -83,6 +86,7 @@ class Simulation(_core.Simulation):
         communicator: Any = None,
         decomposition: Literal["predicted", "static", "dynamic"] = "predicted",
     ) -> None:
+        began = time.perf_counter()
         integrator = SemiImplicitEuler() if integrator is None else integrator
         _check_type("scene", scene, Scene)
         _check_type(
@@ -103,6 +107,7 @@ class Simulation(_core.Simulation):
             decomposition=decomposition,
         )
         self.communicator, self.integrator, self.scene = ranks, integrator, scene
+        self.preparation_seconds = time.perf_counter() - began
         found = implausible(self)
         for sentence in found if ranks.rank == 0 else []:
             warnings.warn(sentence, SceneWarning, stacklevel=2)
@@ -154,8 +159,8 @@ class Simulation(_core.Simulation):
             those of existing pictures are refused.
         verify : count the intersecting triangles of every frame exactly, and write the counts to
             frames.csv and the report
-        record_tasks : number of steps between two whose collision work is recorded for
-            `loomstone replay`; 0: none is recorded
+        record_tasks : record the collision work of every n-th step for `loomstone replay`; 0: of
+            none
         compression : level of the compression of frames, 0 (none) to 9 (deflate). Files become
             smaller by about a fifth; docs/cache.md gives the cost.
         control : function called before every step. It may write forces, pins and obstacle poses,

@@ -39,7 +39,7 @@ def simulated(directory: Path, triangles: int, duration: float) -> ls.Run:
 
 
 def shown(run: ls.Run, to: str, frame: int, settings: argparse.Namespace) -> str:
-    """Exports a run, draws a frame of it in Blender, and returns a line of figures."""
+    """Exports a run, draws a frame of it in Blender, and returns a line of sizes and times."""
     target = settings.out / SUFFIXES[to]
     begun = time.perf_counter()
     paths = run.export(target, to=to, overwrite=True)
@@ -71,7 +71,7 @@ def shown(run: ls.Run, to: str, frame: int, settings: argparse.Namespace) -> str
 def largest_distance(frame: ls.Frame, topology: ls.FrameTopology, path: str) -> float:
     """Returns the largest distance [m] between vertices of cloths in Blender and in a frame.
 
-    Blender keeps the order of vertices, followed by those that glTF repeats.
+    Blender keeps the order of the vertices and appends the vertices that glTF repeats.
     """
     with np.load(path) as arrays:
         found = [arrays[name] for name in sorted(arrays, key=int)]

@@ -23,8 +23,8 @@ INSIDE = Path(__file__).with_name("inside_blender_character.py")
 
 
 def largest_distance(obstacle: ls.Obstacle, wanted: np.ndarray) -> float:
-    """Returns the largest distance [m] from a vertex (frames x n x 3) to the nearest one of an
-    obstacle at the same frame.
+    """Returns the largest distance [m] from a vertex in `wanted` (frames x n x 3) to the nearest
+    vertex of the obstacle in the same frame.
     """
     frames = np.reshape(obstacle.vertex_positions, (len(wanted), -1, 3))
     pairs = zip(frames, wanted, strict=True)

@@ -1,7 +1,7 @@
 """Scenes whose fields are mutated at random by hypothesis, for faults.py and the tests.
 
-A mutated scene must either be refused by an error of loomstone, in one line, or simulate with
-finite positions and without intersections of cloth.
+A mutated scene must either be refused by an ls.Error of one line, or be simulated with finite
+positions and without intersections of cloth.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ MUTATIONS = st.fixed_dictionaries(
 
 
 def built(mutation: dict[str, Any]) -> ls.Simulation:
-    """Builds the simulation of a mutated scene. Raises an Error of loomstone if it is refused."""
+    """Returns the simulation of a mutated scene. Raises an ls.Error if the scene is refused."""
     size = mutation["size"] if 1e-3 <= mutation["size"] <= 1e3 else 0.2
     flat = ls.grid(size=(size, size), cells=(mutation["cells"],) * 2)
     shift = np.random.default_rng(mutation["seed"]).normal(size=(len(flat.vertices), 3))

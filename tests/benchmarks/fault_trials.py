@@ -58,7 +58,9 @@ class Whole:
         self.length = (self.out / "run.vtkhdf").stat().st_size
 
     def resumed(self, out: Path) -> str:
-        """Ends an interrupted run and compares it; returns what was kept."""
+        """Completes an interrupted run, compares it with this one, and returns whether the
+        interruption had left frames.
+        """
         begun = (out / "run.vtkhdf").exists()
         frames = len(ls.Run(out)) if begun else 0
         if begun:
@@ -79,9 +81,9 @@ def digest(out: Path) -> str:
 
 
 def killed(whole: Whole, out: Path, seed: int, kills: int = 0) -> str:
-    """Kills a run at random moments, after the first one while it resumes.
+    """Kills a run at a random moment, then resumes it and kills it again, as often as `kills` says.
 
-    kills : how often; 0: once or twice
+    kills : number of kills; 0: one or two
     """
     chance = random.Random(seed)
     words: list[Any] = ["run", whole.scene, "--out", out, "--threads", 1]
@@ -100,7 +102,7 @@ def killed(whole: Whole, out: Path, seed: int, kills: int = 0) -> str:
 
 
 def full_disk(whole: Whole, out: Path, seed: int) -> str:
-    """Fills the disk: no file may grow beyond a random size."""
+    """Simulates a full disk: no file can grow beyond a random size."""
     largest = int(random.Random(seed).uniform(0.01, 1.0) * whole.length)
 
     def limit() -> None:
@@ -133,7 +135,7 @@ cat out/report.json > "$5"
 
 
 def full_file_system(whole: Whole, out: Path, seed: int) -> str:
-    """Fills a file system in memory of random size, and enlarges it. Needs root."""
+    """Runs the scene in a tmpfs of random size, enlarges it and resumes the run. Needs root."""
     out.mkdir(parents=True)
     size = int(random.Random(seed).uniform(0.05, 1.2) * whole.length)
     report = out.parent / f"report-{seed}.json"
@@ -184,7 +186,7 @@ def damaged(content: bytes, seed: int) -> bytes:
     if seed % 10 == 1:
         return FOREIGN[seed // 10 % len(FOREIGN)] + chance.randbytes(chance.randrange(2000))
     changed = bytearray(content)
-    # Most bytes are values; those at the beginning describe the file.
+    # Even seeds change only the beginning, which describes the file. Most other bytes are values.
     end = len(content) if seed % 2 else min(len(content), 20000)
     for _ in range(1 + seed % 5):
         changed[chance.randrange(end)] ^= 1 << chance.randrange(8)
@@ -195,7 +197,7 @@ def damaged(content: bytes, seed: int) -> bytes:
 
 
 def read_damaged(place: Path, reader: str, seed: int) -> str:
-    """Reads a damaged file of `place`; an error must be one of loomstone, in one line."""
+    """Reads a damaged copy of a file in `place`. An error must be an ls.Error of one line."""
     content = damaged((place / reader).read_bytes(), seed)
     path = place / f"damaged-{reader}"
     path.mkdir(exist_ok=True)
@@ -222,7 +224,7 @@ def read_damaged(place: Path, reader: str, seed: int) -> str:
 
 
 def in_child(arguments: list[str], seeds: list[int], seconds: float) -> Iterator[tuple[int, str]]:
-    """Runs trials in child processes, which a crash, a hang or 4 GiB of memory ends.
+    """Runs trials in child processes. A crash, a hang or 4 GiB of memory ends only the child.
 
     Yields each seed with "read", "refused" or what went wrong. `arguments` start a program that
     takes seeds as further arguments and prints a line for each.
@@ -256,7 +258,9 @@ def in_child(arguments: list[str], seeds: list[int], seconds: float) -> Iterator
 
 
 def together(make: Callable[[int], ls.Simulation], steps: int) -> tuple[list[str], list[str]]:
-    """Returns the digests of two simulations, one after the other and in two threads at once."""
+    """Returns the digests of the same two simulations, first run one after the other, and then at
+    the same time in two threads.
+    """
 
     def advanced(which: int) -> str:
         sim = make(which)

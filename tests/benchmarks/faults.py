@@ -51,7 +51,7 @@ def main() -> None:
 
 
 def try_all(experiment: str, trials: Trials, known: dict[tuple[str, str], str], out: Path) -> None:
-    """Tries what is not known yet, and appends the results to the file `out`."""
+    """Performs the trials without a known result, and appends their results to the file `out`."""
     for trial, act in trials:
         if (experiment, trial) in known:
             continue
@@ -191,7 +191,7 @@ def sixty_seconds(name: str, duration: float) -> str:
         f"memory {memory[0]:.1f} and {memory[2]:.1f} MB, a step takes {1e3 * seconds[0]:.2f} and"
         f" {1e3 * seconds[2]:.2f} ms, in the first and the last third"
     )
-    # The first third contains the fall, in which cloth has fewer contacts than at rest.
+    # The last third is compared with the second: in the first, cloth falls and has fewer contacts.
     assert memory[2] < memory[1] + 5.0 and seconds[2] < 1.5 * seconds[1] + 1e-3, told
     return told
 

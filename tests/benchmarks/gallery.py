@@ -25,7 +25,7 @@ import numpy as np
 from loomstone.runs.scene_file import SceneFile
 from smoke import ROOT, SCENES, package, parsed
 
-# Instants [s] that show the scene best; the end of the others.
+# Instants [s] at which these scenes are drawn. The other scenes are drawn at their end.
 INSTANTS = {
     "bin": 2.0,
     "dragon": 0.5,
@@ -50,7 +50,7 @@ def processor_seconds() -> float:
 
 
 def call(*arguments: str) -> None:
-    """Runs a command of loomstone; ends with the last line of its error if it fails."""
+    """Runs a command of loomstone. If it fails, exits with the last line of its error message."""
     command = [sys.executable, "-m", "loomstone", *arguments]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:

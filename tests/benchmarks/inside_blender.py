@@ -25,7 +25,7 @@ def load(order: dict) -> None:
     if files[0].suffix == ".usdc":
         bpy.ops.wm.usd_import(filepath=str(files[0]))
     elif files[0].suffix == ".glb":
-        # The first frame is flat, from which the importer would conclude that all frames are.
+        # The cloth is plane in the first frame. The importer would infer flat shading from it.
         bpy.ops.import_scene.gltf(filepath=str(files[0]), import_shading="SMOOTH")
     elif files[0].suffix == ".abc":
         bpy.ops.wm.alembic_import(filepath=str(files[0]))
@@ -35,7 +35,7 @@ def load(order: dict) -> None:
 
 
 def load_caches(files: list[Path]) -> None:
-    """Imports OBJ files, and moves those that have a point cache by a Mesh Cache modifier."""
+    """Imports OBJ files. If a file has a point cache, a Mesh Cache modifier moves its mesh."""
     caches = {path.stem: path for path in files if path.suffix != ".obj"}
     for path in files:
         if path.suffix != ".obj":

@@ -1,6 +1,7 @@
-"""A scene compared with other programs, in one run on one machine: seconds per 25 Hz frame, largest
-stretch and intersecting triangles. For the swing, the last column is the energy that is left at the
-end, as a share of that at the start; the energy of the sheet at rest is subtracted from both.
+"""Compares loomstone with other programs on one scene, in one run on one machine: seconds per frame
+at 25 Hz, largest stretch and intersecting triangles. For the swing, the last column is the energy
+that is left at the end, as a share of that at the start; the energy of the sheet at rest is
+subtracted from both.
 
     python tests/benchmarks/peers.py --shared ../shared [--scene drape|twist|swing] [--step 4e-3]
             [--peer-python PYTHON] [--mujoco]

@@ -1,4 +1,4 @@
-"""Pictures of chapter 5 of the thesis, redone: each is a picture in the directory `out`.
+"""Redraws figures of chapter 5 of the thesis. Each becomes one picture in the directory `out`.
 
     python tests/benchmarks/rank_figures.py [--figures 5.1 5.4 5.5 5.6 --out out/figures]
 
@@ -48,7 +48,7 @@ def colors(triangles: NDArray[np.int32], parts: NDArray[np.int64]) -> NDArray[np
 def painted(sim: ls.Simulation, scene: ls.Scene, positions: NDArray[np.float64]) -> ls.Simulation:
     """Returns a simulation that shows the partitions of the only cloth of a scene.
 
-    Each colour is a cloth of its own.
+    The simulation has one cloth for each colour of the partitions.
     """
     cloth = scene.cloths[0]
     mesh, triangles = cloth.mesh, sim.topology.triangles
@@ -86,7 +86,7 @@ def partitions(name: str, options: argparse.Namespace, times: tuple[float, ...])
 
 
 def figure_1(options: argparse.Namespace) -> None:
-    """Figure 5.1, the folded sheet from close by."""
+    """Draws figure 5.1, a close view of the folded sheet."""
     camera = ls.Camera(fit=False, eye=(0.26, -0.22, 0.12), target=(0.0, 0.0, 0.03))
     pictures = seen(
         "fold", options, (0.4, 0.6, 1.6), look=lambda look, frame: look.replace(camera=camera)

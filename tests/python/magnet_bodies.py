@@ -32,7 +32,7 @@ def total_momenta(sim: ls.Simulation, scene: ls.Scene) -> tuple[np.ndarray, np.n
     """Returns linear momentum, and angular momentum about the origin."""
     state, linear, angular = sim.state, np.zeros(3), np.zeros(3)
     for b, body in enumerate(scene.bodies):
-        properties = ls.meshes.mass_properties(body.mesh, body.density)
+        properties = ls.meshes.mass_properties(body)
         turn = rotation_of(state.body_orientations[b]).as_matrix()
         p = properties.mass * state.body_velocities[b]
         linear += p

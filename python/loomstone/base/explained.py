@@ -27,11 +27,11 @@ _REJECTED = re.compile(r"(\w+)\(\): incompatible (constructor|function) argument
 
 
 class WrongArguments(TypeError):
-    """The number or the types of the arguments of a function of the core are wrong."""
+    """A function of the core was called with arguments of the wrong number or type."""
 
 
 def _sentence(text: str) -> str:
-    """Returns what pybind11 reports in several lines as one sentence."""
+    """Turns the report of pybind11, which has several lines, into one sentence."""
     found = _REJECTED.match(text)
     assert found is not None
     name, constructor = found[1], found[2] == "constructor"

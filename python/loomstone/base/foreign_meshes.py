@@ -45,7 +45,8 @@ def converted(value: Any) -> TriangleMesh | None:
 def triangles_of_cells(cells: Any) -> np.ndarray[Any, np.dtype[np.int64]]:
     """Returns the triangles (m x 3) of meshio's cell blocks, with polygons split into fans.
 
-    Points and lines are ignored. Raises InvalidInput if there are other cells and no triangles.
+    Points and lines are ignored. Raises InvalidInput if there are no flat triangles or polygons, or
+    if there are quadratic ones.
     """
     kinds = sorted({block.type for block in cells} - set(_IGNORED))
     faces = [np.asarray(block.data, int) for block in cells if block.type in _FACES]

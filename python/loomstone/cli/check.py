@@ -22,7 +22,7 @@ def check(
     p: Parameters = [],  # noqa: B006
     render: Annotated[
         Path | None,
-        typer.Option(help="picture (PNG) of the start, vertices of intersecting triangles marked"),
+        typer.Option(help="picture (PNG) of the start; marks vertices of intersecting triangles"),
     ] = None,
     trust: Trust = False,
 ) -> None:

@@ -24,7 +24,7 @@ def export(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="file, or directory for pc2, mdd, obj and ply; default: in the run"),
+        typer.Option(help="file, or directory for pc2, mdd, obj, ply; default: in directory RUN"),
     ] = None,
     frames: Annotated[
         str | None, typer.Option(metavar="A:B", help="only frames A to B - 1; default: all")

@@ -14,7 +14,7 @@ from .options import Threads
 
 @app.command()
 def fabrics(
-    as_json: Annotated[bool, typer.Option("--json", help="all fields, for programs")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="print all fields, as JSON")] = False,
 ) -> None:
     """Lists the fabrics of loomstone.fabrics.
 
@@ -39,7 +39,7 @@ def fabrics_report(
         typer.Option(
             "-p",
             "--parameter",
-            help="triangles of a draped specimen, or number of specimens, as name=value",
+            help="triangles=N (of each draped specimen) or specimens=N; may be repeated",
         ),
     ] = [],  # noqa: B006
     out: Annotated[Path, typer.Option(help="directory for report.json and drape.png")] = Path(

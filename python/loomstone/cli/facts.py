@@ -1,4 +1,4 @@
-"""The content of files for programs, which `loomstone info --json` prints."""
+"""What `loomstone info --json` prints: the content of a file as values for other programs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["facts"]
 
 
 def facts(path: Path) -> dict[str, Any]:
-    """Returns the content of a run, cache file, checkpoint, mesh or scene file by name."""
+    """Returns the content of a run, cache file, checkpoint, mesh or scene file as named values."""
     if not path.exists():
         raise CacheError(f"{path}: no such file or directory")
     if path.is_dir() or path.suffix == ".vtkhdf":

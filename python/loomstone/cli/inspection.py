@@ -10,6 +10,7 @@ import numpy as np
 from .. import _core, meshes
 from .._core import CacheError, Error, Frame, InvalidInput, TriangleMesh
 from ..integrators import from_record, step_text
+from ..pictures.renderer import Renderer
 from ..runs.cache import Run
 from ..runs.checkpoints import checkpoint_files, latest_checkpoint
 from ..runs.scene_file import SceneFile
@@ -155,7 +156,7 @@ def check_scene(file: SceneFile, picture: Path | None) -> bool:
     if picture:
         frame = _marked(simulation.frame(), simulation, pairs)
         look = file.render.replace(color_by="contact", wireframe=True) if pairs else file.render
-        _core.write_png(str(picture), _core.Renderer(simulation.topology, look).render(frame))
+        _core.write_png(str(picture), Renderer(simulation.topology, look).render(frame))
         print(f"picture: {picture}")
     if problem:
         print(f"refused: {problem}")
@@ -179,8 +180,8 @@ def event_lines(run: Run, summary: dict[str, Any]) -> list[str]:
     if not summary.get("events"):
         return []
     lines = [
-        f"asynchronous steps: {summary['events']} events of triangles; if all had the shortest"
-        f" step, {summary['synchronous_events']}"
+        f"asynchronous steps: {summary['events']} events of triangles, instead of"
+        f" {summary['synchronous_events']} if all triangles had the shortest step"
     ]
     checkpoint = latest_checkpoint(run.directory)
     if checkpoint is None:
@@ -234,9 +235,9 @@ def energy_lines(summary: dict[str, Any]) -> list[str]:
         lines.append(f"work: {listed(work)}")
     lines.append(f"losses: {listed(account) or '0 J'}")
     lines.append(
-        f"energy less work, over its start: at most {summary['largest_energy_balance']:.2%}"
+        f"rise of energy less work: at most {summary['largest_energy_balance']:.2%}"
         f" ({summary['largest_contact_balance']:.2%} with contacts),"
-        f" {summary['energy_balance_at_end']:.2%} at the end, in parts of the largest kinetic"
+        f" {summary['energy_balance_at_end']:.2%} at the end, relative to the largest kinetic"
         f" energy, {summary['largest_kinetic_energy']:.3g} J"
     )
     return lines
@@ -246,12 +247,12 @@ def _gain_lines(report: dict[str, Any]) -> list[str]:
     lines = []
     for name, tolerated, which in (
         ("largest_energy_balance", 0.02, ""),
-        ("largest_contact_balance", 0.05, ", with that of contacts,"),
+        ("largest_contact_balance", 0.05, " (including that of contacts)"),
     ):
         if report.get(name, 0.0) > tolerated:
             lines.append(
-                f"energy{which} less work rose above its start by {100 * report[name]:.3g} % of the"
-                " largest kinetic energy"
+                f"energy{which} less work rose by {100 * report[name]:.3g} % of the largest kinetic"
+                " energy"
             )
     return lines
 
@@ -277,7 +278,7 @@ def report_text(report: dict[str, Any]) -> str:
         lines.extend(contact_lines(report))
     if report.get("unresolved_steps"):
         lines.append(
-            f"{report['unresolved_steps']} steps left impacts and at most"
+            f"{report['unresolved_steps']} steps left impacts unresolved, and at most"
             f" {report.get('most_intersections', 0)} triangle pairs intersected: scripted"
             " motion leaves the cloth no room (columns of steps.csv)"
         )

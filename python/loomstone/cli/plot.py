@@ -9,26 +9,32 @@ import typer
 
 from .._core import CacheError, InvalidInput
 from ..pictures import plots
+from ..pictures.parallel import plot_parallel
 from ..runs.cache import Run
+from ..runs.parallel import read_parallel
 from ..runs.steps import read_steps
 from .application import app, session
 from .options import one_of
 
+KINDS = (*plots.KINDS, "parallel")
+
 
 @app.command()
 def plot(
-    run: Annotated[
-        Path,
+    runs: Annotated[
+        list[Path],
         typer.Argument(
-            help="directory of a run, or `force` or `torque` for magnets given by --mesh"
+            help="directory of a run (several with --what parallel), or `force` or `torque` for"
+            " magnets given by --mesh",
+            metavar="RUN...",
         ),
     ],
     what: Annotated[
-        str, typer.Option(help=" | ".join(plots.KINDS), autocompletion=one_of(plots.KINDS))
+        str, typer.Option(help=" | ".join(KINDS), autocompletion=one_of(KINDS))
     ] = "energy",
     out: Annotated[
         Path | None,
-        typer.Option(help="picture to write; default: WHAT.png in the run, or force.png"),
+        typer.Option(help="picture to write; default: WHAT.png in the first run, or force.png"),
     ] = None,
     mesh: Annotated[
         list[Path],
@@ -50,26 +56,27 @@ def plot(
 
     For a run, plots energy, stages, contacts, stretch, strain, iterations or step from its
     steps.csv. The plot of strain shows the largest strain in each direction, its excess over
-    limits, and the sweeps of strain limiting. `force` plots the force of one magnet on another
-    against the gap between them. `torque` plots the torque against the angle by which one of them
-    is turned.
+    limits, and the sweeps of strain limiting. The plot of parallel work compares runs of a scene on
+    several numbers of ranks, with the predictions of `loomstone replay`. It averages runs on
+    equally many ranks. `force` plots the force of one magnet on another against the gap between
+    them. `torque` plots the torque against the angle by which one of them is turned.
 
     \b
         loomstone plot out/drape --what stages
+        loomstone plot out/one out/two out/two-again --what parallel
         loomstone plot force --mesh magnet.obj --magnetization 0,0,1.2 --out force.png
     """
     with session(parallel=False):
+        run = _only_run(runs, what)
         if str(run) in ("force", "torque") and not run.is_dir():
             from ..magnetics.mesh_pictures import curve_of_meshes, numbers
 
             jay, along = numbers(magnetization, "--magnetization"), numbers(axis, "--axis")
-            target = out or Path(f"{run}.png")
-            path = curve_of_meshes(str(run), mesh, jay, along, reach, target)
-        elif what not in plots.KINDS:
-            raise InvalidInput(f"plot must be one of {', '.join(plots.KINDS)}, got {what!r}")
+            path = curve_of_meshes(str(run), mesh, jay, along, reach, out or Path(f"{run}.png"))
+        elif what not in KINDS:
+            raise InvalidInput(f"plot must be one of {', '.join(KINDS)}, got {what!r}")
         else:
-            target = out or run / f"{what}.png"
-            path = plots.plot_steps(read_steps(run), target, kind=what, title=_title(run))
+            path = _plot_runs(runs, what, out or run / f"{what}.png")
         print(f"plot: {path}")
 
 
@@ -113,6 +120,20 @@ def field(
         if slice_:
             magnet = pictures.magnet_of(mesh, polarization)
             print(f"slice: {figures.plot_slice(magnet, slice_, plane=plane)}")  # type: ignore[arg-type]
+
+
+def _only_run(runs: list[Path], what: str) -> Path:
+    """Returns the first run. Raises InvalidInput if there are others that are not plotted."""
+    if len(runs) > 1 and what != "parallel":
+        raise InvalidInput(f"only --what parallel plots several runs, got {len(runs)} for {what}")
+    return runs[0]
+
+
+def _plot_runs(runs: list[Path], what: str, target: Path) -> Path:
+    if what == "parallel":
+        shared = [read_parallel(run) for run in runs]
+        return plot_parallel(shared, target, title=_title(runs[0]))
+    return plots.plot_steps(read_steps(runs[0]), target, kind=what, title=_title(runs[0]))
 
 
 def _title(directory: Path) -> str:

@@ -36,9 +36,9 @@ def replay(
     """Predicts the time of collision searches on many ranks.
 
     Uses the motions that `loomstone run --record-tasks` has recorded. Measures the work of each
-    search on one thread, divided for each number of ranks, and simulates how the ranks share it.
-    Prints the time of a recorded step and the efficiency, which is the time on one rank over the
-    time of all ranks together. Writes replay.csv into the run.
+    search on one thread, and simulates how the ranks share it. Prints the time of a recorded step
+    and the efficiency, which is the time on one rank divided by the sum of the times of all ranks.
+    Writes replay.csv into the run.
 
     \b
         loomstone run scenes/drape.py --record-tasks 20
@@ -48,7 +48,7 @@ def replay(
         for name in decomposition:
             if name not in replays.REPLAYED:
                 raise InvalidInput(
-                    f"--decomposition must be {' or '.join(replays.REPLAYED)}, got {name!r}"
+                    f"--decomposition must be predicted, static or dynamic, got {name!r}"
                 )
         for what, value in (("latency", latency), ("overhead", overhead)):
             if not 0.0 <= value < math.inf:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import platform
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
@@ -141,8 +143,9 @@ def resume(
     If frames/ contains pictures, drawing continues with their options. If it contains none,
     --render starts drawing. Missing pictures are drawn at the end.
 
-    A run contains the program of its scene file. It runs if it equals the scene file at hand, or
-    with --trust: a run from a stranger contains his program.
+    A run contains the program of its scene file. This program is executed only if it equals the
+    scene file at hand, or with --trust. The program of a run from a stranger can do anything that
+    you can do.
 
     \b
         loomstone resume out/drape
@@ -190,6 +193,15 @@ class _Task:
     overwrite: bool = False
 
 
+def _place(threads: int) -> str:
+    """Describes where this rank runs."""
+    allowed, n_processors = sorted(os.sched_getaffinity(0)), os.cpu_count() or 1
+    where = f"bound to processors {','.join(map(str, allowed))} of {n_processors}"
+    if len(allowed) == n_processors:
+        where = f"not bound, {n_processors} processors"
+    return f"host {platform.node()}, {threads} threads, {where}"
+
+
 def _advance(task: _Task, communicator: Communicator, words: Words) -> None:
     """Runs a task.
 
@@ -210,6 +222,9 @@ def _advance(task: _Task, communicator: Communicator, words: Words) -> None:
         f"{simulation!r}, {step_text(task.integrator)}, {simulation.threads} threads,"
         f" {simulation.ranks} ranks"
     )
+    if communicator.size > 1:
+        for rank, place in enumerate(communicator.gather(_place(simulation.threads))):
+            words.say(f"rank {rank}: {place}")
     way_on = f"continue with: loomstone resume {shlex.quote(str(task.directory))}"
     try:
         report = execute(

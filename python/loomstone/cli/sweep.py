@@ -45,14 +45,14 @@ def sweep(
     integrator: Annotated[str | None, typer.Option(help="as in loomstone run")] = None,
     threads: Annotated[int, typer.Option(help="number of threads of each run", min=1)] = 1,
     jobs: Annotated[
-        int, typer.Option(help="runs at a time on this machine; 0: one per --threads", min=0)
+        int, typer.Option(help="number of simultaneous runs; 0: processors / --threads", min=0)
     ] = 0,
     scheduler: Annotated[
         str | None,
         typer.Option(help="address or file of a Dask scheduler, whose workers run the scene"),
     ] = None,
     plot: Annotated[
-        list[str], typer.Option(help="figure of the table to plot; may be repeated")
+        list[str], typer.Option(help="name of a figure of the report to plot; may be repeated")
     ] = list(FIGURES),  # noqa: B006
 ) -> None:
     """Runs a scene for all combinations of parameters.

@@ -36,7 +36,7 @@ class Words:
             print(line, file=sys.stdout if self._text else sys.stderr, flush=True)
 
     def json(self, content: dict[str, Any]) -> None:
-        """Prints a JSON object if that is what the command prints."""
+        """Prints a JSON object if the user has asked for JSON."""
         if self._rank == 0 and self._as_json:
             print(json.dumps(content, indent=1, default=str), flush=True)
 

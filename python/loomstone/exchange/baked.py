@@ -23,7 +23,7 @@ def read_parts(
     """Reads the meshes of a USD or glTF file, and the times [s] at which their motion is sampled.
 
     rate : samples per second [1/s]; None: that of the file, or 60 for glTF
-    animation : names of animations in a glTF file; none: its only one; None: at rest
+    animation : names of animations in a glTF file; an empty list: its only one; None: at rest
 
     Raises CacheError if the file cannot be read, and InvalidInput if it has no meshes or no such
     animation.
@@ -46,7 +46,7 @@ def read_parts(
 
 
 def joined(path: Path, parts: list[Part], names: list[str] | None) -> Part:
-    """Joins parts to one; vertices that always coincide become one vertex.
+    """Joins parts into one part; vertices that always coincide become one vertex.
 
     names : names of the parts that are used; None: all
     """
@@ -66,7 +66,7 @@ def joined(path: Path, parts: list[Part], names: list[str] | None) -> Part:
 
 
 def mesh_at_rest(path: Path) -> TriangleMesh:
-    """Reads all meshes of a file as one mesh: at the first frame of USD, or glTF's rest pose."""
+    """Reads all meshes of a file as one mesh, in the first frame (USD) or the rest pose (glTF)."""
     parts, _ = read_parts(path, rate=None, animation=None)
     whole = joined(path, parts, None)
     try:

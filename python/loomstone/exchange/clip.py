@@ -59,6 +59,7 @@ class Clip:
             frames = 1 if motion.rigid else len(self)
             size += frames * (24 * len(motion.first) + 2**10) + 60 * len(surface.triangles)
             size += 8 * len(surface.uv) + 2**8 * len(self)
+            size += 2**12 + surface.texture.nbytes if surface.texture is not None else 0
         return size
 
     def __len__(self) -> int:

@@ -10,8 +10,10 @@ __all__ = ["corner_normals"]
 
 
 def corner_normals(points: Floats, triangles: Indices, crease: float = 40.0) -> Floats:
-    """Returns unit normals (3 m x 3): at each corner the mean over the triangles around its vertex
-    whose normals differ by less than `crease` [degrees] from its own, weighted by area.
+    """Returns the unit normals at the corners (3 m x 3).
+
+    The normal at a corner is the mean, weighted by area, over the triangles around its vertex whose
+    normals differ by less than `crease` [degrees] from that of the triangle of the corner.
     """
     a, b, c = (points[triangles[:, k]] for k in range(3))
     area = np.cross(b - a, c - a)
@@ -29,7 +31,7 @@ def corner_normals(points: Floats, triangles: Indices, crease: float = 40.0) -> 
 
 
 def _pairs_around_vertices(triangles: Indices) -> tuple[Indices, Indices]:
-    """Returns all pairs of corners that share a vertex, each with itself too."""
+    """Returns all pairs of corners that share a vertex, and the pair of each corner with itself."""
     vertex = triangles.reshape(-1)
     order = np.argsort(vertex, kind="stable")
     _, first, count = np.unique(vertex[order], return_index=True, return_counts=True)

@@ -19,7 +19,7 @@ __all__ = ["FORMATS", "Format", "export_run", "format_of"]
 Format = Literal["usd", "gltf", "alembic", "pc2", "mdd", "obj", "ply"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 
-# Suffixes of the formats that are one file; the first is the default.
+# Suffixes of the formats that have a single file; the first is the default.
 _FILES: dict[Format, tuple[str, ...]] = {
     "usd": (".usdc", ".usd", ".usda"),
     "gltf": (".glb", ".gltf"),
@@ -60,7 +60,7 @@ def export_run(
 
 
 def format_of(name: str | None) -> Format | None:
-    """Returns a name as a format, or None; raises InvalidInput if it is none."""
+    """Returns a name as a format, and None for None. Raises InvalidInput for unknown names."""
     found: Format | None = next((known for known in FORMATS if known == name), None)
     if found is None and name is not None:
         raise InvalidInput(f"to must be one of {', '.join(FORMATS)}, got {name!r}")
@@ -70,7 +70,7 @@ def format_of(name: str | None) -> Format | None:
 def _target(
     run: FramesOfRun, out: str | os.PathLike[str] | None, to: Format | None
 ) -> tuple[Path, Format]:
-    """Returns path and format, each of which may be left to follow from the other."""
+    """Returns path and format. If one of them is not given, it follows from the other."""
     to = format_of(to)
     if out is None:
         if to is None:

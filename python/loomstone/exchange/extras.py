@@ -1,4 +1,4 @@
-"""Import of packages that only some files need."""
+"""Import of packages that are needed only for some file formats."""
 
 from __future__ import annotations
 
@@ -14,8 +14,15 @@ _PACKAGES = {
     "pygltflib": "pygltflib",
     "alembic3d": "alembic3d",
     "imath": "alembic3d",
+    "OpenEXR": "OpenEXR",
 }
-_EXTRAS = {"pxr": "usd", "pygltflib": "gltf", "alembic3d": "alembic", "imath": "alembic"}
+_EXTRAS = {
+    "pxr": "usd",
+    "pygltflib": "gltf",
+    "alembic3d": "alembic",
+    "imath": "alembic",
+    "OpenEXR": "exr",
+}
 
 
 def imported(module: str, what: object) -> Any:

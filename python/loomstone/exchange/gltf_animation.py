@@ -20,12 +20,13 @@ class Channel:
     node: int
     path: str  # translation, rotation, scale or weights
     times: Floats  # (k) ascending [s]
-    values: Floats  # (k x c), or (k x 3 x c) with tangents: in-tangent, value, out-tangent
+    # (k x c) for c components; (k x 3 x c) for CUBICSPLINE, with in-tangent, value and out-tangent
+    values: Floats
     interpolation: str  # LINEAR, STEP or CUBICSPLINE
 
 
 def channels_of(file: GltfFile, names: list[str]) -> list[Channel]:
-    """Returns the channels of the animations of these names, or of the only one if there are none.
+    """Returns the channels of the named animations, or of the only animation if no name is given.
 
     If several animations move the same property, the last one counts.
     """
@@ -39,8 +40,8 @@ def channels_of(file: GltfFile, names: list[str]) -> list[Channel]:
     listed = ", ".join(map(repr, known))
     if not names and len(known) > 1:
         raise InvalidInput(
-            f"{file.path}: has several animations, {listed}; name one by animation, or a list of"
-            " those that run at the same time"
+            f"{file.path}: has several animations, {listed}; give animation=..., one of these"
+            " names, or a list of those that run at the same time"
         )
     if unknown := [name for name in names if name not in known]:
         raise InvalidInput(f"{file.path}: animation must be one of {listed}, got {unknown[0]!r}")

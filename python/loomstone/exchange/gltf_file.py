@@ -55,14 +55,16 @@ class GltfFile:
         items = getattr(self.content, kind)
         if index is None or not 0 <= index < len(items):
             raise InvalidInput(
-                f"{self.path}: {of} refers to {kind}[{index}], but the file has {len(items)}"
+                f"{self.path}: {of} refers to {kind}[{index}], but the file has only {len(items)}"
             )
         return items[index]
 
     def array(self, index: int, of: str) -> Floats:
-        """Returns the values (count x columns) of an accessor as numbers, normalized if so marked.
+        """Returns the values (count x columns) of an accessor.
 
-        of : what they are, for messages
+        Integers that the accessor marks as normalized are divided by their largest value.
+
+        of : what the values are, for messages
         """
         accessor = self.item("accessors", index, of)
         columns = _COLUMNS[accessor.type]

@@ -26,7 +26,7 @@ def read_gltf(
     """Reads all meshes of the scene at the times of an animation [s], which begin at 0.
 
     rate : samples per second [1/s]; None: 60
-    animation : names of the animations; none: the only one; None: the rest pose
+    animation : names of the animations; an empty list: the only one; None: the rest pose
     """
     try:
         return _sampled(GltfFile(path), rate, animation)
@@ -82,8 +82,8 @@ class _Shape:
             self.skin = _skin(file, node.skin, self.name)
             if self.joints.max(initial=0) >= len(self.skin[0]):
                 raise InvalidInput(
-                    f"{file.path}: {self.name!r} uses joint {self.joints.max()} of its skin, which"
-                    f" has {len(self.skin[0])}"
+                    f"{file.path}: {self.name!r} uses joint {self.joints.max()}, but its skin has"
+                    f" only {len(self.skin[0])} joints"
                 )
 
     def vertices(self, poses: dict[int, Floats], weights: dict[int, Floats]) -> Floats:
@@ -98,7 +98,7 @@ class _Shape:
         return self.triangles[:, ::-1] if mirrored else self.triangles
 
     def _matrices(self, poses: dict[int, Floats]) -> Floats:
-        """Returns one matrix (4 x 4), or one for each vertex (n x 4 x 4) from its joints."""
+        """Returns the matrix (4 x 4) to world space; with joints, one per vertex (n x 4 x 4)."""
         if self.skin is None:
             return poses[self.node]
         joints, inverse = self.skin
@@ -135,7 +135,7 @@ def _triangles(file: GltfFile, primitive: Any, name: str, points: int) -> Indice
         corners = file.array(primitive.indices, f"indices of {name!r}")[:, 0].astype(np.int64)
     if corners.max(initial=0) >= points:
         raise InvalidInput(
-            f"{file.path}: {name!r} refers to vertex {corners.max()}, but has {points}"
+            f"{file.path}: {name!r} refers to vertex {corners.max()}, but has only {points}"
         )
     mode = 4 if primitive.mode is None else primitive.mode
     k = np.arange(max(len(corners) - 2, 0))
@@ -149,7 +149,7 @@ def _triangles(file: GltfFile, primitive: Any, name: str, points: int) -> Indice
 
 
 def _joints(file: GltfFile, attributes: Any, name: str) -> tuple[NDArray[np.int64], Floats]:
-    """Returns the joints (n x k) of all vertices and their shares (n x k), which add to 1."""
+    """Returns the joints (n x k) that move each vertex, and their weights (n x k) with sum 1."""
     joints, shares = [], []
     for number in range(8):
         index = getattr(attributes, f"JOINTS_{number}", None)

@@ -18,7 +18,7 @@ from .clip import Clip
 from .corner_normals import corner_normals
 from .extras import imported
 from .motions import Motion
-from .surfaces import Floats, Indices, Surface, vertex_normals
+from .surfaces import Bytes, Floats, Indices, Surface, png_bytes, vertex_normals
 
 __all__ = ["write_gltf"]
 
@@ -26,6 +26,7 @@ _LARGEST = 2**32 - 1  # of a binary glTF [bytes]
 _KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 _FLOAT, _UNSIGNED = 5126, 5125
 _VERTICES, _INDICES = 34962, 34963  # targets of buffer views
+_REPEAT = 10497
 
 
 def write_gltf(path: Path, clip: Clip) -> None:
@@ -86,7 +87,8 @@ class _Document:
         )
         if len(surface.uv):
             uv = np.empty((len(source), 2))
-            uv[corners.reshape(-1)] = surface.uv[surface.uv_triangles.reshape(-1)]
+            source_uv = surface.uv if surface.texture is None else surface.texture_uv
+            uv[corners.reshape(-1)] = source_uv[surface.uv_triangles.reshape(-1)]
             uv[:, 1] = 1.0 - uv[:, 1]  # glTF counts v from the upper edge of a texture
             attributes.TEXCOORD_0 = self._array(uv.astype(np.float32), _VERTICES)
         primitives = [
@@ -95,10 +97,10 @@ class _Document:
                 indices=self._array(
                     corners[surface.material == k].reshape(-1).astype(np.uint32), _INDICES
                 ),
-                material=self._material(surface, color),
+                material=self._material(surface, k),
                 targets=[],
             )
-            for k, color in enumerate(surface.colors)
+            for k in range(len(surface.colors))
         ]
         made.meshes.append(gltf.Mesh(name=surface.name, primitives=primitives))
         node = len(made.nodes)
@@ -158,13 +160,16 @@ class _Document:
         made.set_binary_blob(bytes(self._content))
         return made
 
-    def _material(self, surface: Surface, color: Floats) -> int:
+    def _material(self, surface: Surface, number: int) -> int:
         gltf, made = self._gltf, self._made
         look = gltf.PbrMetallicRoughness(
-            baseColorFactor=[*map(float, color), 1.0],
+            baseColorFactor=[*map(float, surface.colors[number]), 1.0],
             metallicFactor=0.0,
-            roughnessFactor=0.9 if surface.is_cloth else 0.6,
+            roughnessFactor=float(surface.roughness),
         )
+        if surface.texture is not None and number == 0:
+            look.baseColorFactor = [1.0, 1.0, 1.0, 1.0]
+            look.baseColorTexture = gltf.TextureInfo(index=self._texture(surface.texture))
         made.materials.append(
             gltf.Material(
                 name=surface.name,
@@ -174,6 +179,19 @@ class _Document:
             )
         )
         return len(made.materials) - 1
+
+    def _texture(self, image: Bytes) -> int:
+        """Appends an image; returns the number of its texture."""
+        gltf, made = self._gltf, self._made
+        content = png_bytes(image)
+        made.bufferViews.append(
+            gltf.BufferView(buffer=0, byteOffset=len(self._content), byteLength=len(content))
+        )
+        self._content += content + bytes(-len(content) % 4)  # arrays start at multiples of 4
+        made.images.append(gltf.Image(bufferView=len(made.bufferViews) - 1, mimeType="image/png"))
+        made.samplers = made.samplers or [gltf.Sampler(wrapS=_REPEAT, wrapT=_REPEAT)]
+        made.textures.append(gltf.Texture(source=len(made.images) - 1, sampler=0))
+        return len(made.textures) - 1
 
     def _array(
         self, values: NDArray[Any], target: int | None = None, *, bounds: bool = False
@@ -202,7 +220,8 @@ class _Document:
 def _split(surface: Surface, motion: Motion, points: Floats) -> tuple[Indices, Indices, Floats]:
     """Repeats vertices whose corners differ in uv or normals.
 
-    Returns the vertex of the run for each vertex (k), corners (m x 3) and normals (k x 3).
+    Returns the vertices of the run that the vertices of the file repeat (k), the triangles of the
+    file (m x 3), and the normals at its vertices (k x 3).
     """
     corner_vertex = surface.triangles.reshape(-1)
     if motion.rigid:

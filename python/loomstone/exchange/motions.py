@@ -12,7 +12,8 @@ from .surfaces import Floats, Surface
 
 __all__ = ["Motion", "motions_of"]
 
-# Largest deviation from a rigid motion, in sizes of the surface: the rounding of single precision.
+# Largest deviation from a rigid motion, as a fraction of the size of the surface. It allows for
+# rounding to single precision.
 _RIGID = 1e-6
 
 
@@ -24,8 +25,8 @@ class Motion:
     still: bool
     rigid: bool  # also True if still
     centre: Floats  # (3) mean of the vertices in the first frame [m]
-    rotations: Floats  # (f x 3 x 3) from the first frame; identity if not rigid
-    centres: Floats  # (f x 3) where `centre` is [m]
+    rotations: Floats  # (f x 3 x 3) from the first frame to each; identity if not rigid
+    centres: Floats  # (f x 3) place of `centre` in each frame [m]
 
     @property
     def local(self) -> Floats:
@@ -34,7 +35,7 @@ class Motion:
 
     @property
     def quaternions(self) -> Floats:
-        """(f x 4) rotations as x, y, z, w; neighbours lie on the same half of the sphere."""
+        """(f x 4) rotations as x, y, z, w, with signs for interpolation along the shorter arc."""
         from scipy.spatial.transform import Rotation
 
         q: Floats = Rotation.from_matrix(self.rotations).as_quat()
@@ -89,7 +90,7 @@ def _extend(motion: Motion, index: int, positions: Floats) -> None:
 
 
 def _best_rotation(before: Floats, after: Floats) -> Floats:
-    """Returns the rotation that maps points to others with the least squares of deviations.
+    """Returns the rotation that maps `before` to `after` with the least squared deviation.
 
     Kabsch, "A solution for the best rotation to relate two sets of vectors", 1976.
     """

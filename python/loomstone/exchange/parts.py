@@ -37,9 +37,10 @@ class Part:
 
 
 def sample_times(path: Path, length: float, rate: float) -> Floats:
-    """Returns times from 0 to a length [s] with `rate` samples per second, at least both ends.
+    """Returns times from 0 to `length` [s] with `rate` samples per second.
 
-    Raises InvalidInput if there would be more than 100,000.
+    If this gives only the time 0, `length` is added. Raises InvalidInput if there would be more
+    than 100,000 times.
     """
     if not length * rate <= _MOST:
         raise InvalidInput(

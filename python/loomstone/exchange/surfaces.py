@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 from dataclasses import dataclass
 from typing import Any
@@ -10,15 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._core import Frame, FrameTopology
+from .._core import Frame, FrameTopology, Look
 
-__all__ = ["Floats", "Indices", "Surface", "surfaces_of", "vertex_normals"]
+__all__ = ["Bytes", "Floats", "Indices", "Surface", "png_bytes", "srgb",
+           "surfaces_of", "vertex_normals"]  # fmt: skip
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Bytes = NDArray[np.uint8]
 
-# Colours of bodies and of the poles of magnets in linear RGB, as in renderer/surface_shaders.cpp.
-_BODY = np.array([0.46, 0.45, 0.44])
+# Colours of the poles of magnets in linear RGB, as in renderer/surface_shaders.cpp.
 _NORTH = np.array([0.55, 0.05, 0.04])
 _SOUTH = np.array([0.04, 0.12, 0.50])
 
@@ -32,10 +34,13 @@ class Surface:
     is_cloth: bool
     vertices: slice  # its rows in the arrays of a frame
     triangles: Indices  # (m x 3) indices of its own vertices
-    uv: Floats  # (k x 2) rest coordinates [m]; no rows for bodies
-    uv_triangles: Indices  # (m x 3) indices into uv; no rows for bodies
+    uv: Floats  # (k x 2) rest coordinates [m]; no rows for bodies without a texture
+    uv_triangles: Indices  # (m x 3) indices into uv; no rows if uv has none
     colors: Floats  # (c x 3) linear RGB of its materials
     material: Indices  # (m) index into colors
+    roughness: float  # [1]
+    texture: Bytes | None  # (height x width x 3) sRGB, in place of the first color; None: no image
+    texture_uv: Floats  # (k x 2) uv in units of the image's size; no rows without an image
 
     def positions(self, frame: Frame) -> Floats:
         """Returns its vertices (n x 3) in a frame [m]."""
@@ -62,6 +67,22 @@ def vertex_normals(points: Floats, triangles: Indices) -> Floats:
     return np.where(length > 0.0, normals / np.where(length > 0.0, length, 1.0), (0.0, 0.0, 1.0))
 
 
+def png_bytes(image: Bytes) -> bytes:
+    """Returns an image (height x width x 3) as the content of a PNG file."""
+    from PIL import Image
+
+    content = io.BytesIO()
+    Image.fromarray(image).save(content, "PNG")
+    return content.getvalue()
+
+
+def srgb(linear: Any) -> Bytes:
+    """Returns linear RGB as bytes in sRGB."""
+    color = np.asarray(linear, float)
+    curve = np.where(color <= 0.0031308, 12.92 * color, 1.055 * color ** (1.0 / 2.4) - 0.055)
+    return np.rint(255.0 * np.clip(curve, 0.0, 1.0)).astype(np.uint8)
+
+
 def _cloth(topology: FrameTopology, index: int, taken: set[str]) -> Surface:
     name = topology.cloth_names[index]
     mine = np.flatnonzero(topology.cloth_of_triangle == index)
@@ -69,6 +90,8 @@ def _cloth(topology: FrameTopology, index: int, taken: set[str]) -> Surface:
     triangles = topology.triangles[mine].astype(np.int64) - rows.start
     corners = (3 * mine[:, None] + np.arange(3)).ravel()
     uv, uv_triangles = _uv_table(triangles, topology.corner_uv[corners])
+    look = topology.cloth_looks[index] if topology.cloth_looks else Look()
+    color = np.asarray(_core.shown_color(look, _core.cloth_color(index)), float)
     return Surface(
         name=name,
         identifier=_identifier(name, f"cloth{index}", taken),
@@ -77,8 +100,11 @@ def _cloth(topology: FrameTopology, index: int, taken: set[str]) -> Surface:
         triangles=triangles,
         uv=uv,
         uv_triangles=uv_triangles,
-        colors=np.asarray([_core.cloth_color(index)], np.float64),
+        colors=color[None],
         material=np.zeros(len(mine), np.int64),
+        roughness=0.9 if look.roughness is None else look.roughness,
+        texture=_image(look, color),
+        texture_uv=_texture_uv(look, uv),
     )
 
 
@@ -87,34 +113,66 @@ def _body(topology: FrameTopology, index: int, taken: set[str]) -> Surface:
     rows = _rows(topology.body_of_vertex, index)
     mine = topology.body_of_triangle == index
     triangles = topology.body_triangles[mine].astype(np.int64) - rows.start
-    colors = np.array([_BODY * (1.0 - 0.07 * (index % 3)), _NORTH, _SOUTH])
+    look = topology.body_looks[index] if topology.body_looks else Look()
+    color = np.asarray(_core.shown_color(look, _core.body_color(index)), float)
+    colors = np.array([color, _NORTH, _SOUTH])
     material = np.zeros(len(triangles), np.int64)
     if len(topology.body_pole):
         pole = topology.body_pole[rows][triangles].mean(1)
         material[pole > 0.03] = 1
         material[pole < -0.03] = 2
     used, material = np.unique(material, return_inverse=True)
+    uv, uv_triangles = np.empty((0, 2)), np.empty((0, 3), np.int64)
+    if look.texture is not None:
+        corners = (3 * np.flatnonzero(mine)[:, None] + np.arange(3)).ravel()
+        uv, uv_triangles = _uv_table(triangles, topology.body_corner_uv[corners])
     return Surface(
         name=name,
         identifier=_identifier(name, f"body{index}", taken),
         is_cloth=False,
         vertices=rows,
         triangles=triangles,
-        uv=np.empty((0, 2)),
-        uv_triangles=np.empty((0, 3), np.int64),
+        uv=uv,
+        uv_triangles=uv_triangles,
         colors=colors[used],
         material=material.reshape(-1),
+        roughness=0.6 if look.roughness is None else look.roughness,
+        texture=_image(look, color) if used[0] == 0 else None,
+        texture_uv=_texture_uv(look, uv),
     )
 
 
+def _image(look: Look, color: Floats) -> Bytes | None:
+    """Returns the texture of a look, over its color where the texture is transparent."""
+    if look.texture is None:
+        return None
+    share = look.texture[..., 3:] / 255.0
+    mixed = share * look.texture[..., :3] + (1.0 - share) * srgb(color)
+    return np.rint(mixed).astype(np.uint8)
+
+
+def _texture_uv(look: Look, uv: Floats) -> Floats:
+    """Returns uv in units of the size of the texture, as renderer/materials.cpp places it."""
+    if look.texture is None:
+        return np.empty((0, 2))
+    if look.texture_width > 0.0:
+        height, width = look.texture.shape[:2]
+        return np.asarray(uv / (look.texture_width * np.array([1.0, height / width])))
+    low, size = uv.min(0), np.ptp(uv, axis=0)
+    return np.asarray((uv - low) / np.where(size > 0.0, size, 1.0))
+
+
 def _rows(owner: NDArray[Any], index: int) -> slice:
-    """Returns the rows of an owner; all vertices of a surface are stored one after another."""
+    """Returns the slice of rows whose owner is `index`; they are stored one after another."""
     mine = np.flatnonzero(owner == index)
     return slice(int(mine[0]), int(mine[-1]) + 1)
 
 
 def _uv_table(triangles: Indices, corner_uv: Floats) -> tuple[Floats, Indices]:
-    """Joins corners of the same vertex with the same uv, and orders uv by their vertices."""
+    """Returns the uv (k x 2) and, for each triangle, the indices of its uv (m x 3).
+
+    Corners of the same vertex with the same uv share a row. The rows are ordered by vertex.
+    """
     keys = np.column_stack([triangles.reshape(-1), corner_uv])
     table, index = np.unique(keys, axis=0, return_inverse=True)
     return table[:, 1:], index.reshape(-1, 3)

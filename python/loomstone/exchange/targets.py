@@ -1,4 +1,4 @@
-"""Files that an export writes: complete or absent, and never in place of others by surprise."""
+"""Files that an export writes: they are complete or absent, and replace others only on request."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def check_free(path: Path, *, overwrite: bool) -> None:
 def unfinished(path: Path, *, size: int) -> Iterator[Path]:
     """Yields the path of a file that replaces `path` when it is complete.
 
-    If writing fails, the unfinished file is removed. Raises CacheError for errors of the system.
+    If writing fails, the unfinished file is removed, and an OSError becomes a CacheError.
 
     size : free space [bytes] that is required before writing begins
     """
@@ -53,7 +53,7 @@ def unfinished(path: Path, *, size: int) -> Iterator[Path]:
 def unfinished_directory(directory: Path) -> Iterator[Path]:
     """Yields the path of a new directory, whose files move to `directory` when all are complete.
 
-    If writing fails, the new directory is removed. Raises CacheError for errors of the system.
+    If writing fails, the new directory is removed, and an OSError becomes a CacheError.
     """
     partial = directory.with_name(f"unfinished-{directory.name}")
     try:
@@ -70,7 +70,7 @@ def unfinished_directory(directory: Path) -> Iterator[Path]:
 
 @contextmanager
 def _told(path: Path) -> Iterator[None]:
-    """Turns errors of the system into one sentence about `path`."""
+    """Turns an OSError into a CacheError with one sentence about `path`."""
     try:
         yield
     except CacheError:

@@ -84,7 +84,7 @@ def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
             _check_skin(f"{path}: {prim.GetPath()}", binding, stage.GetPrimAtPath(target), target)
         skinned = skinned or bool(targets)
     if skinned:
-        # BakeSkinning does not convert times between layers, so both need the same rate.
+        # BakeSkinning does not convert times between layers: this layer gets the rate of the stage.
         layer = stage.GetSessionLayer()
         layer.timeCodesPerSecond = stage.GetTimeCodesPerSecond()
         layer.framesPerSecond = stage.GetTimeCodesPerSecond()
@@ -111,7 +111,7 @@ def _check_skin(where: str, binding: Any, prim: Any, target: Any) -> None:
     count = joints if own is None else len(own)
     if used.min() < 0 or used.max() >= count:
         wrong = used.min() if used.min() < 0 else used.max()
-        raise InvalidInput(f"{where} uses joint {wrong} of its skeleton, which has {count}")
+        raise InvalidInput(f"{where} uses joint {wrong}, but its skeleton has {count} joints")
 
 
 def _to_metres(stage: Any) -> Floats:
@@ -161,8 +161,8 @@ def _triangles(where: str, counts: NDArray[Any], corners: NDArray[Any], points: 
         or np.any((corners < 0) | (corners >= points))
     ):
         raise InvalidInput(
-            f"{where}: must have faces of its {points} points, got {len(corners)} corners for"
-            f" {len(counts)} faces, or a corner beyond the points"
+            f"{where}: the corner counts of its {len(counts)} faces must add up to {len(corners)},"
+            f" and each corner must be one of its {points} points"
         )
     number = np.maximum(counts - 2, 0)  # of triangles per face
     first = np.repeat(np.cumsum(counts) - counts, number)

@@ -1,7 +1,7 @@
 """Writes USD: deforming surfaces as time samples of points, rigid ones as transforms.
 
 The stage is in metres with z up. A time code is the number of a frame of the run, and
-timeCodesPerSecond is the rate of the run.
+timeCodesPerSecond is the rate of the run. The textures of surfaces are PNG files beside the stage.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from .clip import Clip
 from .corner_normals import corner_normals
 from .extras import imported
 from .motions import Motion
-from .surfaces import Floats, Surface, vertex_normals
+from .surfaces import Bytes, Floats, Surface, png_bytes, vertex_normals
 
 __all__ = ["write_usd"]
 
@@ -88,7 +88,8 @@ def _set_uv(mesh: Any, surface: Surface) -> None:
     uv = geometry.PrimvarsAPI(mesh).CreatePrimvar(
         "st", sdf.ValueTypeNames.TexCoord2fArray, geometry.Tokens.faceVarying
     )
-    uv.Set(vt.Vec2fArray.FromNumpy(surface.uv.astype(np.float32)))
+    shown = surface.uv if surface.texture is None else surface.texture_uv
+    uv.Set(vt.Vec2fArray.FromNumpy(shown.astype(np.float32)))
     uv.SetIndices(vt.IntArray.FromNumpy(surface.uv_triangles.reshape(-1).astype(np.int32)))
 
 
@@ -97,8 +98,8 @@ def _set_materials(stage: Any, mesh: Any, surface: Surface) -> None:
     geometry, shade = imported("pxr.UsdGeom", "usd"), imported("pxr.UsdShade", "usd")
     vt = imported("pxr.Vt", "usd")
     mesh.CreateDisplayColorAttr(_vectors(surface.colors[:1]))
-    for number, color in enumerate(surface.colors):
-        material = _material(stage, f"/run/materials/{surface.identifier}_{number}", surface, color)
+    for number in range(len(surface.colors)):
+        material = _material(stage, surface, number)
         if len(surface.colors) == 1:
             target = mesh.GetPrim()
         else:
@@ -114,18 +115,47 @@ def _set_materials(stage: Any, mesh: Any, surface: Surface) -> None:
         shade.MaterialBindingAPI.Apply(target).Bind(material)
 
 
-def _material(stage: Any, path: str, surface: Surface, color: Floats) -> Any:
+def _material(stage: Any, surface: Surface, number: int) -> Any:
     geometry, shade = imported("pxr.UsdGeom", "usd"), imported("pxr.UsdShade", "usd")
     sdf, gf = imported("pxr.Sdf", "usd"), imported("pxr.Gf", "usd")
     geometry.Scope.Define(stage, "/run/materials")
+    path = f"/run/materials/{surface.identifier}_{number}"
     material = shade.Material.Define(stage, path)
     shader = shade.Shader.Define(stage, f"{path}/surface")
     shader.CreateIdAttr("UsdPreviewSurface")
     types = sdf.ValueTypeNames
-    shader.CreateInput("diffuseColor", types.Color3f).Set(gf.Vec3f(*map(float, color)))
-    shader.CreateInput("roughness", types.Float).Set(0.9 if surface.is_cloth else 0.6)
+    color = shader.CreateInput("diffuseColor", types.Color3f)
+    color.Set(gf.Vec3f(*map(float, surface.colors[number])))
+    if surface.texture is not None and number == 0:
+        color.ConnectToSource(_texture(stage, path, surface.texture, surface.identifier), "rgb")
+    shader.CreateInput("roughness", types.Float).Set(float(surface.roughness))
     material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
     return material
+
+
+def _texture(stage: Any, path: str, pixels: Bytes, name: str) -> Any:
+    """Writes an image beside the stage; returns the shader that reads it."""
+    shade, sdf = imported("pxr.UsdShade", "usd"), imported("pxr.Sdf", "usd")
+    types = sdf.ValueTypeNames
+    final = Path(stage.GetRootLayer().realPath)
+    stem = final.name.removeprefix("unfinished-").rsplit(".", 1)[0]
+    image = final.with_name(f"{stem}-{name}.png")
+    partial = image.with_name(f"unfinished-{image.name}")
+    partial.write_bytes(png_bytes(pixels))
+    partial.replace(image)
+    reader = shade.Shader.Define(stage, f"{path}/uv")
+    reader.CreateIdAttr("UsdPrimvarReader_float2")
+    reader.CreateInput("varname", types.Token).Set("st")
+    reader.CreateOutput("result", types.Float2)
+    texture = shade.Shader.Define(stage, f"{path}/image")
+    texture.CreateIdAttr("UsdUVTexture")
+    texture.CreateInput("file", types.Asset).Set(sdf.AssetPath(f"./{image.name}"))
+    texture.CreateInput("sourceColorSpace", types.Token).Set("sRGB")
+    for wrap in ("wrapS", "wrapT"):
+        texture.CreateInput(wrap, types.Token).Set("repeat")
+    texture.CreateInput("st", types.Float2).ConnectToSource(reader.ConnectableAPI(), "result")
+    texture.CreateOutput("rgb", types.Float3)
+    return texture.ConnectableAPI()
 
 
 def _move(mesh: Any, motion: Motion, codes: Floats) -> None:

@@ -76,7 +76,8 @@ def force(
     `cells`; the error is then 0, because it refers to the sum over these cells only.
 
     Raises InvalidInput for solid magnets that overlap (they may touch), for a tolerance out of
-    range, and for polylines that are not closed. Overlap is always found between two cuboids and if
+    range, and for polylines that are not closed. Bodies that overlap by at most 1e-6 of their sizes
+    exert the forces of bodies that touch. Overlap is always found between two cuboids and if
     one body is a sphere. Between other bodies it is found if it contains one of about 300 points on
     the surface of either body.
 

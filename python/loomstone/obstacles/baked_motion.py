@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from .._core import InvalidInput, Obstacle, TriangleMesh
+from .._core import InvalidInput, Look, Obstacle, TriangleMesh
 from ..base.arguments import takes
 from ..exchange.baked import SUFFIXES, joined, read_parts
+from ..exchange.parts import Part
 
 __all__ = ["baked"]
 
@@ -28,6 +29,7 @@ def baked(
     name: str = "",
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
+    look: Look | None = None,
 ) -> Obstacle:
     """Obstacle that moves as the meshes of a USD or glTF file: skins, blend shapes (morph targets)
     and moving nodes are baked to vertices, which move linearly between samples.
@@ -37,14 +39,15 @@ def baked(
     parts : names of the meshes that form the obstacle; default: all visible ones
     animation : name of an animation of a glTF file, or names of several that run at the same time;
         needed if the file has more than one
-    rate : samples per second [1/s]; default: one per time code of USD, 60 of glTF
+    rate : samples per second [1/s]; default: one per time code for USD, 60 for glTF
     start : time of the first sample [s]
     name : name in reports and files; default: that of the file
     friction : friction coefficient [1]
     thickness : contact distance [m], 0: that of the cloth
+    look : its colour in pictures
 
-    All samples are kept in memory, with 24 bytes per vertex and sample. Vertices that always
-    coincide are joined. USD needs the extra `usd`, glTF the extra `gltf`.
+    All samples are kept in memory, with 24 bytes per vertex and sample. Coinciding vertices are
+    joined. USD needs the extra `usd`, glTF the extra `gltf`.
 
     Raises CacheError if the file cannot be read, and InvalidInput if nothing in it moves.
 
@@ -60,20 +63,24 @@ def baked(
     names = [animation] if isinstance(animation, str) else list(animation)
     found, times = read_parts(path, rate=rate, animation=names)
     whole = joined(path, found, None if parts is None else list(parts))
-    if np.array_equal(whole.frames, np.broadcast_to(whole.frames[:1], whole.frames.shape)):
+    if (whole.frames == whole.frames[:1]).all():
         raise InvalidInput(
             f"{path}: must move, but is at rest in all {len(times)} samples; use"
             " loomstone.obstacles.mesh(loomstone.meshes.read(path))"
         )
-    try:
-        mesh = TriangleMesh(whole.frames[0], whole.triangles)
-    except InvalidInput as error:
-        raise InvalidInput(f"{path}: {error}; name the meshes to use by parts") from None
     return Obstacle(
-        mesh=mesh,
+        mesh=_mesh_at_start(path, whole),
         times=times + start,
         vertex_positions=np.ascontiguousarray(whole.frames).reshape(-1, 3),
         name=name or path.stem,
         friction=friction,
         thickness=thickness,
+        look=look,
     )
+
+
+def _mesh_at_start(path: Path, part: Part) -> TriangleMesh:
+    try:
+        return TriangleMesh(part.frames[0], part.triangles)
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {error}; name the meshes to use by parts") from None

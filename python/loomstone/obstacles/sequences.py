@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import meshes
-from .._core import CacheError, InvalidInput, Obstacle, TriangleMesh
+from .._core import CacheError, InvalidInput, Look, Obstacle, TriangleMesh
 from ..base.arguments import takes
 from ..exchange.point_caches import read_mdd, read_pc2
 
@@ -35,6 +35,7 @@ def sequence(
     name: str = "",
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
+    look: Look | None = None,
 ) -> Obstacle:
     """Obstacle whose vertices move as files prescribe, linearly between their frames.
 
@@ -46,6 +47,7 @@ def sequence(
     start : time of the first frame [s]; default: that of the file, or else 0
     friction : friction coefficient [1]
     thickness : contact distance [m], 0: that of the cloth
+    look : Look, its colour and texture in pictures
 
     All frames are kept in memory, with 24 bytes per vertex and frame.
 
@@ -79,6 +81,7 @@ def sequence(
         name=name,
         friction=friction,
         thickness=thickness,
+        look=look,
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import meshes
-from .._core import InvalidInput, Obstacle, TriangleMesh
+from .._core import InvalidInput, Look, Obstacle, TriangleMesh
 from ..base.arguments import takes, vector
 
 __all__ = ["box", "capsule", "floor", "funnel", "mesh", "sphere", "wave_bar"]
@@ -27,6 +27,7 @@ def mesh(
     axis_angles: ArrayLike | None = None,
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
+    look: Look | None = None,
 ) -> Obstacle:
     """Obstacle from any mesh.
 
@@ -36,6 +37,7 @@ def mesh(
     axis_angles : (k x 3) rotation vectors at these times [rad]
     friction : friction coefficient [1]
     thickness : contact distance [m], 0: that of the cloth
+    look : Look, its colour and texture in pictures
 
     Without `times`, the vertices themselves are moved to `centre`, and the frame of the obstacle is
     the world frame, so magnets on it are placed relative to the world's origin. With a single
@@ -43,7 +45,12 @@ def mesh(
     relative to this frame.
     """
     times = np.asarray(times, float).ravel()
-    settings: dict[str, Any] = {"name": name, "friction": friction, "thickness": thickness}
+    settings: dict[str, Any] = {
+        "name": name,
+        "friction": friction,
+        "thickness": thickness,
+        "look": look,
+    }
     if len(times) == 0:
         if positions is not None or axis_angles is not None:
             raise InvalidInput(
@@ -73,6 +80,7 @@ def sphere(
     positions: ArrayLike | None = None,
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
+    look: Look | None = None,
 ) -> Obstacle:
     """Sphere; lengths in [m], keyframes as in `mesh`.
 
@@ -88,6 +96,7 @@ def sphere(
         positions=positions,
         friction=friction,
         thickness=thickness,
+        look=look,
     )
 
 
@@ -104,6 +113,7 @@ def box(
     axis_angles: ArrayLike | None = None,
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
+    look: Look | None = None,
 ) -> Obstacle:
     """Box with edge lengths `size` [m]; keyframes as in `mesh`."""
     return _moving(
@@ -115,6 +125,7 @@ def box(
         axis_angles=axis_angles,
         friction=friction,
         thickness=thickness,
+        look=look,
     )
 
 
@@ -140,6 +151,7 @@ def capsule(
     positions: ArrayLike | None = None,
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
+    look: Look | None = None,
 ) -> Obstacle:
     """Capsule along `axis`; lengths in [m], keyframes as in `mesh`.
 
@@ -155,6 +167,7 @@ def capsule(
         positions=positions,
         friction=friction,
         thickness=thickness,
+        look=look,
     )
 
 
@@ -180,6 +193,7 @@ def funnel(
     name: str = "funnel",
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
+    look: Look | None = None,
 ) -> Obstacle:
     """Funnel whose walls have a thickness `wall`; lengths in [m].
 
@@ -194,7 +208,9 @@ def funnel(
         wall=wall,
         segments=segments,
     )
-    return _moving(surface, name=name, centre=centre, friction=friction, thickness=thickness)
+    return _moving(
+        surface, name=name, centre=centre, friction=friction, thickness=thickness, look=look
+    )
 
 
 @takes(
@@ -211,12 +227,15 @@ def wave_bar(
     name: str = "bar",
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
+    look: Look | None = None,
 ) -> Obstacle:
     """Tube along y whose centre line is a sine wave in z; lengths in [m]."""
     surface = meshes.wave_bar(
         length=length, radius=radius, amplitude=amplitude, wavelength=wavelength, segments=segments
     )
-    return _moving(surface, name=name, centre=centre, friction=friction, thickness=thickness)
+    return _moving(
+        surface, name=name, centre=centre, friction=friction, thickness=thickness, look=look
+    )
 
 
 @takes(height="m", size="m", friction="1", thickness="m")
@@ -228,6 +247,7 @@ def floor(
     name: str = "floor",
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
+    look: Look | None = None,
 ) -> Obstacle:
     """Square with edges `size` [m] in the plane z = `height` [m], drawn as ground."""
     return _moving(
@@ -236,6 +256,7 @@ def floor(
         centre=(0.0, 0.0, height),
         friction=friction,
         thickness=thickness,
+        look=look,
     ).replace(floor=True)
 
 

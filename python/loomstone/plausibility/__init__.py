@@ -39,10 +39,10 @@ def implausible(simulation: Any) -> list[str]:
 
 
 def _throws(simulation: Any) -> bool:
-    """Returns whether contacts throw off cloth that starts within the contact distance.
+    """Returns whether contacts would throw off cloth that starts within the contact distance.
 
-    Asynchronous steps move such cloth away slowly, and a scene that may start with intersections
-    has been told so.
+    Asynchronous steps move such cloth away slowly. A scene that sets allow_initial_intersections
+    needs no warning.
     """
     scene = simulation.scene
     collides = scene.cloths and scene.collisions and not scene.allow_initial_intersections

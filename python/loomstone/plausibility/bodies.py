@@ -12,9 +12,9 @@ __all__ = ["of_overlaps", "of_reversed", "of_sizes", "reversed_obstacles"]
 
 # Largest plausible extent of a body or closed obstacle [m]. The value is our choice.
 LARGEST = 50.0
-# Number of overlaps that are listed.
+# Largest number of overlaps that are listed.
 MOST_LISTED = 3
-# Number of vertices of cloth that are tested against a reversed surface.
+# Largest number of vertices of cloth that are tested against a reversed surface.
 MOST_TESTED = 200
 
 

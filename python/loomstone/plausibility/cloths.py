@@ -13,12 +13,12 @@ from .surfaces import item
 __all__ = ["of_attachments", "of_cloths", "of_contacts"]
 
 # Limits of what is plausible. All values are our choice.
-AREAS = 1.2  # ratio of rest area and start area, or its inverse
-DENSITY = 20.0  # mass per area [kg/m^2]; the heaviest fabrics have 2
-LARGEST = 30.0  # extent of a cloth [m]
-GAP = 0.5  # distance at the start, as a share of the contact distance
-AWAY = 0.1  # distance of a pin from the start of its script, as a share of the mean edge
-SPEED = 30.0  # speed of a scripted pin [m/s]
+AREAS = 1.2  # largest ratio of rest area and start area, or of start area and rest area
+DENSITY = 20.0  # largest mass per area [kg/m^2]; the heaviest fabrics have 2
+LARGEST = 30.0  # largest extent of a cloth [m]
+GAP = 0.5  # smallest distance at the start, as a fraction of the contact distance
+AWAY = 0.1  # largest jump of a pin in the first step, as a fraction of the mean edge
+SPEED = 30.0  # largest speed of a scripted pin [m/s]
 
 
 def of_cloths(cloths: list[Cloth]) -> list[str]:
@@ -136,7 +136,7 @@ def _density(cloth: Cloth) -> str:
 
 
 def _first_pins(cloth: Cloth) -> str:
-    """Finds pins that are not where their script begins, and so jump in the first step."""
+    """Returns a sentence if pins jump to the places of their script in the first step, or ""."""
     if not cloth.script_times:
         return ""
     times, places = _script(cloth)
@@ -157,7 +157,7 @@ def _first_pins(cloth: Cloth) -> str:
 
 
 def _pins(cloth: Cloth) -> str:
-    """Finds pins that jump between two times of their script."""
+    """Returns a sentence if pins jump between two times of their script, or ""."""
     if len(cloth.script_times) < 2 or not cloth.pins:
         return ""
     times, places = _script(cloth)

@@ -13,10 +13,10 @@ from .surfaces import Surface, overlapping_pairs
 
 __all__ = ["of_magnets"]
 
-# Share of its own size by which a magnet may reach out of the mesh of its body. The value is our
-# choice: a mesh with few facets is smaller than the round magnet that it stands for.
+# A magnet may reach out of the mesh of its body by this fraction of its own size. The value is our
+# choice: a body with few facets is smaller than the round magnet in it.
 REACH = 0.1
-# Number of points of a magnet that are compared with the mesh of its body.
+# Largest number of points of a magnet that are compared with the mesh of its body.
 MOST_TESTED = 200
 # Number of sides of a prism that stands for a hollow cylinder.
 SIDES = 32
@@ -31,8 +31,8 @@ def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int
     names = [*(body.name for body in scene.bodies), *(each.name for each in scene.obstacles)]
     carriers = {name: index for index, name in enumerate(names)}
     found, placed, owners = [], [], []
-    # Shapes and reaches of equal magnets in equal bodies. The states keep the meshes alive whose
-    # addresses are part of the keys.
+    # Equal magnets in equal bodies have the same mesh and reach, which are computed once. The keys
+    # contain addresses of meshes; the stored states keep these meshes alive.
     known: dict[Any, tuple[TriangleMesh | None, float, Any]] = {}
     for i, magnet in enumerate(scene.magnets):
         owner = carriers[magnet.body]
@@ -67,7 +67,7 @@ def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int
 
 
 def _reach(magnet: TriangleMesh, body: TriangleMesh) -> float:
-    """Returns how far a magnet reaches out of its body [m]; 0 if that is little for its size."""
+    """Returns how far a magnet reaches out of its body [m]; 0 if REACH allows it."""
     if not body.closed:
         return 0.0
     points = np.asarray(magnet.vertices)
@@ -80,7 +80,7 @@ def _reach(magnet: TriangleMesh, body: TriangleMesh) -> float:
 
 
 def _mesh_of(state: tuple[Any, ...]) -> TriangleMesh | None:
-    """Returns the surface of a magnet in the frame of its carrier; None for dipoles and cells.
+    """Returns the surface of a magnet in the frame of its carrier; None for (cells of) dipoles.
 
     state : the recipe of the magnet and its pose, as pickle stores them
     """

@@ -15,10 +15,11 @@ __all__ = ["Surface", "item", "overlapping_pairs", "start_surfaces"]
 
 Floats = NDArray[np.float64]
 
-# Surfaces overlap if they still intersect after each has shrunk by this share of its size about its
-# centre. The value is our choice: it excludes surfaces that touch, and the facets of round ones.
+# Surfaces overlap if they still intersect after each has shrunk about its centre by this fraction
+# of its size. The value is our choice. It excludes surfaces that touch, and round surfaces of which
+# only the facets intersect.
 SHRINKAGE = 0.02
-# Number of surfaces that are tested for intersections, to bound the time of the test.
+# Largest number of surfaces that are tested for intersections, to bound the time of the test.
 MOST_TESTED = 1000
 
 
@@ -67,7 +68,7 @@ def start_surfaces(scene: Scene, simulation: Any) -> list[Surface]:
 
 
 def overlapping_pairs(surfaces: list[Surface]) -> list[tuple[int, int]]:
-    """Returns the pairs of surfaces that overlap, except pairs that do not move freely.
+    """Returns the pairs of surfaces that overlap, at least one of which moves freely.
 
     Two surfaces overlap if they intersect, or if one lies inside the other.
     """
@@ -78,7 +79,7 @@ def overlapping_pairs(surfaces: list[Surface]) -> list[tuple[int, int]]:
         for extreme in (np.min, np.max)
     )
     free = np.array([surface.free for surface in surfaces])
-    near = np.zeros(len(surfaces), bool)  # their boxes overlap that of a surface that moves freely
+    near = np.zeros(len(surfaces), bool)  # box overlaps another; one of the two moves freely
     pairs = set()
     for a, surface in enumerate(surfaces):
         boxes = np.all((low <= high[a]) & (high >= low[a]), axis=1) & (free | surface.free)
@@ -116,6 +117,6 @@ def _intersecting(surfaces: list[Surface]) -> set[tuple[int, int]]:
 
 
 def _inside(outer: Surface, inner: Surface) -> bool:
-    """Returns whether a vertex of `inner` lies inside the closed surface `outer`."""
+    """Returns whether the first vertex of `inner` lies inside the closed surface `outer`."""
     query = _core.SpatialQuery(TriangleMesh(outer.points, outer.mesh.triangles))
     return query.inside(inner.points[0])

@@ -160,20 +160,21 @@ class Run:
     def scene(self, *, trust: bool = False) -> Scene:
         """Returns the scene as it was when the run began.
 
-        trust : run the program stored in the run even if it differs from the scene file at hand. A
-            run from a stranger contains his program, which can do anything that you can do.
+        trust : run the program stored in the run even if it differs from the scene file at hand.
+            The program of a run from a stranger can do anything that you can do.
 
         Raises CacheError if the run has stored neither a scene file nor a scene, or if its program
-        may not run.
+        must not be run.
         """
         if "scene_file" in self.metadata:
             return SceneFile.of_run(self, trust=trust).scene()
         return read_scene(self.directory)
 
     def magnetic_scene(self) -> Scene | None:
-        """Returns the bodies, obstacles, magnets and coils of the scene; None without magnets.
+        """Returns the bodies, obstacles, magnets and coils of the scene.
 
-        They are stored as numbers, so no program of the run is needed. Obstacles are at rest.
+        The result is None if there are neither magnets nor coils. It is read from stored numbers,
+        so no program of the run is executed. Obstacles are at rest.
         """
         record = self.metadata.get("magnetic_scene")
         if record is None:
@@ -200,7 +201,7 @@ class Run:
             (a mesh file for each surface and frame). None: the suffix of `out` determines it.
         out : file, or directory for pc2, mdd, obj and ply; default: in the directory of the run
         frames : frames to export, such as range(10, 50); None: all
-        every : only every so many of these frames
+        every : export only every n-th of these frames
         overwrite : replace an earlier export
 
         Lengths are in metres. z is up, except in gltf and alembic, which have y up. Positions are

@@ -77,8 +77,11 @@ def execute(
             "time": simulation.time,
             "wall_seconds": time.perf_counter() - began,
             "steps_of_this_process": simulation.step_index - first_step,
+            "preparation_seconds": simulation.preparation_seconds,
             "threads": simulation.threads,
             "ranks": simulation.ranks,
+            "decomposition": simulation.decomposition,
+            "hierarchy_bytes": simulation.hierarchy_bytes,
             "digest": simulation.digest(),
         }
         with together(ranks):

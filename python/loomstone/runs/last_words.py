@@ -1,4 +1,4 @@
-"""A sentence that a run leaves behind however it ends, even by SIGKILL."""
+"""A sentence that is printed when a run ends early, even by SIGKILL."""
 
 from __future__ import annotations
 
@@ -21,17 +21,18 @@ _SHELL = (
 )
 # Messages that contain this command name the way to continue.
 RESUME = "loomstone resume"
-# mpirun kills a rank one second after SIGTERM and then forwards no output. A run that has not ended
-# after this time [s] speaks while it still can.
+# mpirun kills a rank one second after SIGTERM and then forwards no output. If the rank has not
+# ended this time [s] after SIGTERM, the sentence is printed while output is still forwarded.
 _PATIENCE = 0.5
 
 
 @contextmanager
 def last_words(sentence: str) -> Iterator[None]:
-    """Prints a sentence to standard error if this process ends before the `with` block.
+    """Prints a sentence to standard error if this process ends before the `with` block does.
 
-    It is printed after all other output of this process, also if the block raises an error, unless
-    the message of the error names the way to continue. An empty sentence is not printed.
+    The sentence comes after all other output of this process. It is also printed if the block
+    raises an error, except Interrupted and errors whose messages name the way to continue. An empty
+    sentence is not printed.
     """
     speaker = _Speaker(sentence) if sentence else None
     try:
@@ -51,7 +52,7 @@ def last_words(sentence: str) -> Iterator[None]:
 
 
 class _Speaker:
-    """The shell that prints the sentence, and a thread that lets it speak after SIGTERM."""
+    """The shell that prints the sentence, and a thread that makes it print after SIGTERM."""
 
     def __init__(self, sentence: str) -> None:
         self._shell: subprocess.Popen[bytes] | None = None

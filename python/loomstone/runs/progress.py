@@ -21,7 +21,7 @@ from .observer import Observer, Silence
 
 __all__ = ["observer"]
 
-# Time after which a line is printed within a frame [s].
+# Longest time without a line of output while a frame is computed [s].
 LONGEST_SILENCE = 10.0
 
 

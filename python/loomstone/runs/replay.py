@@ -2,17 +2,33 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
-from .._core import CacheError, CollisionReplay, InvalidInput, RecordedTests
+from .._core import (
+    CacheError,
+    CollisionReplay,
+    InvalidInput,
+    RecordedLists,
+    RecordedTests,
+    ReplayReport,
+)
 from .motions import motion_files, read_motion
 from .tables import write_table
 
-__all__ = ["REPLAYED", "Network", "Prediction", "parse_ranks", "replay", "write_predictions"]
+__all__ = [
+    "REPLAYED",
+    "Network",
+    "Prediction",
+    "parse_ranks",
+    "read_predictions",
+    "replay",
+    "write_predictions",
+]
 
-REPLAYED = ("static", "dynamic")
+REPLAYED = ("predicted", "static", "dynamic")
 MOST_RANKS = 65536
 
 
@@ -36,9 +52,9 @@ class Network:
 class Prediction:
     """Predicted time of all recorded searches on a number of ranks.
 
-    seconds : until all ranks have all results, summed over the searches [s]
-    exchange : part of it in which ranks exchange results [s]
-    serial : on one rank [s]
+    seconds : time until all ranks have all results, summed over the searches [s]
+    exchange : the part of `seconds` in which ranks exchange results [s]
+    serial : time of the searches on one rank [s]
     busy : mean time that a rank spends on tests, summed over the searches [s]
     """
 
@@ -53,9 +69,19 @@ class Prediction:
     transfers: int = 0
     refusals: int = 0
 
+    def add(self, report: ReplayReport, serial: float) -> None:
+        """Adds a search, which takes `serial` [s] on one rank."""
+        self.seconds += report.seconds
+        self.exchange += report.exchange
+        self.serial += serial
+        self.busy += report.mean_busy
+        self.requests += report.requests
+        self.transfers += report.transfers
+        self.refusals += report.refusals
+
     @property
     def efficiency(self) -> float:
-        """Serial time over the time of all ranks together [1]."""
+        """The ratio of `serial` to the sum of the times of all ranks [1]."""
         return self.serial / (self.ranks * self.seconds) if self.seconds else 1.0
 
 
@@ -73,7 +99,8 @@ def parse_ranks(text: str) -> list[int]:
                 following *= 2
     except ValueError:
         raise InvalidInput(
-            f"ranks must be numbers from 1 such as 1,2,12, or a range such as 1:4096, got {text!r}"
+            "ranks must be whole numbers >= 1 such as 1,2,12, or a range such as 1:4096, got"
+            f" {text!r}"
         ) from None
     if max(numbers) > MOST_RANKS:
         raise InvalidInput(f"ranks must be at most {MOST_RANKS}, got {max(numbers)}")
@@ -89,9 +116,11 @@ def replay(
 ) -> list[Prediction]:
     """Predicts the time of the recorded searches of a run.
 
-    The work of each recorded step is measured again for every number of ranks, because the
-    partitions depend on it. Steps without candidate pairs count too. The time in which every rank
-    updates its bounding volumes is the same on any number of ranks and does not count.
+    The tests of static and dynamic searches are measured again for every number of ranks, because
+    the partitions depend on it. The lists of predicted searches are measured once. They are cut by
+    the costs of the step before, whose motion is taken as the same. Steps without candidate pairs
+    count too. The time in which every rank updates its bounding volumes does not count, nor that of
+    searches for new pairs of clusters.
 
     observer : receives the path of each motion before it is measured
 
@@ -103,59 +132,85 @@ def replay(
         raise CacheError(
             f"{directory}: has no recorded motions; run the scene with --record-tasks 10"
         )
-    found = {
-        (n, name): Prediction(n, name, network.latency) for n in ranks for name in decompositions
-    }
+    found = [Prediction(n, name, network.latency) for n in ranks for name in decompositions]
     for path in files:
         if observer:
             observer(str(path))
         motion = CollisionReplay(read_motion(path))
-        for search in (motion.contacts, motion.impacts):
-            serial = search(1).work
-            for n in ranks:
-                _add(search(n), serial, n, found, network)
-    return list(found.values())
+        if "predicted" in decompositions:
+            for lists in motion.lists():
+                _add_lists(lists, found, network)
+        if decompositions != ["predicted"]:
+            for search in (motion.contacts, motion.impacts):
+                serial = search(1).work
+                for n in ranks:
+                    _add_tests(search(n), serial, [p for p in found if p.ranks == n], network)
+    return found
 
 
-def _add(
-    tests: RecordedTests,
-    serial: float,
-    ranks: int,
-    found: dict[tuple[int, str], Prediction],
-    network: Network,
+def _add_tests(
+    tests: RecordedTests, serial: float, predictions: Sequence[Prediction], network: Network
 ) -> None:
-    for (n, name), prediction in found.items():
-        if n != ranks:
-            continue
-        report = tests.replay(
-            name,
-            latency=network.latency,
-            bandwidth=network.bandwidth,
-            overhead=network.overhead,
-            poll_interval=network.poll_interval,
-        )
-        prediction.seconds += report.seconds
-        prediction.exchange += report.exchange
-        prediction.serial += serial
-        prediction.busy += report.mean_busy
-        prediction.requests += report.requests
-        prediction.transfers += report.transfers
-        prediction.refusals += report.refusals
+    for prediction in predictions:
+        if prediction.decomposition != "predicted":
+            report = tests.replay(
+                prediction.decomposition,
+                latency=network.latency,
+                bandwidth=network.bandwidth,
+                overhead=network.overhead,
+                poll_interval=network.poll_interval,
+            )
+            prediction.add(report, serial)
+
+
+def _add_lists(lists: RecordedLists, predictions: Sequence[Prediction], network: Network) -> None:
+    for prediction in predictions:
+        if prediction.decomposition == "predicted":
+            report = lists.replay(
+                prediction.ranks,
+                latency=network.latency,
+                bandwidth=network.bandwidth,
+                overhead=network.overhead,
+            )
+            prediction.add(report, lists.work)
+
+
+_COLUMNS = (
+    "ranks",
+    "decomposition",
+    "latency",
+    "seconds",
+    "exchange",
+    "serial",
+    "efficiency",
+    "busy",
+    "requests",
+    "transfers",
+    "refusals",
+)
 
 
 def write_predictions(path: Path, predictions: Sequence[Prediction]) -> None:
     """Writes a table with one row for each prediction."""
-    names = (
-        "ranks",
-        "decomposition",
-        "latency",
-        "seconds",
-        "exchange",
-        "serial",
-        "efficiency",
-        "busy",
-        "requests",
-        "transfers",
-        "refusals",
-    )
-    write_table(path, names, [[getattr(each, name) for name in names] for each in predictions])
+    write_table(path, _COLUMNS, [[getattr(p, name) for name in _COLUMNS] for p in predictions])
+
+
+def read_predictions(path: Path) -> list[Prediction]:
+    """Returns the predictions in a table, or none if there is no such file.
+
+    Raises CacheError if the file is not such a table.
+    """
+    types = {field.name: field.type for field in fields(Prediction)}
+    convert = {"int": int, "float": float, "str": str}
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file, strict=True))
+        return [
+            Prediction(**{n: convert[str(t)](row[n]) for n, t in types.items()}) for row in rows
+        ]
+    except FileNotFoundError:
+        return []
+    except (KeyError, TypeError, ValueError, csv.Error) as error:
+        raise CacheError(
+            f"{path}: is not a table of predictions ({error}); run `loomstone replay` again"
+        ) from None

@@ -231,7 +231,7 @@ class SceneFile:
 
 
 def _kind(error: Exception) -> str:
-    """Names the type of an error as users know it."""
+    """Returns the name of the type of an error, and "TypeError" for all types derived from it."""
     return "TypeError" if isinstance(error, TypeError) else type(error).__name__
 
 

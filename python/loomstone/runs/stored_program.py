@@ -1,7 +1,8 @@
 """The scene program that is stored in a run, and the rule by which it may run.
 
-A run contains the source of its scene file, so a run from a stranger contains his program. It runs
-only if it equals the scene file at the stored path, or if the user trusts the run.
+A run contains the source of its scene file, so a run from a stranger contains the program of the
+stranger. This program runs only if it equals the scene file at the stored path (the scene file at
+hand), or if the user trusts the run.
 """
 
 from __future__ import annotations
@@ -39,9 +40,9 @@ class Program:
         """
         if problem := self._difference(directory):
             raise CacheError(
-                f"{directory}: its program may not run, because {problem}; read the program by"
-                f" loomstone info --source {directory}, and give --trust (in Python trust=True) if"
-                " it may run"
+                f"{directory}: its program is not run, because {problem}; read the program by"
+                f" loomstone info --source {directory}, and give --trust (in Python trust=True) to"
+                " run it"
             )
 
     def _difference(self, directory: Path) -> str | None:
@@ -52,7 +53,7 @@ class Program:
             return f"the scene file {shown} lies in the directory of the run"
         try:
             if not self.path.is_file():
-                return f"the scene file {shown} is not there"
+                return f"the scene file {shown} does not exist"
             same = self.path.read_text() == self.source
         except (OSError, ValueError):
             return f"the scene file {shown} cannot be read"

@@ -21,11 +21,12 @@ from .._core import (
 )
 from ..pictures.directory import claim, drawn_with, picture
 from ..pictures.drawing import render_run
-from ..pictures.painter import Painter, colors_need_all_frames
+from ..pictures.painter import Painter, needs_all_frames
+from ..pictures.renderer import Renderer
 from ..pictures.video import encode
 from .cache import Run
 from .checkpoints import checkpoint_files, write_checkpoint
-from .motions import write_motion
+from .motions import motion_files, write_motion
 from .options import RunOptions
 from .steps import StepTable
 from .stored_scene import STORED_SCENE, write_scene
@@ -108,7 +109,7 @@ class Writer(NoWriter):
                 else f"{self._directory}: could not write: {error.strerror}"
             )
             raise CacheError(
-                f"{told.rstrip('.')}; the {self._frames.n_frames} frames before are kept: "
+                f"{told.rstrip('.')}; the {self._frames.n_frames} frames written so far are kept; "
                 f"make room and continue with loomstone resume {self._directory}"
             ) from error
 
@@ -155,7 +156,7 @@ class Writer(NoWriter):
         options = self._options.render
         if options is None or not self._draws():
             return True
-        if not colors_need_all_frames(options):
+        if not needs_all_frames(options):
             drawn = (
                 picture(self._directory / "frames", i).exists()
                 for i in range(self._frames.n_frames)
@@ -203,7 +204,7 @@ def open_writer(
     """
     if simulation.rank != 0:
         return NoWriter()
-    renderer = _core.Renderer(simulation.topology, options.render) if options.render else None
+    renderer = Renderer(simulation.topology, options.render) if options.render else None
     first = None
     if metadata is None:
         first = _reopen(directory, options, following)
@@ -213,7 +214,7 @@ def open_writer(
         frames = FrameWriter(str(directory), simulation.topology, metadata, options.compression)
         _store_scene(directory, simulation, metadata)
     writer = Writer(directory, simulation, options, frames, following)
-    if renderer and options.render and not colors_need_all_frames(options.render):
+    if renderer and options.render and not needs_all_frames(options.render):
         lines = options.render.field_lines
         writer.draw_with(Painter(renderer, first=first, lines=lines, simulation=simulation))
     return writer
@@ -229,7 +230,7 @@ def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | Non
         directory / "frames",
         options.render,
         begun.metadata_text,
-        advice="move it away, and resuming draws all anew",
+        advice="move it away, so that resuming draws all pictures again",
     )
     return begun[0] if following else None
 
@@ -246,8 +247,8 @@ def check_room(directory: Path, overwrite: bool) -> None:
     if others := _files_of_others(directory):
         more = f" and {len(others) - 1} more" if len(others) > 1 else ""
         raise CacheError(
-            f"{directory} must be empty or absent, but holds no run and has {others[0]}{more}; give"
-            " another directory, or overwrite, which keeps the files of others"
+            f"{directory} must be empty or absent, but contains {others[0]}{more}, which no run has"
+            " written; give another directory, or overwrite, which keeps such files"
         )
 
 
@@ -311,12 +312,13 @@ def _remove_run(directory: Path) -> None:
         "frames.csv",
         "forced.csv",
         "limits.csv",
+        "replay.csv",
         "report.json",
         "video.mp4",
         STORED_SCENE,
     ):
         (directory / name).unlink(missing_ok=True)
-    for path in checkpoint_files(directory):
+    for path in [*checkpoint_files(directory), *motion_files(directory)]:
         path.unlink()
     if (directory / "frames").is_dir() and not (directory / "frames").is_symlink():
         shutil.rmtree(directory / "frames")

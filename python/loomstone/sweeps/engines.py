@@ -73,7 +73,7 @@ class _Running:
     def run(
         self, directory: str, arguments: list[str], options: list[str], stop: Received
     ) -> int | None:
-        """Returns the exit code of a point, or None if a signal has come before it began."""
+        """Runs a point and returns its exit code, or None if a signal came before it began."""
         if stop.number:
             return None
         return run_point(directory, arguments, options, self._add)

@@ -66,7 +66,7 @@ def parse_values(items: Sequence[str]) -> dict[str, list[Any]]:
 
 
 def _pieces(text: str) -> list[str]:
-    """Splits a text at commas outside of brackets and quotes."""
+    """Splits a text at the commas that are not inside brackets."""
     return [piece for piece in re.split(r",(?![^\[\](){}]*[\])}])", text) if piece] or [""]
 
 
@@ -111,7 +111,7 @@ def points_of(values: dict[str, list[Any]], scene: Path, out: Path) -> list[Poin
 def _directory_name(parameters: dict[str, Any]) -> str:
     """Returns a name for these parameters, which does not depend on the other runs of a sweep.
 
-    A hash replaces what a file name cannot hold.
+    If characters are left out or the name is cut short, a hash of the parameters is appended.
 
     >>> _directory_name({"triangles": 800, "friction": 0.1})
     'triangles-800_friction-0.1'

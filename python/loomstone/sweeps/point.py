@@ -15,7 +15,8 @@ from ..runs.checkpoints import checkpoint_files
 
 __all__ = ["finished", "run_point"]
 
-# A worker may be a task of srun or mpirun. Its runs must not count as ranks of that job.
+# A worker may be a task of srun or mpirun. Its runs must not count as ranks of that job, so they
+# do not receive environment variables that begin like these.
 _OF_LAUNCHERS = ("OMPI_", "PMI", "MPI_LOCAL", "SLURM_STEP", "SLURM_PROCID")
 
 

@@ -93,7 +93,7 @@ def plot_figures(
         raise Unsupported(
             "plots need matplotlib, which is not installed; pip install matplotlib"
         ) from None
-    # A figure that has the name of a parameter has a prefix in the table.
+    # If a figure of the report has the name of a parameter, the table adds a prefix to its name.
     figures = [f"report.{name}" if name in values else name for name in figures]
     across = max(numeric, key=lambda name: len(values[name]))
     others = [name for name, each in values.items() if len(each) > 1 and name != across]

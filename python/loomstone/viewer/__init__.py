@@ -1,7 +1,7 @@
 """A web page that plays a run, or shows a running simulation that reacts to the mouse.
 
-The page is served by viser to browsers on this machine. On another machine, forward the port:
-`ssh -L 8080:localhost:8080 HOST`.
+The page is served by viser to browsers on this machine. To watch from another machine, forward the
+port there: `ssh -L 8080:localhost:8080 HOST`.
 """
 
 from __future__ import annotations

@@ -18,12 +18,12 @@ __all__ = ["BodyGrip", "ClothGrip", "Grip", "ObstacleGrip"]
 
 Floats = NDArray[np.float64]
 
-# Share of the mass of a cloth that a hand holds.
+# A hand holds this fraction of the mass of a cloth.
 _PATCH = 0.05
 # Largest acceleration of all that hangs on the hand [m/s^2]: eight times that of gravity.
 _PULL = 80.0
-# Time constant of a hand in longest steps. With 1, the force of the spring would move the patch by
-# the whole distance in one step; with less, it would overshoot.
+# Time constant of the spring of a hand, in units of the longest step. With 1, its force would move
+# the patch by the whole distance in one step; with less, the patch would overshoot.
 _REACTION = 1.5
 # Time constant in which a hand makes up for the weight that it carries [s].
 _SETTLING = 0.3
@@ -32,7 +32,7 @@ _SPEED = 1.0
 
 
 class Grip(Protocol):
-    """A held thing. `goal` (3) is where the hand wants it to be [m]."""
+    """A held thing. `goal` (3) is where the hand wants the grabbed point to be [m]."""
 
     goal: Floats
 
@@ -44,11 +44,11 @@ class Grip(Protocol):
 
 
 class _Spring:
-    """A damped spring, with an integral part that carries weight.
+    """A damped spring between a hand and what it holds. An integral term balances the weight.
 
     mass : mass that moves with the hand [kg]
-    carried : mass that may hang on it [kg], which limits the force
-    step : longest step [s]
+    carried : mass that may hang on the hand [kg], which limits the force
+    step : longest step of the simulation [s]
     """
 
     def __init__(self, mass: float, carried: float, step: float) -> None:

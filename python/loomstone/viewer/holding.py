@@ -1,4 +1,4 @@
-"""Decides what a user holds: finds masses of cloths and bodies and places of obstacles."""
+"""Makes the grip for what a user has grabbed, with its mass or, for an obstacle, its place."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Holder:
         if index < len(self._scene.bodies):
             body = self._scene.bodies[index]
             assert body.mesh is not None
-            return BodyGrip(sim, index, mass_properties(body.mesh, body.density).mass, point)
+            return BodyGrip(sim, index, mass_properties(body).mass, point)
         obstacle = index - len(self._scene.bodies)
         rotation, place = self._pose(sim, index, obstacle)
         return ObstacleGrip(sim, obstacle, place, rotation, point)

@@ -20,12 +20,13 @@ from .page import Page
 
 __all__ = ["Live"]
 
-# Pictures per second at most [1/s].
+# Largest number of pictures per second [1/s].
 _RATE = 30.0
-# Field lines per second at most [1/s]; tracing them takes longer than a step.
+# Largest number of updates of the field lines per second [1/s]; tracing them takes longer than a
+# step.
 _LINE_RATE = 4.0
-# Delay behind real time beyond which the simulation is shown in slow motion instead of skipping
-# pictures [s].
+# If the simulation lags behind real time by more than this [s], it is shown in slow motion. For
+# smaller delays, pictures are skipped.
 _DELAY = 0.05
 
 
@@ -87,7 +88,10 @@ class Live:
         return self.page.frame
 
     def rates(self) -> tuple[float, float]:
-        """Returns pictures per second [1/s] and simulated per elapsed time [1], over 10 s."""
+        """Returns the pictures per second [1/s] and the ratio of simulated to elapsed time [1].
+
+        Both are means over the last 10 s.
+        """
         pictures = list(self._pictures)
         if len(pictures) < 2:
             return 0.0, 0.0
@@ -106,7 +110,7 @@ class Live:
         self.page.stop()
 
     def wait(self) -> None:
-        """Returns when the page is closed."""
+        """Waits until the page is closed."""
         self._stopped.wait()
 
     def _add_controls(self, paused: bool) -> None:
@@ -238,6 +242,6 @@ class Live:
         pictures, speed = self.rates()
         stretch = float(np.max(frame.stretch, initial=0.0))
         self._text.content = (
-            f"{frame.time:.2f} s, {speed:.2f} of real time, {pictures:.0f} pictures/s"
+            f"{frame.time:.2f} s, {speed:.2f} times real time, {pictures:.0f} pictures/s"
             + (f", largest stretch {stretch:.3f}" if stretch else "")
         )

@@ -25,7 +25,7 @@ class Page:
 
     title : shown at the top of the page
     topology : topology of the frames
-    first : frame to which a fitted camera is fitted
+    first : first frame; a camera with fit=True shows all of it
     camera : camera at the start; the user turns it with the mouse
     host, port : address at which the server listens. If the port is taken, the next free one is
         used.
@@ -97,9 +97,11 @@ class Page:
         self.show(self.frame)
 
     def _look_at(self, first: Frame, camera: Camera) -> None:
-        eye, target, up = (np.array(v, float) for v in (camera.eye, camera.target, camera.up))
+        start_eye = camera.eyes[0] if camera.times else camera.eye
+        start_target = camera.targets[0] if len(camera.targets) else camera.target
+        eye, target, up = (np.array(v, float) for v in (start_eye, start_target, camera.up))
         angle = math.radians(camera.field_of_view_degrees)
-        if camera.fit:
+        if camera.fit and not camera.times:
             centre, radius = _ball(self.topology, first)
             direction = eye - target if np.any(eye != target) else np.array(_FROM)
             direction = direction / np.linalg.norm(direction)

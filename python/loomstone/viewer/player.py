@@ -11,9 +11,9 @@ from .page import Page
 
 __all__ = ["Player"]
 
-# Pictures per second at which a run is played, at most [1/s].
+# Largest number of pictures per second at which a run is played [1/s].
 _RATE = 30.0
-# Time after which the page looks for frames that a running simulation has written [s].
+# Interval at which the page looks for new frames of a running simulation [s].
 _LOOK = 1.0
 
 
@@ -52,7 +52,7 @@ class Player:
         self.page.stop()
 
     def wait(self) -> None:
-        """Returns when the page is closed."""
+        """Waits until the page is closed."""
         self._stopped.wait()
 
     def _loop(self) -> None:

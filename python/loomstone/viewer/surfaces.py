@@ -6,47 +6,17 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import _core
 from .._core import Frame, FrameTopology
+from ..exchange.surfaces import Bytes, Floats, Surface, srgb, surfaces_of
+from ..pictures.color_maps import color_table
 
-__all__ = ["FIELDS", "Surfaces", "field_values"]
-
-Floats = NDArray[np.float64]
-Part = tuple[str, NDArray[Any], NDArray[np.int32]]  # name, vertices, triangles among these
+__all__ = ["FIELDS", "Surfaces"]
 
 FIELDS = ("cloth", "stretch", "strain_weft", "strain_warp", "strain_shear", "contact")
 
-# Colours in sRGB, close to those of the renderer (renderer/surface_shaders.cpp).
-_BODY = (190, 186, 178)
-_FLOOR = (226, 224, 218)
-
-
-def field_values(topology: FrameTopology, frame: Frame, field: str) -> Floats:
-    """Returns the values (n) of a field at the cloth vertices of a frame.
-
-    Values of triangles are averaged at their vertices. Strains are U - I, as for strain limits.
-    """
-    if field == "contact":
-        return frame.contact.astype(float)
-    if field == "stretch":
-        of_triangles = frame.stretch[:, 0] if frame.stretch.ndim == 2 else frame.stretch
-    else:
-        # Green strain E and the stretch U are related by U^2 = I + 2 E.
-        green = frame.strain
-        squared = np.empty((len(green), 2, 2))
-        squared[:, 0, 0] = 1.0 + 2.0 * green[:, 0]
-        squared[:, 1, 1] = 1.0 + 2.0 * green[:, 1]
-        squared[:, 0, 1] = squared[:, 1, 0] = 2.0 * green[:, 2]
-        size, axes = np.linalg.eigh(squared)
-        stretch = np.einsum("kij,kj,klj->kil", axes, np.sqrt(np.maximum(size, 0.0)), axes)
-        row, column = {"strain_weft": (0, 0), "strain_warp": (1, 1), "strain_shear": (0, 1)}[field]
-        of_triangles = stretch[:, row, column] - (1.0 if row == column else 0.0)
-    corners = topology.triangles.ravel()
-    total = np.bincount(corners, np.repeat(of_triangles, 3), minlength=len(frame.positions))
-    count = np.bincount(corners, minlength=len(frame.positions))
-    return np.asarray(total / np.maximum(count, 1))
+_FLOOR = (226, 224, 218)  # sRGB, close to the backdrop of pictures
 
 
 class Surfaces:
@@ -58,26 +28,25 @@ class Surfaces:
 
     def __init__(self, server: Any, topology: FrameTopology) -> None:
         self._server, self._topology = server, topology
-        self._cloths = _parts(
-            topology.cloth_names, topology.cloth_of_vertex, topology.triangles, "/cloth"
-        )
-        self._bodies = _parts(
-            topology.body_names, topology.body_of_vertex, topology.body_triangles, "/body"
-        )
+        self._surfaces = {
+            f"/{'cloth' if surface.is_cloth else 'body'}/{surface.name}": surface
+            for surface in surfaces_of(topology)
+        }
+        self._textured = {n: _vertex_colors(surface) for n, surface in self._surfaces.items()}
         self._meshes: dict[str, Any] = {}
         self._shown: dict[str, Floats] = {}
-        self._colored: dict[str, bool] = {}
+        self._colors: dict[str, Bytes | None] = {}  # of vertices; None: the surface has one colour
         self._listeners: dict[str, Callable[[Any], None]] = {}
 
     @property
     def cloth_nodes(self) -> list[Any]:
         """The nodes of the cloths in the order of the scene."""
-        return [self._meshes[name] for name, _, _ in self._cloths]
+        return [self._meshes[name] for name, each in self._surfaces.items() if each.is_cloth]
 
     @property
     def body_nodes(self) -> list[Any]:
         """The nodes of the rigid bodies, followed by those of the obstacles."""
-        return [self._meshes[name] for name, _, _ in self._bodies]
+        return [self._meshes[name] for name, each in self._surfaces.items() if not each.is_cloth]
 
     def on_drag(self, node: Any, listener: Callable[[Any], None]) -> None:
         """Calls a function with every event (viser.SceneNodeDragEvent) of a drag at a node."""
@@ -96,69 +65,73 @@ class Surfaces:
         with self._server.atomic():
             colors = None
             if field != "cloth":
-                colors = _colors(field_values(self._topology, frame, field), limits)
-            for i, (name, vertices, triangles) in enumerate(self._cloths):
-                points = frame.positions[vertices]
-                if colors is None:
-                    self._show_plain(name, points, triangles, _cloth_color(i))
+                colors = _colors(_core.scalar_field(field, self._topology, frame), limits)
+            for name, surface in self._surfaces.items():
+                points = surface.positions(frame)
+                shown = self._textured[name]
+                if colors is not None and surface.is_cloth:
+                    shown = colors[surface.vertices]
+                if shown is None:
+                    self._show_plain(name, points, surface)
                 else:
-                    self._show_colored(name, points, triangles, colors[vertices])
-            floors = self._topology.body_is_floor
-            for i, (name, vertices, triangles) in enumerate(self._bodies):
-                color = _FLOOR if floors[i] else _BODY
-                self._show_plain(name, frame.body_vertices[vertices], triangles, color)
+                    self._show_colored(name, points, surface, shown)
 
-    def _show_plain(
-        self, name: str, points: Floats, triangles: NDArray[np.int32], color: tuple[int, ...]
-    ) -> None:
-        if self._colored.get(name, True):
+    def _plain_color(self, surface: Surface) -> tuple[int, ...]:
+        """Returns the colour of a surface without a texture, in sRGB."""
+        topology = self._topology
+        if not surface.is_cloth:
+            body = topology.body_names.index(surface.name)
+            colored = topology.body_looks and topology.body_looks[body].color is not None
+            if topology.body_is_floor[body] and not colored:
+                return _FLOOR
+        return tuple(map(int, srgb(surface.colors[0])))
+
+    def _show_plain(self, name: str, points: Floats, surface: Surface) -> None:
+        if self._colors.get(name, points) is not None:
             self._meshes[name] = self._server.scene.add_mesh_simple(
-                name, points.astype(np.float32), triangles, color=color, side="double"
+                name,
+                points.astype(np.float32),
+                surface.triangles.astype(np.int32),
+                color=self._plain_color(surface),
+                side="double",
             )
-            self._colored[name] = False
+            self._colors[name] = None
             self._listen(self._meshes[name])
         elif not np.array_equal(self._shown[name], points):
             self._meshes[name].vertices = points.astype(np.float32)
         self._shown[name] = points
 
-    def _show_colored(
-        self, name: str, points: Floats, triangles: NDArray[np.int32], colors: NDArray[np.uint8]
-    ) -> None:
+    def _show_colored(self, name: str, points: Floats, surface: Surface, colors: Bytes) -> None:
         import trimesh
 
-        mesh = trimesh.Trimesh(points, triangles, vertex_colors=colors, process=False)
+        if self._colors.get(name) is colors and np.array_equal(self._shown[name], points):
+            return
+        mesh = trimesh.Trimesh(points, surface.triangles, vertex_colors=colors, process=False)
         content = mesh.export(file_type="glb")
-        if self._colored.get(name, False):
+        if self._colors.get(name) is not None:
             self._meshes[name].glb_data = content
         else:
             self._meshes[name] = self._server.scene.add_glb(name, content)
-            self._colored[name] = True
             self._listen(self._meshes[name])
-        self._shown[name] = points
+        self._colors[name], self._shown[name] = colors, points
 
 
-def _parts(
-    names: list[str], of_vertex: NDArray[np.int32], triangles: NDArray[np.int32], folder: str
-) -> list[Part]:
-    parts: list[Part] = []
-    for i, name in enumerate(names):
-        vertices = np.flatnonzero(of_vertex == i)
-        own = triangles[of_vertex[triangles[:, 0]] == i] if len(triangles) else triangles
-        parts.append(
-            (f"{folder}/{name or i}", vertices, np.searchsorted(vertices, own).astype(np.int32))
-        )
-    return parts
+def _vertex_colors(surface: Surface) -> Bytes | None:
+    """Returns the colours (n x 4) of the texture at the vertices, or None without a texture."""
+    if surface.texture is None:
+        return None
+    at = np.empty((surface.vertices.stop - surface.vertices.start, 2))
+    at[surface.triangles] = surface.texture_uv[surface.uv_triangles]
+    height, width = surface.texture.shape[:2]
+    column = np.floor((at[:, 0] % 1.0) * width).astype(int).clip(0, width - 1)
+    row = np.floor(((1.0 - at[:, 1]) % 1.0) * height).astype(int).clip(0, height - 1)
+    opaque = np.full((len(at), 1), 255, np.uint8)
+    return np.concatenate([surface.texture[row, column], opaque], axis=1)
 
 
-def _cloth_color(cloth: int) -> tuple[int, ...]:
-    """Returns the colour of a cloth in pictures, in sRGB."""
-    encoded = 255.0 * np.ravel(_core.cloth_color(cloth)) ** (1.0 / 2.2)
-    return tuple(int(value) for value in np.rint(encoded))
-
-
-def _colors(values: Floats, limits: tuple[float, float]) -> NDArray[np.uint8]:
-    from matplotlib import colormaps
-
+def _colors(values: Floats, limits: tuple[float, float]) -> Bytes:
+    """Returns the colours (n x 4) of values, with opacity."""
     low, high = limits
     place = np.clip((values - low) / max(high - low, 1e-12), 0.0, 1.0)
-    return np.asarray(colormaps["viridis"](place, bytes=True))
+    colors = color_table("viridis")[0][np.rint(255.0 * place).astype(int)]
+    return np.concatenate([colors, np.full((len(colors), 1), 255, np.uint8)], axis=1)

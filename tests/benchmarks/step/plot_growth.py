@@ -12,8 +12,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from smoke import package, parsed
 
-NAMES = {"pcg": "coarse levels", "block-jacobi": "block-Jacobi", "direct": "CHOLMOD"}
-LINES = {"pcg": "o-", "block-jacobi": "^:", "direct": "s--"}
+NAMES = {"pcg": "coarse levels", "block-jacobi": "block-Jacobi", "supernodal": "CHOLMOD"}
+LINES = {"pcg": "o-", "block-jacobi": "^:", "supernodal": "s--"}
 
 
 def read(path: Path) -> dict[tuple[str, float], list[tuple[int, int, float]]]:
@@ -38,7 +38,7 @@ def draw(source: Path, target: Path) -> None:
         line = LINES[solver]
         colour = "tab:blue" if h < 2 else "tab:orange"
         times.loglog(triangles, products, line, color=colour, label=f"{NAMES[solver]}, {h:g} ms")
-        if solver != "direct":
+        if solver != "supernodal":
             counts.loglog(
                 triangles, iterations, line, color=colour, label=f"{NAMES[solver]}, {h:g} ms"
             )

@@ -28,7 +28,7 @@ ROOMS = [loomstone] + [
 
 
 def says_nothing(value, name):
-    """True without a docstring, or with that of pybind11, which is the signature alone."""
+    """Returns whether there is no docstring, or only the signature that pybind11 writes."""
     text = inspect.getdoc(value) or ""
     return not re.sub(rf"\A{name}\(.*\n*", "", text)
 

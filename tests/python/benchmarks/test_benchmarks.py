@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
 BENCHMARKS = ROOT / "tests" / "benchmarks"
-# Not run on their own: imported by programs and tests, or run by Blender.
+# These modules are not run on their own. Programs and tests import them, or Blender runs them.
 MODULES = (
     "smoke.py",
     "extreme_scenes.py",

@@ -41,7 +41,7 @@ class Block:
     code: str
     remark: str  # "not run", "runs nightly" or empty
     reason: str
-    file: str  # name of the file that the block is, or empty
+    file: str  # name of the file whose content is the block; empty: none
 
 
 def blocks(page: str) -> list[Block]:

@@ -104,7 +104,7 @@ def test_a_bar_is_drawn_into_a_solenoid_as_its_inductance_grows():
         scene = plunger(z, currents=[5.0])
         sim = simulation(scene, 1e-6)
         sim.step()
-        mass = ls.meshes.mass_properties(scene.bodies[0].mesh, scene.bodies[0].density).mass
+        mass = ls.meshes.mass_properties(scene.bodies[0]).mass
         force = mass * sim.state.body_velocities[0, 2] / 1e-6
         assert force < 0.0, "into the coil"
         # Force and flux come from different integrals. They differ by the error of the panels: 8e-3
@@ -188,7 +188,7 @@ def test_energy_and_momentum_balance_where_a_ball_flies_through_a_coil(case):
     errors = [abs(balance(sim) - balance(start)) for sim in sims]
     exchanged = sims[1].circuit_supply + sims[1].circuit_heat
     assert errors[1] < 1e-3 * exchanged and errors[1] < 0.3 * errors[0] + 1e-5 * exchanged
-    masses = np.array([ls.meshes.mass_properties(b.mesh, b.density).mass for b in falling().bodies])
+    masses = np.array([ls.meshes.mass_properties(b).mass for b in falling().bodies])
     momenta = [masses @ np.asarray(sim.state.body_velocities) for sim in (start, sims[1])]
     assert momenta[1] == pytest.approx(momenta[0], abs=1e-12)
 
@@ -354,7 +354,7 @@ def test_forces_by_currents_are_among_the_magnetic_forces():
     sim = simulation(scene, 1e-5)
     for _ in range(20):  # lets a current build up
         sim.step()
-    masses = np.array([ls.meshes.mass_properties(b.mesh, b.density).mass for b in scene.bodies])
+    masses = np.array([ls.meshes.mass_properties(b).mass for b in scene.bodies])
     before, forces = np.array(sim.state.body_velocities), np.asarray(sim.magnetic_forces()[0])
     sim.step()
     felt = masses[:, None] * (np.asarray(sim.state.body_velocities) - before) / 1e-5

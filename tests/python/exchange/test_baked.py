@@ -18,7 +18,7 @@ QUADS = np.array([[4 * r + k, 4 * r + (k + 1) % 4, 4 * r + 4 + (k + 1) % 4, 4 * 
 TRIANGLES = np.concatenate([QUADS[:, [0, 1, 2]], QUADS[:, [0, 2, 3]]])
 SHARES = np.repeat([[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]], 4, 0)
 TIMES = np.array([0.0, 0.5, 1.0])
-ANGLES = np.array([0.0, 0.3, 0.9])  # of the second joint, which is at y = 1, about z [rad]
+ANGLES = np.array([0.0, 0.3, 0.9])  # turns of the second joint (at y = 1) about z at TIMES [rad]
 
 
 def bent(angle):
@@ -72,7 +72,7 @@ def write_gltf(path, change=lambda _: None):
     )
     made.accessors[-1].normalized = True
     inverse = np.tile(np.eye(4, dtype=np.float32), (2, 1, 1))
-    inverse[1, 3, 1] = -1.0  # by columns: moves the hinge to the origin
+    inverse[1, 3, 1] = -1.0  # the matrix is stored by columns, and moves the hinge to the origin
     turns = Rotation.from_rotvec(np.outer(ANGLES, [0, 0, 1])).as_quat().astype(np.float32)
     made.meshes = [g.Mesh(primitives=[primitive])]
     made.nodes = [
@@ -104,7 +104,7 @@ def test_a_skin_of_gltf_is_baked_to_vertices(gltf):
     frames = tube.vertex_positions.reshape(3, 12, 3)
     for angle, frame in zip(ANGLES, frames, strict=True):
         wanted = z_up(bent(angle))
-        # Shares are bytes: 128 + 128 is divided by its sum. Rotations are floats.
+        # The tolerance allows for rotations in single precision. Weights of 128 / 256 are exact.
         distance = np.linalg.norm(frame[:, None] - wanted[None], axis=2).min(1)
         assert distance.max() < 1e-6 and len(np.unique(np.round(frame, 4), axis=0)) == 12
     between = ls.obstacles.baked(gltf, rate=4.0).vertex_positions.reshape(5, 12, 3)[1]
@@ -175,7 +175,7 @@ def test_a_skin_of_usd_is_baked_to_vertices_in_metres_with_z_up(tmp_path):
     assert tube.name == "arm" and tube.times == pytest.approx(TIMES)
     frames = tube.vertex_positions.reshape(3, 12, 3)
     for index, (angle, frame) in enumerate(zip(ANGLES, frames, strict=True)):
-        # Points of the file are floats in centimetres, at most 230.
+        # The tolerance allows for single precision in the file, whose points reach 230 cm.
         assert frame == pytest.approx(z_up(bent(angle) + (0.1 * index, 0, 0)), abs=1e-6)
     assert path.read_bytes() == content  # the file is not changed
     assert len(ls.obstacles.baked(path, rate=4.0).times) == 5
@@ -229,10 +229,10 @@ def cycle(made):
 @pytest.mark.parametrize(
     "change, settings, said",
     [
-        (no_skin, {}, r"'Tube' refers to skins\[3\], but the file has 1"),
-        (no_joint, {}, "uses joint 1 of its skin, which has 1"),
+        (no_skin, {}, r"'Tube' refers to skins\[3\], but the file has only 1"),
+        (no_joint, {}, "uses joint 1, but its skin has only 1"),
         (compressed, {}, "requires KHR_draco_mesh_compression, which is not supported"),
-        (two_animations, {}, "has several animations, 'Bend', 'Wave'; name one by animation"),
+        (two_animations, {}, "has several animations, 'Bend', 'Wave'; give animation="),
         (two_animations, {"animation": ["Bend", "x"]}, "one of 'Bend', 'Wave', got 'x'"),
         (lines, {}, "'Tube' must consist of triangles, got points or lines"),
         (one_key, {}, "the animation must last longer than 0 s, got one keyframe"),
@@ -242,7 +242,7 @@ def cycle(made):
             {},
             "has no animation; use loomstone.obstacles.mesh",
         ),
-        (lambda made: made.meshes.clear(), {}, r"node 0 refers to meshes\[0\], but the file has 0"),
+        (lambda made: made.meshes.clear(), {}, r"refers to meshes\[0\], but the file has only 0"),
         (lambda made: made.scenes.clear(), {}, "must hold a mesh, but holds none"),
         (lambda _: None, {"animation": "Run"}, "animation must be one of 'Bend', got 'Run'"),
         (
@@ -320,12 +320,12 @@ def more_points(stage, _):
     "change, settings, said",
     [
         (unbound, {}, "/root/Tube is bound to /root/none, which is no skeleton"),
-        (no_bone, {}, "/root/Tube uses joint 5 of its skeleton, which has 2"),
+        (no_bone, {}, "/root/Tube uses joint 5, but its skeleton has 2 joints"),
         (no_poses, {}, "its skeleton must have 2 poses, one per joint, got 1"),
         (many_codes, {}, "must have at most 100000 samples, but 5e.08 s at 2 per second have more"),
         (still, {}, "must move, but is at rest in all 3 samples; use loomstone.obstacles.mesh"),
         (static, {}, r"has no animation \(no range of time codes\); use"),
-        (fewer_points, {}, "must have faces of its 3 points"),
+        (fewer_points, {}, "each corner must be one of its 3 points"),
         (more_points, {}, "must keep its 8 points, got 9 at time code 2"),
         (lambda *_: None, {"animation": "Run"}, "USD has no named animations; leave out animation"),
         (lambda *_: None, {"parts": ["Leg"]}, "names of its meshes, 'Tube', 'Wall', got 'Leg'"),

@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 from loomstone.exchange.clip import clip_of
 
-# Positions in single precision: half of the last of 24 bits, in coordinates below 0.5 m.
+# Tolerance [m] of coordinates below 0.5 m in single precision, whose relative error is 2**-24
 FLOAT = 0.5 * 2.0**-24
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """A run of 6 frames: two cloths, one sewn with a seam in its uv, a spinning body, a deforming
-    obstacle, a magnet and a floor at rest.
+    """A run of 6 frames with two cloths, a spinning body, a deforming obstacle, and a magnet and a
+    floor at rest. The uv of the first cloth have a seam.
     """
     out = tmp_path_factory.mktemp("run") / "out"
     flat = ls.grid(size=(0.1, 0.1), cells=(6, 6))
-    # The uv of the last column of cells lie apart, so its vertices have two uv.
+    # The uv of the last column of cells are shifted, so vertices at its inner border have two uv.
     apart = flat.vertices[flat.triangles][:, :, 0].mean(1) > 0.033
     uv = np.concatenate([flat.uv, flat.uv + (1.0, 0.0)])
     seam = ls.TriangleMesh(
@@ -67,7 +67,7 @@ def run(tmp_path_factory):
 
 
 def expected(run, name, frame):
-    """Vertices of a cloth or body of a frame."""
+    """Returns the vertices of a cloth or body in a frame."""
     t = run.topology
     if name in t.cloth_names:
         return frame.positions[t.cloth_of_vertex == t.cloth_names.index(name)]
@@ -105,7 +105,7 @@ def test_usd_has_the_positions_uv_poses_and_materials_of_the_run(run, tmp_path, 
             points = np.array(mesh.GetPointsAttr().Get(code), float)
             world = np.array(UsdGeom.XformCache(code).GetLocalToWorldTransform(mesh.GetPrim()))
             points = points @ world[:3, :3] + world[3, :3]
-            # Rigid poses are fitted to 1e-6 of sizes below 0.8 m, and points are floats.
+            # The tolerance of bodies allows for fitted poses (1e-6 of 0.04 m) and single precision.
             allowed = FLOAT if name in run.topology.cloth_names else 1e-7
             assert points == pytest.approx(expected(run, name, run[code]), abs=allowed)
     moving = {n for n, m in meshes.items() if m.GetPointsAttr().GetNumTimeSamples()}
@@ -114,7 +114,7 @@ def test_usd_has_the_positions_uv_poses_and_materials_of_the_run(run, tmp_path, 
     assert meshes["floor"].GetOrderedXformOps() == []
     for name in run.topology.cloth_names:
         uv = UsdGeom.PrimvarsAPI(meshes[name]).GetPrimvar("st").ComputeFlattened()
-        # uv reach 1.05 m, so single precision keeps them to 2**-24.
+        # uv reach 1.05 m, so single precision changes them by at most 2**-24 m.
         assert np.array(uv) == pytest.approx(corner_uv(run, name), abs=2.0**-24)
     bound = UsdShade.MaterialBindingAPI(meshes["a b"].GetPrim()).ComputeBoundMaterial()[0]
     color = bound.ComputeSurfaceSource()[0].GetInput("diffuseColor").Get()
@@ -135,7 +135,7 @@ def test_gltf_has_the_positions_uv_poses_and_materials_of_the_run(run, tmp_path,
     for part in parts:
         for index, code in enumerate((1, 3, 5)):
             wanted = expected(run, part.name, run[code])
-            # The first frame and the displacements are floats, and so are times and rotations.
+            # The tolerance allows for single precision of points, displacements and rotations.
             assert part.frames[index][: len(wanted)] == pytest.approx(wanted, abs=2e-7)
     content = pygltflib.GLTF2().load(str(path))
     assert content.asset.version == "2.0" and content.scene == 0
@@ -211,7 +211,7 @@ def test_point_caches_have_the_positions_of_the_run(run, tmp_path, to):
         read = ls.obstacles.sequence(tmp_path / "caches" / f"{file}.{to}", mesh=base, **rate)
         wanted = np.concatenate([expected(run, name, frame) for frame in run[2:6]])
         assert np.array_equal(read.vertex_positions, wanted.astype(np.float32))
-        start = 0.0 if to == "pc2" else 0.04  # times of MDD are those of the run, as floats
+        start = 0.0 if to == "pc2" else 0.04  # .pc2 has no times; .mdd has floats
         assert read.times == pytest.approx(start + 0.02 * np.arange(4), abs=1e-8)
 
 
@@ -343,3 +343,50 @@ def test_a_missing_or_truncated_run_is_one_sentence(run, tmp_path):
         done = command(tmp_path / name, "--to", "usd")
         assert done.returncode == 1 and done.stderr.count("\n") == 1, done.stderr
         assert str(tmp_path / name) in done.stderr
+
+
+@pytest.fixture(scope="module")
+def textured(tmp_path_factory):
+    """A run of one frame: a sheet with an image of 2 x 1 pixels, half of it transparent."""
+    out = tmp_path_factory.mktemp("textured") / "out"
+    image = np.array([[[255, 0, 0, 255], [0, 0, 0, 0]]], np.uint8)
+    look = ls.Look(texture=image, color=(0, 0, 1), roughness=0.25, texture_width=0.05)
+    sheet = ls.Cloth(name="sheet", mesh=ls.grid(size=(0.1, 0.1), cells=(2, 2)), look=look)
+    green = ls.Look(color=(0, 1, 0), roughness=0.5)
+    ball = ls.sphere(radius=0.1, centre=(0, 0, -0.2), subdivisions=1, look=green)
+    ls.Simulation(ls.Scene(cloths=[sheet], obstacles=[ball]), threads=1).run(out=out, duration=0.02)
+    return ls.Run(out)
+
+
+IMAGE = [[[255, 0, 0], [0, 0, 255]]]  # the colour shows through
+
+
+def test_gltf_contains_textures_and_looks(textured, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("pygltflib")
+    scene = trimesh.load_scene(textured.export(tmp_path / "run.glb")[0], process=False)
+    sheet, ball = (scene.geometry[name].visual for name in ("sheet", "sphere"))
+    assert np.array(sheet.material.baseColorTexture.convert("RGB")).tolist() == IMAGE
+    assert sheet.material.roughnessFactor == 0.25
+    # trimesh counts v from the lower edge. The width of the image is 0.05 m, its height 0.025 m.
+    wanted = textured.topology.corner_uv / (0.05, 0.025)
+    assert np.sort(np.unique(sheet.uv[:, 1])) == pytest.approx(np.unique(wanted[:, 1]), abs=1e-6)
+    assert ball.material.baseColorFactor.tolist() == [0, 255, 0, 255]
+
+
+def test_usd_has_textures_in_files_beside_it(textured, tmp_path):
+    pxr = pytest.importorskip("pxr.Usd")
+    from PIL import Image
+    from pxr import UsdGeom, UsdShade
+
+    stage = pxr.Stage.Open(str(textured.export(tmp_path / "run.usdc")[0]))
+    mesh = stage.GetPrimAtPath("/run/sheet")
+    bound = UsdShade.MaterialBindingAPI(mesh).ComputeBoundMaterial()[0].ComputeSurfaceSource()[0]
+    assert bound.GetInput("roughness").Get() == 0.25
+    source = bound.GetInput("diffuseColor").GetConnectedSources()[0][0].source
+    file = UsdShade.Shader(source.GetPrim()).GetInput("file").Get().resolvedPath
+    assert file == str(tmp_path / "run-sheet.png")
+    assert np.array(Image.open(file)).tolist() == IMAGE
+    uv = np.array(UsdGeom.PrimvarsAPI(mesh).GetPrimvar("st").ComputeFlattened())
+    assert uv == pytest.approx(textured.topology.corner_uv / (0.05, 0.025), abs=1e-6)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["run-sheet.png", "run.usdc"]

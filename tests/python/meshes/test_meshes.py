@@ -245,3 +245,15 @@ def test_mass_of_a_cube_and_its_inertia():
     assert found.inertia == pytest.approx(np.eye(3) * 80 * 4 / 6)
     with pytest.raises(ls.InvalidInput):
         ls.meshes.mass_properties(ls.grid(cells=(2, 2)), 10.0)
+
+
+def test_a_body_has_its_given_mass_or_that_of_its_density():
+    box = meshes.box(size=(2, 2, 2))
+    dense = ls.meshes.mass_properties(ls.RigidBody(mesh=box, density=10.0))
+    given = ls.meshes.mass_properties(ls.RigidBody(mesh=box, mass=80.0))
+    assert dense.mass == pytest.approx(80) and given.mass == 80 and given.volume == dense.volume
+    assert given.inertia == pytest.approx(dense.inertia, rel=1e-14)
+    with pytest.raises(ls.InvalidInput, match="mesh must be a closed mesh, got none"):
+        ls.meshes.mass_properties(ls.RigidBody(mass=1.0))
+    with pytest.raises(ls.InvalidInput, match="mass must be >= 0"):
+        ls.RigidBody(mesh=box, mass=-1.0)

@@ -19,7 +19,7 @@ from vtk.util.numpy_support import vtk_to_numpy  # noqa: E402
 
 SIDE = 5
 N_VERTICES = 2 * SIDE**2
-N_POINTS = N_VERTICES + SIDE  # a seam of the texture has its vertices twice
+N_POINTS = N_VERTICES + SIDE  # the vertices on a seam of the texture are stored twice
 N_TRIANGLES = 4 * (SIDE - 1) ** 2
 N_FRAMES = 40
 STEPS_PER_FRAME = 4
@@ -153,7 +153,7 @@ def test_vtk_sees_times_topology_and_constant_fields(run: pathlib.Path) -> None:
         np.testing.assert_allclose(
             vtk_to_numpy(mesh.GetCellData().GetArray("uv")), uv.reshape(-1, 6), rtol=0, atol=1e-15
         )
-        # Viewers take the active texture coordinates, which agree with those of all corners.
+        # Viewers use the active texture coordinates of points. At all corners, they are the uv.
         texture = vtk_to_numpy(mesh.GetPointData().GetTCoords())
         np.testing.assert_allclose(texture[corners], uv, rtol=0, atol=1e-15)
         assert mesh.GetPointData().GetVectors().GetName() == "velocity"

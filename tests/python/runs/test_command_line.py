@@ -1,4 +1,4 @@
-"""What the command prints, the files that it writes to start from, and where runs are written."""
+"""What the command prints, the example files that it writes, and where it writes runs."""
 
 import json
 import shutil
@@ -139,6 +139,21 @@ def test_a_new_scene_file_runs_and_keeps_its_claims(loomstone):
     assert code == 1 and "mine.py must not exist yet" in said.err
 
 
+def test_the_demo_simulates_the_drape_and_draws_it(loomstone, tmp_path, monkeypatch):
+    drape = SMALL.replace("cells: int = 4", "triangles: int = 32").replace(
+        "(cells, cells)", "(4, 4)"
+    )
+    (tmp_path / "drape.py").write_text(drape)
+    monkeypatch.setattr("loomstone.cli.demo.scene_files", lambda: {"drape": tmp_path / "drape.py"})
+    code, said = loomstone("demo")
+    assert code == 0 and "video: out/demo/video.mp4" in said.out
+    assert ls.Run("out/demo").metadata["scene_file"]["parameters"] == {"triangles": 3600}
+    assert len(list(Path("out/demo/frames").glob("*.png"))) == 3
+    code, said = loomstone("demo")
+    assert code == 1 and "out/demo" in said.err and said.err.count("\n") == 1
+    assert loomstone("demo", "--overwrite")[0] == 0
+
+
 def test_a_shell_completes_commands_and_names(loomstone, monkeypatch):
     def completed(words, number):
         monkeypatch.setenv("_LOOMSTONE_COMPLETE", "complete_bash")
@@ -170,12 +185,12 @@ def test_a_directory_that_holds_no_run_is_not_written_into(loomstone, tmp_path):
     code, said = loomstone("run", "scene.py", "--out", "thesis")
     assert code == 1 and "building" not in said.out
     assert said.err == (
-        "loomstone: thesis must be empty or absent, but holds no run and has chapter.tex and 1"
-        " more; give another directory, or overwrite, which keeps the files of others\n"
+        "loomstone: thesis must be empty or absent, but contains chapter.tex and 1 more, which no"
+        " run has written; give another directory, or overwrite, which keeps such files\n"
     )
     assert {path.name for path in thesis.iterdir()} == {"chapter.tex", "frames"}
     sim = ls.Simulation(ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(2, 2)))]))
-    with pytest.raises(ls.CacheError, match="holds no run and has chapter.tex"):
+    with pytest.raises(ls.CacheError, match="contains chapter.tex"):
         sim.run(out=thesis, duration=0.04)
     assert loomstone("run", "scene.py", "--out", "thesis", "--overwrite")[0] == 0
     assert (thesis / "chapter.tex").read_text() == "text" and len(ls.Run(thesis)) == 3
@@ -190,7 +205,7 @@ def test_memory_is_estimated_from_the_sizes_of_a_scene(monkeypatch):
 
     euler = ls.SemiImplicitEuler()
     small, large = memory_of(scene(10), euler), memory_of(scene(100), euler)
-    # The drape of 57,800 triangles takes 285 MB, so 20,000 triangles take less than half of it.
+    # A drape of 57,800 triangles took 285 MB. With 60 MB for the program, 20,000 take 138 MB.
     assert small < 62e6 and 130e6 < large < 150e6
     assert memory_of(scene(100), ls.BackwardEuler()) > large
     assert memory_of(scene(100), ls.SemiImplicitEuler(linear_solver="direct")) > large

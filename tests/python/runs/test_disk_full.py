@@ -53,7 +53,7 @@ def whole(tmp_path_factory):
 def check_failed_and_resume(done, out, whole, more=()):
     assert done.returncode == 1 and "Traceback" not in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1, done.stderr
-    assert "frames before are kept" in done.stderr and f"loomstone resume {out}" in done.stderr
+    assert "written so far are kept" in done.stderr and f"loomstone resume {out}" in done.stderr
     stored, good = ls.Run(out), ls.Run(whole / "out")
     assert 10 < len(stored) < len(good)
     for index, frame in enumerate(stored):
@@ -95,7 +95,7 @@ def test_a_table_of_steps_on_a_full_disk_is_the_same_clear_error(whole, tmp_path
     with monkeypatch.context() as patch:
         patch.setattr(StepTable, "flush", full)
         with pytest.raises(
-            ls.CacheError, match="No space left on device.*1 frames before are kept"
+            ls.CacheError, match="No space left on device.*1 frames written so far are kept"
         ):
             sims[0].run(out=tmp_path / "out", duration=1.0)
     report = sims[1].run(out=tmp_path / "out", duration=1.0, resume=True)

@@ -317,7 +317,7 @@ def test_a_picture_shows_the_cloth(hanging, tmp_path):
     ls.pictures.write_png(str(tmp_path / "a.png"), image)
     assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG"
     with pytest.raises(
-        ls.InvalidInput, match=r"image must have shape \(height, width, 3\), got \(90, 160\)"
+        ls.InvalidInput, match=r"image must have shape \(height, width, 3 or 4\), got \(90, 160\)"
     ):
         ls.pictures.write_png(str(tmp_path / "b.png"), image[:, :, 0])
 

@@ -1,4 +1,4 @@
-"""Scene files are ordinary modules: imports beside them, relative paths, misspelt names."""
+"""Scene files can import modules beside them and use relative paths; misspelt names get a hint."""
 
 import json
 import pickle
@@ -66,7 +66,8 @@ def test_a_scene_file_imports_and_reads_what_lies_beside_it(loomstone, project):
     code, said = loomstone("run", project / "files.py", "--out", "out", "--quiet")
     assert code == 0, said.err
     assert Path.cwd().name == "elsewhere"
-    # A relative directory of a run is that of the command, also in check().
+    # "out" is relative to the working directory of the command, although check() of the scene file
+    # runs in the directory of this file.
     code, said = loomstone("check", "out")
     assert code == 0 and "the scene's claims hold" in said.out
 

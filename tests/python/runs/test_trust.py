@@ -114,7 +114,7 @@ def test_the_scene_file_at_hand_runs_and_a_changed_one_does_not(tmp_path):
 
 
 def altered(run, change):
-    """Returns the run with other metadata, as a stranger can write it."""
+    """Changes the metadata of a run, as a stranger could do, and returns the run."""
     with ls.Run(run) as stored:
         frames, topology, metadata = list(stored), stored.topology, stored.metadata
     change(metadata)

@@ -115,7 +115,7 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
     [
         ("drape", 450, 0.6, "auto"),
         ("ribbon", 200, 2.5, 2.5e-3),
-        ("table_cloth", 1000, 1.0, 4e-3),  # the step of the scene is 1 ms, for larger meshes
+        ("table_cloth", 1000, 1.0, 4e-3),  # its own step of 1 ms is for larger meshes
         ("wave_bar", 1000, 1.0, 4e-3),
     ],
 )

@@ -71,8 +71,8 @@ def test_the_account_has_the_work_of_the_forces():
     for _ in range(50):
         sim.step()
     account = sim.report.account
-    # The displacement of a step is h v(t + h), so the work exceeds the kinetic energy by half of
-    # the last increment of velocity, 1/50 of it.
+    # The displacement of a step is h v(t + h), so the work is larger than the kinetic energy. After
+    # 50 steps, the difference is 1/50 of this energy.
     assert account.loads == pytest.approx(sim.report.energy.body_kinetic, rel=0.03)
 
 
@@ -88,9 +88,10 @@ def test_a_force_on_an_attached_body_pulls_the_cloth_along():
     for _ in range(20):
         sim.step()
     of_cloth = 0.1 * 0.2 * 0.2
-    mean = sim.velocities.mean(0)  # of 16 vertices; the sum below needs their masses
+    mean = sim.velocities.mean(0)
     momentum = MASS * np.array(sim.state.body_velocities)[0] + of_cloth * mean
-    # Cloth weighs 1/125 of the body, and weighting its vertices alike errs by less than that.
+    # The cloth has 1/125 of the mass of the body. The mean over its vertices, which ignores that
+    # their masses differ, causes a smaller error than this.
     assert np.allclose(momentum, FORCE * sim.time, rtol=0.01, atol=1e-4)
     assert np.linalg.norm(mean) > 0.01 * np.linalg.norm(sim.state.body_velocities)
 

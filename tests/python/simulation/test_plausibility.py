@@ -1,4 +1,4 @@
-"""Every scene that can be simulated but looks like a mistake is told by one sentence."""
+"""A scene that can be simulated but looks like a mistake causes a warning of one sentence."""
 
 import re
 import warnings

@@ -12,7 +12,6 @@ from browser import Browser
 from loomstone import viewer
 from loomstone.viewer.grips import BodyGrip, ClothGrip, ObstacleGrip
 from loomstone.viewer.holding import Holder
-from loomstone.viewer.surfaces import field_values
 
 pytest.importorskip("viser")
 
@@ -33,7 +32,7 @@ def run(tmp_path_factory):
 
 
 def lead(sim, grip, duration):
-    """Advances the simulation while the grip acts; returns the largest count of pairs."""
+    """Advances the simulation while the grip acts; returns the most intersecting pairs."""
     end, most = sim.time + duration, 0
     while sim.time < end:
         begun = sim.time
@@ -49,8 +48,8 @@ def test_fields_are_strains_of_the_cloth():
     sim.positions = flat.vertices * (1.1, 1.0, 1.0)
     frame, topology = sim.frame(), sim.topology
     for field, value in (("stretch", 1.1), ("strain_weft", 0.1), ("strain_warp", 0.0)):
-        assert np.allclose(field_values(topology, frame, field), value, atol=1e-12), field
-    assert not field_values(topology, frame, "contact").any()
+        assert np.allclose(ls._core.scalar_field(field, topology, frame), value, atol=1e-12), field
+    assert not ls._core.scalar_field("contact", topology, frame).any()
 
 
 def test_a_grip_brings_cloth_to_the_mouse_without_intersections():
@@ -62,7 +61,7 @@ def test_a_grip_brings_cloth_to_the_mouse_without_intersections():
     grip.goal = np.array([0.05, 0.0, 0.35])  # above the ball
     assert lead(sim, grip, 1.5) == 0
     held = grip._centre(sim.positions) + grip._arm
-    # The mouse stands still, so the integral part has removed nearly all of the sag.
+    # The mouse stands still, so the integral term of the spring has removed nearly all of the sag.
     assert np.linalg.norm(held - grip.goal) < 5e-3
     grip.release(sim)
     assert not sim.external_forces.any()
@@ -188,7 +187,7 @@ def _compare_with_renderer(shown, camera, picture):
     for image in (drawn, picture):
         # The background is uniform along rows, and cloth or ball differ from it.
         masks.append(np.abs(image - image[:, :1]).max(2) > 20)
-    # Edges of a few pixels and the motion between the two pictures differ.
+    # The masks may differ by a few pixels at edges, and by the motion between the two pictures.
     assert (masks[0] & masks[1]).sum() > 0.85 * (masks[0] | masks[1]).sum()
 
 

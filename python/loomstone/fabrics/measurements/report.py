@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from ... import _core
 from ..._core import CacheError, Camera, InvalidInput, RenderOptions, Unsupported
 from ...base.arguments import takes, whole
 from ...integrators import SemiImplicitEuler
+from ...pictures.renderer import Renderer
 from ...simulation import Simulation
 from ..fabric import Fabric
 from ..named_fabrics import catalogue
@@ -272,7 +272,7 @@ def _picture(report: FabricReport) -> Any:
     scene = drape_scene(report.fabric, report.drapes[0].mesh)
     simulation = Simulation(scene, integrator=SemiImplicitEuler(step=1e-3), threads=1)
     simulation.positions = report.drapes[0].positions
-    return np.asarray(_core.Renderer(simulation.topology, look).render(simulation.frame()))
+    return np.asarray(Renderer(simulation.topology, look).render(simulation.frame()))
 
 
 def _check_plotting() -> None:
