@@ -79,6 +79,7 @@ class Simulated {
     for (int rank = 0; rank < tests.n_ranks(); ++rank) {
       Rank& own = ranks_.emplace_back(rank, tests.n_ranks());
       own.stack = tests.roots[rank];
+      own.free = tests.start[rank];
       schedule(rank, tests.start[rank]);
     }
   }
@@ -212,7 +213,8 @@ class Simulated {
 
   double answer(int rank, int to, double time) {
     Rank& own = ranks_[rank];
-    if (own.pool.empty()) {
+    const std::size_t kept = own.stack.empty() ? 1 : 0;  // as in TaskPool
+    if (own.pool.size() <= kept) {
       ++report_.refusals;
       return send(to, {0.0, Kind::Refusal, rank}, time);
     }

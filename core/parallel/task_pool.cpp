@@ -61,10 +61,12 @@ class SharedTasks {
     const std::lock_guard lock(mutex_);
     --active_;
   }
-  // Removes the oldest task, which started closest to the roots, for another rank.
+  // Removes the oldest task, which started closest to the roots, for another rank. If no worker is
+  // active, one task stays. Otherwise, ranks could pass a task on for ever without working on it.
   std::optional<Tests> give() {
     const std::lock_guard lock(mutex_);
-    if (tasks_.empty()) return std::nullopt;
+    const std::size_t kept = active_ > 0 ? 0 : 1;
+    if (tasks_.size() <= kept) return std::nullopt;
     Tests tests = std::move(tasks_.front());
     tasks_.pop_front();
     --size_;

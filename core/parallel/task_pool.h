@@ -3,7 +3,8 @@
 // indices, so that any rank can perform it. Each worker thread performs tests depth first with its
 // own stack. If a stack exceeds tau = a sigma + b tests, where sigma is the number of tasks in the
 // pool of the rank, tau / 2 tests from the bottom of the stack become a new task. A rank whose
-// pool is empty asks the other ranks in turn for a task.
+// pool is empty asks the other ranks in turn for a task. A rank that performs no test keeps one
+// task.
 // The run ends when Termination has found that no rank has work.
 #pragma once
 

@@ -62,6 +62,18 @@ TEST_CASE("a dynamic replay performs all tests and spreads them over the ranks")
   CHECK(slow.seconds > 1.1 * fast.seconds);
 }
 
+TEST_CASE("a rank performs tests of a task before it passes the task on") {
+  // Costs and latencies vary so that requests arrive at the same time as tasks.
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> cost(0.0, 1e-6), latency(0.5e-6, 2e-6);
+  for (int i = 0; i < 300; ++i) {
+    RecordedTests tests = trees_on_rank_0(1, 5, 2);  // 1,365 tests
+    for (double& seconds : tests.seconds) seconds = cost(random);
+    const ReplayReport report = replay_dynamic(tests, {latency(random), 1e10, 0.2e-6});
+    CHECK(report.transfers <= static_cast<std::int64_t>(tests.size()));
+  }
+}
+
 TEST_CASE("a predicted replay takes the time of the most expensive range and of three exchanges") {
   // Sixteen pieces, of which the last four take twice as long as in the step before.
   OrderedWork work{std::vector<float>(16, 1.0f), std::vector<double>(16, 1e-6), 4e-6, 1000};
