@@ -32,7 +32,8 @@ struct PairTest {
   const ExpectedMotion& motion;
   const Tangle& tangle;
 
-  // Returns a bound on the relative displacement of two points, one of each feature [m].
+  // Returns a bound on the relative displacement of two points, one inflation of each feature [m]
+  // [m].
   double travel(ContactKind kind, const std::array<Index, 4>& v) const {
     const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
     double largest = 0.0;

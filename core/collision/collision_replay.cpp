@@ -54,7 +54,7 @@ CollisionModel model_of(const CollisionRecord& record) {
   return model;
 }
 
-// Every vertex of cloth can move, whatever its mass.
+// Returns 1 for vertices of cloth, which can move whatever their mass is, and 0 for all others.
 Vector movable(const CollisionModel& model) {
   Vector inverse_mass = Vector::Zero(model.n_vertices);
   for (const CollisionSurface& surface : model.surfaces)
@@ -66,7 +66,7 @@ Vector movable(const CollisionModel& model) {
 // Number of steps before the measured one, in which lists get the slack that the motion needs.
 constexpr int steps_before = 3;
 
-// Searches of steps by neighbour lists on one thread.
+// Performs the searches of steps by neighbour lists on one thread.
 struct ListsOfStep {
   ListsOfStep(const CollisionModel& given, const std::vector<SurfacePair>& given_pairs,
               const Vector& given_inverse_mass)
@@ -77,7 +77,7 @@ struct ListsOfStep {
         lists(model, pairs, boxes, *alone),
         search(model, boxes, lists) {}
 
-  // Both return the size of the results [bytes].
+  // contacts() and impacts() return the size of their results [bytes].
   std::size_t contacts(const Points& x) {
     lists.update(Team{}, x);
     return find_contacts(Team{}, model, pairs, x, lists).size() * bytes_of_found_contact;
@@ -86,7 +86,8 @@ struct ListsOfStep {
     return search.find(Team{}, {x0, inverse_mass, {}}, x1, nullptr).size() * sizeof(StepImpact);
   }
 
-  // Calls add(i, list) for all lists, with the index of the first cluster among those of all pairs.
+  // Calls add(i, list) for each list. `i` is the index of its first cluster among the first
+  // clusters of all surface pairs.
   template <class Add>
   void each_list(Add&& add) {
     std::vector<std::size_t> first{0};
@@ -95,7 +96,8 @@ struct ListsOfStep {
     n_pieces = first.back();
     for (NeighbourList& list : lists.lists()) add(first[list.pair] + list.a, list);
   }
-  // Returns the costs of lists since the last call, by which ranks cut them.
+  // Returns the costs of the lists of each first cluster since the last call. Ranks divide the
+  // lists by these costs.
   std::vector<float> take_expected() {
     std::vector<float> costs;
     each_list([&](std::size_t i, NeighbourList& list) {
@@ -104,7 +106,8 @@ struct ListsOfStep {
     });
     return costs;
   }
-  // Takes the smaller of the times since the last call and those in `work`.
+  // Stores in `work` the times since the last call [s]. Keeps times of earlier calls that are
+  // smaller.
   void take_work(OrderedWork& work) {
     const double pass = lists.take_pass_seconds() / static_cast<double>(lists.lists().size());
     std::vector<double> seconds;

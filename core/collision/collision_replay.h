@@ -1,5 +1,5 @@
 // Predicts how long ranks take to find the collisions of a recorded motion. The work is measured on
-// one thread, and its distribution is simulated.
+// one thread, and its distribution over ranks is simulated.
 #pragma once
 
 #include <memory>
@@ -36,9 +36,10 @@ class CollisionReplay {
   // of `repetitions` measurements.
   RecordedTests measure(Search search, int n_ranks, int repetitions = 3) const;
 
-  // Measures the work on neighbour lists in both searches of a step, by first cluster. Lists are
-  // expected to cost what they cost in the step before. The motion is continued backwards for the
-  // steps before. Each cost is the smallest of `repetitions` measurements.
+  // Measures the work on neighbour lists in both searches of a step. Entry i of the result is the
+  // work of all lists whose first cluster is i. The expected cost of a list is its cost in the
+  // preceding step. The motion is extrapolated backwards to get the preceding steps. Each cost is
+  // the smallest of `repetitions` measurements.
   struct Lists {
     OrderedWork contacts, impacts;
   };
@@ -51,8 +52,8 @@ class CollisionReplay {
     Team team;
     std::shared_ptr<const Communicator> communicator;
   };
-  // Collective. Performs a search `repetitions` times. Returns the time of each until the last rank
-  // has all results [s].
+  // Collective. Performs a search `repetitions` times. Returns for each repetition the time until
+  // the last rank has all results [s].
   std::vector<double> perform(Search search, const Execution& execution, int repetitions) const;
 
  private:

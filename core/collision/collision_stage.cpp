@@ -46,13 +46,14 @@ struct CollisionStage::Data {
   std::unique_ptr<SharedSearch> shared;  // null: searches use the lists
   bool keeps_motion = false;
   CollisionRecord motion;
-  std::unique_ptr<BroadPhase> own_broad_phase;  // searches all tasks; made when first needed
+  std::unique_ptr<BroadPhase> own_broad_phase;  // searches tasks of all ranks; made at first use
   // Positions x0 of the last call of proximity(), and the contacts at x0. A part of a step begins
-  // where the last one ended, so contacts found at its end are used again. `known` also has the
-  // contacts that were left out of the result because of a tangle. Both are the same on all ranks.
+  // where the last one ended, so contacts found at its end are used again. `known` also contains
+  // the contacts that proximity() omits because of a tangle. Both members are the same on all
+  // ranks.
   Points known_x;
   std::vector<Contact> known;
-  std::vector<Contact> returned;  // contacts that are not `known`
+  std::vector<Contact> returned;  // result of the last call, if it differs from `known`
 
   std::vector<Contact> without_ignored(const std::vector<Contact>& contacts,
                                        const Tangle& tangle) const {

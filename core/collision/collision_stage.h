@@ -25,9 +25,10 @@
 namespace loomstone {
 
 // Collision stage of a simulation. Caches trees and neighbour lists between calls. The caches
-// affect speed, not results. The ranks share the search, and all of them receive all contacts and
-// impacts. With the decomposition "predicted", each rank keeps a part of the neighbour lists and
-// tests their pairs. With the other decompositions, the ranks traverse the trees of a
+// affect speed, not results. The ranks divide the search among themselves, and each of them
+// receives all contacts and impacts. With the decomposition "predicted", each rank keeps a part of
+// the neighbour lists and tests their pairs. With the other decompositions, the ranks traverse the
+// trees of a
 // SharedSearch.
 class CollisionStage {
  public:
@@ -45,8 +46,8 @@ class CollisionStage {
   // contains the vertices of all surfaces.
   // The reference is valid until the next call.
   const std::vector<Contact>& proximity(const Team& team, const Points& x0, const Tangle& tangle);
-  // Returns the same contacts and may be called by some ranks only. Slow unless x0 is that of the
-  // last call of proximity() or there is only one rank.
+  // Returns the same contacts as proximity(). Not collective: a rank may call it without the
+  // others. Slow unless x0 is that of the last call of proximity() or there is only one rank.
   const std::vector<Contact>& proximity_alone(const Team& team, const Points& x0,
                                               const Tangle& tangle);
 
@@ -89,9 +90,9 @@ class CollisionStage {
   // Memory of the bounding-volume hierarchies, which every rank stores whole [bytes].
   std::size_t hierarchy_bytes() const;
 
-  // Sets whether certify() keeps the motion that it receives, for motion().
+  // Sets whether certify() stores the motion that it receives. motion() returns the stored motion.
   void keep_motion(bool keep);
-  // Returns the motion that certify() received last, or one without vertices.
+  // Returns the last motion that certify() stored, or a motion without vertices if there is none.
   const CollisionRecord& motion() const;
 
  private:

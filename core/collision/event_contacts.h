@@ -1,8 +1,9 @@
 // Contacts at events within a step, between vertices that move at constant velocity from one of
-// their own events to the next. An impulse with Coulomb friction (2.58, 2.59) stops the approach of
-// a pair that is closer than its thickness, and the pair then regains its thickness slowly. A pair
-// that is farther apart is evaluated again at the earliest time at which it can be that close.
-// Implements the second stage of [Thomaszewski2010], 4.3.
+// their own events to the next. An impulse with Coulomb friction ([Thomaszewski2010], (2.58),
+// (2.59)) stops the approach of a pair that is closer than its thickness, and the pair then regains
+// its thickness slowly. A pair that is farther apart is evaluated again at the earliest time at
+// which it can come closer than its thickness. Implements the second stage of [Thomaszewski2010],
+// 4.3.
 #pragma once
 
 #include <optional>
@@ -29,12 +30,14 @@ class EventContacts {
   // Sets the pairs to evaluate in a step. Vertices of obstacles follow the expected motion. The
   // arrays of `motion` must outlive the step.
   void set_pairs(const ExpectedMotion& motion, std::vector<ApproachingPair> pairs);
-  // Begins or repeats the step, which is divided into n_ticks equal ticks. A queue gives 0.
+  // Begins or repeats the step, which is divided into n_ticks equal ticks. `n_ticks` is 0 if the
+  // events come from a queue.
   void begin(Index n_ticks);
   // Evaluates the pairs that are due at a tick and applies their impulses. All events of vertices
   // lie at ticks.
   void act(const Team& team, Index tick, const EventMotion& motion);
-  // Does the same in an event of a queue, for the due pairs that contain a listed vertex.
+  // Evaluates, at an event of a queue, the due pairs that contain a vertex in `vertices`, and
+  // applies their impulses.
   void act_on(const std::vector<Index>& vertices, const EventMotion& motion);
 
   // Number of pair evaluations since set_pairs().
@@ -49,11 +52,11 @@ class EventContacts {
     std::array<double, 4> weights;
     Vec3 normal;
     double distance, inverse_mass;  // [m], [1/kg]
-    Index body;                     // of the pair; -1: none
-    Vec3 touched;                   // its closest point [m]
+    Index body;                     // body in the pair; -1: none
+    Vec3 touched;                   // closest point of the body [m]
   };
   void begin_queue();
-  // A rigid body at this tick.
+  // A rigid body at the current tick or event.
   struct PlacedBody {
     EventBody body;
     Mat3 turn;  // rotation since the start of the step
@@ -75,12 +78,12 @@ class EventContacts {
   const Vector& inverse_mass_;
   std::optional<ExpectedMotion> motion_;
   std::vector<ApproachingPair> pairs_;
-  // (pairs) Last known result of side_of(): 1 or -1, or 0 if unknown.
+  // (pairs) Side of the first feature as defined by side_of(): 1 or -1; 0: unknown.
   std::vector<std::int8_t> side_;
   Index n_ticks_ = 1;
   std::vector<std::vector<Index>> due_;  // (n_ticks + 1) pairs due at each tick
-  // For a queue: the pairs of each vertex, the time from which each pair is due [s], and the pairs
-  // of an event.
+  // Used with a queue: the pairs of each vertex, the time from which each pair is due [s], and the
+  // pairs of the current event.
   std::vector<std::vector<Index>> pairs_of_;
   std::vector<double> wake_;
   std::vector<Index> touched_;

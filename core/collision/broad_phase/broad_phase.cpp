@@ -109,7 +109,7 @@ struct BroadPhase::Task {
   PairSearch::Nodes nodes;
 };
 
-// Expands pairs of nodes from the roots. Omits nodes of the first tree without a cluster in
+// Expands pairs of nodes from the roots. Omits pairs whose node of the first tree has no cluster in
 // `first`.
 std::vector<BroadPhase::Task> BroadPhase::deal_out(const std::vector<Index>& which,
                                                    IndexRange first) const {

@@ -1,7 +1,7 @@
 // Distribution of neighbour lists over ranks. A list belongs to the owner of its first cluster. The
 // first clusters of all surface pairs, in ascending order, are cut into one contiguous range for
-// each rank. Cuts follow from the costs of earlier steps. They determine who computes a list, not
-// its content.
+// each rank. The cuts depend on the costs of earlier steps. They determine which rank computes a
+// list, not its content.
 #pragma once
 
 #include <vector>
@@ -13,8 +13,8 @@ namespace loomstone {
 
 class ClusterOwners {
  public:
-  // `n_clusters` has the number of first clusters of each surface pair. At the start, all of these
-  // clusters are given the same cost.
+  // `n_clusters` contains the number of first clusters of each surface pair. At the start, all of
+  // these clusters are given the same cost.
   ClusterOwners(const std::vector<Index>& n_clusters, const Communicator& ranks);
 
   // Returns the clusters of a surface pair whose lists this rank computes.
@@ -28,8 +28,8 @@ class ClusterOwners {
   // Collective. `own_costs` has one entry for each first cluster in the range of this rank. Cuts
   // the first clusters into new ranges if the most expensive range costs much more than the mean.
   void cut(const std::vector<float>& own_costs);
-  // True if the environment has LOOMSTONE_ROTATE_OWNERS, by which tests let owners change in every
-  // search.
+  // Returns true if the environment variable LOOMSTONE_ROTATE_OWNERS is set and there are several
+  // ranks. Tests set it to change the owners in every search.
   bool rotates() const { return rotates_; }
   // Gives each range to the next rank.
   void rotate();
@@ -39,7 +39,8 @@ class ClusterOwners {
   void cut_by(const std::vector<float>& costs);
 
   const Communicator& ranks_;
-  // Where the first clusters of each surface pair begin among all of them, and the number of all.
+  // Index of the first entry of each surface pair in the list of all first clusters, and the length
+  // of that list.
   std::vector<std::size_t> first_;
   std::vector<std::size_t> cut_;  // start of each range, and the number of all first clusters
   const bool rotates_;

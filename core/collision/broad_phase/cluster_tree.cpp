@@ -202,8 +202,8 @@ void ClusterTree::form(const Points& x) {
   order_by_halves(centres, order.data(), n);
   for (Index i = 0; i < n; ++i) cluster_of_face[order[i]] = i / slab_lanes;
 
-  // Each vertex or edge goes to the cluster of one of its faces. Among these, the cluster that owns
-  // the fewest so far is chosen, which leaves few lanes empty.
+  // Each vertex or edge is assigned to the cluster of one of its faces. The cluster with the fewest
+  // vertices or edges so far is chosen, which leaves few lanes empty.
   const Index first = n > 0 ? triangles_.minCoeff() : 0,
               n_vertices = n > 0 ? triangles_.maxCoeff() - first + 1 : 0;
   std::vector<Index> start(n_vertices + 2, 0),

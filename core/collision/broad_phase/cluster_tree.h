@@ -1,7 +1,7 @@
 // Bounding-volume hierarchy of one surface with eight children per node. A leaf is a cluster of
-// eight neighbouring faces and the edges and vertices that it owns. Each feature has one owner, so
-// each pair is visited once. Bounding volumes are 18-DOPs, compared eight at a time. The shape of
-// the tree does not affect results.
+// eight neighbouring faces and the edges and vertices assigned to it. Each feature is in one
+// cluster, so each pair is visited once. Bounding volumes are 18-DOPs, compared eight at a time.
+// The shape of the tree does not affect results.
 #pragma once
 
 #include <vector>
@@ -39,8 +39,8 @@ class ClusterTree {
   void forget() { built_area_ = -1.0; }     // the next refit forms new clusters
   int version() const { return version_; }  // changes whenever new clusters are formed
 
-  // The functions below refit in stages, so that several ranks can share a refit. Each rank
-  // computes the boxes of some clusters and receives those of the others.
+  // The functions below refit in stages, so that ranks can divide a refit among themselves. Each
+  // rank computes the boxes of some clusters and receives those of the others.
   bool formed() const { return built_area_ >= 0.0; }
   // Forms clusters at x. set_area() must follow.
   void form(const Points& x);

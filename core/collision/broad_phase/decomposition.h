@@ -1,5 +1,5 @@
-// How the search for colliding pairs is divided among ranks, and among the threads of a rank.
-// Results do not depend on either.
+// Ways to divide the search for colliding pairs among ranks (Decomposition) and among the threads
+// of a rank (Traversal). They do not affect results.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// Finds pairs of overlapping boxes with a plain binary tree. It serves infrequent searches
-// and independent checks of the other trees.
+// Finds pairs of overlapping boxes with a plain binary tree. It is used for infrequent searches and
+// to check the other trees independently.
 #pragma once
 
 #include <algorithm>

@@ -20,8 +20,8 @@ constexpr double least_slack = 0.2, most_slack = 2.5;  // as fractions of the th
 constexpr double most_slack_of_edge = 0.6;             // as a fraction of the mean edge length
 constexpr double steps_ahead = 3.0;
 constexpr double margin = 1.0;  // as a fraction of half the thickness
-// Lists are distributed again if one rank has this many times the mean cost, at most once
-// in `least_updates` updates. Our choice.
+// Lists are distributed again if the cost of one rank exceeds this multiple of the mean cost, but
+// at most once in `least_updates` updates. Our choice.
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 // Allowance for rounding errors, which accumulate as bounds are summed over steps [m].
@@ -201,8 +201,8 @@ void NeighbourLists::search(const Team& team, const Points& x1) {
   find_used();
 }
 
-// Replaces the lists by those of the cluster pairs in `found`. Keeps known lists of surfaces whose
-// clusters have not been formed again.
+// Replaces the lists by those of the cluster pairs in `found`. Keeps existing lists of surfaces
+// whose clusters have not been formed again.
 void NeighbourLists::keep_or_add(const std::vector<std::vector<PairKey>>& found,
                                  const std::vector<std::uint8_t>& formed) {
   std::vector<NeighbourList> old;
@@ -394,7 +394,8 @@ void NeighbourLists::cover(const Team& team, const Points& x1) {
   unlist_fast(passes);
 }
 
-// Returns whether vertices have left their expected motion on some rank, or costs are unbalanced.
+// Returns whether vertices have left their expected motion on some rank, whether costs are
+// unbalanced, or whether every search changes the owners.
 bool NeighbourLists::search_is_due(const std::vector<Pass>& passes) const {
   double most = 0.0, sum = 0.0;
   for (const Pass& pass : passes) {

@@ -1,9 +1,9 @@
 // Neighbour (Verlet) lists of near features, kept over several steps. Each pair of neighbouring
-// clusters has a list. Pairs of clusters stay valid while vertices remain inside boxes around their
-// expected motion. A list stays valid while distances have changed by at most its slack. The
-// relative displacement of the two clusters bounds this change, so clusters that move together keep
-// their list. Lists always contain all near pairs. Their lifetime does not affect results. Each
-// list exists on one rank only.
+// clusters has a list. The set of cluster pairs stays valid while vertices remain inside boxes
+// around their expected motion. A list stays valid while distances have changed by at most its
+// slack. The relative displacement of the two clusters bounds this change, so clusters that move
+// together keep their list. Lists always contain all near pairs. Their lifetime does not affect
+// results. Each list exists on one rank only.
 #pragma once
 
 #include <algorithm>
@@ -32,15 +32,16 @@ struct NeighbourList {
   Index pair;               // index of the surface pair
   Index a, b;               // clusters in the trees of the two surfaces
   Index n_vertex_face = 0;  // number of vertex-face pairs, which come first in `near`
-  // A new list contains all pairs closer than the base distance plus this slack [m].
+  // A new list contains all pairs closer than NeighbourLists::base_ plus this slack [m].
   double slack = -1.0;
   double used = 0.0;  // bound on the change of distances since the list was made [m]
-  // Bound on the change of distances in one step [m]. After update(), it is that of the last or the
-  // expected step. After cover(), it is that of the step from the last update() to x1.
+  // Bound on the change of distances in one step [m]. After update(), it applies to the last step,
+  // or to the expected step if cluster pairs have been searched. After cover(), it applies to the
+  // motion from the last update() to x1.
   double change = 0.0;
   double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` [m]
-  float cost = 0.0f;     // of computing with this list since lists were distributed [ns]
-  float seconds = 0.0f;  // time of computing with this list while lists are timed [s]
+  float cost = 0.0f;     // estimated cost of this list since lists were distributed [ns]
+  float seconds = 0.0f;  // measured time of work on this list [s]; see time_work()
   std::vector<NearPair> near = {};
 
   ContactKind kind(std::size_t i) const {
@@ -49,20 +50,20 @@ struct NeighbourList {
   }
 };
 
-// Approximate costs of computing with lists [ns], by which lists are distributed over ranks. Fitted
-// to times of a drape and of a disc on a table.
+// Approximate costs of work on lists [ns]. Lists are distributed over ranks by these costs. Values
+// are fitted to measured times of a drape and of a disc on a table.
 struct ListCosts {
-  static constexpr float list = 60.0f;        // a pass over a list
-  static constexpr float pair = 3.0f;         // a look at a pair in the list
-  static constexpr float distance = 60.0f;    // the distance of a pair
-  static constexpr float contact = 150.0f;    // a contact
-  static constexpr float impact = 250.0f;     // a test of a pair for an impact
+  static constexpr float list = 60.0f;        // visiting a list
+  static constexpr float pair = 3.0f;         // reading a pair of a list
+  static constexpr float distance = 60.0f;    // computing the distance of a pair
+  static constexpr float contact = 150.0f;    // making a contact
+  static constexpr float impact = 250.0f;     // testing a pair for an impact
   static constexpr float made = 300.0f;       // making a list, without its pairs
-  static constexpr float made_pair = 120.0f;  // a pair of a new list
+  static constexpr float made_pair = 120.0f;  // adding a pair to a new list
 };
 
-// Adds the time of its life to `seconds`, less the time that reading the clock takes. Does nothing
-// if `clock` is negative.
+// Adds the time between its construction and destruction to `seconds`, minus the time that reading
+// the clock takes (`clock`) [s]. Does nothing if `clock` is negative.
 template <class Number>
 class WorkTimer {
  public:
@@ -101,7 +102,7 @@ class NeighbourLists {
   // CollisionModel::gap_floor while vertices move from the positions of the last update() to x1.
   void cover(const Team& team, const Points& x1);
 
-  // After update() or cover(), makes the lists of this rank again whose slack does not suffice.
+  // Must follow update() and cover(). Makes the lists of this rank whose slack is too small again.
   void make_ended(const Team& team);
 
   std::vector<NeighbourList>& lists() { return lists_; }  // of this rank
@@ -128,7 +129,7 @@ class NeighbourLists {
   std::int64_t n_made() const { return n_made_; }          // number of lists made by this rank
 
  private:
-  // Findings of a rank in a pass over its lists.
+  // Results of the pass of a rank over its lists.
   struct Pass {
     bool unexpected = false;  // vertices have left their expected motion
     bool fast = false;        // some lists have a `change` above the largest slack
@@ -155,8 +156,8 @@ class NeighbourLists {
   bool search_is_due(const std::vector<Pass>& passes) const;
   void unlist_fast(const std::vector<Pass>& passes);
   void make(NeighbourList& list, PairSearch::Slots& slots) const;
-  // Returns the base distance minus the gap floor [m]. Even a list whose slack is used up contains
-  // all pairs closer than the base distance.
+  // Returns the base distance minus 1.01 times the gap floor [m]. Even a list whose slack is used
+  // up contains all pairs closer than the base distance.
   double spare(Index pair) const { return base_[pair] - 1.01 * model_.gap_floor; }
 
   const CollisionModel& model_;

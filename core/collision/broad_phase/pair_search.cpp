@@ -30,7 +30,8 @@ struct Reach {
   float of(int k) const { return k < n_axis_slabs ? axis : diagonal; }
 };
 
-// Widens a packed box by a reach and restores the sign of its negated upper bounds.
+// Factors and summands for widened(), which widens a packed box by a Reach and restores the sign of
+// its negated upper bounds.
 struct Widening {
   PackedSlabs sign = {}, change = {};
 
@@ -142,7 +143,7 @@ struct MaskedGroups {
   unsigned mask[most];
 };
 
-// Returns a mask of those of eight edges that have no end in common with one edge.
+// Returns a mask of those of the eight edges in `corners` that do not contain a vertex in `ends`.
 template <class Floats>
 LOOMSTONE_INLINE MaskOf<Floats> different(const Index* corners, const std::array<Index, 2>& ends) {
   const auto first = lanes_load<MaskOf<Floats>>(corners),
@@ -200,7 +201,8 @@ LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& r
   }
 }
 
-// Returns bounds for packed boxes. A packed box overlaps `box` if no component exceeds its bound.
+// Returns upper bounds for the components of packed boxes. A packed box overlaps `box`, widened by
+// `reach`, if no component exceeds its bound.
 LOOMSTONE_INLINE PackedSlabs limits_of(const PackedSlabs& box, const Reach& reach) {
   PackedSlabs limit = {};
   for (int k = 0; k < n_slabs; ++k) {

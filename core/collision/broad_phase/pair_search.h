@@ -20,10 +20,12 @@ class PairSearch {
     Index a, b;
   };
 
-  // Pairs of a vertex id and a face slot, or of two edge slots.
+  // Pairs of a vertex id and a face slot, or of two edge slots. A slot is a lane of a group of
+  // features: 8 * group + lane.
   using SlotPairs = std::vector<std::pair<Index, Index>>;
   struct Slots {
-    // Pairs of vertices of a and faces of b, of vertices of b and faces of a, and of edges of both.
+    // Pairs of a vertex of cluster a and a face of cluster b, of a vertex of b and a face of a, and
+    // of an edge of a and an edge of b.
     SlotPairs vertex_face, face_vertex, edge_edge;
 
     void clear() {
@@ -38,7 +40,7 @@ class PairSearch {
   // Appends the overlapping pairs of children. Expands the node on the higher level, or both nodes
   // if their levels are equal.
   void expand(const Nodes& nodes, std::vector<Nodes>& out) const;
-  // Like expand(), but expands the node of the larger volume. The nodes must be different.
+  // Like expand(), but expands the node with the larger volume. The nodes must be different.
   void expand_larger(const Nodes& nodes, std::vector<Nodes>& out) const;
 
   // Returns whether the first node contains a cluster in `first`.

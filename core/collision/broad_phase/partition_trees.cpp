@@ -156,8 +156,8 @@ std::vector<NodeTest> PartitionTrees::top_level(int rank, int n_ranks) const {
           deal(n_a, [&](Index i) { add_root_test(a.first_part + i, b.first_part + j, tests); });
       continue;
     }
-    // Partition i is compared with partition i + distance, modulo their number, so that each
-    // partition appears equally often.
+    // Partition i is compared with partition i + distance, modulo the number of partitions. Each
+    // partition thus appears equally often as the first one.
     for (Index distance = 0; distance <= n_a / 2; ++distance)
       deal(2 * distance == n_a && distance > 0 ? distance : n_a, [&](Index i) {
         add_root_test(a.first_part + i, a.first_part + (i + distance) % n_a, tests);

@@ -40,9 +40,9 @@ class PartitionTrees {
   // Test i belongs to rank i modulo `n_ranks`.
   std::vector<NodeTest> top_level(int rank, int n_ranks) const;
 
-  // Returns whether a test concerns two clusters, which have features instead of children.
+  // Returns whether a test compares two clusters, which have features instead of children.
   static bool leaf(const NodeTest& test);
-  // Appends the tests of overlapping children. Expands the node of the larger volume, or both if
+  // Appends the tests of overlapping children. Expands the node with the larger volume, or both if
   // they are the same node.
   void expand(const NodeTest& test, std::vector<NodeTest>& stack, Scratch& scratch) const;
   // Calls visit(surface pair, kind, key) for the pairs of features of two clusters whose boxes

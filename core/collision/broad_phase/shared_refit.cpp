@@ -5,8 +5,8 @@
 
 namespace loomstone {
 
-// Ranks share the boxes of a surface with at least this number of clusters. Our choice: computing
-// fewer boxes takes less time than sending them.
+// Ranks divide the computation of the boxes of a surface if it has at least this number of
+// clusters. Our choice: computing fewer boxes takes less time than sending them.
 constexpr Index worth_sharing = 128;
 
 SharedRefit::SharedRefit(const CollisionModel& model, BroadPhase& broad_phase,

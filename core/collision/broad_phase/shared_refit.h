@@ -1,6 +1,5 @@
-// Refit of the node boxes of cluster trees by several ranks. Each rank computes the boxes of a
-// share of the clusters. All ranks then receive all boxes of clusters and compute those of the
-// nodes.
+// Refit of the node boxes of cluster trees by several ranks. Each rank computes the boxes of a part
+// of the clusters. All ranks then receive all boxes of clusters and compute those of the nodes.
 #pragma once
 
 #include <vector>
@@ -10,16 +9,17 @@
 
 namespace loomstone {
 
-// A box of vertex v of a surface: `box(surface, v)`.
+// Function (surface, vertex) that returns the box of a vertex of a surface.
 using VertexBox = std::function<PackedSlabs(Index surface, Index vertex)>;
 
 class SharedRefit {
  public:
   SharedRefit(const CollisionModel& model, BroadPhase& broad_phase, const Communicator& ranks);
 
-  // Collective. Recomputes the node boxes of all trees from vertex boxes `moving`. Forms clusters
-  // at x where a tree has none and, if `may_rebuild`, where the boxes at x have grown too much.
-  // Returns whether the clusters of each surface have changed since the last call.
+  // Collective. Recomputes the node boxes of all trees from the vertex boxes that `moving` returns.
+  // Forms clusters at x in trees without clusters and, if `may_rebuild`, in trees whose boxes at x
+  // have grown too much. Returns for each surface 1 if its clusters have changed since the last
+  // call, and 0 otherwise.
   std::vector<std::uint8_t> refit(const Team& team, const Points& x, const VertexBox& moving,
                                   bool may_rebuild);
   // Returns whether the clusters of any surface have changed since the last refit().
@@ -31,7 +31,7 @@ class SharedRefit {
   struct Surface {
     ClusterMembers members;
     int version = 0;                 // version of the tree in the last refit()
-    std::vector<Index> vertices;     // vertices of the clusters of this rank's share
+    std::vector<Index> vertices;     // vertices of the clusters whose boxes this rank computes
     std::vector<PackedSlabs> boxes;  // scratch: boxes of all clusters
   };
 
@@ -44,7 +44,7 @@ class SharedRefit {
   BroadPhase& broad_phase_;
   const Communicator& ranks_;
   std::vector<Surface> surfaces_;
-  std::vector<PackedSlabs> vertices_;  // scratch: boxes of the vertices of this rank's share
+  std::vector<PackedSlabs> vertices_;  // scratch: boxes of the vertices in Surface::vertices
   VertexSet set_;                      // scratch
 };
 

@@ -1,6 +1,7 @@
-// Search for pairs of features that all ranks share ([Thomaszewski2010], 5.3). The hierarchies of
-// the partitions are traversed from their roots in every search. Traversal and the tests of feature
-// pairs form one stream of work, so ranks communicate only to balance it and to exchange results
+// Search for pairs of features that is divided among all ranks ([Thomaszewski2010], 5.3). The
+// hierarchies of the partitions are traversed from their roots in every search. Traversal and the
+// tests of feature pairs form one stream of work, so ranks communicate only to balance it and to
+// exchange results
 // at its end.
 #pragma once
 
@@ -34,7 +35,7 @@ class SharedSearch {
                const BroadPhase& broad_phase, Decomposition decomposition,
                std::shared_ptr<const Communicator> communicator, int n_parts);
 
-  // Receives a pair of features. Called concurrently for different threads.
+  // Receives a pair of features. Called concurrently by different threads.
   using Take = std::function<void(int thread, Index surface_pair, ContactKind kind, PairKey key)>;
 
   // Collective. Passes all pairs of features whose 18-DOPs overlap to take(), each on one rank.
@@ -53,18 +54,19 @@ class SharedSearch {
     return all;
   }
 
-  // Largest number of records of a search so far. A thread that reserves memory for them does not
-  // move its records while it searches. Memory that is not used costs nothing.
+  // Largest number of records that a search has returned so far. A thread that reserves memory for
+  // this number rarely needs to move its records during a search. The system provides reserved
+  // memory only when it is used.
   template <class Record>
   std::size_t most_records() const {
     return most_bytes_ / sizeof(Record);
   }
 
-  // Searches then run on one thread of one rank, and measure the tests of as many ranks as there
-  // are partitions.
+  // Makes searches measure the costs of their tests and write them to `tests`. A search then runs
+  // on one thread of one rank and performs the tests of as many ranks as each cloth has partitions.
   void record(RecordedTests* tests) { recorded_ = tests; }
 
-  // How the threads of a rank share a static search. Loops, the default, are a little faster.
+  // Sets how the threads of a rank divide a static search. Loops, the default, are slightly faster.
   void set_traversal(Traversal traversal) { traversal_ = traversal; }
   const PoolReport& report() const { return report_; }  // of the last search of this rank
   // Time of the last search on this rank, from the end of the update of boxes to the end of

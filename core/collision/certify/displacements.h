@@ -2,7 +2,8 @@
 // vertex or a whole free body. A unit can be carried by a moving obstacle. The unit then follows
 // the obstacle, and only its relative motion is withheld:
 //   x1 = x0 + carry + share (displacement - carry)
-// The pose of a body is interpolated in the same way.
+// `carry` is the displacement of the unit with the obstacle, and `share` is the fraction of the
+// relative motion that the unit keeps. The pose of a body is interpolated in the same way.
 #pragma once
 
 #include <vector>
@@ -27,7 +28,7 @@ class Displacements {
   double share(Index v) const { return share_[unit(v)]; }
   bool carried(Index v) const { return carrier_[unit(v)] != none; }
 
-  // Makes the unit of `v` follow the immovable side of an impact.
+  // Makes the unit of `v` follow the immovable vertices of an impact.
   void carry_with_immovable(Index v, const StepImpact& impact);
   // Makes the unit of `v` follow the carrier of `other`.
   void carry_with_vertex(Index v, Index other);
@@ -60,9 +61,9 @@ class Displacements {
   const Vector& inverse_mass_;
   FreeBodies& bodies_;
   // (n x 3) Requested displacement of each vertex, and displacement of each unit with its carrier
-  // (carry). The carry of a body is that of its centre.
+  // [m]. The latter is that of the centre for a body.
   Points wanted_, carry_;
-  std::vector<double> share_;   // (n) share that each unit keeps of its relative motion
+  std::vector<double> share_;   // (n) fraction of relative motion that a unit keeps
   std::vector<Index> carrier_;  // (n) carrier of each unit: index of a surface, `none` or `local`
   std::vector<std::uint8_t> changed_;
   std::vector<RigidMotion> motions_;  // motion of each surface

@@ -8,14 +8,15 @@ namespace loomstone {
 
 namespace {
 
-constexpr double share_of_time = 0.8;  // fraction of the motion before the impact that a unit keeps
+constexpr double share_of_time = 0.8;  // a unit keeps this fraction of its motion up to the impact
 constexpr int partial_passes = 8;      // later passes withhold all motion of colliding units
-// Resolvable impacts took up to 5 passes. Other impacts can oscillate forever.
+// Maximum number of passes. Impacts that can be resolved took up to 5 passes. Others can recur
+// forever.
 constexpr int most_passes = 40;
 
 // Gives a common carrier to units that still collide although all their relative motion is
 // withheld. Such units collide because their carriers move differently. Units without a carrier
-// follow the first carried unit, or the immovable side if no unit is carried. If all units are
+// follow the first carried unit, or the immovable vertices if no unit is carried. If all units are
 // carried, they follow the carrier of the first. Returns false if nothing changes.
 bool join_carriers(const StepImpact& impact, Displacements& displacements) {
   Index leader = -1;

@@ -16,7 +16,7 @@ struct Contact {
   ContactKind kind;
   Index a, b;                     // vertex id and triangle id, or two edge ids with a < b
   std::array<Index, 4> vertices;  // vertex and face corners, or ends of edge a and of edge b
-  std::array<double, 4> weights;  // positive on side a (sum 1), negative on side b (sum -1)
+  std::array<double, 4> weights;  // positive for feature a (sum 1), negative for b (sum -1)
   Vec3 normal;                    // unit normal from b to a
   double distance;                // distance at the start of the step [m]
   double thickness;               // thickness xi of the pair [m]

@@ -8,7 +8,8 @@ namespace loomstone {
 
 namespace {
 
-// Differences a_i - b_j at both ends of the step, each with a single rounding error.
+// Differences a_i - b_j of the points of two features at both ends of the step, each with a single
+// rounding error.
 template <int N>
 struct Differences {
   std::array<Vec3, N> start, end;
@@ -21,7 +22,7 @@ struct Differences {
     rounding = 32.0 * std::numeric_limits<double>::epsilon() * largest;
   }
 
-  // Returns the last time up to which the plane with normal n keeps the sides more than `floor`
+  // Returns the last time up to which the plane with normal n keeps the features more than `floor`
   // apart. Returns `time` if the plane does not separate them at `time`.
   double advance(const Vec3& n, double time, double floor) const {
     double last = 1.0;

@@ -1,6 +1,6 @@
 // Closest points of a vertex and a triangle, and of two segments, including all degenerate cases.
-// Weights are positive on side a (vertex, first edge) and negative on side b (face, second edge).
-// On each side, their magnitudes sum to 1.
+// Weights are positive for feature a (vertex, first edge) and negative for feature b (face, second
+// edge). The magnitudes of the weights of each feature sum to 1.
 #pragma once
 
 #include <array>

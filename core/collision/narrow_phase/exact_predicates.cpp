@@ -118,7 +118,8 @@ int exact_orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d
   return add(add(x, y), z).sign_of();
 }
 
-// Returns whether the coplanar segments p q and r s meet. Tests their projection along `dropped`.
+// Returns whether the coplanar segments p q and r s intersect. Tests their projection along
+// `dropped`.
 bool segments_meet_in_plane(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s,
                             int dropped) {
   const int a = orientation_in_plane(p, q, r, dropped), b = orientation_in_plane(p, q, s, dropped);
@@ -139,8 +140,8 @@ bool inside_in_plane(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c,
   return (x >= 0 && y >= 0 && z >= 0) || (x <= 0 && y <= 0 && z <= 0);
 }
 
-// Returns whether segment p q meets the triangle. side_p and side_q are the orientations of p and q
-// relative to the plane of the triangle. They must not both be zero.
+// Returns whether segment p q intersects the triangle. side_p and side_q are the orientations of p
+// and q relative to the plane of the triangle. They must not both be zero.
 bool segment_meets_triangle(const Vec3& p, const Vec3& q, int side_p, int side_q,
                             const std::array<Vec3, 3>& triangle) {
   if (side_p * side_q > 0) return false;

@@ -68,7 +68,7 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves<Lanes>& curves) {
   }
   // The volume is c_2 . (c_0 x c_1), where c_k are the corners of the polygon. Three corners
   // determine the plane of a parallelogram, too.
-  double s[3][2];  // coefficients of c_0 x c_1, times the start and the end of c_2
+  double s[3][2];  // dot products of the coefficients of c_0 x c_1 with the start and end of c_2
   for (int i = 0; i < 3; ++i) {
     s[i][0] = side[i][0] * p.start[2][0] + side[i][4] * p.start[2][1] + side[i][8] * p.start[2][2];
     s[i][1] = side[i][0] * p.end[2][0] + side[i][4] * p.end[2][1] + side[i][8] * p.end[2][2];
@@ -89,7 +89,8 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves<Lanes>& curves) {
 // Returns the Bernstein coefficients of the volume over [low, high].
 LOOMSTONE_INLINE std::array<double, 4> volume_over(const double* c, double low, double high) {
   const double l = 1.0 - low, h = 1.0 - high;
-  // The coefficients are values of the blossom b: ll is b(low, low, .) and hh is b(high, high, .).
+  // The coefficients are values of the blossom b (polar form) of the volume: ll is b(low, low, .)
+  // and hh is b(high, high, .).
   const double ll[2] = {l * l * c[0] + 2.0 * (l * low) * c[1] + low * low * c[2],
                         l * l * c[1] + 2.0 * (l * low) * c[2] + low * low * c[3]};
   const double hh[2] = {h * h * c[0] + 2.0 * (h * high) * c[1] + high * high * c[2],
@@ -99,7 +100,7 @@ LOOMSTONE_INLINE std::array<double, 4> volume_over(const double* c, double low, 
 }
 
 struct Sides {
-  unsigned positive, negative;  // bit 4 k + i: sign of coordinate k of side i over the whole piece
+  unsigned positive, negative;  // bit 4 k + i: coordinate k of side i has this sign throughout
 };
 
 template <class Lanes>

@@ -10,7 +10,7 @@ using Coefficients = std::vector<Integer>;
 // positive factor.
 Coefficients bernstein(const Polynomial& p) {
   static constexpr int factor[4][4] = {
-      {1}, {1, 1}, {2, 1, 2}, {3, 1, 1, 3}};  // common multiple / C(n, i)
+      {1}, {1, 1}, {2, 1, 2}, {3, 1, 1, 3}};  // least common multiple of all C(n, .) / C(n, i)
   const std::size_t n = p.c.size() - 1;
   Coefficients b;
   for (std::size_t i = 0; i <= n; ++i) b.push_back(p.c[i] * Integer(factor[n][i]));
@@ -137,8 +137,8 @@ int AlgebraicTime::sign_of(const Polynomial& q) const {
     halve(b, lower, upper);
     return upper.front().sign();
   }
-  // A few bisections settle most signs. They never settle the sign at a root common to both
-  // polynomials, so this case is tested after them.
+  // A few bisections determine most signs. They never determine the sign at a common root of both
+  // polynomials, so this case is tested after a few bisections.
   constexpr int bisections_before_test = 6;
   Coefficients p = follow(bernstein(polynomial_), path_), p_lower, p_upper;
   for (int bisections = 0; variations(b) != 0; ++bisections) {

@@ -30,8 +30,8 @@ LOOMSTONE_INLINE Lanes3<Lanes> difference(const QueryBatch& q, int i, int j) {
                lanes3_load<Lanes>(q.x[j][0], query_lanes));
 }
 
-// Differences a_i - b_j at both ends of the step. The sides are separated if all differences lie on
-// one side of the origin along some direction.
+// Differences a_i - b_j of the points of two features at both ends of the step. The features are
+// separated if all differences lie on one side of the origin along some direction.
 template <class Lanes, int N>
 struct Differences {
   Lanes3<Lanes> start[N], end[N];

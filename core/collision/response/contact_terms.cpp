@@ -13,7 +13,7 @@ namespace loomstone {
 namespace {
 
 // A contact counts as closing if its predicted gap is less than this fraction of its gap at the
-// start. Our choice: gentle motion never closes a contact.
+// start. Our choice: in gentle motion, no contact counts as closing.
 constexpr double closing = 0.25;
 
 Mat3 tangent_projector(const Vec3& normal) {
@@ -29,9 +29,10 @@ Vec3 weighted(const Contact& contact, const Points& field) {
   return sum;
 }
 
-// Largest slope of a normal force, in units of the mass over the square of the step. Our choice:
-// with 1e6, cloth hooks into pins that tear it along; without a bound, one in fifty of such runs
-// ends because the system is not positive definite in single precision.
+// Largest slope of a normal force, in units of the effective mass of the contact divided by the
+// square of the step. Our choice. With 1e6, cloth catches on pins that drag it along. Without a
+// bound, one in fifty of such runs ends because the system is not positive definite in single
+// precision.
 constexpr double rigid = 1e8;
 
 // The signed gap at which the force law is evaluated, and the gap below which the law is extended
@@ -188,7 +189,7 @@ double ContactTerms::friction_at(const Team& team, const Points& displacement, d
         sums[i] = {(had - due).norm(), limit, closes};
 
         // If friction was too large, the contact slips further once the excess is removed. `more`
-        // is the predicted additional slip.
+        // is the predicted additional slip [m].
         double compliance = 0.0;
         for (int e = 0; e < term.n_entries; ++e)
           if (term.entries[e].row < n_cloth_)
@@ -223,7 +224,7 @@ std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& mo
     const Vec3 moved = weighted(contact, x1) - weighted(contact, x0);
     const Vec3 actual = moved - contact.normal * contact.normal.dot(moved);
     Vec3 slip = slip_after(slips_[c], actual, tangential_, contact.friction * force);
-    // If one side is a rigidly moving surface, the slip rotates with it.
+    // If one of the two surfaces is a rigidly moving body or obstacle, the slip rotates with it.
     for (const int corner : {0, 3}) {
       const Index s = model.surface_of_vertex[contact.vertices[corner]];
       if (model.surfaces[s].kind == CollisionSurface::Kind::Cloth) continue;

@@ -15,7 +15,7 @@ namespace loomstone {
 struct ContactLaw {
   Vec3 normal;
   double distance, thickness;  // distance at the start, thickness [m]
-  double share, friction;      // share and friction coefficient [1]
+  double share, friction;      // see contact_shares(); friction coefficient [1]
   Vec3 slip;                   // anchor slip at the start [m]
   double limit;                // largest friction force, mu N [N]
   double normal_stiffness;     // stiffness in the normal direction times the share [N/m]
@@ -42,13 +42,12 @@ class ContactTerms {
   double at(const Team& team, const Points& displacement, double time, TermRequest request,
             ExtraTerms& terms);
 
-  // Linearises the terms again about the start of the step. `displacement` determines the normal
-  // force, from which the friction limit follows, and the slip, from which friction and its secant
-  // stiffness follow. If a contact would close, its normal stiffness is also a secant stiffness.
-  // Returns the error that friction had in `terms` before the call, summed over all contacts and
-  // divided by the sum of their friction limits [1]. Returns 1 if any contact would close. The
-  // inverse masses of cloth rows [1/kg] serve to predict the slip of contacts whose friction was
-  // too large.
+  // Linearises the terms again about the start of the step. The normal force after `displacement`
+  // gives the friction limit. The slip after `displacement` gives the friction force and its secant
+  // stiffness. If a contact would close, its normal stiffness is also a secant stiffness. Returns
+  // the error that friction had in `terms` before the call, summed over all contacts and divided by
+  // the sum of their friction limits [1]. Returns 1 if any contact would close. `inverse_mass` of
+  // cloth rows [1/kg] is used to predict the slip of contacts whose friction was too large.
   double friction_at(const Team& team, const Points& displacement, double time,
                      const Vector& inverse_mass, ExtraTerms& terms) const;
 
@@ -62,7 +61,7 @@ class ContactTerms {
   std::vector<ContactLaw> laws_;  // one for each term
   std::vector<double> shares_;    // share of each contact [1]
   std::vector<Vec3> slips_;       // anchor slip of each contact at the start [m]
-  std::vector<double> forces_;    // normal force of each contact with share 1 at the start [N]
+  std::vector<double> forces_;    // normal force of each contact at the start, for share 1 [N]
   double tangential_ = 0.0;       // stiffness of the anchor of a contact with share 1 [N/m]
   Index n_cloth_ = 0;
   double energy_ = 0.0;

@@ -15,8 +15,8 @@ namespace {
 // Smallest distance in the force law, as a fraction of the thickness. It keeps forces finite if
 // features touch at the start.
 constexpr double least_distance = 1e-6;
-// An edge contact carries its full share under two conditions. The closest points are farther from
-// the ends than the fraction `end_fade` of the edge, and the squared sine of the angle between the
+// An edge contact has the share 1 under two conditions. The closest points are farther from the
+// ends than the fraction `end_fade` of the edge, and the squared sine of the angle between the
 // edges exceeds `parallel_fade`.
 constexpr double end_fade = 0.1, parallel_fade = 0.04;
 // Largest stiffness of a contact, in units of the model's stiffness. With stiffer contacts,
@@ -113,7 +113,8 @@ void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& c
   contacts = std::move(kept);
 }
 
-// The part of a contact that its features do not determine, for sending to other ranks.
+// Data of a contact that a rank sends to other ranks. The features determine all other data of the
+// contact.
 struct FoundContact {
   PairKey key;
   Index pair;
@@ -223,13 +224,13 @@ class ContactFinder {
     const auto at = [&](std::size_t rank) {
       return contacts.begin() + static_cast<std::ptrdiff_t>(found.start[rank]);
     };
-    // The contacts of each rank are in order.
+    // The contacts of each rank are sorted.
     for (std::size_t rank = 1; rank + 1 < found.start.size(); ++rank)
       std::inplace_merge(contacts.begin(), at(rank), at(rank + 1), before);
     return chosen(contacts);
   }
 
-  // Takes all contacts that were found, in order, and returns those that exert forces.
+  // Returns those of the found contacts that exert forces. `found` must be sorted.
   std::vector<Contact> chosen(const std::vector<FoundContact>& found) const {
     std::vector<Contact> contacts;
     contacts.reserve(found.size());
@@ -382,7 +383,7 @@ std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
   if (forces.rows() == 0) return stiffness;
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
-    double pressing = 0.0;  // larger of the forces on the two sides, along the normal [N]
+    double pressing = 0.0;  // larger of the forces on the two features, along the normal [N]
     for (const int side : {0, 1}) {
       double force = 0.0;
       bool free = true;

@@ -9,22 +9,22 @@
 
 namespace loomstone {
 
-// What a rank sends to the others about a contact that it has found [bytes].
+// Size of the data that a rank sends to the others for each contact that it has found [bytes].
 inline constexpr std::size_t bytes_of_found_contact = 80;
 
 // Collective. Returns the contacts closer than their thickness at x, sorted by (kind, a, b). Each
-// rank looks at the pairs in its lists and receives all contacts. `lists` must have been updated to
-// x. Updates the distances in `lists`.
+// rank computes the distances of the pairs in its lists and receives all contacts. `lists` must
+// have been updated to x. Updates the distances in `lists`.
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    NeighbourLists& lists);
-// Collective. Returns the same contacts. Instead of using lists, the ranks together traverse the
-// trees of `search`.
+// Collective. Returns the same contacts. Uses no lists. Instead, the ranks divide the traversal of
+// the trees of `search` among themselves.
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    SharedSearch& search);
-// Returns the same contacts without other ranks and without lists, by a search in full.
-// `broad_phase` must search all tasks.
+// Returns the same contacts. Not collective: the calling rank searches all surface pairs without
+// lists. `broad_phase` must search the tasks of all ranks.
 std::vector<Contact> find_contacts_alone(const Team& team, const CollisionModel& model,
                                          const std::vector<SurfacePair>& pairs, const Points& x,
                                          BroadPhase& broad_phase);
@@ -39,11 +39,11 @@ std::vector<double> contact_shares(const std::vector<Contact>& contacts,
                                    const CollisionModel& model, const Points& x0);
 
 // Returns the stiffness of each contact in the normal direction [N/m]. Let k be the stiffness of
-// the model, xi the thickness, and F the larger of the forces that press the two sides together. At
-// half the thickness, the force law gives 3/8 k xi. If F is at most this force, the stiffness is k.
-// If F is larger, the stiffness is 16/3 F / xi - k. Taut cloth would otherwise move through its
-// contacts in every step and hook into them. `forces` (rows x 3) [N] act on the cloth. If `forces`
-// has 0 rows, the stiffness is k everywhere.
+// the model, xi the thickness, and F the larger of the two forces that press one feature towards
+// the other. At half the thickness, the force law gives 3/8 k xi. If F is at most this force, the
+// stiffness is k. If F is larger, the stiffness is 16/3 F / xi - k, but at most 1e4 k. With the
+// stiffness k, taut cloth would pass through its contacts and catch on them. `forces` (rows x 3)
+// [N] act on the cloth. If `forces` has 0 rows, the stiffness is k everywhere.
 std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
                                       const CollisionModel& model, const Vector& inverse_mass,
                                       const Points& forces);

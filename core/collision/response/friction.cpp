@@ -9,7 +9,7 @@ namespace {
 
 using Anchor = ContactState::Anchor;
 
-// Returns whether two triangles, or two edges, share a vertex.
+// Returns whether two triangles, or two edges, have a common vertex.
 bool neighbours(const CollisionModel& model, ContactKind kind, Index first, Index second) {
   const int n = kind == ContactKind::VertexFace ? 3 : 2;
   for (int i = 0; i < n; ++i)

@@ -10,9 +10,9 @@ namespace loomstone {
 
 // Linearised friction of a tangential spring: gradient [N] and positive semidefinite Hessian [N/m].
 // In the functions below, the spring has the stiffness k [N/m] and slips when its force reaches
-// `limit` = mu N [N]. `slip` is the tangential displacement s of side a relative to b at the start
-// of the step [m]. `predicted` is the predicted tangential displacement u = h v_t in the step [m].
-// `tangent` is the projector T onto the tangent plane.
+// `limit` = mu N [N]. `slip` is the tangential displacement s of feature a relative to feature b at
+// the start of the step [m]. `predicted` is the predicted tangential displacement u = h v_t in the
+// step [m]. `tangent` is the projector T onto the tangent plane.
 struct FrictionResponse {
   Vec3 gradient;
   Mat3 hessian;
@@ -20,11 +20,11 @@ struct FrictionResponse {
 FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, const Mat3& tangent,
                                    double stiffness, double limit);
 
-// Returns `predicted`, extrapolated if the contact slides. `gained` is the increase of the
-// tangential displacement over the last step. Extrapolation adds the component of `gained` along
-// `predicted`, and at most doubles `predicted`. Without extrapolation, the secant stiffness lags
-// one step behind an accelerating contact. After a sliding time t, friction would then be too large
-// by the fraction h / t, where h is the step.
+// Returns `predicted`, extrapolated if the contact slides. `gained` is the amount by which the
+// tangential displacement in this step exceeds that in the last step [m]. Extrapolation adds the
+// component of `gained` along `predicted`, and at most doubles `predicted`. Without extrapolation,
+// the secant stiffness lags one step behind an accelerating contact. After a sliding time t,
+// friction would then be too large by the fraction h / t, where h is the step.
 Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double stiffness,
              double limit);
 
@@ -46,7 +46,8 @@ Vec3 slip_after(const Vec3& slip, const Vec3& actual, double stiffness, double l
 
 // Returns the slip of each contact at the start of the step, projected onto its tangent plane. The
 // slip comes from the anchor of the same pair. If there is none, it comes from the anchor of a
-// neighbouring pair, which has one feature in common and a neighbouring feature on the other side.
+// neighbouring pair: one feature is the same, and the two other features have a common vertex.
+// Without such an anchor, the slip is zero.
 std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const CollisionModel& model,
                                  const ContactState& state);
 

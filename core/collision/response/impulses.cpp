@@ -42,8 +42,8 @@ bool Impulses::prepare(ImpulseContact& c, const Points& x0, const Points& x1, do
     }
     c.factor[i] = c.weights[i] * inverse_mass_[v];
     cloth += c.weights[i] * c.factor[i];
-    // The impulse acts at the contact point of the cloth. The magnitudes of the cloth's weights sum
-    // to 1.
+    // The impulse acts at the contact point of the cloth. In a contact with a body, the magnitudes
+    // of the weights of cloth sum to 1.
     point += std::abs(c.weights[i]) * (x0.row(v) + share * (x1.row(v) - x0.row(v))).transpose();
   }
   if (c.body < 0 || held(bodies_[c.body])) {

@@ -1,9 +1,9 @@
 // Contact impulses by projected Gauss-Seidel on linearised gaps, with Coulomb friction. Impulses
 // act between cloth vertices and free bodies; prescribed vertices and obstacles have infinite mass.
-// Impulses on the two sides are equal and opposite and act at one point in space, so they conserve
-// the linear and angular momentum of free cloth and bodies. They correct positions at the end of
-// the step. A correction d of a position corresponds to a velocity change d / h, where h is the
-// step.
+// Impulses on the two features are equal and opposite and act at one point in space, so they
+// conserve the linear and angular momentum of free cloth and bodies. They correct positions at the
+// end of the step. A correction d of a position corresponds to a velocity change d / h, where h is
+// the step.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ struct ImpulseContact {
   Vec3 normal = Vec3::Zero();
   double target = 0.0;          // target gap [m]
   double largest_change = 0.0;  // largest gap change by one impulse [m]
-  bool cloth_only = true;       // both sides are cloth
+  bool cloth_only = true;       // both features belong to cloth
   double scale = 0.0;           // displacement to which the tolerance is relative [m]
   double friction = 0.0;        // friction coefficient mu [1]
 
@@ -40,7 +40,8 @@ struct ImpulseContact {
 
   // Set by prepare().
   std::array<double, 5> factor{};  // w / m of the cloth vertices [1/kg]
-  // Index of the free body in the contact, or -1. The side opposite a body is always cloth.
+  // Index of the free body in the contact, or -1. The other feature of such a contact belongs to
+  // cloth.
   Index body = -1;
   double body_weight = 0.0;          // sum of the weights of body vertices
   Vec3 arm = Vec3::Zero();           // from the body's centre to the point of the impulse [m]
@@ -61,7 +62,7 @@ class Impulses {
         hold_supported_(hold_supported) {}
 
   // Sets the members of `contact` that depend on the configuration. `share` is the time of contact
-  // as a fraction of the step. Returns false if neither side can move.
+  // as a fraction of the step. Returns false if neither feature can move.
   bool prepare(ImpulseContact& contact, const Points& x0, const Points& x1, double share) const;
 
   // Corrects the end positions of cloth and bodies in x1, and updates `end`, `moved` and `turned`

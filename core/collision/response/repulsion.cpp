@@ -10,11 +10,12 @@ namespace loomstone {
 
 namespace {
 
-// Contacts come to rest just inside the thickness, so that they remain contacts.
+// Distance at which contacts come to rest. It is slightly less than the thickness, so the features
+// remain in contact.
 constexpr double rest_gap = 0.999;  // as a fraction of the thickness
-// A contact whose distance is below the gap at rest is pushed apart gradually. A step restores at
-// most this fraction of the missing distance [Bridson2002], and no more than a spring with the
-// contact stiffness would restore.
+// Features whose distance is below `rest_gap` are pushed apart gradually. A step restores at most
+// this fraction of the missing distance [Bridson2002], and no more than a spring with the contact
+// stiffness would restore.
 constexpr double largest_restored = 0.1;
 constexpr int most_sweeps = 30;
 constexpr double tolerance = 1e-4;  // relative to the largest correction

@@ -7,10 +7,10 @@ namespace loomstone {
 
 namespace {
 
-// The part that has passed through moves back at the speed sqrt(2 deceleration depth), from which
-// `deceleration` would bring it to rest over the distance Retraction::depth. It reaches this speed
-// with an acceleration of at most `largest_acceleration`. Both constants are in m/s^2. Our choice:
-// if half of a sheet of 0.2 m has passed through, it is back after 0.3 s.
+// The part that has passed through moves back at the speed sqrt(2 deceleration depth), where depth
+// is Retraction::depth. From this speed, `deceleration` would stop it within the distance depth. It
+// reaches this speed with an acceleration of at most `largest_acceleration`. Both constants are in
+// m/s^2. Our choice: if half of a sheet of 0.2 m has passed through, it is back after 0.3 s.
 constexpr double deceleration = 4.0, largest_acceleration = 15.0;
 
 // Motion of a surface as if it were rigid.
@@ -20,8 +20,8 @@ struct RigidSurface {
   Vec3 centre = Vec3::Zero(), velocity = Vec3::Zero(), spin = Vec3::Zero();
 
   Vec3 velocity_at(const Vec3& point) const { return velocity + spin.cross(point - centre); }
-  // Returns the acceleration at `point` that a unit force along `direction`, applied at `at`,
-  // causes.
+  // Returns the acceleration at `point` [1/kg] due to a unit force along `direction` that acts at
+  // `at`.
   Vec3 response(const Vec3& point, const Vec3& at, const Vec3& direction) const {
     const Vec3 turn = inverse_inertia * (at - centre).cross(direction);
     return inverse_mass * direction + turn.cross(point - centre);

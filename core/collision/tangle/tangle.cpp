@@ -193,7 +193,7 @@ void TangleFinder::join_contours(const Points& x, Tangle& tangle) const {
     p.contour = root(parent, static_cast<Index>(i));
     if (bend[i].norm() < least_bend) continue;
     // The common point moves along the edge and in the plane of the triangle. Edge and triangle
-    // share the relative motion equally [Volino2006].
+    // each perform half of the relative motion [Volino2006].
     const Vec3 a = point(x, p.vertices[2]);
     const Vec3 n = (point(x, p.vertices[3]) - a).cross(point(x, p.vertices[4]) - a).normalized();
     const Vec3 e = (point(x, p.vertices[1]) - point(x, p.vertices[0])).normalized();

@@ -48,8 +48,8 @@ bool are_disjoint(std::span<Piercing* const> contour, const std::vector<int>& la
 
 }  // namespace
 
-// Finds the parts into which contours divide surfaces. Of the two parts at a contour, the smaller
-// is assumed to have passed through the other surface.
+// Finds the parts into which contours divide surfaces. The smaller of the two parts at a contour is
+// assumed to have passed through the other surface.
 void TangleFinder::cut_off(const Points& x, Tangle& tangle) const {
   tangle.contour_of_vertex.assign(model_.n_vertices, -1);
   tangle.part.assign(model_.n_vertices, -1);
@@ -203,8 +203,9 @@ int TangleFinder::smallest_part(std::span<Piercing* const> contour, const Cut& c
   return smallest;
 }
 
-// Splits each surface that the contour enters but does not separate. Every vertex joins the side
-// of the contour from which it is reached first, so the cut continues to the border of the surface.
+// Splits each surface that the contour enters but does not separate. A breadth-first search starts
+// on both sides of the contour. A vertex belongs to the side from which the search finds it first,
+// so the cut continues to the border of the surface.
 void TangleFinder::split_by_side(const Points& x, std::span<Piercing* const> contour,
                                  const std::vector<double>& area, Cut& cut) const {
   std::vector<int> side(model_.n_vertices, -1);  // 0: below the pierced surface, 1: above
