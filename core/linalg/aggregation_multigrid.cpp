@@ -119,7 +119,7 @@ void AggregationMultigrid::lay_out(const RowLayout& layout) {
   lay_out_ranks(layout);
 }
 
-// Sets the nodes of other ranks and the parts of the gathered residual.
+// Sets the halo of nodes of other ranks and the layout of the message of gather_residual().
 void AggregationMultigrid::lay_out_ranks(const RowLayout& layout) {
   const int n_ranks = layout.communicator().size();
   std::vector<Index> first_nodes;
@@ -171,8 +171,8 @@ void AggregationMultigrid::prepare(const Team& team, const LinearSystem& system,
   factorise();
 }
 
-// Inverts the diagonal blocks of all levels. This comes after the sums of blocks, so that the
-// identity blocks that it sets do not enter coarser levels. Collective.
+// Inverts the diagonal blocks of all levels. Must follow the summation of blocks, because the
+// identity blocks that it sets must not enter coarser levels. Collective.
 bool AggregationMultigrid::invert(const RowLayout& layout) {
   const bool mine = std::all_of(levels_.begin(), levels_.end(),
                                 [](MultigridLevel& level) { return level.invert_diagonal(); });
@@ -243,7 +243,7 @@ struct AggregationMultigrid::TermNodes {
   int n = 0;
 };
 
-// Returns no aggregates if the term does not act on an owned row.
+// Returns the aggregates on which a term acts, or none if the term does not act on an owned row.
 AggregationMultigrid::TermNodes AggregationMultigrid::nodes_of(const ExtraTerm& term,
                                                                const RowLayout& layout) const {
   TermNodes nodes;
@@ -280,7 +280,7 @@ AggregationMultigrid::Couplings AggregationMultigrid::couplings_of_terms(
 }
 
 // Adds the couplings of terms. Couplings whose terms have vanished are kept until they are the
-// majority, because separated layers often touch again. Their blocks are zero, so that they do not
+// majority, because separated layers often touch again. Their blocks are zero, so they do not
 // change results. The ranks exchange couplings only if one of them needs other couplings.
 void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   if (!system.terms) return;
@@ -413,7 +413,7 @@ BinnedSum AggregationMultigrid::correction_product() const {
   return sum;
 }
 
-// Gathers the residual of the first replicated level. Adds the sums of all ranks, which travel in
+// Gathers the residual of the first replicated level. Adds the sums of all ranks, which are sent in
 // the same message.
 void AggregationMultigrid::gather_residual(const RowLayout& layout, BinnedSum* sums) {
   if (layout.single()) return;

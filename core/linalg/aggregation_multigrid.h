@@ -27,7 +27,8 @@
 
 namespace loomstone {
 
-// Sums over the rows of slots, with four numbers per slot: the residual r and the product q = A p.
+// Sums of the residual r and of the product q = A p over the rows of each slot (see n_slots()),
+// with four numbers per slot.
 template <class Scalar>
 struct SlotVectors {
   std::vector<Scalar> r, q;
@@ -53,8 +54,8 @@ class AggregationMultigrid {
   Index slot(Index row) const { return slot_[row]; }  // of an owned row or a row of the halo
   Index unused_slot(Index block) const { return n_nodes_ + block; }
 
-  // Sums a vector v, stored by slices, over the slots of one block. The slices [first, last) form
-  // the block. Lane l of slice s has slot slots[8 s + l].
+  // Sums a vector v, stored by slices, over the rows of each slot of one block. The slices [first,
+  // last) form the block. Lane l of slice s has slot slots[8 s + l].
   template <class Scalar>
   void sum_over_slots(Index first, Index last, const Index* slots, const Scalar* v,
                       std::vector<Scalar>& sums) const;
@@ -90,7 +91,7 @@ class AggregationMultigrid {
   using Couplings = std::vector<std::pair<Index, Index>>;
   struct TermNodes;
 
-  static constexpr int n_sums = 2;  // sums that travel with the residual of the blocks
+  static constexpr int n_sums = 2;  // number of sums sent with the residual of the blocks
 
   void lay_out(const RowLayout& layout);
   void lay_out_ranks(const RowLayout& layout);
@@ -114,7 +115,7 @@ class AggregationMultigrid {
   BlockMatrix plain_;  // matrix of the aggregates without terms
   // Pairs (first < second) of aggregates that only terms couple, in ascending order.
   Couplings couplings_;
-  std::size_t n_owned_couplings_ = 0;  // those of aggregates of this rank
+  std::size_t n_owned_couplings_ = 0;  // those with an aggregate of this rank
   std::vector<Index> place_;           // (blocks of plain_) index of each block in the first level
   MultigridLevel::Range owned_;        // aggregates of this rank
   std::vector<MultigridLevel> levels_;

@@ -42,7 +42,8 @@ class BlockMatrix {
 
  private:
   std::vector<Index> row_start_{0}, columns_, diagonal_;
-  // 9 entries per block, then three that keep 4-wide loads of columns inside the array.
+  // 9 entries per block, then three entries of padding that keep 4-wide loads of columns inside the
+  // array.
   std::vector<double> values_;
 };
 

@@ -3,9 +3,9 @@
 //   (A x)_i = R_i x_i + sum_j A_ij (x_j - x_i).
 // Let A = M + h^2 K, with a mass M, a stiffness K and a step h. Then R is M, because K times a
 // common translation is zero. Rounding to single precision must preserve this property. In
-// difference form, rounding changes each stiffness by a relative 6e-8. In the plain product A x,
-// rounding would add an error of 6e-8 h^2 |K| to the mass. At h = 4 ms, the mass is already a
-// thousand times smaller than h^2 |K|.
+// difference form, rounding causes a relative error of 6e-8 in each stiffness. In the plain product
+// A x, rounding would add an error of 6e-8 h^2 |K| to the mass. At h = 4 ms, h^2 |K| is a thousand
+// times as large as the mass.
 #pragma once
 
 #include <cstdint>
@@ -39,7 +39,7 @@ class CouplingMatrix {
   std::vector<Scalar> values_;  // (slots x 9 x 8) blocks, column-major
   std::vector<Scalar> sums_;    // (slices x 9 x 8) row sums R
   // (slices) 1: all R of the slice are multiples of the identity. Only the first eight numbers of
-  // the slice are then used.
+  // the slice in sums_ are then used.
   std::vector<std::uint8_t> scalar_sum_;
 };
 

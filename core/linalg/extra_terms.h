@@ -15,7 +15,7 @@ namespace loomstone {
 
 struct TermEntry {
   Index row = -1;
-  // J is weight I for a translation. For a rotation, J omega is weight omega x arm.
+  // For a translation, J v = weight v. For a rotation, J omega = weight (omega x arm).
   bool rotation = false;
   double weight = 0.0;      // [1]
   Vec3 arm = Vec3::Zero();  // point of the body relative to its centre [m]

@@ -1,6 +1,6 @@
-// Solves (A + term_scale sum_terms J^T H J + body blocks) x = b on free rows. J and H are the
-// Jacobian and the stiffness of a term (extra_terms.h). Fixed rows keep their given value of x
-// (exact constraints by filtering, [Baraff1998]).
+// Solves (A + term_scale sum_terms J^T H J + body blocks) x = b on free rows. A is the matrix of
+// the cloth rows. J and H are the Jacobian and the stiffness of a term (extra_terms.h). Fixed rows
+// keep their given value of x (exact constraints by filtering, [Baraff1998]).
 #pragma once
 
 #include <array>
@@ -86,7 +86,10 @@ class LinearSolver {
  public:
   virtual ~LinearSolver() = default;
   // Solves for x (rows x 3) with the right-hand side b (rows x 3). On entry, x is the initial
-  // guess. On return, x is the solution on the rows of all ranks. Throws SolverFailure.
+  // guess. On return, x is the solution on the rows of all ranks. Throws InvalidInput if the sizes
+  // of system, b and x disagree, Unsupported if the method cannot run on several ranks, and
+  // SolverFailure if the matrix is not positive definite, a number is not finite or memory is
+  // lacking.
   virtual LinearReport solve(const Team& team, const LinearSystem& system, const Points& b,
                              Points& x, SolveMemory& memory, Unchanged unchanged) = 0;
   // Solves without memory of earlier solves.

@@ -16,7 +16,7 @@ Halo matrix_halo(const BlockMatrix& matrix, const RowLayout& layout);
 // starts[i + 1]).
 Halo halo_of_ranges(const BlockMatrix& matrix, const std::vector<Index>& starts, int rank);
 
-// Returns `halo` extended by the rows that terms couple. Every rank knows all terms, so no
+// Returns `halo` extended by the rows that terms couple. Every rank stores all terms, so no
 // communication is needed.
 Halo with_term_rows(const Halo& halo, const ExtraTerms& terms, const RowLayout& layout);
 

@@ -29,20 +29,20 @@ struct MultigridLevel {
   CouplingMatrix<float> couplings;  // copy of these rows for the kernels
   // (nodes x 12) Damped inverse diagonal blocks. Columns are padded to four numbers.
   std::vector<float> inverse;
-  // ((nodes + n_spare) x 4) Row n_nodes() of the solution belongs to the empty lanes of the slices
-  // and is zero, like all spare rows.
+  // ((nodes + n_spare) x 4) The empty lanes of the slices refer to row n_nodes() of the solution,
+  // which is zero, like all spare rows.
   std::vector<float> residual, solution, product;
 
   Index n_nodes() const { return matrix.n_rows(); }
   bool is_coarsest() const { return child_start.empty(); }
 
-  // Groups the nodes [child_start[i], child_start[i + 1]) to node i of the next level, and returns
-  // the pattern of its matrix.
+  // Groups the nodes [child_start[i], child_start[i + 1]) into node i of the next level, and
+  // returns the pattern of its matrix.
   BlockMatrix group(std::vector<Index> child_start);
   // Allocates the arrays for the pattern of the matrix. n_spare must be at least one.
   void allocate(Range range, Index n_spare = 1);
 
-  // Sums the blocks of the matrix to blocks of the next level, in the rows of the owned parents.
+  // Sums the blocks of the matrix into blocks of the next level, in the rows of the owned parents.
   void sum_blocks(BlockMatrix& next) const;
   // Inverts the diagonal blocks of the owned nodes. Nodes without a free row get the identity.
   // Returns false if a block is not positive definite.

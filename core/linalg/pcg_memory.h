@@ -24,7 +24,7 @@ struct Krylov {
   CouplingMatrix<Scalar> matrix;
   std::vector<Scalar> r, z, p, q;
   double rz = 0.0, last_rz = 0.0;  // r . P^-1 r at the last step and at the one before it
-  int steps = 0;                   // since the last start
+  int steps = 0;                   // number of steps since the last start
   double beta = 0.0;               // factor of p in the next direction
   double norm = 0.0;               // sqrt(r . D^-1 r), with D the diagonal blocks
 

@@ -46,8 +46,8 @@ class Preconditioner {
   const float* correction() const { return uses_levels_ ? levels_.correction() : nullptr; }
   const Index* slots() const { return slots_.data(); }  // (slices x 8) slots of the correction
 
-  // Sums the residual r over slices [first, last), which must form one block of rows, to the
-  // residual of the coarse levels.
+  // Sums the residual r of slices [first, last) into the residual of the coarse levels. The slices
+  // must form one block of rows.
   template <class Scalar>
   void restrict_residual(Index first, Index last, const std::vector<Scalar>& r) {
     if (uses_levels_)
@@ -62,7 +62,7 @@ class Preconditioner {
   void finish_exchange() {
     if (uses_levels_) levels_.finish_exchange();
   }
-  // The same sums for the product q = A p.
+  // Like restrict_residual(), but for the product q = A p.
   template <class Scalar>
   void restrict_product(Index first, Index last, const std::vector<Scalar>& q) {
     if (uses_levels_)

@@ -1,4 +1,4 @@
-// Closed forms for 2x2 and 3x3 matrices.
+// Closed-form inverses, eigenvalues and rotations of 2x2 and 3x3 matrices.
 #pragma once
 
 #include <algorithm>

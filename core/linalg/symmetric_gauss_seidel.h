@@ -27,14 +27,14 @@ class SymmetricGaussSeidel {
   // An order of the rows in which a row seldom depends on the row before it, and the pattern for
   // which this order was computed.
   std::vector<Index> order_, pattern_start_, pattern_columns_;
-  std::vector<Index> offset_;  // (rows) offset of each row in r and z, in the row order
+  std::vector<Index> offset_;  // (rows) offset of each row in r and z, in the order of order_
   // start_ (rows + 1) is the first block of each row, and column_ (blocks of L) the column of each
-  // block, both in the row order.
+  // block, both in the order of order_.
   std::vector<Index> start_, column_;
   std::vector<Index> source_;  // (blocks of L) index of each block among those of the matrix
   // Scratch memory of one solve.
   std::vector<float> lower_;    // (9 x blocks of L + 3) entries 00 11 22 01 12 20 02 10 21
-  std::vector<float> inverse_;  // (rows x 12) S^-1 in the row order
+  std::vector<float> inverse_;  // (rows x 12) S^-1 in the order of order_
   std::vector<float> t_, u_;    // (rows x 4)
   std::vector<double> wide_t_, wide_u_;
 };

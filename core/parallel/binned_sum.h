@@ -31,7 +31,7 @@ class BinnedSum {
   // Bin i counts multiples of 2^(32 (top_ - i) - 1074).
   std::array<std::int64_t, n_bins> bins_{};
   std::int32_t top_ = 0;
-  std::int32_t special_ = 0;  // kinds of numbers that are not finite
+  std::int32_t special_ = 0;  // bits of Special: kinds of added numbers that are not finite
 };
 
 inline void BinnedSum::raise(std::int32_t top) {

@@ -40,8 +40,8 @@ class Communicator {
     std::size_t bytes;
   };
 
-  // The next three operations are started together with others and are complete after finish().
-  // Their data must stay in place and must not be used in between. At most one start_gather() may
+  // Several of the next three operations can be started before one call of finish() completes them.
+  // Until then, their data must stay in place and must not be used. At most one start_gather() may
   // be incomplete.
   // Every rank contributes the bytes [byte_offsets[rank], byte_offsets[rank + 1]) of `data` and
   // receives all other bytes.
@@ -68,7 +68,7 @@ class Communicator {
     finish();
   }
 
-  // Returns a new mailbox, whose messages are apart from those of all other mailboxes. The
+  // Returns a new mailbox, whose messages are separate from those of all other mailboxes. The
   // communicator must outlive it, and all ranks must destroy it. Collective.
   virtual std::unique_ptr<Mailbox> open_mailbox() const {
     throw Unsupported("this communicator has no mailboxes; use that of MPI or of a single rank");
@@ -98,7 +98,7 @@ std::shared_ptr<const Communicator> single_communicator();
 // that waits for the others longer than that ends all ranks (mpi_watch.h).
 std::shared_ptr<const Communicator> mpi_communicator(int fortran_handle = -1);
 
-// True if an MPI launcher started this process with more than one rank, according to the
+// Returns true if an MPI launcher started this process with more than one rank, according to the
 // environment.
 bool launched_by_mpi();
 

@@ -1,5 +1,5 @@
-// Short messages between ranks that are sent without a matching call on the other side. The
-// receiver polls for them. Messages between two ranks may arrive in any order.
+// Short messages between ranks that are sent without a matching call of the receiver. The receiver
+// polls for them. Messages between two ranks may arrive in any order.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ class Mailbox {
   virtual void send(int to, const void* data, std::size_t bytes) = 0;
   // If a message has arrived, copies it to `message` and returns true.
   virtual bool receive(std::vector<std::byte>& message) = 0;
-  // Mark the time in which this rank has no work and waits for messages of others.
+  // Mark the start and the end of a time in which this rank has no work and waits for messages.
   virtual void begin_wait() {}
   virtual void end_wait() {}
 };

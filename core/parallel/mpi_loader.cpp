@@ -32,7 +32,7 @@ LoomstoneMakeCommunicator load_plugin() {
   if (!fs::exists(path, ignored))
     fail<Unsupported>("several ranks need the MPI plug-in, which is not at {}; {}", path.string(),
                       advice);
-  // RTLD_GLOBAL, because components of Open MPI look up symbols of libmpi.
+  // RTLD_GLOBAL is needed because components of Open MPI look up symbols of libmpi.
   void* plugin = dlopen(path.c_str(), RTLD_NOW | RTLD_GLOBAL);
   if (plugin == nullptr)
     fail<Unsupported>("several ranks need the MPI plug-in, which could not be loaded ({}); {}",

@@ -42,7 +42,8 @@ void wait_for(std::vector<MPI_Request>& requests) {
     patience.wait();
 }
 
-// Marks the time of its life as waiting for other ranks, and adds it to the traffic of this rank.
+// Marks the time between its construction and destruction as waiting for other ranks, and adds it
+// to the traffic of this rank.
 class Waiting {
  public:
   Waiting(const MpiWatch* watch, Traffic& traffic)
@@ -76,10 +77,10 @@ void finalise_at_exit() {
   if (!finalised()) MPI_Finalize();
 }
 
-// Mailbox on a communicator of its own.
+// Mailbox that uses its own duplicate of a communicator.
 class MpiMailbox final : public Mailbox {
  public:
-  // watch: observes waits, or null
+  // `watch` observes waits and may be null.
   MpiMailbox(MPI_Comm original, const MpiWatch* watch, Traffic& traffic)
       : watch_(watch), traffic_(traffic) {
     MPI_Comm_dup(original, &comm_);
@@ -88,7 +89,7 @@ class MpiMailbox final : public Mailbox {
   }
   ~MpiMailbox() override {
     if (finalised()) return;
-    // The last messages of a run are short and may remain unread. MPI keeps short messages, so
+    // The last messages of a run are short and may remain unread. MPI buffers short messages, so
     // sending them completes without a receiver.
     for (Sent& sent : sent_) wait_for(sent.request);
     MPI_Comm_free(&comm_);
@@ -140,12 +141,12 @@ class MpiMailbox final : public Mailbox {
   const MpiWatch* watch_;
   Traffic& traffic_;
   std::optional<Waiting> waiting_;
-  std::deque<Sent> sent_;  // messages that may not have left yet, oldest first
+  std::deque<Sent> sent_;  // messages whose sending may be incomplete, oldest first
 };
 
 class MpiCommunicator final : public Communicator {
  public:
-  // watch: observes waits, or null
+  // `watch` observes waits and may be null.
   MpiCommunicator(MPI_Comm original, std::unique_ptr<MpiWatch> watch) : watch_(std::move(watch)) {
     MPI_Comm_dup(original, &comm_);
     MPI_Comm_dup(original, &failures_);
@@ -285,7 +286,7 @@ class MpiCommunicator final : public Communicator {
     return true;
   }
 
-  // Adds an operation to which this rank contributes so many bytes.
+  // Counts an operation to which this rank contributes `bytes` bytes.
   void count(std::size_t bytes) const {
     traffic_.bytes += static_cast<std::int64_t>(bytes);
     ++traffic_.operations;
@@ -367,7 +368,7 @@ extern "C" const loomstone::Communicator* loomstone_make_communicator_5(int fort
           "mpi4py.MPI)";
       return nullptr;
     }
-    // Only the thread that steps the simulation calls MPI, and the thread of a time-out.
+    // Only the thread that steps the simulation and the thread of MpiWatch call MPI.
     const int needed = mpi_timeout() > 0.0 ? MPI_THREAD_MULTIPLE : MPI_THREAD_FUNNELED;
     int provided = MPI_THREAD_SINGLE;
     MPI_Init_thread(nullptr, nullptr, needed, &provided);

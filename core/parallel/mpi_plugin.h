@@ -1,4 +1,4 @@
-// The only symbol of the plug-in libloomstone_mpi.so.
+// File name of the MPI plug-in, and name and type of the only symbol that it exports.
 #pragma once
 
 #include "core/parallel/communicator.h"

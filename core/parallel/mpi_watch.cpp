@@ -37,7 +37,7 @@ constexpr int host_length = 64;
 
 // Answer of a rank about itself.
 struct Answer {
-  int call;        // number of the question, since late answers may arrive during the next call
+  int call;        // number of the roll call; late answers may arrive during the next one
   int waiting;     // 1 if it waits for other ranks, 0 if it computes
   double seconds;  // duration of this wait or computation
 };

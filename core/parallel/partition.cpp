@@ -69,7 +69,7 @@ class Bisection {
     METIS_SetDefaultOptions(options.data());
     options[METIS_OPTION_SEED] = 1;
     part_.assign(n, 0);
-    // METIS uses the random number generator of the C library, which all threads share.
+    // METIS uses the random number generator of the C library, which has one state for all threads.
     static std::mutex one_at_a_time;
     const std::lock_guard<std::mutex> lock(one_at_a_time);
     METIS_PartGraphRecursive(&n_vertices, &n_constraints, sub_start_.data(), sub_adjacent_.data(),
@@ -86,7 +86,7 @@ class Bisection {
   }
 
   // Orders the vertices at positions [begin, end) breadth-first, so that neighbours are close
-  // together. Each connected component starts at the vertex that was its first.
+  // together. Each connected component starts at the vertex that came first in the previous order.
   void breadth_first(Index begin, Index end) {
     for (Index place = begin; place < end; ++place) local_[order_[place]] = 0;
     moved_.clear();

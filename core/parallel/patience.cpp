@@ -12,14 +12,15 @@ namespace loomstone {
 
 namespace {
 
-// Waits within a linear solve are shorter if each rank has a processor of its own.
+// If each rank has a processor of its own, waits within a linear solve are shorter than this.
 constexpr WaitTime default_polling{100.0};
 // Waking up takes about 20 us, so shorter sleeps would save no processor time.
 constexpr WaitTime shortest_sleep{20.0};
-// Long waits, as for a file that another rank writes, take 2 % of a processor.
+// With sleeps of this length, a long wait, for example for a file that another rank writes, uses 2
+// % of a processor.
 constexpr WaitTime longest_sleep{200.0};
-constexpr double sleep_share = 0.25;  // of the time that a thread has waited
-// A longer wait is not for the next message of a linear solve.
+constexpr double sleep_share = 0.25;  // length of a sleep, as a fraction of the time waited
+// Waits for the next message of a linear solve are shorter than this.
 constexpr WaitTime longest_yielding{1000.0};
 
 std::atomic<bool> processors_are_shared = false;

@@ -1,7 +1,7 @@
 // How a thread waits for other ranks or threads. It polls for a while, and then sleeps between
-// polls. Sleeps become longer with the wait, so a wait ends at most about a quarter too late. A
-// thread that yields its processor beside other busy programs loses it for a whole time slice,
-// which is several milliseconds. Linux wakes a thread that sleeps at the end of its sleep.
+// polls. The sleeps grow with the time waited, so a wait ends at most about a quarter too late.
+// While other programs are busy, a thread that yields its processor loses it for a whole time slice
+// of several milliseconds. A thread that sleeps is woken by Linux at the end of its sleep.
 //
 // If there are more ranks than processors, threads yield before they sleep, because another rank
 // then continues within microseconds.
@@ -13,18 +13,18 @@ namespace loomstone {
 
 using WaitTime = std::chrono::duration<double, std::micro>;
 
-// Time for which a thread polls before it sleeps: that of the environment variable
-// LOOMSTONE_MPI_SPIN [us] when the process first asks for it, or 100 us. Negative if the variable
-// is not a number >= 0.
+// Returns the time for which a thread polls before it sleeps. It is the value of the environment
+// variable LOOMSTONE_MPI_SPIN [us] at the first call, or 100 us if the variable is not set. The
+// result is negative if the variable is not a number >= 0.
 WaitTime polling_time();
 
 // What a thread does between two polls.
 struct Rest {
   enum class Kind { None, Yield, Sleep } kind = Kind::None;
-  WaitTime length{0.0};  // of a sleep
+  WaitTime length{0.0};  // length of the sleep
 };
-// Returns what to do in a wait that has lasted for `waited`. shared: there are more ranks than
-// processors.
+// Returns what to do in a wait that has lasted for `waited`. `shared` tells whether there are more
+// ranks than processors.
 Rest rest_after(WaitTime waited, WaitTime polling, bool shared);
 
 // Must be called if there are more ranks than processors.

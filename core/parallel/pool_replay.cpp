@@ -22,8 +22,8 @@ constexpr double never = std::numeric_limits<double>::infinity();
 constexpr double header_bytes = 32.0;
 
 // Adds the time of the exchange at the end. All ranks receive the numbers of results, and then the
-// results, if there are any. Each takes a number of rounds that grows with the logarithm of the
-// number of ranks. `further` other exchanges of numbers take as long.
+// results, if there are any. Each of these exchanges takes a number of rounds that grows with the
+// logarithm of the number of ranks. `further` is the number of additional exchanges of numbers.
 void add_exchange(int n_ranks, std::size_t result_bytes, int further, const Network& network,
                   ReplayReport& report) {
   if (n_ranks == 1) return;

@@ -17,7 +17,7 @@ struct RecordedTests {
   std::vector<Index> first_child, n_children;
   std::vector<double> seconds;            // cost of each test [s]
   std::vector<std::vector<Index>> roots;  // tests with which each rank starts
-  std::vector<double> start;              // time until each rank knows its first tests [s]
+  std::vector<double> start;              // time that each rank needs to find its first tests [s]
   std::size_t result_bytes = 0;           // size of all results, which all ranks receive [bytes]
 
   std::size_t size() const { return seconds.size(); }
@@ -33,16 +33,17 @@ struct Network {
 
 struct ReplayReport {
   double seconds = 0.0;   // until all ranks have all results [s]
-  double exchange = 0.0;  // part of it in which the ranks exchange results [s]
+  double exchange = 0.0;  // part of `seconds` in which the ranks exchange results [s]
   double least_busy = 0.0, mean_busy = 0.0, most_busy = 0.0;  // time that ranks spend on tests [s]
   std::int64_t requests = 0, transfers = 0, refusals = 0, waves = 0;  // sums over ranks
 };
 
-// Pieces of work in a fixed order, which ranks cut into contiguous ranges by expected costs.
+// Pieces of work in a fixed order. They are divided into one contiguous range for each rank so that
+// the expected costs of all ranges are about equal.
 struct OrderedWork {
-  std::vector<float> expected;   // costs by which ranks cut, in any unit
+  std::vector<float> expected;   // expected cost of each piece, in any unit
   std::vector<double> seconds;   // cost of each piece [s]
-  double divisible = 0.0;        // cost of further work, which ranks share evenly [s]
+  double divisible = 0.0;        // cost of further work, divided evenly among ranks [s]
   std::size_t result_bytes = 0;  // size of all results, which all ranks receive [bytes]
 
   double work() const;  // sum of all costs [s]

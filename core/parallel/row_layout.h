@@ -40,7 +40,8 @@ class RowLayout {
   std::shared_ptr<const Communicator> shared_communicator() const { return communicator_; }
   bool single() const { return communicator_->size() == 1; }
 
-  // Adds the block sums that this rank owns. `block_sums` has one entry per block of all rows.
+  // Returns the total of the block sums that this rank owns. `block_sums` has one entry per block
+  // of all rows.
   BinnedSum owned_sum(const std::vector<double>& block_sums) const;
   // Returns the sum of the owned block sums of all ranks. It has the same bits on any number of
   // ranks. Collective.
@@ -58,8 +59,8 @@ class RowLayout {
   std::shared_ptr<const Communicator> communicator_;
 };
 
-// An exchange of halo rows that other work overlaps. The halo and the rows must stay in place until
-// unpack() has returned. The object can be used again.
+// An exchange of halo rows that can overlap with other work. The halo and the rows must stay in
+// place until unpack() has returned. The object can be used again.
 class HaloExchange {
  public:
   // Starts to send and receive rows of a row-major array with `stride` numbers per row.

@@ -1,6 +1,6 @@
-// Work that the ranks of a simulation share. Each rank computes a part, and all ranks receive the
-// results of all parts. If a part fails on any rank, all ranks throw the error of the lowest such
-// rank. The messages that carry the results also carry the failures.
+// Work that is divided among the ranks of a simulation. Each rank computes a part, and all ranks
+// receive the results of all parts. If a part fails on any rank, all ranks throw the error of the
+// lowest such rank. The messages that carry the results also carry the failures.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ inline IndexRange even_share(Index n, int rank, int size) {
 }
 
 // Cuts pieces of work into `n_ranges` contiguous ranges of about the same cost. Returns the start
-// of each range, and the number of pieces.
+// of each range, followed by the number of pieces.
 inline std::vector<std::size_t> contiguous_ranges(const std::vector<float>& costs, int n_ranges) {
   const double sum = std::accumulate(costs.begin(), costs.end(), 0.0);
   std::vector<std::size_t> starts{0};
@@ -85,7 +85,8 @@ struct Gathered {
   std::vector<std::size_t> start;
 };
 
-// Collective. `work()` returns a vector, whose elements are copied byte by byte.
+// Collective. Returns the elements of the vectors that `work()` returns on all ranks. Elements are
+// copied byte by byte.
 template <class Work>
 auto gather_from_ranks(const Communicator& ranks, Work&& work) {
   using Elements = decltype(work());

@@ -25,17 +25,17 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// Number of tests between two looks at the clock, which takes a tenth of the time of a test.
+// Number of tests between two readings of the clock. A reading takes a tenth of the time of a test.
 constexpr std::int64_t tests_per_look = 4;
 
 enum class Kind : std::int32_t { Request, Refusal, Task, Wave, Counts, End };
 
-// Start of every message; the tests of a task follow.
+// First bytes of every message. In a message of the kind Task, the tests of the task follow.
 struct Header {
   Kind kind;
   std::int32_t round;
   std::int32_t from, wave;
-  std::int64_t sent, received;  // tasks, summed over a part of the tree of ranks (Kind::Counts)
+  std::int64_t sent, received;  // numbers of tasks in a subtree of ranks (Kind::Counts)
 };
 
 // Tasks of one rank, and the number of its workers that perform tests.
@@ -72,7 +72,7 @@ class SharedTasks {
     --size_;
     return tests;
   }
-  // Returns whether there is no task for some worker of `threads`.
+  // Returns whether some of the `threads` workers are idle and there is no task for them.
   bool hungry(int threads) const {
     const std::lock_guard lock(mutex_);
     return tasks_.empty() && active_ < threads;
@@ -136,7 +136,7 @@ class PoolRun {
   SharedTasks tasks_;
   Termination termination_;
   int victim_;            // rank that was asked last
-  bool waiting_ = false;  // for the answer to a request
+  bool waiting_ = false;  // waits for the answer to a request
   bool idle_ = false;     // without work, and waiting for messages
   std::atomic<bool> ended_{false}, failed_{false};
   std::atomic<std::int64_t> tests_{0}, created_{0}, busy_{0};  // busy time [ns]
@@ -145,7 +145,7 @@ class PoolRun {
   std::vector<std::vector<std::byte>> early_;
   PoolReport report_;
   std::mutex failing_;
-  std::exception_ptr failure_;  // the first on this rank
+  std::exception_ptr failure_;  // first exception on this rank
 };
 
 void PoolRun::work(int worker) {
@@ -201,7 +201,7 @@ void PoolRun::perform_task(int worker, Tests& stack) {
   busy_ += std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - start).count();
 }
 
-// Stores the present exception if it is the first one.
+// Stores the current exception if it is the first one.
 void PoolRun::note_failure() {
   const std::lock_guard lock(failing_);
   if (!failure_) failure_ = std::current_exception();
@@ -233,7 +233,7 @@ bool PoolRun::poll() {
   return any;
 }
 
-// Lets the mailbox know whether this rank waits.
+// Tells the mailbox whether this rank waits.
 void PoolRun::set_idle(bool idle) {
   if (idle == idle_) return;
   idle_ = idle;
@@ -250,7 +250,7 @@ void PoolRun::handle(const std::vector<std::byte>& message) {
     early_.push_back(message);
     return;
   }
-  // Requests and refusals may still be on their way when a run ends.
+  // Requests and refusals may still be on their way when a run ends. The next run ignores them.
   if (header.round < round_) return;
   switch (header.kind) {
     case Kind::Request:
@@ -305,7 +305,7 @@ void PoolRun::answer(int rank) {
   mailbox_.send(rank, message.data(), message.size());
 }
 
-// Contributes to the present wave if this rank has no work.
+// Contributes to the current wave if this rank has no work.
 void PoolRun::contribute() {
   if (!termination_.ready() || ended_ || !tasks_.passive()) return;
   termination_.contribute(report_.transfers, report_.received);

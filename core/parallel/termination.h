@@ -48,7 +48,7 @@ class Termination {
   int last_child() const { return std::min(size_, most_children * (rank_ + 1) + 1); }
 
  private:
-  static constexpr int most_children = 16;  // of a rank in the tree
+  static constexpr int most_children = 16;  // largest number of children of a rank in the tree
 
   int rank_, size_;
   std::int32_t wave_ = 0;

@@ -5,8 +5,8 @@
 
 namespace loomstone {
 
-// True if waiting threads sleep at once (OMP_WAIT_POLICY=passive). Every parallel loop then takes
-// about 40 us longer.
+// Returns true if waiting threads sleep at once (OMP_WAIT_POLICY=passive). Every parallel loop then
+// takes about 40 us longer.
 bool threads_sleep();
 
 }  // namespace loomstone
