@@ -32,8 +32,7 @@ struct PairTest {
   const ExpectedMotion& motion;
   const Tangle& tangle;
 
-  // Returns a bound on the relative displacement of two points, one inflation of each feature [m]
-  // [m].
+  // Returns a bound on the relative displacement of two points, one of each feature [m].
   double travel(ContactKind kind, const std::array<Index, 4>& v) const {
     const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
     double largest = 0.0;
@@ -112,7 +111,7 @@ Approach find_approach(const Team& team, const PairSource& source, const Expecte
     thickness = std::max(thickness, pairs[i].thickness);
   }
   Candidates candidates(pairs, test);
-  const double margin = 0.5 * (thickness + added_approach * motion.step);  // of each feature
+  const double margin = 0.5 * (thickness + added_approach * motion.step);  // inflation of each feature [m]
   Approach all;
   all.pairs = gather_from_ranks(source.ranks, [&] {
                 source.broad_phase.swept_pairs(team, {motion.x0, x1, margin}, which, candidates);

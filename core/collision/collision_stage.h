@@ -28,8 +28,7 @@ namespace loomstone {
 // affect speed, not results. The ranks divide the search among themselves, and each of them
 // receives all contacts and impacts. With the decomposition "predicted", each rank keeps a part of
 // the neighbour lists and tests their pairs. With the other decompositions, the ranks traverse the
-// trees of a
-// SharedSearch.
+// trees of a SharedSearch.
 class CollisionStage {
  public:
   // All decompositions give the same results.

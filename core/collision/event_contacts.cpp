@@ -14,7 +14,7 @@ namespace {
 // [Bridson2002].
 constexpr double restored = 0.1;
 
-// Returns the sign of the volume that the four points span. It tells on which side of the face the
+// Returns the sign of the volume that the four points span. It shows on which side of the face the
 // vertex lies, or on which side of the second edge the first edge lies.
 std::int8_t side_of(bool vertex_face, const FourPoints& p) {
   const double volume = vertex_face ? (p[0] - p[1]).dot((p[2] - p[1]).cross(p[3] - p[1]))

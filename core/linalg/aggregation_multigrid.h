@@ -115,7 +115,7 @@ class AggregationMultigrid {
   BlockMatrix plain_;  // matrix of the aggregates without terms
   // Pairs (first < second) of aggregates that only terms couple, in ascending order.
   Couplings couplings_;
-  std::size_t n_owned_couplings_ = 0;  // those with an aggregate of this rank
+  std::size_t n_owned_couplings_ = 0;  // number of couplings_ with an aggregate of this rank
   std::vector<Index> place_;           // (blocks of plain_) index of each block in the first level
   MultigridLevel::Range owned_;        // aggregates of this rank
   std::vector<MultigridLevel> levels_;

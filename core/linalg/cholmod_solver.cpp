@@ -192,7 +192,7 @@ class DirectSolver final : public LinearSolver {
         for (Index k = whole_.diagonal()[j]; k < whole_.row_start()[j + 1]; ++k) {
           const Index i = whole_.columns()[k];
           const bool cut = is_fixed(system, i) || is_fixed(system, j);
-          const double* block = whole_.block(k);  // A(j, i), the transpose of A(i, j)
+          const double* block = whole_.block(k);  // block (j, i), the transpose of block (i, j)
           for (int d = i == j ? c : 0; d < 3; ++d)
             *entry++ = cut ? (i == j && c == d ? 1.0 : 0.0) : block[c + 3 * d];
         }

@@ -58,7 +58,7 @@ struct ExtraTerm {
   }
 };
 
-// How terms are evaluated after the rows have moved. Derivative: the gradient and H are derivatives
+// Ways to evaluate terms after the rows have moved. Derivative: the gradient and H are derivatives
 // of the potential. Secant: H is the curvature of a paraboloid that touches the potential from
 // above, so that Newton steps are never too long. NewLimits: like Derivative, but with new friction
 // limits. These limits stay constant until the next NewLimits request, so that the terms have a

@@ -76,7 +76,7 @@ class SolveMemory {
   std::unique_ptr<PcgMemory> pcg_;
 };
 
-// How much of the system is unchanged since the solve that filled the memory. Nothing: everything
+// Part of the system that is unchanged since the solve that filled the memory. Nothing: everything
 // may have changed. Matrix: only terms, right-hand side and tolerance may have changed. The
 // preconditioner is reused, and so is A x if x is the solution of a solve that ended early. System:
 // only the tolerance may have changed, and the iteration continues.

@@ -103,7 +103,7 @@ void set_double_precision(PcgSolve& solve) {
 struct Guess {
   bool fixed_values = false;  // some fixed row is not zero
   bool free_values = false;   // some free row is not zero
-  bool is_known = false;      // the guess is the x of a kept iteration
+  bool is_known = false;      // the guess equals x of the iteration kept by keep_iteration()
 };
 
 Guess look_at(const PcgSolve& solve, const Points& guess) {

@@ -6,7 +6,7 @@
 
 namespace loomstone {
 
-// How a run of iterations begins. Restart and Conjugate use the residual in PcgMemory::residual:
+// Ways to begin a run of iterations. Restart and Conjugate use the residual in PcgMemory::residual:
 // the first direction of Restart is the preconditioned residual, and that of Conjugate is conjugate
 // to the last direction. Resume continues where the last run for the same system ended.
 enum class Start { Restart, Conjugate, Resume };

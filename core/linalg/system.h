@@ -28,8 +28,8 @@ void check_system(const LinearSystem& system, const Points& b, const Points& x);
 // Returns the diagonal block of a row, including body blocks and terms.
 Mat3 diagonal_block(const LinearSystem& system, const TermRows& terms, Index row);
 
-// Computes y = A x on rows [begin, end), with 4 doubles per row. terms.evaluate(x) must have been
-// called before.
+// Computes y = A x on rows [begin, end), where A includes body blocks and terms. x and y have 4
+// doubles per row. terms.evaluate(x) must have been called before.
 void multiply_system(const LinearSystem& system, const TermRows& terms, Index begin, Index end,
                      const double* x, double* y);
 

@@ -16,7 +16,7 @@
 
 namespace loomstone {
 
-// What a rank has sent and how long it has waited since its communicator was made.
+// Communication of a rank since its communicator was made.
 struct Traffic {
   double waiting = 0.0;         // time in communication [s]
   std::int64_t bytes = 0;       // data that this rank contributed, without data of others
@@ -43,6 +43,7 @@ class Communicator {
   // Several of the next three operations can be started before one call of finish() completes them.
   // Until then, their data must stay in place and must not be used. At most one start_gather() may
   // be incomplete.
+
   // Every rank contributes the bytes [byte_offsets[rank], byte_offsets[rank + 1]) of `data` and
   // receives all other bytes.
   virtual void start_gather(void* data, const std::vector<std::size_t>& byte_offsets) const = 0;

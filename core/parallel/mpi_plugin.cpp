@@ -321,7 +321,7 @@ class MpiCommunicator final : public Communicator {
   MPI_Op add_sums_ = MPI_OP_NULL;
   int rank_ = 0, size_ = 1;
   std::unique_ptr<MpiWatch> watch_;
-  mutable std::vector<int> counts_, displacements_;  // of the gather that was started last
+  mutable std::vector<int> counts_, displacements_;  // arguments of the last start_gather()
   mutable std::vector<MPI_Request> requests_;        // operations that are not complete
   mutable std::string agreed_;
   mutable Traffic traffic_;

@@ -16,8 +16,8 @@ namespace {
 constexpr WaitTime default_polling{100.0};
 // Waking up takes about 20 us, so shorter sleeps would save no processor time.
 constexpr WaitTime shortest_sleep{20.0};
-// With sleeps of this length, a long wait, for example for a file that another rank writes, uses 2
-// % of a processor.
+// With sleeps of this length, a long wait (for example for a file of another rank) uses 2 % of a
+// processor.
 constexpr WaitTime longest_sleep{200.0};
 constexpr double sleep_share = 0.25;  // length of a sleep, as a fraction of the time waited
 // Waits for the next message of a linear solve are shorter than this.

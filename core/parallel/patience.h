@@ -1,7 +1,7 @@
-// How a thread waits for other ranks or threads. It polls for a while, and then sleeps between
-// polls. The sleeps grow with the time waited, so a wait ends at most about a quarter too late.
-// While other programs are busy, a thread that yields its processor loses it for a whole time slice
-// of several milliseconds. A thread that sleeps is woken by Linux at the end of its sleep.
+// Waits of a thread for other ranks or threads. The thread polls for a while, and then sleeps
+// between polls. The sleeps grow with the time waited, so a wait ends at most about a quarter too
+// late. While other programs are busy, a thread that yields its processor loses it for a whole time
+// slice of several milliseconds. A thread that sleeps is woken by Linux at the end of its sleep.
 //
 // If there are more ranks than processors, threads yield before they sleep, because another rank
 // then continues within microseconds.
@@ -18,7 +18,7 @@ using WaitTime = std::chrono::duration<double, std::micro>;
 // result is negative if the variable is not a number >= 0.
 WaitTime polling_time();
 
-// What a thread does between two polls.
+// Action of a thread between two polls.
 struct Rest {
   enum class Kind { None, Yield, Sleep } kind = Kind::None;
   WaitTime length{0.0};  // length of the sleep

@@ -61,8 +61,9 @@ class SharedTasks {
     const std::lock_guard lock(mutex_);
     --active_;
   }
-  // Removes the oldest task, which started closest to the roots, for another rank. If no worker is
-  // active, one task stays. Otherwise, ranks could pass a task on for ever without working on it.
+  // Removes the oldest task for another rank. Its tests are closest to the roots of the trees. If
+  // no worker is active, keeps one task, because ranks could otherwise pass a task on forever
+  // without performing it.
   std::optional<Tests> give() {
     const std::lock_guard lock(mutex_);
     const std::size_t kept = active_ > 0 ? 0 : 1;

@@ -1,5 +1,5 @@
-// How threads wait between two parallel loops. The environment variables OMP_WAIT_POLICY and
-// GOMP_SPINCOUNT control this. The Python package sets GOMP_SPINCOUNT before it loads this code
+// The environment variables OMP_WAIT_POLICY and GOMP_SPINCOUNT determine how threads wait between
+// two parallel loops. The Python package sets GOMP_SPINCOUNT before it loads this code
 // (loomstone/base/waiting.py).
 #pragma once
 

@@ -11,7 +11,7 @@ namespace {
 
 // New clusters are formed when the total box area has grown by this factor. Affects speed only.
 constexpr double decay_limit = 1.5;
-constexpr Index refit_grain = 128;  // groups per task
+constexpr Index refit_grain = 128;  // number of groups that a task refits
 
 // Transposes an 8 x 8 block in place.
 template <class Floats>

@@ -102,10 +102,11 @@ class NeighbourLists {
   // CollisionModel::gap_floor while vertices move from the positions of the last update() to x1.
   void cover(const Team& team, const Points& x1);
 
-  // Must follow update() and cover(). Makes the lists of this rank whose slack is too small again.
+  // Must follow update() and cover(). Replaces the lists of this rank whose slack is too small by
+  // new ones.
   void make_ended(const Team& team);
 
-  std::vector<NeighbourList>& lists() { return lists_; }  // of this rank
+  std::vector<NeighbourList>& lists() { return lists_; }  // lists of this rank
   // Vertices of all features in the lists of this rank.
   const std::vector<Index>& vertices() const { return vertices_.vertices(); }
   bool listed(Index pair) const { return !unlisted_[pair]; }
@@ -115,8 +116,8 @@ class NeighbourLists {
   std::vector<Index> unlisted() const;
   const Communicator& ranks() const { return ranks_; }
 
-  // Makes the lists measure the time of computing with them, for replays on one thread. `clock` is
-  // the time that reading the clock takes [s].
+  // Starts to measure the time of work on the lists, for replays on one thread. `clock` is the time
+  // that reading the clock takes [s].
   void time_work(double clock) { clock_ = clock; }
   WorkTimer<float> timer(NeighbourList& list) const { return {list.seconds, clock_}; }
   WorkTimer<double> unlisted_timer() const { return {unlisted_seconds_, clock_}; }

@@ -143,7 +143,7 @@ struct MaskedGroups {
   unsigned mask[most];
 };
 
-// Returns a mask of those of the eight edges in `corners` that do not contain a vertex in `ends`.
+// Returns a mask of the eight edges in `corners`. It is true for edges without a vertex in `ends`.
 template <class Floats>
 LOOMSTONE_INLINE MaskOf<Floats> different(const Index* corners, const std::array<Index, 2>& ends) {
   const auto first = lanes_load<MaskOf<Floats>>(corners),

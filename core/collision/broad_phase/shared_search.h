@@ -1,8 +1,7 @@
 // Search for pairs of features that is divided among all ranks ([Thomaszewski2010], 5.3). The
 // hierarchies of the partitions are traversed from their roots in every search. Traversal and the
 // tests of feature pairs form one stream of work, so ranks communicate only to balance it and to
-// exchange results
-// at its end.
+// exchange results at its end.
 #pragma once
 
 #include <algorithm>
@@ -25,8 +24,8 @@ namespace loomstone {
 
 class SharedSearch {
  public:
-  // `broad_phase` tells which features are attached. It must outlive this object. All ranks must
-  // make and destroy this object together.
+  // `broad_phase` determines which features are attached. It must outlive this object. All ranks
+  // must make and destroy this object together.
   SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                const BroadPhase& broad_phase, Decomposition decomposition,
                std::shared_ptr<const Communicator> communicator);
@@ -68,7 +67,7 @@ class SharedSearch {
 
   // Sets how the threads of a rank divide a static search. Loops, the default, are slightly faster.
   void set_traversal(Traversal traversal) { traversal_ = traversal; }
-  const PoolReport& report() const { return report_; }  // of the last search of this rank
+  const PoolReport& report() const { return report_; }  // report on the last search of this rank
   // Time of the last search on this rank, from the end of the update of boxes to the end of
   // gather() [s].
   double seconds() const { return seconds_; }
@@ -89,7 +88,7 @@ class SharedSearch {
   PartitionTrees trees_;
   RecordedTests* recorded_ = nullptr;
   std::vector<PartitionTrees::Scratch> scratch_;  // one for each thread
-  std::exception_ptr failure_;                    // of the last search on this rank
+  std::exception_ptr failure_;                    // failure of the last search on this rank
   PoolReport report_;
   std::chrono::steady_clock::time_point start_;
   double seconds_ = 0.0;

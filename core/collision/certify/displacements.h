@@ -61,7 +61,7 @@ class Displacements {
   const Vector& inverse_mass_;
   FreeBodies& bodies_;
   // (n x 3) Requested displacement of each vertex, and displacement of each unit with its carrier
-  // [m]. The latter is that of the centre for a body.
+  // [m]. For a body, the latter is the displacement of its centre.
   Points wanted_, carry_;
   std::vector<double> share_;   // (n) fraction of relative motion that a unit keeps
   std::vector<Index> carrier_;  // (n) carrier of each unit: index of a surface, `none` or `local`

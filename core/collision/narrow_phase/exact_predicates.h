@@ -15,8 +15,8 @@ int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 // corners are counter-clockwise in the two axes that follow `dropped` cyclically.
 int orientation_in_plane(const Vec3& a, const Vec3& b, const Vec3& c, int dropped);
 
-// Returns whether the closed triangles share a point. The result is exact. Touching counts, also
-// for coplanar triangles. Returns false if both triangles are degenerate.
+// Returns whether the closed triangles have a common point. The result is exact, also for triangles
+// that only touch and for coplanar triangles. Returns false if both triangles are degenerate.
 bool triangles_meet(const Vec3& a0, const Vec3& a1, const Vec3& a2, const Vec3& b0, const Vec3& b1,
                     const Vec3& b2);
 

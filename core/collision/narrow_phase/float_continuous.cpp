@@ -179,7 +179,8 @@ LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
       return first_open < 1.0 ? Decision{Proof::Open, first_open} : Decision{Proof::Apart, 1.0};
     width = begin & (~begin + 1);  // the widest aligned piece that starts at `begin`
   }
-  // The features are apart until the first open piece, or until `low` if no piece was left open.
+  // The features are apart until the first undecided piece, or until `low` if no piece is
+  // undecided.
   return {Proof::Open, std::min(low, first_open)};
 }
 

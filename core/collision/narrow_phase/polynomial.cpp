@@ -10,7 +10,7 @@ using Coefficients = std::vector<Integer>;
 // positive factor.
 Coefficients bernstein(const Polynomial& p) {
   static constexpr int factor[4][4] = {
-      {1}, {1, 1}, {2, 1, 2}, {3, 1, 1, 3}};  // least common multiple of all C(n, .) / C(n, i)
+      {1}, {1, 1}, {2, 1, 2}, {3, 1, 1, 3}};  // LCM of C(n, 0), ..., C(n, n), divided by C(n, i)
   const std::size_t n = p.c.size() - 1;
   Coefficients b;
   for (std::size_t i = 0; i <= n; ++i) b.push_back(p.c[i] * Integer(factor[n][i]));
@@ -138,7 +138,7 @@ int AlgebraicTime::sign_of(const Polynomial& q) const {
     return upper.front().sign();
   }
   // A few bisections determine most signs. They never determine the sign at a common root of both
-  // polynomials, so this case is tested after a few bisections.
+  // polynomials. This case is therefore tested after `bisections_before_test` bisections.
   constexpr int bisections_before_test = 6;
   Coefficients p = follow(bernstein(polynomial_), path_), p_lower, p_upper;
   for (int bisections = 0; variations(b) != 0; ++bisections) {

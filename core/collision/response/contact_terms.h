@@ -15,7 +15,7 @@ namespace loomstone {
 struct ContactLaw {
   Vec3 normal;
   double distance, thickness;  // distance at the start, thickness [m]
-  double share, friction;      // see contact_shares(); friction coefficient [1]
+  double share, friction;      // share (see contact_shares()), friction coefficient [1]
   Vec3 slip;                   // anchor slip at the start [m]
   double limit;                // largest friction force, mu N [N]
   double normal_stiffness;     // stiffness in the normal direction times the share [N/m]

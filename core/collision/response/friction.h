@@ -20,11 +20,11 @@ struct FrictionResponse {
 FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, const Mat3& tangent,
                                    double stiffness, double limit);
 
-// Returns `predicted`, extrapolated if the contact slides. `gained` is the amount by which the
-// tangential displacement in this step exceeds that in the last step [m]. Extrapolation adds the
-// component of `gained` along `predicted`, and at most doubles `predicted`. Without extrapolation,
-// the secant stiffness lags one step behind an accelerating contact. After a sliding time t,
-// friction would then be too large by the fraction h / t, where h is the step.
+// Returns `predicted`, extrapolated if the contact slides. `gained` is the length of the step times
+// the change of the tangential velocity in the last step [m]. Extrapolation adds the component of
+// `gained` along `predicted`, and at most doubles `predicted`. Without extrapolation, the secant
+// stiffness lags one step behind an accelerating contact. After a sliding time t, friction would
+// then be too large by the fraction h / t, where h is the step.
 Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double stiffness,
              double limit);
 

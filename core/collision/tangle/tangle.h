@@ -69,7 +69,7 @@ class TangleFinder {
   void pierce(const Points& x, Tangle& tangle) const;
   void ignore_pairs(Tangle& tangle) const;
   void join_contours(const Points& x, Tangle& tangle) const;
-  // Surfaces cut along a contour.
+  // Result of cutting the surfaces along a contour.
   struct Cut {
     // (edges) 1: the contour crosses the edge an odd number of times.
     std::vector<std::uint8_t> through;
