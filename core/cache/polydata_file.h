@@ -23,8 +23,8 @@ struct PolyDataField {
   std::string role = {};  // for viewers: "TCoords", "Vectors"; empty: none
 };
 
-// The points and triangles of a file. Each point shows a vertex; point i is vertex i for
-// i < n_vertices, and further points repeat vertices.
+// The points and triangles of a file. Each point is a copy of a vertex. Point i is vertex i for i <
+// n_vertices; further points repeat vertices.
 struct PolyDataMesh {
   std::int64_t n_vertices = 0;
   std::vector<Index> vertices;  // (points) vertex of each point
@@ -76,7 +76,7 @@ class PolyDataWriter {
   Hdf5Rows times_, point_offsets_;
   std::vector<Table> tables_;
   Values points_;
-  std::vector<Values> values_;  // point fields, cell fields
+  std::vector<Values> values_;  // fields that vary over frames: on points, then on cells
   // Positions in the last committed block of points and in the staged block.
   Points stored_, staged_;
   // Number of committed blocks of points, and their number with the staged frame.

@@ -16,8 +16,8 @@ struct TexturePoints {
 };
 
 // Appends a point for each further texture coordinate of a vertex. The result is not textured if
-// the number of points would more than double, because every triangle then has coordinates of its
-// own.
+// the number of points would more than double, because the texture coordinates are then
+// discontinuous at many edges.
 TexturePoints texture_points(Index n_vertices, const Triangles& triangles,
                              const Points2& corner_uv);
 

@@ -35,7 +35,7 @@ class PlacedCoils {
   // field on the coils.
   CarrierWrenches among_coils(const Vector& currents) const;
   // Returns the forces per ampere at `time` [s]. `response` is the response of magnetised bodies to
-  // the circuits. If it is empty, circuits magnetise nothing and act on the given magnets only.
+  // the circuits. If it is empty, circuits magnetise no bodies, and `magnets` are complete.
   CoilForces per_ampere(const std::vector<MagneticBody>& magnets, double time,
                         const CircuitResponse& response) const;
 

@@ -12,7 +12,7 @@ namespace loomstone {
 
 struct Inductances {
   Eigen::MatrixXd own;         // self and mutual inductances (circuits x circuits) [H]
-  Eigen::MatrixXd from_given;  // mutual inductances (circuits x coils with given currents) [H]
+  Eigen::MatrixXd from_given;  // of circuits and coils with given currents, 0 if constant [H]
 };
 
 // Computes the inductances. The last mutual inductance of each pair of coils is cached together

@@ -16,7 +16,7 @@ struct Oscillators {
   const std::vector<MagneticBody>& magnets;  // with moments that also depend on `currents`
   const std::vector<KnownField>& known;      // fields of hard magnets at induced dipoles
   const Vector& currents;                    // (coils) [A]
-  std::vector<std::uint8_t> touching;        // (b) bodies in contact
+  std::vector<std::uint8_t> touching;        // (b) 1: body in contact
 };
 
 // Computes the bound from constant tables of the model. `model` and `magnets` must outlive it.

@@ -17,9 +17,11 @@ struct Incidence {
 // Unique edges in sorted order. Each edge is given by its smaller and its larger vertex index. The
 // id of an edge is its row.
 struct EdgeTable {
-  Edges edges;                                    // (k x 2)
-  std::vector<std::array<Index, 2>> triangles;    // of each edge, ascending; -1: none (boundary)
-  std::vector<std::array<Index, 3>> of_triangle;  // edges opposite corners 0, 1, 2
+  Edges edges;  // (k x 2)
+  std::vector<std::array<Index, 2>>
+      triangles;  // triangles of each edge, ascending; [1] is -1 on the boundary
+  std::vector<std::array<Index, 3>>
+      of_triangle;  // edges of each triangle, opposite corners 0, 1, 2
 };
 
 // Builds the edge table. Throws InvalidInput for an edge with more than two triangles and for

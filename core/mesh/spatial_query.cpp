@@ -52,8 +52,9 @@ void triangle_bounds(const RTCBoundsFunctionArguments* arguments) {
 struct Search {
   const Surface* surface;
   Vec3 point;
-  double rounding;    // distance between the query point and its value in float [m]
-  double best = 0.0;  // squared distance [m^2]
+  double rounding;  // distance between the query point and its value in float [m]
+  double best =
+      0.0;  // squared search radius, then squared distance of the closest triangle so far [m^2]
   Index triangle = -1;
   TrianglePoint candidate{};
 };

@@ -13,7 +13,8 @@
 namespace loomstone {
 namespace {
 
-// A circle of n vertices: centre + radius (cos a up + sin a side). The tube runs along up x side.
+// A circle of n vertices. The vertex at angle a is centre + radius (cos a up + sin a side). The
+// tube runs along the cross product of `up` and `side`.
 struct Ring {
   Vec3 centre, up, side;
   double radius;  // [m]

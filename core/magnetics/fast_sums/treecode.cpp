@@ -35,7 +35,8 @@ constexpr double spare = 0.75;  // safety factor for sets with slightly larger e
 // Minimum number of observers for which controlled() first tests a setting on the leaves that
 // contain samples. At 100,000 observers, the test takes a tenth of the time of a pass, and at more
 // observers a smaller share. In a tenth of the cases, the setting is not accurate enough, and the
-// test saves a whole pass. The test therefore pays off beyond 100,000 observers.
+// test saves a whole pass. The test therefore pays off beyond 100,000 observers. The limit is twice
+// as large.
 constexpr Index worth_a_look = 200000;
 
 // Marks the cells that contain any of the rows.
@@ -220,7 +221,7 @@ Wrenches treecode_forces(const Team& team, const Points& positions, const Points
                            Vec3(at(v.near, 0), at(v.near, 1), at(v.near, 2));
         const Index row = tree.order[leaf.cell.begin + i];
         result.forces.row(row) = force.transpose();
-        result.torques.row(row) = q.cross(field).transpose();  // (6.11)
+        result.torques.row(row) = q.cross(field).transpose();  // (6.11) of [Thomaszewski2010]
         result.energies[row] = -q.dot(field);
       }
     };
