@@ -9,7 +9,7 @@
 namespace loomstone {
 
 struct EventBody {
-  RigidPose pose;                                                 // of the centre of mass
+  RigidPose pose;                                                 // pose of the centre of mass
   RigidPose start;                                                // pose at the start of the step
   Vec3 velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();  // world axes [m/s], [rad/s]
   double mass = 0.0;                                              // [kg]

@@ -29,7 +29,7 @@ struct PolyDataMesh {
   std::int64_t n_vertices = 0;
   std::vector<Index> vertices;  // (points) vertex of each point
   Triangles triangles;          // point of each corner
-  int compression = 0;          // of points and fields; 0 to 9 (deflate)
+  int compression = 0;          // deflate level of points and fields, 0 to 9
 };
 
 // Writes a PolyData file. A frame is written in two phases, so that a process killed at any moment
@@ -79,7 +79,7 @@ class PolyDataWriter {
   std::vector<Values> values_;  // fields that vary over frames: on points, then on cells
   // Positions in the last committed block of points and in the staged block.
   Points stored_, staged_;
-  // Number of committed blocks of points, and their number with the staged frame.
+  // Numbers of blocks of points: the committed blocks, and all blocks including the staged one.
   std::int64_t n_blocks_ = 0, n_staged_blocks_ = 0;
   std::vector<unsigned char> rows_of_points_;  // scratch memory of put()
 };

@@ -70,7 +70,7 @@ struct CarriedCoil {
 struct MagneticRotor {
   MassProperties mass;
   Rotor rotor;
-  std::optional<Bearing> bearing;  // with unit axis
+  std::optional<Bearing> bearing;  // its axis is a unit vector
 };
 
 struct MagneticModel {

@@ -18,10 +18,10 @@ struct Incidence {
 // id of an edge is its row.
 struct EdgeTable {
   Edges edges;  // (k x 2)
-  std::vector<std::array<Index, 2>>
-      triangles;  // triangles of each edge, ascending; [1] is -1 on the boundary
-  std::vector<std::array<Index, 3>>
-      of_triangle;  // edges of each triangle, opposite corners 0, 1, 2
+  // Triangles of each edge, in ascending order. On the boundary, the second one is -1.
+  std::vector<std::array<Index, 2>> triangles;
+  // Edges of each triangle, opposite its corners 0, 1 and 2.
+  std::vector<std::array<Index, 3>> of_triangle;
 };
 
 // Builds the edge table. Throws InvalidInput for an edge with more than two triangles and for

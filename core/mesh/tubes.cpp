@@ -83,7 +83,7 @@ TriangleMesh capped(const std::vector<Ring>& tube) {
   const int n_cap =
       std::max(2, static_cast<int>(std::round(0.5 * M_PI * radius / row_height(radius, segments))));
   const auto cap_ring = [&](const Ring& end, int row, double sign) {
-    const double angle = 0.5 * M_PI * row / n_cap;  // from the pole
+    const double angle = 0.5 * M_PI * row / n_cap;  // angle from the pole [rad]
     Ring ring = end;
     ring.centre += sign * radius * std::cos(angle) * end.up.cross(end.side);
     ring.radius = radius * std::sin(angle);

@@ -20,7 +20,7 @@ struct DipoleTable {
 
 class DipoleSet final : public Source {
  public:
-  // Takes positions (n x 3) [m] and moments (n x 3) [A m^2] in the axes of the set.
+  // `positions` (n x 3) [m] and `moments` (n x 3) [A m^2] are given in the axes of the set.
   DipoleSet(Points positions, Points moments);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
