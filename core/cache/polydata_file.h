@@ -35,7 +35,8 @@ struct PolyDataMesh {
 // Writes a PolyData file. A frame is written in two phases, so that a process killed at any moment
 // leaves a file whose first NSteps frames are complete. First, stage() appends the data after the
 // last frame, and flush() writes it to the file. Then commit() increments the frame count, and a
-// second flush() writes the count. If writing a frame fails, it may be repeated.
+// second flush() writes the count. If writing a frame fails, the caller may write the same frame
+// again.
 class PolyDataWriter {
  public:
   PolyDataWriter(const std::string& path, PolyDataMesh mesh,

@@ -60,7 +60,8 @@ MultiIndices add_places(TaylorTables& t) {
   return indices;
 }
 
-// Recurrence for D_n = d^n (1/r) with k = |n|:
+// Recurrence for D_n = d^n (1/r) at the point x, with k = |n| and the unit multi-index e_i of axis
+// i:
 //   k r^2 D_n + (2 k - 1) sum n_i x_i D_{n - e_i} + (k - 1) sum n_i (n_i - 1) D_{n - 2 e_i} = 0
 TaylorTables::Derivative derivative(const MultiIndices& indices, int at) {
   const int degree = indices[at].degree();

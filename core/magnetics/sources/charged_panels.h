@@ -15,7 +15,7 @@
 namespace loomstone {
 
 // One of several grids on the surface of a body. Richardson extrapolation superposes their charges,
-// each multiplied by the grid's share.
+// each multiplied by the grid's weight `share`.
 struct PanelGrid {
   Index begin = 0, end = 0;  // range of its panels
   double share = 1.0;
