@@ -67,7 +67,7 @@ struct EventMotion {
     double now;
   };
   const Levels* levels = nullptr;
-  const Clocks* clocks = nullptr;  // one of the two is null
+  const Clocks* clocks = nullptr;  // either `levels` or `clocks` is null
 
   // Time at which the position of a vertex is stored, minus the present time [s].
   double ahead(Index vertex) const {

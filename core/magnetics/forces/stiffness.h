@@ -21,10 +21,10 @@ struct CoarseMagnet {
 
 CoarseMagnet coarse_magnet(const Source& source);
 
-// Rigid body that carries magnets. With zero inverse mass and inertia it is fixed.
+// Rigid body that carries magnets. It is fixed if its inverse mass and inverse inertia are zero.
 struct Carrier {
   double inverse_mass = 0.0;     // [1/kg]
-  double inverse_inertia = 0.0;  // largest value about `centre` [1/(kg m^2)]
+  double inverse_inertia = 0.0;  // largest inverse moment of inertia about `centre` [1/(kg m^2)]
   Vec3 centre = Vec3::Zero();    // [m]
 };
 

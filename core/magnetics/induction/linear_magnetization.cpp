@@ -35,8 +35,9 @@ double distance_to(const MagneticBody& body, const Vec3& point) {
   return nearest;
 }
 
-// Chooses the degree of each sphere. For pairs of close spheres, it rotates both z axes onto the
-// line of centres, because translations along z are cheap.
+// Chooses the degree of the solid harmonics of each sphere, unless the user has given it. For pairs
+// of close spheres, it rotates both z axes onto the line of centres, because translations along z
+// are cheap.
 void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                      double tolerance) {
   struct Near {
