@@ -44,7 +44,7 @@ class Membrane {
             phase_,          in_phase_,         limits_.empty() ? nullptr : limits_.data()};
   }
   // Sets the tables of the stress that stiff phases add to forces and Jacobian (see
-  // membrane::Tables). Null means that nothing is added. The tables are not owned.
+  // membrane::Tables). Null means that nothing is added. The tables are not copied.
   void set_phase(const double* phase, const std::uint8_t* in_phase) {
     phase_ = phase, in_phase_ = in_phase;
   }
