@@ -52,8 +52,7 @@ bool loaded(const py::object& value, Member& member) {
   }
 }
 
-// Returns the name of type T for messages. It is empty if only the meaning of a field tells what
-// the field takes.
+// Returns the name of type T for messages. It is empty for types that have no such name.
 template <class T>
 std::string kind_name() {
   if constexpr (Description<T>)
@@ -78,8 +77,8 @@ std::string kind_name() {
                        hint);
 }
 
-// Throws a TypeError that names the kind of value that a field takes, if its type has a name. In a
-// list, names the first element of another type.
+// Throws a TypeError that names the type that a field must have, unless kind_name() of this type is
+// empty. If the field is a list, the message names the first element of another type.
 template <class Member>
 void explain_kind(const std::string& where, const py::object& value) {
   if constexpr (ListOf<Member>::value) {

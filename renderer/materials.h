@@ -8,7 +8,7 @@
 
 namespace loomstone {
 
-// What the shaders need to know about a surface.
+// Material of a surface, as the shaders use it.
 struct Material {
   Eigen::Vector3f front = Eigen::Vector3f::Zero(), back = Eigen::Vector3f::Zero();  // linear RGB
   bool own_color = false;  // the look has a colour

@@ -66,12 +66,12 @@ constexpr auto choices(Background) {
 // Description of a picture.
 struct RenderOptions {
   int width = 1280, height = 720;
-  int samples = 4;  // per pixel (MSAA)
+  int samples = 4;  // samples per pixel (MSAA)
   ClothPattern pattern = ClothPattern::Weave;
   std::string color_by =
       "cloth";  // "cloth" or a scalar field; fields joined by + become rows of the picture
   double color_low = 0.0, color_high = 0.0;  // if equal, the drawn values define the range
-  std::string color_map = "viridis";         // an argument of Renderer has its colours
+  std::string color_map = "viridis";         // an argument of Renderer contains its colours
   bool wireframe = false;
   bool shadows = true, ambient_occlusion = true;
   Background background = Background::Backdrop;

@@ -1,5 +1,5 @@
-// Draws a picture in four stages: shadow map, depth, light and surfaces. Depth, normals and numbers
-// of surfaces take one stage.
+// Draws a picture in four stages: shadow map, depth, light and surfaces. Images of depth, normals
+// and surface numbers are drawn in a single stage.
 #include "renderer/renderer.h"
 
 #include <algorithm>

@@ -19,10 +19,10 @@ struct StepContext {
   // these targets.
   double share = 1.0;
   int length = 0;          // in units of StepPart
-  bool automatic = false;  // of an automatic step
-  // Whether an attempt can be repeated in shorter parts:
-  bool divisible = true;   // if its error is too large
-  bool halvable = true;    // if contacts gain energy in it
+  bool automatic = false;  // true: part of an automatic step
+  // An attempt at the part can be repeated in shorter parts:
+  bool divisible = true;   // true: if its error is too large
+  bool halvable = true;    // true: if contacts create energy in it
   std::uint64_t seed = 0;  // seed of random orders; differs between parts and steps
 };
 

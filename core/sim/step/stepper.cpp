@@ -26,9 +26,9 @@ Traffic between(const Traffic& start, const Traffic& end) {
 
 StepSpan span_of(double t0, double h) { return {t0, h, t0 + h}; }
 
-// Ratio of the largest step to the shortest step that is tried if contacts gain energy. Our choice:
-// at 4 m/s, a towel of 3,000 triangles moves by its thickness in 1/64 of the largest step of 10 ms,
-// and the shortest step is a quarter of this time.
+// Ratio of the largest step to the shortest step that is tried if contacts create energy. Our
+// choice: at 4 m/s, a towel of 3,000 triangles moves by its thickness in 1/64 of the largest step
+// of 10 ms, and the shortest step is a quarter of this time.
 constexpr double shortest_for_contacts = 256.0;
 
 }  // namespace
@@ -72,8 +72,9 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
   }
 }
 
-// Takes the whole step at once or, if this fails, in parts. An automatic step that fails is
-// shortened instead, as long as no part of it is complete.
+// Takes the whole step at once or, if this fails, in parts. If the error of an automatic step is
+// too large or contacts create energy in it, the whole step is shortened instead, as long as no
+// part of it is complete.
 StepSpan Stepper::take_parts(State& state, StepOutcome& outcome) {
   StepSpan span = next_span(state);
   Bisection bisection(engines_.limits_in_solve);
@@ -205,7 +206,8 @@ void Stepper::finish(const StepSpan& span, State& state, StepOutcome& outcome) {
 
 StepSpan Stepper::next_span(const State& state) {
   if (steps_.automatic) return span_of(state.time, automatic_step(steps_.largest, state, engines_));
-  // The end of a fixed step follows from the number of steps, so rounding errors do not accumulate.
+  // The end of a fixed step is computed from the number of steps, so rounding errors do not
+  // accumulate.
   return {state.time, steps_.largest, static_cast<double>(state.step + 1) * steps_.largest};
 }
 

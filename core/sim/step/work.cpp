@@ -36,7 +36,7 @@ double sum_over_rows(const Engines& engines, Term&& term) {
   return layout.sum(sums);
 }
 
-// Work of air and of the user's forces.
+// Work of air and of the user's forces on cloth [J].
 double work_of_loads(const Loads& loads, const State& state, const Engines& engines) {
   const Model& model = engines.model;
   return sum_over_rows(engines, [&](Index i) {
@@ -84,8 +84,8 @@ Points viscous_forces(const StepContext& part, const Loads& loads, const Solved&
   return inner_forces(middle, &velocity, engines) - inner_forces(middle, nullptr, engines);
 }
 
-// Returns the work of scripts that move prescribed vertices, without the part that contacts pass on
-// to other bodies.
+// Returns the work of scripts that move prescribed vertices [J]. The work that these vertices do
+// through contacts is not included.
 double work_of_pins(const Loads& loads, const Points& viscous, const State& state,
                     Engines& engines) {
   if (!pins_move(engines, loads, state)) return 0.0;

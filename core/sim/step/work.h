@@ -16,10 +16,10 @@ struct Solved {
 };
 
 struct PartWork {
-  double scripts = 0.0;   // done by scripted motion
-  double loads = 0.0;     // done by air, the user's forces and forces that untangle
-  double friction = 0.0;  // done against friction of contacts in the solve
-  double damping = 0.0;   // done against viscosity and damping of bending
+  double scripts = 0.0;   // work done by scripted motion [J]
+  double loads = 0.0;     // work done by air, the user's forces and untangling [J]
+  double friction = 0.0;  // work done against friction of contacts in the solve [J]
+  double damping = 0.0;   // work done against viscosity and bending damping [J]
 };
 
 // Returns the work of a part [J]. Elastic forces are the means of those at the start and at the end
