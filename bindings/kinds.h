@@ -47,7 +47,7 @@ bool loaded(const py::object& value, Member& member) {
     if (!caster.load(value, true)) return false;
     member = py::detail::cast_op<Member&>(caster);
     return true;
-  } catch (const py::reference_cast_error&) {  // None instead of a description
+  } catch (const py::reference_cast_error&) {  // None was given for a description
     return false;
   }
 }

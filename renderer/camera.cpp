@@ -270,7 +270,7 @@ Camera CameraFit::camera() const {
   Camera fitted = camera_;
   fitted.fit = false;
   fitted.eye = view.eye;
-  // The target of a camera that turns lies on its axis.
+  // If the camera turns, its target lies on the axis of the turn.
   Vec3 across = view.forward;
   if (camera_.turn != 0.0) {
     const Vec3 axis = camera_.up.normalized();

@@ -20,8 +20,8 @@ struct Camera {
   bool fit = true;    // move the eye so that cloth and bodies fill the picture; only the direction
                       // from `target` to `eye` is used. Ignored with key frames.
   double turn = 0.0;  // [degrees/s]
-  std::vector<double> times;  // of key frames, ascending [s]
-  Points eyes, targets;       // (times x 3) [m]; no targets: `target`
+  std::vector<double> times;  // times of key frames, ascending [s]
+  Points eyes, targets;       // (times x 3) [m]; without targets, `target` is used
 
   static auto fields() {
     using C = Camera;

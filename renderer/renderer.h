@@ -17,7 +17,7 @@ struct Curves {
   Points points;             // (n x 3) [m]
   std::vector<Index> first;  // (curves + 1) row of `points` where each curve starts
   Vector value;              // (n) colour: 1 red, 0 yellow, -1 blue
-  double radius = 0.0;       // of the tubes [m]
+  double radius = 0.0;       // radius of the tubes [m]
 };
 
 struct ColorRange {

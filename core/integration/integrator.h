@@ -37,10 +37,12 @@ using FrictionAt =
 
 // Rigid bodies that the integrator moves within the step, without contacts among them.
 struct BodiesOfStep {
-  const std::vector<RigidPose>* poses = nullptr;          // (b) at the start
-  const Points* velocity = nullptr;                       // (2 b x 3) at the start
-  const std::vector<AttachedVertex>* attached = nullptr;  // each vertex at most once
-  std::vector<RigidPose>* end = nullptr;                  // (b) poses at the end; set on return
+  const std::vector<RigidPose>* poses = nullptr;  // (b) poses at the start
+  // (2 b x 3) velocities at the start [m/s, rad/s]
+  const Points* velocity = nullptr;
+  // Vertices attached to bodies, each listed once.
+  const std::vector<AttachedVertex>* attached = nullptr;
+  std::vector<RigidPose>* end = nullptr;  // (b) poses at the end; set on return
 };
 
 // Input of a step. The rows are the cloth vertices. If the linear system includes rigid bodies, two
@@ -48,7 +50,7 @@ struct BodiesOfStep {
 struct StepInputs {
   double step = 0.0;              // length h [s]
   double time = 0.0;              // start of the step [s]
-  const Points* force = nullptr;  // (n x 3) loads at the start [N]: gravity, drag, user
+  const Points* force = nullptr;  // (n x 3) gravity, drag and user forces at the start [N]
   // Contacts, friction and attachments at the start; implicit schemes only.
   const ExtraTerms* terms = nullptr;
   // Called once per iterate by Newton schemes; null: the terms are linear.

@@ -67,7 +67,8 @@ class NewtonIntegrator final : public Integrator {
     Index n;  // cloth vertices
 
     double h() const { return inputs.step; }
-    Index begin() const { return std::min(layout.begin(), n); }  // owned cloth rows
+    // [begin, end): cloth rows of this rank
+    Index begin() const { return std::min(layout.begin(), n); }
     Index end() const { return std::min(layout.end(), n); }
   };
 

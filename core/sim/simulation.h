@@ -49,12 +49,12 @@ class Simulation {
   // Memory of the bounding-volume hierarchies, which every rank stores whole [bytes].
   std::size_t hierarchy_bytes() const;
   Decomposition decomposition() const;  // how collision handling is divided
-  const StepReport& report() const;     // of the last step
+  const StepReport& report() const;     // report of the last step
   // Returns whether there are no bodies or the last step rebuilt the rigid-body world.
   bool may_checkpoint() const;
 
   const FrameTopology& topology() const;
-  Frame frame() const;  // of the current state
+  Frame frame() const;  // frame of the current state
   // Returns the frame at a time within the last step [s]. Positions are interpolated.
   Frame frame_at(double time) const;
 

@@ -48,7 +48,7 @@ void add_moments(HingeList list, const double* moment, const double* gradient, I
 
 namespace loomstone::midedge {
 
-// largest number of hinges on which a triangle's curvature depends
+// Largest number of hinges on which the curvature of a triangle depends.
 inline constexpr int n_slots = 9;
 inline constexpr int hinge_stride = n_slots * 8, curvature_stride = 3 * n_slots * 8,
                      rigidity_stride = 7 * 8;

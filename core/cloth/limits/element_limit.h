@@ -113,7 +113,7 @@ struct Element {
   // corners are held, it is instead h h^T with the height vector h over the held edge.
   Symmetric<Real> moments;
 };
-// numbers in an Element, gradients first
+// Numbers of values and of gradients in an Element. The gradients come first.
 inline constexpr int element_numbers = 13, element_gradients = 4;
 
 // Polar decomposition F = R U.

@@ -59,7 +59,7 @@ class Membrane {
     return select_rows(begin, end), batches_;
   }
 
-  double energy(const Team& team, const Points& x);  // [J], summed in a fixed order
+  double energy(const Team& team, const Points& x);  // energy [J], summed in a fixed order
 
   // Adds the elastic force, and the viscous force if v is given, to rows [begin, end) of `force`.
   void add_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end,

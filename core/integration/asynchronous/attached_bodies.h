@@ -41,7 +41,7 @@ class AttachedBodies {
   struct Tied {
     Index row;
     double mass;  // [kg]
-    // position relative to the common centre of mass, in body axes [m]
+    // Position relative to the common centre of mass, in body axes [m].
     Vec3 local;
     Vec3 offset = Vec3::Zero();    // from the attachment point to the vertex, at the start [m]
     Vec3 velocity = Vec3::Zero();  // last velocity that the body gave the vertex [m/s]
@@ -51,11 +51,11 @@ class AttachedBodies {
     // Centre of mass of the body without its vertices, relative to the common centre of mass, in
     // body axes [m].
     Vec3 centre = Vec3::Zero();
-    // impulses of the loads in the interval [N s, N m s]
+    // Impulses of the loads in the interval [N s, N m s].
     Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
-    // of the body when its vertices were last updated
+    // Velocities of the body when its vertices were last updated [m/s, rad/s].
     Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
-    double elapsed = 0.0;  // time of the positions since the start of the interval [s]
+    double elapsed = 0.0;  // time from the start of the interval to the positions [s]
   };
   void join(Index body, Points& v);
   void place(Index body, Points* x, Points& v);

@@ -63,7 +63,7 @@ class ElementSteps {
   LimitPhases phases_at(Index t, const Points& green) const;
 
   const ClothModel& model_;
-  std::vector<LimitModes> limits_;  // (m) or empty
+  std::vector<LimitModes> limits_;  // (m) modes of the limit potential; empty: none
   std::vector<Mat3>
       limit_products_;  // (m) or empty: stiffness of the second phases over mass [1/s^2]
   std::vector<Element> elements_;

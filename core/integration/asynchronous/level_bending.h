@@ -28,8 +28,8 @@ class BendingGroup {
                const std::vector<double>& factors = {});
 
   const std::vector<Index>& vertices() const { return vertices_; }
-  double eigenvalue(const Vector& mass) const;  // largest of M^-1 K at rest [1/s^2]
-  double damping() const { return damping_; }   // largest beta [s]
+  double eigenvalue(const Vector& mass) const;  // largest eigenvalue of M^-1 K at rest [1/s^2]
+  double damping() const { return damping_; }   // largest bending damping beta [s]
 
   // A change of velocities by the forces times h [s]. If `start` is true, damping acts on the
   // present velocities. Otherwise, it acts on the mean velocities over the time `since` [s] since

@@ -39,7 +39,7 @@ struct Plan {
   std::vector<double> step_of;       // (levels) [s]
   std::unique_ptr<LevelMembrane> membrane;
   std::vector<std::vector<Index>> limited;  // (levels) triangles of each level and the finer ones
-  Vector steps;                             // (m) steps of the levels of the triangles [s]
+  Vector steps;                             // (m) step of the level of each triangle [s]
   LevelGroups groups;
   std::unique_ptr<LevelVertices> vertices;
 

@@ -15,7 +15,7 @@ namespace loomstone {
 // Level k has the step interval / (base 2^k).
 struct NestedSteps {
   Index base = 1;
-  std::vector<std::uint8_t> level;  // (m) of each element
+  std::vector<std::uint8_t> level;  // (m) level of each element
 
   double step(double interval, int level) const {
     return interval / (static_cast<double>(base) * static_cast<double>(Index{1} << level));

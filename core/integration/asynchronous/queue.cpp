@@ -229,10 +229,11 @@ class QueueIntegrator final : public AsynchronousIntegrator {
 
   Membrane membrane_;
   std::vector<double> forces_;
-  Points rates_;                       // (n x 3) if the membrane is viscous
+  // (n x 3) mean velocities [m/s], used if the membrane is viscous
+  Points rates_;
   std::vector<std::uint8_t> entered_;  // see membrane::Tables; empty without limits
   std::vector<BendingGroup> groups_;
-  Vector own_;                      // (m) steps of bending if it has events of its own [s]
+  Vector own_;                      // (m) steps of bending [s]; empty: it acts at membrane events
   std::vector<Index> group_of_;     // (m) group that acts at the events of each triangle; -1: none
   std::vector<double> group_step_;  // steps of the groups with events of their own [s]
 

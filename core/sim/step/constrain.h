@@ -30,7 +30,7 @@ struct ConstrainInputs {
   const Tangle* tangle = nullptr;       // tangle at x0; required with `collision`
   // Contacts that impulses resolve; null: the implicit solve resolves contacts.
   const std::vector<Contact>* repelled = nullptr;
-  std::uint64_t seed = 0;      // of the random order of sweeps
+  std::uint64_t seed = 0;      // seed of the random order of sweeps
   double h = 0.0;              // length of the step [s]
   const Points* x0 = nullptr;  // (all vertices x 3) positions at the start of the step [m]
   const Vector* inverse_mass = nullptr;  // (all vertices) 0: prescribed motion [1/kg]
@@ -40,7 +40,7 @@ struct ConstrainInputs {
 };
 
 struct ConstrainReport {
-  LimitReport limits;  // of the last limiting that led to x1; sweeps and evaluations are totals
+  LimitReport limits;  // report of the last limiting; sweeps and evaluations are totals
   // Merged over all rounds, with each vertex listed once; `unresolved` is from the last round.
   CertifyReport certified;
   int rounds = 0;                   // number of certifications

@@ -7,7 +7,7 @@ namespace loomstone {
 
 namespace {
 
-// Tolerated neglected strain. Our choice: a towel of 640 triangles that meets a floor at 4 m/s then
+// Tolerated neglected strain. Our choice: a towel of 640 triangles that hits a floor at 4 m/s then
 // stretches by 7 % in steps of 4 ms, and by 6 % in steps of 0.25 ms. With a tolerance of 0.05, the
 // drape scene takes 1.7 times as long.
 constexpr double strain_tolerance = 0.1;
@@ -26,8 +26,8 @@ constexpr double expected_in_steps = 0.7;
 constexpr double safety = 0.8;
 // Largest factors by which an automatic step is longer than the last one: without contacts, with
 // contacts, and after contacts that created energy have shortened steps (see
-// ClothState::settled_step). Our choice: with growth_in_contact = 1.5, a towel that meets a floor
-// at 8 m/s stretches by 35 %, compared with 15 % in steps of 0.25 ms.
+// ClothState::settled_step). Our choice: with growth_in_contact = 1.5, a towel that hits a floor at
+// 8 m/s stretches by 35 %, compared with 15 % in steps of 0.25 ms.
 constexpr double growth = 1.5, growth_in_contact = 1.25, growth_to_settled = 2.0;
 // Largest DisplacementError::dissipation() in automatic steps of implicit Euler [1/s]. Our choice:
 // the steps of a swinging sheet are then about 5 ms long. This bound does not shorten steps below

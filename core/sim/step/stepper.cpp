@@ -80,7 +80,7 @@ StepSpan Stepper::take_parts(State& state, StepOutcome& outcome) {
   Bisection bisection(engines_.limits_in_solve);
   State part_start;
   const State* snapshot = &outcome.start;  // state at the start of the part
-  double settled = 0.0;  // length of an automatic step at which contacts gained energy [s]
+  double settled = 0.0;  // length of an automatic step in which contacts created energy [s]
   while (true) {
     if (!steps_.automatic)
       bisection.shorten(expected_part(context(span, bisection.part(), state), state, engines_));

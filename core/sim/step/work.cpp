@@ -119,7 +119,7 @@ PartWork work_of_contacts(const StepContext& part, const Loads& loads, NearConta
   ExtraTerms terms = near.terms;
   // Forces are evaluated at the same time within the step as in the scheme.
   const double time = engines.integrator->time_of_forces();
-  // Newton schemes solve with the exact law of contacts; the others use a linearised law.
+  // Newton schemes solve with the exact law of contacts, and other schemes with a linearised law.
   const bool newton = engines.integrator->asks_energy();
   if (newton)
     terms_at(near, engines, time * displacement, time * part.h, TermRequest::Derivative, terms);

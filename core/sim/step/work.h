@@ -8,7 +8,7 @@ namespace loomstone {
 // Cloth and bodies after the solve and the bodies' stage, before limits and certification change
 // them.
 struct Solved {
-  Points x, v;  // (n x 3) of cloth [m], [m/s]
+  Points x, v;  // (n x 3) positions [m] and velocities [m/s] of cloth
   // (2 b x 3) Velocity [m/s] and angular velocity [rad/s] of each body, from the solve.
   Points body_velocity;
   double body_energy = 0.0;    // kinetic and gravitational energy of the bodies [J]
