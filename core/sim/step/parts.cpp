@@ -11,16 +11,17 @@ namespace loomstone {
 
 namespace {
 
-// Ratio of the largest step to the shortest step that is tried if contacts gain energy. Our choice:
-// at 4 m/s, a towel of 3,000 triangles moves by its thickness in 1/64 of the largest step of 10 ms,
-// and the shortest step is a quarter of this time.
+// Ratio of the largest step to the shortest step that is tried if contacts create energy. Our
+// choice: at 4 m/s, a towel of 3,000 triangles moves by its thickness in 1/64 of the largest step
+// of 10 ms, and the shortest step is a quarter of this time.
 constexpr double shortest_for_contacts = 256.0;
 
 StepSpan span_of(double t0, double h) { return {t0, h, t0 + h}; }
 
 StepSpan next_span(const StepChoice& steps, Engines& engines, const State& state) {
   if (steps.automatic) return span_of(state.time, automatic_step(steps.largest, state, engines));
-  // The end of a fixed step follows from the number of steps, so rounding errors do not accumulate.
+  // The end of a fixed step is computed from the number of steps, so rounding errors do not
+  // accumulate.
   return {state.time, steps.largest, static_cast<double>(state.step + 1) * steps.largest};
 }
 
@@ -77,7 +78,7 @@ StepSpan take_parts(const StepChoice& steps, Engines& engines, State& state, Ste
   Bisection bisection(engines.limits_in_solve);
   State part_start;
   const State* snapshot = &outcome.start;  // state at the start of the part
-  double settled = 0.0;  // length of an automatic step at which contacts gained energy [s]
+  double settled = 0.0;  // length of an automatic step in which contacts created energy [s]
   while (true) {
     if (!steps.automatic)
       bisection.shorten(

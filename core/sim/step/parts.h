@@ -1,4 +1,4 @@
-// Divides a step into parts where this is necessary.
+// Divides a step into parts if it cannot be taken at once.
 #pragma once
 
 #include <functional>
@@ -12,18 +12,18 @@
 
 namespace loomstone {
 
-// Takes a part of a step, and changes the state and the outcome that take_parts() received.
+// Takes a part of a step. It must change the state and the outcome that take_parts() has received.
 using RunPart = std::function<PartResult(const StepContext& part)>;
 
-// Takes the whole step at once or, if this fails, in parts. An automatic step that fails is
-// shortened instead, as long as no part of it is complete. outcome.start must contain the state at
-// the start of the step.
+// Takes the whole step at once or, if this fails, in parts. If the error of an automatic step is
+// too large or contacts create energy in it, the whole step is shortened instead, as long as no
+// part of it is complete. outcome.start must contain the state at the start of the step.
 StepSpan take_parts(const StepChoice& steps, Engines& engines, State& state, StepOutcome& outcome,
                     const RunPart& run);
 
-// Saves the contacts of the rigid-body world.
+// Saves the contacts of the rigid-body world to `snapshot`.
 void save_world(const Engines& engines, State& snapshot);
-// Also restores the rigid-body world.
+// Sets `state` to `snapshot`, and restores the rigid-body world.
 void return_to_state(const State& snapshot, Engines& engines, State& state);
 
 }  // namespace loomstone
