@@ -240,7 +240,7 @@ py::object plain_number(const py::object& value, const F& each, const char* name
   return in_unit(value, unit_of(each).c_str(), std::string(name) + "." + each.name);
 }
 
-// Throws an error that names an unknown keyword and the field that is most like it.
+// Throws an error that names an unknown keyword and the field whose name is most similar to it.
 inline void explain_keywords(const char* name, const py::list& known, const py::kwargs& arguments) {
   for (const auto& [key, value] : arguments) {
     if (known.contains(key)) continue;

@@ -1,5 +1,6 @@
-// Calls of hypot with the version that all systems have. Since glibc 2.35 hypot has a new version,
-// which differs only in errno. It alone would keep wheels from running with glibc 2.34.
+// Binds calls of hypot to its oldest symbol version, which every glibc has. glibc 2.35 added a
+// symbol version that differs only in errno. A wheel that uses the new version cannot run with
+// glibc 2.34.
 extern "C" {
 
 double hypot_of_any_glibc(double x, double y);

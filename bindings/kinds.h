@@ -47,13 +47,12 @@ bool loaded(const py::object& value, Member& member) {
     if (!caster.load(value, true)) return false;
     member = py::detail::cast_op<Member&>(caster);
     return true;
-  } catch (const py::reference_cast_error&) {  // None instead of a description
+  } catch (const py::reference_cast_error&) {  // None was given for a description
     return false;
   }
 }
 
-// Returns the name of type T for messages. It is empty if only the meaning of a field tells what
-// the field takes.
+// Returns the name of type T for messages. It is empty for types that have no such name.
 template <class T>
 std::string kind_name() {
   if constexpr (Description<T>)
@@ -78,8 +77,8 @@ std::string kind_name() {
                        hint);
 }
 
-// Throws a TypeError that names the kind of value that a field takes, if its type has a name. In a
-// list, names the first element of another type.
+// Throws a TypeError that names the type that a field must have, unless kind_name() of this type is
+// empty. If the field is a list, the message names the first element of another type.
 template <class Member>
 void explain_kind(const std::string& where, const py::object& value) {
   if constexpr (ListOf<Member>::value) {

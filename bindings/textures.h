@@ -16,7 +16,8 @@ namespace loomstone {
 
 using Texture = std::shared_ptr<const TextureImage>;
 
-// Makes an image from an array (height x width x 3 or 4) of bytes. Throws InvalidInput for others.
+// Makes an image from an array (height x width x 3 or 4) of bytes. Throws InvalidInput for other
+// arrays.
 inline Texture texture_of(const pybind11::array& array) {
   const auto bytes = pybind11::array_t<std::uint8_t, pybind11::array::c_style>::ensure(array);
   if (!bytes || array.dtype().kind() != 'u' || array.dtype().itemsize() != 1 || bytes.ndim() != 3 ||

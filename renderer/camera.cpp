@@ -1,12 +1,11 @@
 // Fits the camera so that every point to show projects into the picture. In camera coordinates (a
-// right, b up, c into the picture), a point is within the picture horizontally if
-// |a - eye_a| <= t (c - eye_c), where t is the tangent of half the angle of view, reduced by a
-// margin. The largest values of a - t c and of -a - t c over all points restrict (eye_a, eye_c) to
-// the intersection of two half-planes, whose corner is the closest possible eye. The vertical
-// direction is analogous; the eye takes the larger of the two distances. In the direction that
-// needs less, the points are centred at this distance. If the camera turns, the largest values are
-// those over all circles on which the points turn, so that the distance is the same in all
-// directions.
+// right, b up, c into the picture), a point is within the picture horizontally if |a - eye_a| <= t
+// (c - eye_c), where t is the tangent of half the angle of view, reduced by a margin. The largest
+// values of a - t c and of -a - t c over all points restrict (eye_a, eye_c) to the intersection of
+// two half-planes, whose corner is the closest possible eye. The vertical direction is analogous.
+// The larger of the two distances is used. In the direction that requires the smaller distance, the
+// points are then centred in the picture. If the camera turns, the largest values are those over
+// the circles on which the points turn, so that the distance is the same in all directions.
 #include "renderer/camera.h"
 
 #include <algorithm>
@@ -31,7 +30,7 @@ void include(const Vec3& point, Framing& framing) {
   framing.points.push_back(point);
 }
 
-// Includes cloth and the visible bodies that are no floors. Returns the height of the highest
+// Includes cloth and the visible bodies that are not floors. Returns the height of the highest
 // floor.
 double include_surfaces(const FrameTopology& topology, const Frame& frame, Framing& framing) {
   for (Index vertex = 0; vertex < frame.positions.rows(); ++vertex)
@@ -54,7 +53,8 @@ Framing nothing() {
   return {Vec3::Constant(infinity), Vec3::Constant(-infinity)};
 }
 
-// Gives the box edges of at least 2 % of its diagonal, even if its contents are flat or a point.
+// Enlarges the box so that each edge is at least 2 % of its diagonal, even if its points coincide
+// or lie in a plane.
 void widen(Framing& framing) {
   if (!(framing.low.array() <= framing.high.array()).all()) {
     framing.low = Vec3::Constant(-0.5);
@@ -68,8 +68,8 @@ void widen(Framing& framing) {
   }
 }
 
-// Eye and target at a time. Between key frames, each follows a cubic through the key frames before
-// and after (E. Catmull, R. Rom, "A class of local interpolating splines", 1974).
+// Eye and target at a time. Between key frames, each moves along a cubic spline through the key
+// frames (E. Catmull, R. Rom, "A class of local interpolating splines", 1974).
 struct Sight {
   Vec3 eye, target;
 };
@@ -96,8 +96,8 @@ Sight sight(const Camera& camera, double time) {
   return {on_path(camera.times, camera.eyes, time), target};
 }
 
-// Largest value of `functional` over the points or, if the camera turns, over the circles on which
-// they turn.
+// Evaluates a linear functional at a point. If the camera turns, the point moves on a circle
+// relative to the camera, and the result is the largest value on this circle.
 class Support {
  public:
   Support(const Camera& camera, const Framing& framing)
@@ -115,9 +115,9 @@ class Support {
   Vec3 axis_, centre_;
 };
 
-// Functionals whose largest values over all points bound the place of the eye along `axis` and its
-// depth, if no point may appear further from the middle of the picture than `slope` (distance
-// across the view over depth).
+// Linear functionals whose largest values over all points bound the position of the eye along
+// `axis` and its depth. No point may then be further from the middle of the picture than `slope`,
+// the distance across the view divided by depth.
 std::array<Vec3, 2> functionals(const Vec3& axis, const Vec3& forward, double slope) {
   return {axis - slope * forward, -axis - slope * forward};
 }
@@ -131,7 +131,8 @@ std::vector<Vec3> box_corners(const Framing& framing) {
   return corners;
 }
 
-// Moves the eye as near as the margins permit and to the middle of what it sees.
+// Moves the eye as close to the points as the margins permit, and centres the points in the
+// picture.
 void fit(const Camera& camera, const Framing& framing, View& view) {
   const Support support(camera, framing);
   const std::vector<Vec3> points = framing.points.empty() ? box_corners(framing) : framing.points;
@@ -269,7 +270,7 @@ Camera CameraFit::camera() const {
   Camera fitted = camera_;
   fitted.fit = false;
   fitted.eye = view.eye;
-  // The target of a camera that turns lies on its axis.
+  // If the camera turns, its target lies on the axis of the turn.
   Vec3 across = view.forward;
   if (camera_.turn != 0.0) {
     const Vec3 axis = camera_.up.normalized();

@@ -1,7 +1,7 @@
 // A headless OpenGL 3.3 core context from the system's OSMesa, else from surfaceless EGL, else from
-// the OSMesa that wheels contain. It has no LLVM, draws with softpipe, and is slower. All are
-// loaded at run time, so a machine without them gets an error message instead of a link error. The
-// environment variable LOOMSTONE_GL=osmesa|egl|softpipe selects one.
+// the OSMesa that wheels contain. The OSMesa of wheels has no LLVM, draws with softpipe, and is
+// slower. All are loaded at run time, so a machine without them gets an error message instead of a
+// link error. The environment variable LOOMSTONE_GL=osmesa|egl|softpipe selects one.
 #pragma once
 
 #include <memory>

@@ -12,7 +12,8 @@ namespace loomstone {
 // once, from the first frame, so that the view stays fixed while the cloth moves.
 struct Framing {
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // axis-aligned box [m]
-  std::vector<Vec3> points = {};                 // that must be visible [m]; empty: the box
+  // Points that must be visible [m]; empty: the corners of the box.
+  std::vector<Vec3> points = {};
   Vec3 centre() const { return 0.5 * (low + high); }
   double radius() const { return 0.5 * (high - low).norm(); }
 };

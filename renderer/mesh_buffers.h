@@ -67,7 +67,7 @@ class SquareBuffers {
 
 // The square that shows a floor.
 struct PlacedFloor {
-  Index body;  // number of the floor
+  Index body;  // index of the floor among bodies and obstacles
   const SquareBuffers* square;
 };
 

@@ -20,8 +20,8 @@ struct Camera {
   bool fit = true;    // move the eye so that cloth and bodies fill the picture; only the direction
                       // from `target` to `eye` is used. Ignored with key frames.
   double turn = 0.0;  // [degrees/s]
-  std::vector<double> times;  // of key frames, ascending [s]
-  Points eyes, targets;       // (times x 3) [m]; no targets: `target`
+  std::vector<double> times;  // times of key frames, ascending [s]
+  Points eyes, targets;       // (times x 3) [m]; without targets, `target` is used
 
   static auto fields() {
     using C = Camera;
@@ -66,12 +66,12 @@ constexpr auto choices(Background) {
 // Description of a picture.
 struct RenderOptions {
   int width = 1280, height = 720;
-  int samples = 4;  // per pixel (MSAA)
+  int samples = 4;  // samples per pixel (MSAA)
   ClothPattern pattern = ClothPattern::Weave;
   std::string color_by =
       "cloth";  // "cloth" or a scalar field; fields joined by + become rows of the picture
   double color_low = 0.0, color_high = 0.0;  // if equal, the drawn values define the range
-  std::string color_map = "viridis";         // an argument of Renderer has its colours
+  std::string color_map = "viridis";         // an argument of Renderer contains its colours
   bool wireframe = false;
   bool shadows = true, ambient_occlusion = true;
   Background background = Background::Backdrop;

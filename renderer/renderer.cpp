@@ -1,5 +1,5 @@
-// Draws a picture in four stages: shadow map, depth, light and surfaces. Depth, normals and numbers
-// of surfaces take one stage.
+// Draws a picture in four stages: shadow map, depth, light and surfaces. Images of depth, normals
+// and surface numbers are drawn in a single stage.
 #include "renderer/renderer.h"
 
 #include <algorithm>
@@ -24,7 +24,7 @@ struct Renderer::Data {
   bool diverging = false;  // the colours of fields are centred on their neutral value
   std::unique_ptr<Context> context;
   GL gl{};
-  std::optional<Framing> framing;  // from the first frame
+  std::optional<Framing> framing;  // determined from the first frame
   Points first_bodies;             // (nb x 3) body vertices of the first frame [m]
   std::optional<MeshBuffers> bodies;
   bool with_curves = false;  // `bodies` also contains the curves of the last picture

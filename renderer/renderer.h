@@ -17,7 +17,7 @@ struct Curves {
   Points points;             // (n x 3) [m]
   std::vector<Index> first;  // (curves + 1) row of `points` where each curve starts
   Vector value;              // (n) colour: 1 red, 0 yellow, -1 blue
-  double radius = 0.0;       // of the tubes [m]
+  double radius = 0.0;       // radius of the tubes [m]
 };
 
 struct ColorRange {
@@ -26,15 +26,15 @@ struct ColorRange {
 
 class Renderer {
  public:
-  // `table` has the colours of fields; with `diverging`, their ranges are centred on the neutral
-  // value of the field. Throws Unsupported if neither OSMesa nor EGL can be loaded.
+  // `table` contains the colours of fields. If `diverging` is true, their ranges are centred on the
+  // neutral value of the field. Throws Unsupported if no OpenGL library can be loaded.
   Renderer(const FrameTopology& topology, const RenderOptions& options,
            const ColorTable& table = grey_table(), bool diverging = false);
   ~Renderer();
   // Determines the region of a fitted camera, the length scale of shading and the sharp edges of
-  // bodies from the given frame. If fit() is called with the first frame of a sequence, no picture
-  // depends on the frames drawn before it. Without a call of fit(), the first rendered frame is
-  // used.
+  // bodies from the given frame. If fit() is called with the first frame of a sequence, pictures do
+  // not depend on the frames that were drawn before. If fit() is not called, the first rendered
+  // frame is used.
   void fit(const Frame& first);
   // Minimum and maximum of the values that each row of color_by shows in a frame; 0 and 0 for
   // "cloth".
@@ -42,7 +42,7 @@ class Renderer {
   // Range that the colours of each row of color_by span in a frame. `values` is as in render().
   std::vector<ColorRange> color_ranges(const Frame& frame,
                                        const std::vector<ColorRange>* values = nullptr) const;
-  // Draws a frame. `values` holds the range of automatic colours for each row of color_by, for
+  // Draws a frame. `values` contains the range of automatic colours for each row of color_by, for
   // example over all frames of a run. If null, the values of this frame define the range. Only one
   // thread at a time may use a Renderer, but several Renderers may exist at once.
   Image render(const Frame& frame, const Curves* curves = nullptr,

@@ -7,9 +7,9 @@ namespace loomstone {
 
 // A directional light whose shadow map covers a ball.
 struct LightView {
-  Float4x4 matrix;          // world to the cube [-1, 1]^3, whose depth spans 2 `radius`
+  Float4x4 matrix;          // world to the cube [-1, 1]^3, whose edges are 2 `radius` long
   Eigen::Vector3f towards;  // unit vector towards the light, world frame
-  float radius;             // of the ball [m]
+  float radius;             // radius of the ball [m]
 };
 
 // Returns a view that covers the bounding box [low, high] of everything that casts shadows. The map

@@ -1,4 +1,4 @@
-// Colours of surfaces, which pictures, web pages and exported files share.
+// Colours of surfaces in pictures, web pages and exported files.
 #pragma once
 
 #include <cstddef>

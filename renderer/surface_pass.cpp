@@ -10,8 +10,8 @@ namespace {
 
 constexpr int image_unit = 2;  // texture unit of images
 
-// Vectors from each sample to the centre of its pixel [pixels]. The places are those of llvmpipe,
-// which has four samples.
+// Vectors from each sample to the centre of its pixel [pixels]. The positions are those of
+// llvmpipe, which has four samples.
 std::vector<Eigen::Vector2f> centres_from(SurfacePass::Samples samples) {
   if (!samples.separate) return {Eigen::Vector2f::Zero()};
   return {{0.125f, 0.375f}, {-0.375f, 0.125f}, {0.375f, -0.125f}, {-0.125f, -0.375f}};
@@ -175,7 +175,7 @@ void SurfacePass::draw(const SurfaceShading& shading, const SurfaceThings& thing
   gl_->Enable(GL_SCISSOR_TEST);
   gl_->Scissor(reached.left, reached.bottom, reached.width, reached.height);
   draw_samples(shading, things, reached);
-  // The colours of things are premultiplied by their coverage.
+  // The colours of cloth, bodies and wireframe are premultiplied by their coverage.
   gl_->BlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   lay_over(picture_, to_centres_.size() > 1 ? sum_color_ : resolved_color_);
   gl_->Disable(GL_SCISSOR_TEST);

@@ -1,8 +1,8 @@
-// Last pass, at full size. The backdrop and the floor have no visible edges and take one sample per
-// pixel. Bodies, cloth and wireframe are drawn over them with several samples per pixel, only
-// inside their bounding rectangle in the picture. Where OpenGL has only one sample per pixel
-// (softpipe), they are drawn once per sample, shifted by its place in the pixel. Shading is that of
-// the centre of the pixel, as with several samples.
+// Last pass, at full size. The backdrop and the floor have no visible edges and are drawn with one
+// sample per pixel. Bodies, cloth and wireframe are drawn over them with several samples per pixel,
+// only inside their bounding rectangle in the picture. Where OpenGL has only one sample per pixel
+// (softpipe), they are drawn once per sample, shifted by the position of the sample in the pixel.
+// In both cases, shading is evaluated at the centre of the pixel.
 #pragma once
 
 #include <vector>
@@ -24,7 +24,7 @@ struct SurfaceOptions {
                               // [pixels]; if empty, the first value is shown everywhere
 };
 
-// Inputs of shading that all surfaces share.
+// Inputs of shading, the same for all surfaces.
 struct SurfaceShading {
   const View& view;
   const LightView& light;
@@ -38,7 +38,7 @@ struct SurfaceThings {
   const MeshBuffers& bodies;
   const std::vector<PlacedFloor>& floors;
   const Materials& materials;
-  Index n_bodies;  // the part of `bodies` with this number has the curves
+  Index n_bodies;  // number of bodies; `bodies` contains the curves as the part with this number
 };
 
 class SurfacePass {

@@ -29,7 +29,7 @@ void main() {
 }
 )";
 
-// Declarations and functions that all materials share.
+// Declarations and functions used by all materials.
 const char* common = R"(
 out vec4 color;
 uniform vec2 size;                 // of the picture in pixels
@@ -121,8 +121,8 @@ in vec2 surface_uv;
 in float surface_value, surface_other;
 )";
 
-// The same inputs, moved from the sample to the centre of its pixel. In the picture, quotients of
-// inputs and depth are linear functions of the place.
+// The inputs of the material shaders, moved from the sample to the centre of its pixel. An input
+// divided by its depth is a linear function of the position in the picture.
 const char* moved_inputs = R"(
 uniform vec2 to_centre;   // [pixels]
 in vec3 eye_position, eye_normal;
@@ -143,7 +143,7 @@ void main() { color = encode(backdrop()); }
 )";
 
 // A floor without a colour shows the backdrop, darkened by shadows and occlusion, so its border is
-// invisible. Others fade into the backdrop.
+// invisible. A floor with a colour fades into the backdrop.
 const char* floor_text = R"(
 uniform int transparent;   // draw only shadows
 uniform int colored;       // the floor has a colour of its own

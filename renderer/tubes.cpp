@@ -7,7 +7,8 @@
 namespace loomstone {
 namespace {
 
-// Sides of a tube. They meet at 36 degrees, less than the crease angle, so tubes look smooth.
+// Number of sides of a tube. Neighbouring sides meet at an angle of 36 degrees, less than the
+// crease angle, so tubes look smooth.
 constexpr Index sides = 10;
 
 Vec3 any_normal(const Vec3& tangent) {

@@ -1,4 +1,4 @@
-// What is visible of a scene: bodies that are not hidden, planes of floors, and the part of the
+// Visible parts of a scene: bodies that are not hidden, planes of floors, and the part of the
 // picture that surfaces cover.
 #pragma once
 

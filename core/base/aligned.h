@@ -1,4 +1,4 @@
-// Arrays aligned to cache lines, so that eight doubles never straddle two lines.
+// Arrays that begin at a cache line (64 bytes). Each aligned group of eight doubles fills one line.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
-// Cloth and rigid bodies within a step in which impulses act on them at several instants.
+// State of cloth and rigid bodies within an asynchronous step, in which impulses act on them at
+// several instants.
 #pragma once
 
 #include <vector>
@@ -8,12 +9,12 @@
 namespace loomstone {
 
 struct EventBody {
-  RigidPose pose;                                                 // of the centre of mass
+  RigidPose pose;                                                 // pose of the centre of mass
   RigidPose start;                                                // pose at the start of the step
   Vec3 velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();  // world axes [m/s], [rad/s]
   double mass = 0.0;                                              // [kg]
   Mat3 inertia = Mat3::Zero();  // about the centre, in body axes [kg m^2]
-  int level = 0;                // of the events at which it moves, see EventMotion
+  int level = 0;                // level of the body's events, see EventMotion
 
   Mat3 world_inertia(const Vec4& orientation) const {
     const Mat3 rotation = rotation_matrix(orientation);
@@ -22,12 +23,13 @@ struct EventBody {
   Vec3 velocity_at(const Vec3& point) const {
     return velocity + angular_velocity.cross(point - pose.position);
   }
-  // Inverse of the mass with which a point resists an impulse along a unit vector [1/kg].
+  // Change of a point's velocity along the unit vector `direction` per unit impulse at this point
+  // in the same direction [1/kg].
   double inverse_mass_at(const Vec3& point, const Vec3& direction) const {
     const Vec3 arm = (point - pose.position).cross(direction);
     return 1.0 / mass + arm.dot(world_inertia(pose.orientation).inverse() * arm);
   }
-  // Applies an impulse and an angular impulse about the centre.
+  // Applies an impulse [N s] and an angular impulse about the centre of mass [N m s].
   void push(const Vec3& impulse, const Vec3& angular_impulse) {
     velocity += impulse / mass;
     angular_velocity += world_inertia(pose.orientation).inverse() * angular_impulse;
@@ -47,26 +49,27 @@ struct EventBody {
 };
 
 // Cloth and bodies at one instant of a step. Each vertex and each body moves at constant velocity
-// between its own events. Its position or pose here is that at a time of its own, not at the
-// present: ahead() and body_ahead() give the difference.
+// between its own events. Its position or pose is stored at a time of its own. This time minus the
+// present time is ahead() or body_ahead().
 struct EventMotion {
   Points &x, &v;  // (n x 3)
   std::vector<EventBody>& bodies;
-  // Times for nested steps [s]. For each level: `step` from one event to the next, and `ahead` from
-  // now to the next event. Positions and poses are those at the next event.
+  // Times of nested steps [s]. For each level, `step` is the time between two events and `ahead`
+  // the time from now to the next event. Positions and poses are those at the next event.
   struct Levels {
     const std::vector<std::uint8_t>& of_vertex;  // (n)
     const std::vector<double>&step, &ahead;      // (levels)
   };
-  // Times for a queue of events [s]: those to which each vertex and each body has moved, and now.
+  // Times of a queue of events [s]: the times to which each vertex and each body has moved, and the
+  // present time `now`.
   struct Clocks {
     const Vector &of_vertex, &of_body;
     double now;
   };
   const Levels* levels = nullptr;
-  const Clocks* clocks = nullptr;  // one of the two is null
+  const Clocks* clocks = nullptr;  // either `levels` or `clocks` is null
 
-  // Time from now to the time of the position of a vertex [s]; negative if the latter has passed.
+  // Time at which the position of a vertex is stored, minus the present time [s].
   double ahead(Index vertex) const {
     if (clocks) return clocks->of_vertex[vertex] - clocks->now;
     return levels->ahead[levels->of_vertex[vertex]];

@@ -53,7 +53,7 @@ struct Field {
   const char* name;
   Member Owner::* member;
   const char* unit;  // "1" if dimensionless, "" if no unit applies
-  Limits limits;     // for numbers only
+  Limits limits;     // applies to numbers only
   const char* meaning;
 };
 

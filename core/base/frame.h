@@ -28,7 +28,7 @@ struct FrameTopology {
   // (nb) Magnetic polarity, from -1 at south poles to 1 at north poles of magnets, and 0 elsewhere.
   // Empty if not given.
   std::vector<double> body_pole;
-  std::vector<Look> cloth_looks, body_looks;  // (cloths), (bodies); empty: no surface has a look
+  std::vector<Look> cloth_looks, body_looks;  // (cloths), (bodies); empty: none is given
   // (3mb x 2) uv of each corner of the bodies' triangles, zeros for bodies without a texture. Empty
   // if no body has a texture.
   Points2 body_corner_uv;

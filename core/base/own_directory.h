@@ -1,4 +1,5 @@
-// The directory from which this code was loaded. Libraries that are loaded on request lie there.
+// The directory from which this code was loaded. It also contains the libraries that are loaded at
+// run time.
 #pragma once
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 // Reports: numbers about a step for users, plots and the cache. They do not affect the simulation.
-// Each number is declared once, in fields(), for Python, CSV, the cache and help. It is identified
-// by its path, such as "energy.kinetic".
+// Each number is declared once, in fields(), for Python, CSV, the cache and help. Its path, such as
+// "energy.kinetic", identifies it.
 #pragma once
 
 #include <cstdint>

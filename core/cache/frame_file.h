@@ -56,7 +56,7 @@ class FrameReader {
   int compression() const;
   const std::vector<double>& times() const;
   Frame frame(int index) const;
-  std::vector<StepReport> reports() const;  // of all recorded steps, in order
+  std::vector<StepReport> reports() const;  // one for each recorded step, in order
 
  private:
   struct Data;

@@ -26,7 +26,8 @@ inline const std::string run_kind = "run", bodies_kind = "bodies";
 // Coil currents, one row per frame. Present only if the scene has coils.
 inline const std::string currents = group + "/coil_currents";
 
-// Looks of the surfaces. Present only if one of them has a look.
+// Group with the looks (colours and textures) of the surfaces. Present only if a surface has a
+// look.
 inline const std::string looks = group + "/looks";
 
 // A row of the table of frames.

@@ -134,7 +134,7 @@ PolyDataWriter create_bodies(const std::string& path, const FrameTopology& topol
   return writer;
 }
 
-// Removes the unfinished files unless they have been published.
+// Removes the temporary files in its destructor, unless publish() has renamed them.
 struct Parts {
   std::string directory;
   bool published = false;

@@ -59,7 +59,7 @@ struct RowStorage {
 // State shared by a file and its datasets.
 struct Hdf5Shared {
   std::string name;        // name, updated if the file is renamed
-  bool unwritten = false;  // there are changes since the last successful flush
+  bool unwritten = false;  // true: changed since the last successful flush
 };
 
 // A dataset of rows that can grow. Rows are addressed by index. Buffers contain consecutive rows.

@@ -1,5 +1,6 @@
 // Texts are stored as strings of fixed length, padded with zeros, in attributes and in datasets.
-// VTK expects such strings. They are read without the heap of the HDF5 file, which may be damaged.
+// VTK expects such strings. Strings of variable length would lie in a heap of the HDF5 file, which
+// may be damaged.
 #include <algorithm>
 
 #include "core/cache/hdf5_handles.h"
@@ -23,7 +24,7 @@ std::size_t longest(const std::vector<std::string>& texts) {
   return length;
 }
 
-// Returns the type of strings that hold these texts. The caller must close it.
+// Returns an HDF5 string type of the length of the longest text. The caller must close it.
 hid_t type_of(const std::vector<std::string>& texts) {
   const hid_t type = H5Tcopy(H5T_C_S1);
   H5Tset_size(type, longest(texts));
@@ -40,7 +41,8 @@ std::string joined(const std::vector<std::string>& texts) {
   return bytes;
 }
 
-// Returns the length of the UTF-8 character that begins at the lead byte, or 0 if there is none.
+// Returns the number of bytes of the UTF-8 character that begins with the byte `lead`, or 0 if no
+// character begins with it.
 std::size_t length_of_character(unsigned char lead) {
   if (lead < 0x80) return 1;
   if (lead >= 0xC2 && lead < 0xE0) return 2;

@@ -1,4 +1,4 @@
-// Looks of surfaces in files of runs.
+// Reads and writes the looks (colours and textures) of surfaces in the files of a run.
 #pragma once
 
 #include <string>

@@ -23,19 +23,20 @@ struct PolyDataField {
   std::string role = {};  // for viewers: "TCoords", "Vectors"; empty: none
 };
 
-// The points and triangles of a file. Each point shows a vertex; point i is vertex i for
-// i < n_vertices, and further points repeat vertices.
+// The points and triangles of a file. Each point is a copy of a vertex. Point i is vertex i for i <
+// n_vertices; further points repeat vertices.
 struct PolyDataMesh {
   std::int64_t n_vertices = 0;
   std::vector<Index> vertices;  // (points) vertex of each point
   Triangles triangles;          // point of each corner
-  int compression = 0;          // of points and fields; 0 to 9 (deflate)
+  int compression = 0;          // deflate level of points and fields, 0 to 9
 };
 
 // Writes a PolyData file. A frame is written in two phases, so that a process killed at any moment
 // leaves a file whose first NSteps frames are complete. First, stage() appends the data after the
 // last frame, and flush() writes it to the file. Then commit() increments the frame count, and a
-// second flush() writes the count. If writing a frame fails, it may be repeated.
+// second flush() writes the count. If writing a frame fails, the caller may write the same frame
+// again.
 class PolyDataWriter {
  public:
   PolyDataWriter(const std::string& path, PolyDataMesh mesh,
@@ -76,10 +77,10 @@ class PolyDataWriter {
   Hdf5Rows times_, point_offsets_;
   std::vector<Table> tables_;
   Values points_;
-  std::vector<Values> values_;  // point fields, cell fields
+  std::vector<Values> values_;  // fields that vary over frames: on points, then on cells
   // Positions in the last committed block of points and in the staged block.
   Points stored_, staged_;
-  // Number of committed blocks of points, and their number with the staged frame.
+  // Numbers of blocks of points: the committed blocks, and all blocks including the staged one.
   std::int64_t n_blocks_ = 0, n_staged_blocks_ = 0;
   std::vector<unsigned char> rows_of_points_;  // scratch memory of put()
 };

@@ -104,7 +104,7 @@ void PolyDataWriter::create_fields(const std::string& group,
   }
 }
 
-// A compressed chunk holds one frame, so that every chunk is written once.
+// A compressed chunk contains one frame, so that every chunk is written only once.
 PolyDataWriter::Values PolyDataWriter::create_values(const std::string& path,
                                                      const PolyDataField& field,
                                                      std::int64_t n_rows) {
@@ -121,7 +121,8 @@ void PolyDataWriter::create_table(const std::string& path, std::int64_t stride, 
       {file_.create_rows(path, {Number::Int64, columns}, {table_block}), stride, columns});
 }
 
-// Appends the row of a frame to all tables. NumberOfParts is 1 in all rows.
+// Appends the row of a frame to all tables. Every row of NumberOfParts, the table with index 1,
+// contains 1.
 void PolyDataWriter::stage_tables(std::int64_t frame) {
   for (Table& table : tables_) {
     const std::int64_t entry = &table == &tables_[1] ? 1 : frame * table.stride;
@@ -168,8 +169,8 @@ void PolyDataWriter::stage(std::int64_t frame, const Points& positions,
   for (const void* rows : cell_values) put(values_[field++], frame, rows);
 }
 
-// A new chunk is flushed first, because it must exist in the file before the frame count makes it
-// readable.
+// If the time of this frame begins a new chunk, the chunk is flushed first. It must exist in the
+// file before the frame count makes it readable.
 void PolyDataWriter::commit(std::int64_t frame, double time) {
   times_.resize(frame + 1);
   times_.write(frame, 1, &time);

@@ -11,13 +11,13 @@ namespace loomstone {
 struct TexturePoints {
   bool textured = false;        // false: the coordinates are not continuous, and `uv` is empty
   Triangles triangles;          // (m x 3) point of each corner
-  std::vector<Index> vertices;  // (points) vertex of each point; point i is vertex i for i < n
+  std::vector<Index> vertices;  // (points) vertex of each point; i for point i < n_vertices
   Points2 uv;                   // (points x 2) texture coordinates [m]
 };
 
 // Appends a point for each further texture coordinate of a vertex. The result is not textured if
-// the number of points would more than double, because every triangle then has coordinates of its
-// own.
+// the number of points would more than double, because the texture coordinates are then
+// discontinuous at many edges.
 TexturePoints texture_points(Index n_vertices, const Triangles& triangles,
                              const Points2& corner_uv);
 

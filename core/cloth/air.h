@@ -46,8 +46,8 @@ struct DraggedSurface {
 // Adds one third of the drag of each incident triangle to rows [begin, end) of `force` [N]. The
 // drag of a triangle is
 //   f = density / 2 * A * (normal_drag |u.n| (u.n) n + tangential_drag |u_t| u_t),
-// where A is the current area, n the unit normal, and u the velocity of the air relative to the
-// mean velocity of the triangle.
+// where A is the current area, n the unit normal, u the velocity of the air relative to the mean
+// velocity of the triangle, and u_t the part of u tangential to the triangle.
 void add_drag(const Team& team, const Air& air, const DraggedSurface& surface, Index begin,
               Index end, Points& force);
 

@@ -20,8 +20,8 @@ struct StepError {
   double energy = 0.0;
 };
 
-// Evaluates the error of steps. Each rank evaluates an equal share of the triangles, and block sums
-// are added in order. Results are therefore bitwise independent of the number of threads and ranks.
+// Evaluates the error of steps. Triangles are divided equally among ranks, and block sums are added
+// in order. Results are therefore bitwise independent of the number of threads and ranks.
 class DisplacementError {
  public:
   // `gravity` is the magnitude of the gravitational acceleration [m/s^2].
@@ -37,13 +37,13 @@ class DisplacementError {
   // cloth, relative to the energy of that cloth [1/s]. In the time h [s], implicit Euler removes
   // 1/2 m (v1 - v0)^2. The energy of the cloth is the sum of its kinetic energy, its membrane
   // energy and 1/2 m g L, where L is the square root of its area. Cloths whose motion the step does
-  // not resolve, such as that of wrinkles that snap, are left out. x1 (n x 3) are the positions at
-  // the end, and v0 and v1 (n x 3) the velocities at the start and at the end. Collective.
+  // not resolve, such as snapping wrinkles, are left out. x1 (n x 3) are the positions at the end,
+  // and v0 and v1 (n x 3) the velocities at the start and at the end. Collective.
   double dissipation(const Team& team, const Points& x1, const Points& v0, const Points& v1,
                      double h);
 
  private:
-  // A block of triangles of one cloth, and a share of the cloth's vertices.
+  // A block of triangles of one cloth, and a range of the cloth's vertices.
   struct Block {
     Index cloth = 0, first_triangle = 0, last_triangle = 0, first_vertex = 0, last_vertex = 0;
   };

@@ -75,8 +75,8 @@ void check_circuit(const Coil& coil, const MagneticModel& model, const std::stri
   }
 }
 
-// Checks that a winding does not enter a magnetisable body, and that no such body reaches around
-// the winding of a circuit.
+// Checks that the winding of coil j does not enter the magnetisable body k. If the coil belongs to
+// a circuit, also checks that the body does not lie both in the bore and outside the winding.
 void check_apart(const MagneticModel& model, const CarrierPlaces& start, std::size_t j,
                  std::size_t k) {
   const CarriedCoil& wound = model.coils[j];

@@ -29,8 +29,8 @@ void carry_hard(const MagneticBody& magnet, const std::string& where, CarriedMag
   carried.source = magnet.source;
 }
 
-// Spheres of degree 0 (automatic) or 1 are treated as point dipoles, unless they have saturation or
-// an explicit response.
+// Spheres whose magnetisation is expanded to degree 1, or to degree 0 (automatic), are treated as
+// point dipoles, unless they have saturation or an explicit response.
 void carry_soft(const Magnet& magnet, const std::string& where, CarriedMagnet& carried) {
   const SoftBody& body = std::get<SoftBody>(magnet.source);
   const bool cells = magnet.response == "explicit";

@@ -14,8 +14,8 @@ double given_current(const Coil& coil, double time);
 double source_voltage(const Coil& coil, double time);
 
 // Returns the currents of all coils (coils) [A] at `time` [s]. Currents of circuits are those in
-// `circuits`, in the order of the circuits; the others are given. If `circuits` is empty, all
-// circuit currents are zero.
+// `circuits`, in the order of the circuits. The other coils have given currents. If `circuits` is
+// empty, all circuit currents are zero.
 Vector currents_at(const MagneticModel& model, double time, const Vector& circuits = {});
 // Returns the currents of all coils (coils) [A] at `time` [s], with the circuit currents of a
 // state.

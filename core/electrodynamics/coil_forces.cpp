@@ -10,8 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Returns the force between two dipoles with the moments of the bodies [N]. Their distance is the
-// largest of the bodies' distance and radii. This force sets the absolute scale of the force
+// Returns the force between two coaxial dipoles with the moments of the bodies [N]. Their distance
+// is the largest of the bodies' distance and radii. This force sets the absolute scale of the force
 // tolerance.
 double scale_of_force(const MagneticBody& a, const MagneticBody& b) {
   const double apart = std::max(

@@ -13,7 +13,7 @@
 namespace loomstone {
 
 struct CoilForces {
-  std::vector<CarrierWrenches> per_ampere;  // wrenches of each coil [N/A, N m/A]
+  std::vector<CarrierWrenches> per_ampere;  // due to each coil [N/A, N m/A]
   // Interactions of circuits on different carriers, and of circuits through magnetised bodies.
   std::vector<CircuitResponse::Pair> pairs;
   std::vector<double> sense;  // polarity of each voltage source, -1 if reversed by a commutator
@@ -35,7 +35,7 @@ class PlacedCoils {
   // field on the coils.
   CarrierWrenches among_coils(const Vector& currents) const;
   // Returns the forces per ampere at `time` [s]. `response` is the response of magnetised bodies to
-  // the circuits. If it is empty, circuits magnetise nothing and act on the given magnets only.
+  // the circuits. If it is empty, circuits magnetise no bodies and act on `magnets` as given.
   CoilForces per_ampere(const std::vector<MagneticBody>& magnets, double time,
                         const CircuitResponse& response) const;
 

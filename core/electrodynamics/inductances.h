@@ -11,8 +11,10 @@
 namespace loomstone {
 
 struct Inductances {
-  Eigen::MatrixXd own;         // self and mutual inductances (circuits x circuits) [H]
-  Eigen::MatrixXd from_given;  // mutual inductances (circuits x coils with given currents) [H]
+  Eigen::MatrixXd own;  // self and mutual inductances (circuits x circuits) [H]
+  // Mutual inductances of circuits (rows) and coils with given currents (columns) [H]. They are 0
+  // for constant currents.
+  Eigen::MatrixXd from_given;
 };
 
 // Computes the inductances. The last mutual inductance of each pair of coils is cached together

@@ -5,8 +5,9 @@
 //
 // Let a and a' be the accelerations at the start and end of a sub-step h. The velocity of a free
 // body changes by a h/2 before the drift and by a' h/2 after it. RigidWorld starts from the
-// velocity v + a h, so that resting bodies stay at rest. A body in contact takes the velocity that
-// RigidWorld returns plus (a' - a) h/2, which gives the same total momentum.
+// velocity v + a h, so that resting bodies stay at rest. The new velocity of a body in contact is
+// the one that RigidWorld returns plus (a' - a) h/2. The forces thus change its momentum as much as
+// that of a free body.
 #pragma once
 
 #include <cstdint>
@@ -43,8 +44,8 @@ ContactAnswer answer_contacts(const MagneticModel& model, double h, const Carrie
 void half_kick(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
                MovingBodies& bodies);
 
-// Moves the bodies after a half kick by `wrenches`. Bodies in contact take the result of RigidWorld
-// minus the second half kick. All other bodies move freely.
+// Moves the bodies after a half kick by `wrenches`. The velocities of bodies in contact are the
+// result of RigidWorld minus a second half kick by `wrenches`. All other bodies move freely.
 void drift(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
            const ContactAnswer& answer, MovingBodies& bodies);
 

@@ -37,7 +37,7 @@ struct MagneticScene {
   Vec3 gravity = Vec3::Zero();  // [m/s^2]
   Vec3 field = Vec3::Zero();    // uniform flux density [T]
   double tolerance = 1e-4;      // force error, as a fraction of the largest force between magnets
-  double substep = 0.15;        // sub-step length times largest angular frequency
+  double substep = 0.15;        // limit of sub-step length times angular frequency [1]
 };
 
 // A magnet on its carrier.
@@ -70,7 +70,7 @@ struct CarriedCoil {
 struct MagneticRotor {
   MassProperties mass;
   Rotor rotor;
-  std::optional<Bearing> bearing;  // with unit axis
+  std::optional<Bearing> bearing;  // its axis is a unit vector
 };
 
 struct MagneticModel {
@@ -95,7 +95,7 @@ MagneticModel build_magnetic_model(const MagneticScene& scene);
 
 // Throws InvalidInput if magnetisable bodies overlap with magnets or windings at the start, or if
 // the inductances of the circuits are not positive definite. Throws Unsupported if a magnetisable
-// body reaches around the winding of a circuit.
+// body lies both in the bore and outside the winding of a circuit.
 void check_magnetic_start(const MagneticModel& model, const CarrierPlaces& start);
 
 // Returns the coordinate of a point of the carrier along the moment of the nearest hard magnet,

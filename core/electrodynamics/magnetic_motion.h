@@ -38,8 +38,8 @@ class MagneticMotion {
   MagneticMotion(const MagneticMotion&) = delete;
   MagneticMotion& operator=(const MagneticMotion&) = delete;
 
-  // Returns the force [N] and the torque about the centre [N m] that magnets, and coils that carry
-  // `currents` (coils) [A], exert on each body.
+  // Returns the forces [N] and the torques about the centres of mass [N m] on the bodies. They are
+  // due to the magnets and to the coils, which carry `currents` (coils) [A].
   CarrierWrenches wrenches(const Team& team, const CarrierPlaces& places,
                            const Vector& currents) const;
   // Returns the energy of all magnets in each other's fields and in the uniform field [J]. It

@@ -13,10 +13,10 @@ namespace loomstone {
 // Input of the bound at one instant.
 struct Oscillators {
   const CarrierPlaces& places;
-  const std::vector<MagneticBody>& magnets;  // with moments that also depend on `currents`
+  const std::vector<MagneticBody>& magnets;  // magnetised also by `currents`
   const std::vector<KnownField>& known;      // fields of hard magnets at induced dipoles
   const Vector& currents;                    // (coils) [A]
-  std::vector<std::uint8_t> touching;        // (b) bodies in contact
+  std::vector<std::uint8_t> touching;        // (b) 1: body in contact
 };
 
 // Computes the bound from constant tables of the model. `model` and `magnets` must outlive it.
@@ -42,7 +42,7 @@ class SubstepFrequency {
 
   const MagneticModel& model_;
   const Magnets& magnets_;
-  std::vector<CoarseMagnet> coarse_, coarse_coils_;  // coils with one ampere
+  std::vector<CoarseMagnet> coarse_, coarse_coils_;  // each coil carries one ampere
 };
 
 }  // namespace loomstone

@@ -12,10 +12,11 @@ namespace loomstone {
 class EventCollisions {
  public:
   virtual ~EventCollisions() = default;
-  // Begins or repeats a step that is divided into n_ticks ticks. A queue gives 0.
+  // Begins or repeats a step that is divided into n_ticks ticks. n_ticks is 0 if a queue orders the
+  // events.
   virtual void begin(Index n_ticks) = 0;
-  // Changes the velocities of vertices and bodies at a tick. Positions of vertices are those at
-  // their next events, and change with the velocities.
+  // Changes the velocities of vertices and bodies at a tick. The positions are those predicted for
+  // their next events, so they change with the velocities.
   virtual void act(const Team& team, Index tick, const EventMotion& motion) = 0;
   // Does the same in an event of a queue, for the pairs that contain a listed vertex.
   virtual void act_on(const std::vector<Index>& vertices, const EventMotion& motion) = 0;

@@ -1,5 +1,5 @@
 // Time integration of all cloths. The options select the scheme. See docs/method.md, "Integrators",
-// and thesis (2.51)-(2.55).
+// and (2.51)-(2.55) of [Thomaszewski2010].
 #pragma once
 
 #include <functional>
@@ -37,18 +37,20 @@ using FrictionAt =
 
 // Rigid bodies that the integrator moves within the step, without contacts among them.
 struct BodiesOfStep {
-  const std::vector<RigidPose>* poses = nullptr;          // (b) at the start
-  const Points* velocity = nullptr;                       // (2 b x 3) at the start
-  const std::vector<AttachedVertex>* attached = nullptr;  // each vertex at most once
-  std::vector<RigidPose>* end = nullptr;                  // (b) poses at the end; set on return
+  const std::vector<RigidPose>* poses = nullptr;  // (b) poses at the start
+  // (2 b x 3) velocities at the start [m/s, rad/s]
+  const Points* velocity = nullptr;
+  // Vertices attached to bodies, each listed once.
+  const std::vector<AttachedVertex>* attached = nullptr;
+  std::vector<RigidPose>* end = nullptr;  // (b) poses at the end; set on return
 };
 
-// Input of a step. The rows are the cloth vertices, followed by two rows per rigid body
-// (translation, rotation) if bodies take part.
+// Input of a step. The rows are the cloth vertices. If the linear system includes rigid bodies, two
+// rows per body (translation, rotation) follow.
 struct StepInputs {
   double step = 0.0;              // length h [s]
   double time = 0.0;              // start of the step [s]
-  const Points* force = nullptr;  // (n x 3) loads at the start [N]: gravity, drag, user
+  const Points* force = nullptr;  // (n x 3) gravity, drag and user forces at the start [N]
   // Contacts, friction and attachments at the start; implicit schemes only.
   const ExtraTerms* terms = nullptr;
   // Called once per iterate by Newton schemes; null: the terms are linear.
@@ -72,11 +74,12 @@ struct IntegrationReport {
   double residual = 0.0;
   // Newton schemes only: relative residuals of the first guess and then of each iterate.
   std::vector<double> newton_residuals;
-  // Events of triangles in an asynchronous step, and those if all had the shortest step.
+  // Number of triangle events in an asynchronous step, and the number that would be needed if all
+  // triangles had the shortest step.
   std::int64_t events = 0, synchronous_events = 0;
 };
 
-// Thrown if the solver finds no solution. With a shorter step, there may be one.
+// Thrown if the solver finds no solution. A shorter step may have one.
 class StepFailure : public SolverFailure {
  public:
   using SolverFailure::SolverFailure;
@@ -99,8 +102,8 @@ class Integrator {
   virtual IntegrationReport advance(const Team& team, const RowLayout& layout,
                                     const StepInputs& inputs, ClothState& state,
                                     Points& body_velocity) = 0;
-  virtual bool implicit() const = 0;            // the scheme accepts extra terms
-  virtual bool damps() const { return false; }  // the scheme is implicit Euler
+  virtual bool implicit() const = 0;            // true: the scheme accepts extra terms
+  virtual bool damps() const { return false; }  // true: the scheme is implicit Euler
   // Time from the start of the step at which forces are evaluated, as a fraction of the step [1].
   virtual double time_of_forces() const { return 1.0; }
   // True if the scheme handles collisions at events within a step.

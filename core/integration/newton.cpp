@@ -1,8 +1,9 @@
-// Fully nonlinear backward Euler and implicit midpoint, thesis (2.54) and (2.55), solved by
-// Newton's method with a line search on the residual
+// Fully nonlinear backward Euler and implicit midpoint, (2.54) and (2.55) of [Thomaszewski2010],
+// solved by Newton's method with a line search on the residual
 //   r(v+) = M (v+ - v) - h (f_ext + f(x_e, v_e)).
 // Backward Euler: x_e = x + h v+, v_e = v+. Midpoint: x_e = x + h/4 (v + v+), v_e = (v + v+)/2.
-// Contact pairs and friction anchors are those at the start; contact forces are evaluated at x_e.
+// Contact pairs and friction anchors are those at the start of the step; contact forces are
+// evaluated at x_e.
 #include <algorithm>
 #include <cmath>
 
@@ -66,7 +67,8 @@ class NewtonIntegrator final : public Integrator {
     Index n;  // cloth vertices
 
     double h() const { return inputs.step; }
-    Index begin() const { return std::min(layout.begin(), n); }  // owned cloth rows
+    // [begin, end): cloth rows of this rank
+    Index begin() const { return std::min(layout.begin(), n); }
     Index end() const { return std::min(layout.end(), n); }
   };
 
@@ -200,7 +202,8 @@ class NewtonIntegrator final : public Integrator {
         worst);
   }
 
-  // Norm of r in the metric M^-1 over free rows, bitwise identical on any number of ranks.
+  // Norm of r in the metric M^-1 over rows without prescribed motion, bitwise identical on any
+  // number of ranks.
   double norm(const Step& step, const Points& r, Index n_rows) {
     const RowLayout& layout = step.layout;
     std::vector<double> sums((layout.n_rows() + rows_per_block - 1) / rows_per_block, 0.0);

@@ -1,4 +1,4 @@
-// Limit of stability of symplectic Euler.
+// Stability limit of symplectic Euler.
 #pragma once
 
 #include "core/cloth/cloth_model.h"

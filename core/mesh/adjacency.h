@@ -17,9 +17,11 @@ struct Incidence {
 // Unique edges in sorted order. Each edge is given by its smaller and its larger vertex index. The
 // id of an edge is its row.
 struct EdgeTable {
-  Edges edges;                                    // (k x 2)
-  std::vector<std::array<Index, 2>> triangles;    // of each edge, ascending; -1: none (boundary)
-  std::vector<std::array<Index, 3>> of_triangle;  // edges opposite corners 0, 1, 2
+  Edges edges;  // (k x 2)
+  // Triangles of each edge, in ascending order. On the boundary, the second one is -1.
+  std::vector<std::array<Index, 2>> triangles;
+  // Edges of each triangle, opposite its corners 0, 1 and 2.
+  std::vector<std::array<Index, 3>> of_triangle;
 };
 
 // Builds the edge table. Throws InvalidInput for an edge with more than two triangles and for

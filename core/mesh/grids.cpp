@@ -14,7 +14,7 @@
 namespace loomstone {
 namespace {
 
-constexpr Index most_cells = 20000;  // along one side, so that the number of vertices fits Index
+constexpr Index most_cells = 20000;  // limit along one side; the number of vertices must fit Index
 
 void require_count(Index count, const char* name) { require_between(count, 1, most_cells, name); }
 
@@ -78,8 +78,8 @@ TriangleMesh grid(double width, double height, Index triangles, const std::strin
   if (triangles < 2) {
     fail<InvalidInput>("triangles must be >= 2, got {}; ask for more", triangles);
   }
-  // Square cells with this side give the requested number of triangles. In both directions, the
-  // loops try the numbers of cells just below and just above.
+  // Square cells with this side give the requested number of triangles. In each direction, the
+  // loops try the two whole numbers of cells next to length / side.
   const double side = std::sqrt(2.0 * width * height / triangles);
   Index best_nx = 1, best_ny = 1;
   double best = std::numeric_limits<double>::infinity();
@@ -107,8 +107,8 @@ TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, doub
   require_positive(height, "height");
   require_count(nx, "nx");
   require_count(ny, "ny");
-  // If the corners (0,0), (1,0), (1,1) of a triangle move by up to d in each coordinate, its area
-  // is at least 1/2 (1 - 4 d). If d is a quarter of a cell or more, the triangle may become
+  // Lengths are in cells here. If the corners (0,0), (1,0), (1,1) of a triangle move by up to d in
+  // each coordinate, its area is at least 1/2 (1 - 4 d). If d exceeds 1/4, the triangle may become
   // inverted.
   if (!(amount >= 0.0 && amount < 0.25)) {
     fail<InvalidInput>(

@@ -1,4 +1,4 @@
-// Argument checks and a mesh under construction, both shared by the generators.
+// Argument checks and growing mesh arrays for the generators.
 #pragma once
 
 #include <array>

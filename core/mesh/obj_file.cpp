@@ -38,7 +38,7 @@ class ObjParser {
   }
 
  private:
-  // A backslash at the end of a line joins it with the next.
+  // A backslash at the end of a line joins this line with the next line.
   void append_continuation(std::string_view& line) {
     std::string joined(line.substr(0, line.size() - 1));
     std::string_view next;

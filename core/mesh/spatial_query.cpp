@@ -52,8 +52,9 @@ void triangle_bounds(const RTCBoundsFunctionArguments* arguments) {
 struct Search {
   const Surface* surface;
   Vec3 point;
-  double rounding;    // distance between the query point and its value in float [m]
-  double best = 0.0;  // squared distance [m^2]
+  double rounding;  // distance between `point` and its copy in float [m]
+  // Squared search radius, and then the squared distance of the closest triangle found [m^2].
+  double best = 0.0;
   Index triangle = -1;
   TrianglePoint candidate{};
 };
@@ -134,7 +135,7 @@ void SpatialQuery::Data::build_tree() {
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene, geometry);
   rtcCommitScene(scene);
-  rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_REFIT);  // for all later commits
+  rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_REFIT);  // all later commits refit
   check();
 }
 

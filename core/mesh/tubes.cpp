@@ -13,7 +13,8 @@
 namespace loomstone {
 namespace {
 
-// A circle of n vertices: centre + radius (cos a up + sin a side). The tube runs along up x side.
+// A circle of n vertices. The vertex at angle a is centre + radius (cos a up + sin a side). The
+// tube runs along the cross product of `up` and `side`.
 struct Ring {
   Vec3 centre, up, side;
   double radius;  // [m]
@@ -82,7 +83,7 @@ TriangleMesh capped(const std::vector<Ring>& tube) {
   const int n_cap =
       std::max(2, static_cast<int>(std::round(0.5 * M_PI * radius / row_height(radius, segments))));
   const auto cap_ring = [&](const Ring& end, int row, double sign) {
-    const double angle = 0.5 * M_PI * row / n_cap;  // from the pole
+    const double angle = 0.5 * M_PI * row / n_cap;  // angle from the pole [rad]
     Ring ring = end;
     ring.centre += sign * radius * std::cos(angle) * end.up.cross(end.side);
     ring.radius = radius * std::sin(angle);

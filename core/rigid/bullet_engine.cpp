@@ -60,8 +60,8 @@ BulletEngine::BulletEngine(const Vec3& gravity, int iterations)
   info.m_warmstartingFactor = 1.0;  // with 0.85, five stacked cubes sway at 4 mm/s indefinitely
   spheres.enter(dispatcher);
   hulls.enter(dispatcher, configuration);
-  world.getDispatchInfo().m_enableSatConvex = true;       // SAT for hulls with few vertices
-  broadphase.m_cupdates = 100;                            // [%] removes separated pairs at once
+  world.getDispatchInfo().m_enableSatConvex = true;  // separating-axis test
+  broadphase.m_cupdates = 100;  // [%] share of the pairs that are checked for separation per step
   world.getDispatchInfo().m_allowedCcdPenetration = 0.0;  // Bullet's default is 4 cm
   info.m_splitImpulsePenetrationThreshold = 0.0;          // resolving penetration adds no velocity
   world.setGravity(to_bullet(gravity));

@@ -21,8 +21,8 @@ Vec3 angular_momentum(const Rotor& rotor, const Vec4& orientation, const Vec3& a
 Vec3 angular_velocity(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum);
 
 // Returns the orientation after `step` [s] of free rotation with the angular momentum L. A, B and C
-// are the moments of inertia about the principal axes a, b and c. The three terms of the kinetic
-// energy
+// are the moments of inertia about the principal axes a, b and c; L_a and L_c are the components of
+// L along a and c. The three terms of the kinetic energy
 //   L.L/2B + (1/A - 1/B) L_a^2/2 + (1/C - 1/B) L_c^2/2
 // cause rotations about L, about axis a and about axis c. These are applied in the symmetric order
 // of [Dullweber1997]. The method is reversible, of second order, and exact for bodies with two

@@ -245,9 +245,10 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
   return farthest;
 }
 
-// A triangle's axis of least overlap is inadmissible if other triangles reach farther along it. It
+// A triangle's axis of least overlap is inadmissible if other triangles extend farther along it. It
 // still yields one contact if all triangles together overlap along it by no more than this triangle
-// does along its best admissible axis. Otherwise, contacts lie along that admissible axis.
+// does along its best admissible axis. Otherwise, the contacts have the direction of that
+// admissible axis.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

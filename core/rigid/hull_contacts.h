@@ -19,9 +19,10 @@ struct HullContact {
 // Finds the contacts of a hull with triangles by the separating-axis test [Gottschalk1996] and face
 // clipping. The triangles are given in the axes of the hull. A triangle faces the side on which it
 // touched the hull in the last step or, if it did not touch the hull, the side of the hull's
-// centre. An edge or corner of a triangle has contacts only in directions in which no triangle that
-// shares it reaches farther. Shared corners have bitwise equal coordinates. Internal edges of a
-// flat surface therefore do not block a hull that slides over it.
+// centre. An edge or corner of a triangle has contacts only in directions in which no other
+// triangle at this edge or corner extends farther. Triangles count as neighbours if they have
+// corners with bitwise equal coordinates. Internal edges of a flat surface therefore do not block a
+// hull that slides over it.
 class HullOnTriangles {
  public:
   using Corners = std::array<Vec3, 3>;
@@ -44,13 +45,13 @@ class HullOnTriangles {
   struct Axis {
     Vec3 direction;
     double gap;
-    Index face = -1, edge = -1;  // of the hull; both are -1 for the triangle's normal
-    bool met = true;             // false if a neighbour of the triangle reaches farther
-    Vec3 point = Vec3::Zero();   // contact point on the triangle; unused for the triangle's normal
+    Index face = -1, edge = -1;  // of the hull; both -1 if the axis is the triangle's normal
+    bool met = true;             // false if a neighbouring triangle extends farther
+    Vec3 point = Vec3::Zero();   // contact point on the triangle; unused if the axis is its normal
   };
   // Returns the unit normal of a triangle, pointing to the side on which the hull is.
   Vec3 facing_normal(const Query& query, const Corners& triangle) const;
-  // Returns true if no triangle that shares the corners `among` (a bit mask) of `triangle` reaches
+  // Returns true if no triangle that has the corners `among` (a bit mask) of `triangle` extends
   // farther along `direction`.
   bool reaches_farthest(const Vec3& direction, const Corners& triangle, unsigned among) const;
   // Returns the corner of all triangles that is farthest along a direction, or `from` if no corner

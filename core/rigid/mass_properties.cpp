@@ -18,10 +18,10 @@ MassProperties mass_properties(const TriangleMesh& mesh, double density) {
   const double size = (x.colwise().maxCoeff() - x.colwise().minCoeff()).norm();
 
   double volume = 0.0;
-  Vec3 first = Vec3::Zero();   // integral of x [m^4]
-  Mat3 second = Mat3::Zero();  // integral of x x^T [m^5]
+  Vec3 first = Vec3::Zero();   // integral of x - reference [m^4]
+  Mat3 second = Mat3::Zero();  // integral of the outer product of x - reference [m^5]
   for (Index t = 0; t < mesh.n_triangles(); ++t) {
-    Mat3 corners;  // columns: a, b, c from the reference
+    Mat3 corners;  // columns: corners relative to `reference`
     for (int k = 0; k < 3; ++k)
       corners.col(k) = x.row(mesh.triangles()(t, k)).transpose() - reference;
     const Vec3 sum = corners.rowwise().sum();

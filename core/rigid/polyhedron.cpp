@@ -36,14 +36,15 @@ Polyhedron::Polyhedron(const std::vector<Vec3>& given, const std::vector<std::ve
                    [](const auto& a, const auto& b) { return a.first.norm() > b.first.norm(); });
   std::map<std::pair<Index, Index>, Index> face_of;  // face of each directed edge
   for (const auto& [area, loop] : by_area) {
+    const auto& corners = *loop;
     Face face{area.normalized(), 0.0};
-    for (const int corner : *loop)
-      face.offset += face.normal.dot(points[corner]) / static_cast<double>(loop->size());
+    for (const int corner : corners)
+      face.offset += face.normal.dot(points[corner]) / static_cast<double>(corners.size());
     if (face.offset < face.normal.dot(centre)) face = {-face.normal, -face.offset};
     // A sliver between coplanar points has no well-defined normal. It joins the larger face that
     // contains it.
     auto same = std::find_if(faces.begin(), faces.end(), [&](const Face& other) {
-      return std::all_of(loop->begin(), loop->end(), [&](int corner) {
+      return std::all_of(corners.begin(), corners.end(), [&](int corner) {
         return std::abs(other.normal.dot(points[corner]) - other.offset) < same_plane * size;
       });
     });
@@ -54,8 +55,8 @@ Polyhedron::Polyhedron(const std::vector<Vec3>& given, const std::vector<std::ve
       if (area.norm() == 0.0 || std::any_of(points.begin(), points.end(), outside)) continue;
       same = faces.insert(faces.end(), face);
     }
-    for (std::size_t k = 0; k < loop->size(); ++k)
-      face_of[{(*loop)[k], (*loop)[(k + 1) % loop->size()]}] =
+    for (std::size_t k = 0; k < corners.size(); ++k)
+      face_of[{corners[k], corners[(k + 1) % corners.size()]}] =
           static_cast<Index>(same - faces.begin());
   }
   for (const auto& [ends, face] : face_of) {

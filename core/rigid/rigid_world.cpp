@@ -158,7 +158,7 @@ double RigidWorld::Data::work_of_obstacles() const {
 
 std::vector<unsigned char> RigidWorld::Data::manifold_bytes() const {
   const int n = engine->dispatcher.getNumManifolds();
-  ByteWriter bytes(512 * static_cast<std::size_t>(n));  // grows if there are more contacts
+  ByteWriter bytes(512 * static_cast<std::size_t>(n));  // grows if necessary
   write_places(bytes, places);
   bytes.write<std::int32_t>(n);
   for (int m = 0; m < n; ++m) write_manifold(bytes, manifold(m));

@@ -39,8 +39,8 @@ double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass,
                      const std::string& where) {
   const Vector distances = (mesh.vertices().rowwise() - mass.centre.transpose()).rowwise().norm();
   const double radius = distances.maxCoeff();
-  // A threshold of half the sphere's volume separates an icosahedron (0.61) from a cube (0.37),
-  // whose corners also lie on a sphere.
+  // `filled` is 0.61 for an icosahedron, which is accepted, and 0.37 for a cube, whose corners also
+  // lie on a sphere.
   const double filled = mass.volume / (4.0 / 3.0 * M_PI * radius * radius * radius);
   if (distances.minCoeff() < 0.99 * radius || filled < 0.5) {
     fail<InvalidInput>(
@@ -111,8 +111,9 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
         where);
   }
 
-  // A vertex moves by -delta with n . delta = margin for each of its faces. The solution is exact
-  // if three planes meet at the vertex, and otherwise an area-weighted least-squares fit.
+  // A vertex moves by -delta, where n . delta = margin for the normal n of each face at the vertex.
+  // The solution is exact if three planes meet at the vertex, and otherwise an area-weighted
+  // least-squares fit.
   ConvexCore core;
   core.margin = margin_share * inner_radius;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -125,7 +126,8 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
       const Vec3 axis = solver.eigenvectors().col(k);
       delta += core.margin * axis.dot(sums[i]) / eigenvalues[k] * axis;
     }
-    const double limit = 0.5 * (vertices[i] - centre).norm();  // needle tips stay off the centre
+    // The limit keeps the tips of needles away from the centre.
+    const double limit = 0.5 * (vertices[i] - centre).norm();
     if (delta.norm() > limit) delta *= limit / delta.norm();
     core.points.push_back(vertices[i] - delta);
   }

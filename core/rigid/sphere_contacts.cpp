@@ -118,7 +118,8 @@ void SphereOnTriangles::find_near(const std::vector<std::array<Vec3, 3>>& triang
 bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& triangles,
                                      const Near& at) const {
   if (at.closest == all_corners) return true;
-  const double reach = at.distance * (1.0 + 1e-9);  // triangles sharing the feature are no farther
+  // Triangles that share the closest feature of `at` are not farther away than `at`.
+  const double reach = at.distance * (1.0 + 1e-9);
   for (const Near& other : near_) {
     if (&other == &at || other.distance > reach) continue;
     unsigned shared = 0, met = 0;
@@ -179,8 +180,8 @@ void SphereOnTriangles::find(const std::vector<std::array<Vec3, 3>>& triangles,
       normal = (b - a).cross(c - a).normalized();
     }
     const SphereContact contact = contact_at(centre, radius, at.point, normal);
-    // If motion is blocked by the plane of the contact, find_ahead() decides whether the surface
-    // blocks it.
+    // If the motion reaches the tangent plane of the contact, find_ahead() tests whether it also
+    // reaches the surface.
     if (!moves || contact.gap <= 0.1 * near || -motion.dot(normal) <= contact.gap)
       touching_.push_back(contact);
   }

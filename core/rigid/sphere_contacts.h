@@ -35,8 +35,8 @@ struct MovingSphere {
 // Finds the contacts of a sphere with a surface of triangles. Contacts are the points where the
 // distance from the centre to the surface has a local minimum. A point on an edge or corner counts
 // only if it is the closest point of every triangle that shares the edge or corner. Internal edges
-// of a flat surface therefore do not block a sphere that rolls over it. Triangles share a corner if
-// its coordinates are bitwise equal.
+// of a flat surface therefore do not block a sphere that rolls over it. Corners of two triangles
+// count as the same corner if their coordinates are bitwise equal.
 class SphereOnTriangles {
  public:
   // Adds contacts with a gap of at most `near`, then contacts ahead: the first contacts during the

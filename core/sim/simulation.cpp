@@ -39,7 +39,7 @@ class Stepping {
 }  // namespace
 
 struct Simulation::Data {
-  IntegratorOptions options;  // with the largest step as a number
+  IntegratorOptions options;  // their step is a number, StepChoice::largest
   StepChoice steps;
   std::map<std::string, std::string> digests;  // hashes of the fields of scene and options, by name
   Team team;
@@ -52,7 +52,7 @@ struct Simulation::Data {
   std::unique_ptr<Stepper> stepper;
   UserWrites writes;
   std::atomic_flag stepping = ATOMIC_FLAG_INIT;
-  bool measured = false;  // the energies in the report match the current state
+  bool measured = false;  // true: the energies in the report are those of the current state
   std::int64_t iterations = 0;
 
   void make_stepper() {

@@ -1,5 +1,6 @@
-// Simulation of one scene: Model, State and Stepper behind the calls that Python and the tests
-// need. Arrays are in the user's vertex order, with all cloths concatenated.
+// Simulation of one scene, with the functions that Python and the tests call. It contains the
+// Model, the State and the Stepper. Arrays are in the user's vertex order, with all cloths
+// concatenated.
 #pragma once
 
 #include <array>
@@ -48,12 +49,12 @@ class Simulation {
   // Memory of the bounding-volume hierarchies, which every rank stores whole [bytes].
   std::size_t hierarchy_bytes() const;
   Decomposition decomposition() const;  // how collision handling is divided
-  const StepReport& report() const;     // of the last step
+  const StepReport& report() const;     // report of the last step
   // Returns whether there are no bodies or the last step rebuilt the rigid-body world.
   bool may_checkpoint() const;
 
   const FrameTopology& topology() const;
-  Frame frame() const;  // of the current state
+  Frame frame() const;  // frame of the current state
   // Returns the frame at a time within the last step [s]. Positions are interpolated.
   Frame frame_at(double time) const;
 
@@ -80,10 +81,10 @@ class Simulation {
   void set_external_body_forces(const Points& forces);
   Points external_body_torques() const;
   void set_external_body_torques(const Points& torques);
-  // Sets positions of pinned vertices from the end of the next step on, in place of the script.
+  // Sets positions of pinned vertices, which replace the script from the end of the next step on.
   // Rows of other vertices are ignored.
   void set_pin_targets(const Points& targets);
-  // Sets the pose of an obstacle from the end of the next step on, in place of its keyframes.
+  // Sets the pose of an obstacle, which replaces its keyframes from the end of the next step on.
   void set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation);
   Points body_centres() const;  // (b x 3) centres of mass [m]
   // Returns the current magnetic forces [N] and torques about the centres of mass [N m] on the

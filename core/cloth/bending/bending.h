@@ -62,29 +62,31 @@ class Bending {
   // identical for any number of threads and any row range.
   virtual void add_forces(const Team& team, const Points& x, const Points& v, Index begin,
                           Index end, Points& force) const = 0;
-  // Adds elastic K + viscous D (Gauss-Newton, positive semi-definite), with the factors in
-  // `scales`, to rows [begin, end) of `matrix`. The pattern of `matrix` must contain couplings().
+  // Adds the stiffness K, in Gauss-Newton form and thus positive semi-definite, and the damping
+  // matrix D to rows [begin, end) of `matrix`. `scales` contains their factors. The pattern of
+  // `matrix` must contain couplings().
   virtual void add_stiffness(const Team& team, const Points& x, StiffnessScales scales, Index begin,
                              Index end, BlockMatrix& matrix) const = 0;
   // Adds `scale` times the part of the exact Hessian that Gauss-Newton omits: the moments times the
   // second derivatives of the angles. This part is indefinite, and zero at rest.
   virtual void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin,
                                        Index end, BlockMatrix& matrix) const = 0;
-  // Largest eigenvalue lambda of M^-1 K in the rest shape, by power iteration [1/s^2]. Explicit
-  // steps need h <= 0.8 * 2 / sqrt(lambda).
+  // Largest eigenvalue lambda of M^-1 K in the rest shape, by power iteration [1/s^2]. M is the
+  // mass matrix, and K is the bending stiffness. Explicit steps need a length h <= 0.8 * 2 /
+  // sqrt(lambda).
   virtual double largest_eigenvalue(const Vector& mass) const = 0;
 
-  // Number of edges at which a triangle is a sliver. The slope there is the unweighted mean of the
-  // slopes of the two triangles. Always 0 for the hinge element.
+  // Number of edges next to slivers. The slope at such an edge is the unweighted mean of the slopes
+  // of its two triangles. Always 0 for the hinge element.
   virtual Index averaged_edges() const = 0;
   // Number of hinges that exert no force because one of their triangles has zero area at x.
   virtual Index degenerate_hinges(const Team& team, const Points& x) const = 0;
 };
 
-// The hinge element of [Thomaszewski2010] with k = 4 B for flexural rigidity B. Results depend on
-// the mesh and do not converge under refinement. The effective rigidity is 0.8 B along the axes of
-// regular grids, 0.83 to 0.96 B on smoothed irregular meshes (lowest in narrow strips), and 0.7 to
-// 2.2 B at 45 degrees to a grid.
+// The hinge element of [Thomaszewski2010] with the stiffness k = 4 B for flexural rigidity B.
+// Results depend on the mesh and do not converge under refinement. The effective rigidity is 0.8 B
+// along the axes of regular grids, 0.83 to 0.96 B on smoothed irregular meshes (lowest in narrow
+// strips), and 0.7 to 2.2 B at 45 degrees to a grid.
 std::unique_ptr<Bending> make_hinge_bending(const BendingSetup& setup);
 // The mid-edge element, which computes the curvature of each triangle from the slopes at its edge
 // midpoints. It agrees with beam theory within 1 % on every mesh.

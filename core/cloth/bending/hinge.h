@@ -63,8 +63,8 @@ class HingeSet {
   void evaluate(const Team& team, const std::vector<Index>& batches, const Points& x,
                 const Points* v, bool with_gradient, HingeValues& values) const;
 
-  // Subtracts sum_e moment_e u_e,i from force_i for each row i of the range, adding hinges e in
-  // ascending order.
+  // Subtracts sum_e moment_e u_e,i from the force on each row i of the range. u_e,i is the gradient
+  // of the angle of hinge e with respect to vertex i. Hinges are added in ascending order.
   void gather(const Team& team, const HingeValues& values, const AlignedDoubles& moment,
               const HingeRange& range, Points& force) const;
 

@@ -1,11 +1,14 @@
 // The hinge element, which assigns an energy to the dihedral angle of each interior edge. Forces
-// and rest angles follow [Bridson2003] with k = 4 B for flexural rigidity B. The results of this
-// element depend on the mesh and do not converge under refinement. Its effective rigidity is 0.8 B
-// along the axes of regular grids, 0.88 to 0.96 B on smoothed irregular meshes (0.83 B in strips 6
-// elements wide), and 0.7 to 2.2 B at 45 degrees to a grid. Use the mid-edge element if the
-// rigidity must be accurate. Departure from [Thomaszewski2010]: damping is proportional to
-// stiffness, with the coefficient beta V''(0) = beta c / 2 per hinge, as in the mid-edge element.
-// The damping factor |e| of the thesis depends on the mesh.
+// and rest angles follow [Bridson2003] with the stiffness k = 4 B for flexural rigidity B. The
+// results of this element depend on the mesh and do not converge under refinement. Its effective
+// rigidity is 0.8 B along the axes of regular grids, 0.88 to 0.96 B on smoothed irregular meshes
+// (0.83 B in strips 6 elements wide), and 0.7 to 2.2 B at 45 degrees to a grid. Use the mid-edge
+// element if the rigidity must be accurate.
+//
+// Departure from [Thomaszewski2010]: damping is proportional to stiffness, as in the mid-edge
+// element. The coefficient of a hinge is beta V''(0) = beta c / 2, where beta is the damping [s], V
+// the energy of the hinge, and c its stiffness. The thesis uses the damping factor |e|, the length
+// of the edge, which depends on the mesh.
 #include <algorithm>
 #include <cmath>
 
@@ -55,7 +58,8 @@ class HingeBending final : public Bending {
       const EdgeOfTriangle a = edge_of_triangle(setup, edges, h.triangles[0], h.edge);
       const EdgeOfTriangle b = edge_of_triangle(setup, edges, h.triangles[1], h.edge);
       const double length = 0.5 * (a.length + b.length);
-      // c = k |e|^2 / (|N1| + |N2|) with k = 4 B and |N| = 2 area
+      // Stiffness of the hinge at edge e: c = k |e|^2 / (|N1| + |N2|) with k = 4 B. The normals N1
+      // and N2 are twice as long as the areas of the triangles.
       const double c =
           4.0 * 0.5 * (a.rigidity + b.rigidity) * length * length / (2.0 * (a.area + b.area));
       const double beta = 0.5 * (setup.damping[h.triangles[0]] + setup.damping[h.triangles[1]]);
@@ -79,8 +83,9 @@ class HingeBending final : public Bending {
   double energy(const Team& team, const Points& x) const override {
     hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, false, values_);
     return parallel_sum(team, hinges_.n_hinges(), [&](Index e) {
-      // V = c [2 cos(rest / 2) - 2 cos(theta / 2) - (theta - rest) sin(rest / 2)]. The difference
-      // of cosines is written as a product to be accurate for small angles.
+      // Energy of a hinge with the angle theta: V = c [2 cos(rest / 2) - 2 cos(theta / 2) - (theta
+      // - rest) sin(rest / 2)]. The difference of cosines is written as a product to be accurate
+      // for small angles.
       const double rest = hinges_.rest_angles()[e], difference = values_.difference[e];
       const double cosines =
           2.0 * std::sin(0.5 * rest + 0.25 * difference) * std::sin(0.25 * difference);

@@ -102,7 +102,7 @@ LOOMSTONE_INLINE void angles(Tables tables, const Index* batches, Index n, const
     store(out.half_sine + angle_stride * b, 0, half_sine);
     store(out.half_cosine + angle_stride * b, 0, half_cosine);
     if (!out.gradient) continue;
-    // w = N / (|N|^2 |e|) for both triangles.
+    // w = N / (|N|^2 |e|) for both triangles, with the normal N of a triangle and the hinge edge e.
     const Lanes3<Lanes> w1 =
         scaled(n1, lanes_select(good, inverse_length / lanes_select(good, q1, zero + 1.0), zero));
     const Lanes3<Lanes> w2 =
@@ -162,8 +162,8 @@ LOOMSTONE_INLINE Lanes gather(const Index* hinges, const double* values) {
   return lanes_of<Lanes>([&](int l) LOOMSTONE_INLINE_LAMBDA { return values[hinges[l]]; });
 }
 
-// Returns the curvature C (difference + beta rate) of each triangle of a batch. `c` contains C, the
-// curvature per hinge angle. `rate` may be null.
+// Returns the curvature C (difference + beta rate) of each triangle of a batch [1/m]. `c` contains
+// C, the curvature per hinge angle, and beta is the damping [s]. `rate` may be null.
 template <class Lanes>
 LOOMSTONE_INLINE Curvature<Lanes> curvature(const Index* hinges, const double* c, const Lanes& beta,
                                             const double* difference, const double* rate) {

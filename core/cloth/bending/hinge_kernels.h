@@ -48,7 +48,8 @@ void add_moments(HingeList list, const double* moment, const double* gradient, I
 
 namespace loomstone::midedge {
 
-inline constexpr int n_slots = 9;  // most hinges that the curvature of a triangle depends on
+// Largest number of hinges on which the curvature of a triangle depends.
+inline constexpr int n_slots = 9;
 inline constexpr int hinge_stride = n_slots * 8, curvature_stride = 3 * n_slots * 8,
                      rigidity_stride = 7 * 8;
 

@@ -58,8 +58,9 @@ class HingeStiffness {
   // For each row, each of its hinges and each vertex of the hinge's stencil, the index of the block
   // within the row.
   std::vector<Index> block_;
-  // For each row and each of its hinges, the place of the hinge's first moment gradient in the list
-  // of the chunk. The list has one moment gradient for each vertex of each stencil.
+  // For each row and each of its hinges, where the moment gradients of the hinge begin in the list
+  // of the chunk. A hinge has one moment gradient for each vertex of its stencil (see
+  // stiffness_kernels.h).
   std::vector<Index> offset_;
   std::vector<Index> chunk_start_, chunk_;  // hinges that touch each chunk of rows, ascending
 };

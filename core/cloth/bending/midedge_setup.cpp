@@ -32,7 +32,8 @@ RestTriangle rest_triangle(const Corners2& corners) {
     const Vec2 t = (q - p) / l, n(t.y(), -t.x());
     // The angle psi_i is h / 2 k_nn - a k_nt + b k_tt, where k_nn, k_nt and k_tt are the components
     // of the curvature along the normal n and the tangent t of the edge. h is the height over the
-    // edge, and `a` is the position of corner i along t, relative to the midpoint of the edge.
+    // edge, `a` is the position of corner i along t, relative to the midpoint of the edge, and b is
+    // (a^2 - l^2 / 4) / (2 h) with the length l of the edge.
     const double a = (x[i] - 0.5 * (p + q)).dot(t), b = (a * a - 0.25 * l * l) / (2.0 * h);
     const auto form = [](const Vec2& u, const Vec2& v) {
       return Row3(u.x() * v.x(), u.y() * v.y(), 0.5 * (u.x() * v.y() + u.y() * v.x()));
@@ -44,7 +45,7 @@ RestTriangle rest_triangle(const Corners2& corners) {
   return r;
 }
 
-// Matrix that transforms a curvature to axes that are rotated by -alpha.
+// Matrix that transforms a curvature (kxx, kyy, 2 kxy) to axes that are rotated by alpha [rad].
 Mat3 turn(double alpha) {
   const double c = std::cos(alpha), s = std::sin(alpha);
   Mat3 r;

@@ -13,7 +13,7 @@ namespace loomstone::stiffness {
 struct Tables {
   const Index* pair_start;     // (hinges + 1)
   const Index* pair_hinge;     // (pairs) second hinge f of each pair (e, f)
-  const std::uint8_t* place;   // (pairs x 4) where the stencil of e contains the vertices of f
+  const std::uint8_t* place;   // (pairs x 4) positions of the vertices of f in the stencil of e
   const Index* stencil_start;  // (hinges + 1)
   const double* q;             // (pairs) coefficient q_ef of u_e u_f^T in the stiffness [N m]
   // (hinges x 4 x 4) Gradient u of the hinge's angle at four vertices, fourth component 0 [rad/m].

@@ -108,23 +108,24 @@ struct Symmetric {
 template <class Real>
 struct Element {
   Real g0x, g0y, g1x, g1y;      // gradients of the shape functions of corners 0 and 1 [1/m]
-  Real x0, y0, x1, y1, x2, y2;  // rest coordinates of corners relative to the centre [m]
+  Real x0, y0, x1, y1, x2, y2;  // rest coordinates relative to the centre of mass [m]
   // Sum over corners of mass fraction times X X^T, where X are the rest coordinates [m^2]. If two
   // corners are held, it is instead h h^T with the height vector h over the held edge.
   Symmetric<Real> moments;
 };
-inline constexpr int element_numbers = 13, element_gradients = 4;  // gradients come first
+// Numbers of values and of gradients in an Element. The gradients come first.
+inline constexpr int element_numbers = 13, element_gradients = 4;
 
 // Polar decomposition F = R U.
 template <class Real>
 struct Polar {
   Space<Real> f1, f2, normal;  // columns of F; normal = f1 x f2
-  Real d, s;                   // d = sqrt(det C), s = tr U
+  Real d, s;                   // d = sqrt(det C), s = tr U, with C = F^T F
   Symmetric<Real> u;
 };
 
-// Columns of F = sum x_i (grad N_i)^T (2.31). The gradients sum to zero, so it suffices to use
-// positions relative to corner 2.
+// Columns of F = sum_i x_i (grad N_i)^T (2.31) with the shape functions N_i. The gradients sum to
+// zero, so it suffices to use positions relative to corner 2.
 template <class Real>
 LOOMSTONE_INLINE void columns(const Element<Real>& e, const Space<Real>& p0, const Space<Real>& p1,
                               const Space<Real>& p2, Space<Real>& f1, Space<Real>& f2) {

@@ -1,6 +1,6 @@
 // Finds the elements that violate their strain limits and measures the excess. This check dominates
 // the cost when no limit is violated, so its elements are divided among ranks. Afterwards every
-// rank knows all violations. The result is bitwise identical on any number of ranks.
+// rank has the results of all elements. They are bitwise identical on any number of ranks.
 #pragma once
 
 #include <algorithm>
@@ -38,7 +38,7 @@ struct LimitReport {
 // Checks elements against their limits and keeps the results until the next check.
 class LimitCheck {
  public:
-  // `ranks` are the ranks that share the check; null: a single process.
+  // The check is divided among `ranks`; null: a single process.
   LimitCheck(const LimitElements& elements, const Communicator* ranks);
 
   // Checks all batches. Collective.

@@ -78,7 +78,8 @@ LOOMSTONE_INLINE bool slow(const Element<Lanes>& e, const Index* corners, const 
   columns(e, point<Lanes>(corners, 0, v), point<Lanes>(corners, 1, v), point<Lanes>(corners, 2, v),
           d1, d2);
   return least > 0.0 &&
-         largest(greater(dot(d1, d1), dot(d2, d2))) < 0.99 * least * least;  // 1 % for rounding
+         // The factor 0.99 leaves a margin for rounding errors.
+         largest(greater(dot(d1, d1), dot(d2, d2))) < 0.99 * least * least;
 }
 
 template <class Real>

@@ -10,9 +10,10 @@ namespace loomstone::limit {
 // Tables of all elements, which change only if the held vertices change. Slot s is lane s % 8 of
 // batch s / 8.
 struct Tables {
-  const Index* corners;     // (batches x 3 x 8) vertices
-  const double* gradients;  // (batches x 4 x 8) gradients of Element; checks read no other numbers
-  const double* numbers;    // (batches x 9 x 8) the other numbers of Element
+  const Index* corners;  // (batches x 3 x 8) vertices
+  // (batches x 4 x 8) gradients of Element, which are all that checks read
+  const double* gradients;
+  const double* numbers;  // (batches x 9 x 8) the other numbers of Element
   // (slots) bit k: corner k may move; bit two_held: only one corner may move; 0: none may move
   const std::uint8_t* moves;
   const Index* bounds_of;  // (batches) index into bounds

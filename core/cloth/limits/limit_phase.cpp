@@ -139,7 +139,7 @@ LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limit
     if (!is_new) continue;
     bounds_.resize(bounds_.size() + bound_stride);
     double* lane = bounds_.data() + bounds_.size() - bound_stride;
-    for (const Index row : rows)  // edge limits act after the solve
+    for (const Index row : rows)  // edge limits are enforced after the solve
       set_bounds(row < 0 || limits[row].edge ? StrainLimit{} : limits[row], lane++);
   }
 }

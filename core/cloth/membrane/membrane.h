@@ -44,7 +44,7 @@ class Membrane {
             phase_,          in_phase_,         limits_.empty() ? nullptr : limits_.data()};
   }
   // Sets the tables of the stress that stiff phases add to forces and Jacobian (see
-  // membrane::Tables). Null means that nothing is added. The tables are not owned.
+  // membrane::Tables). Null means that nothing is added. The tables are not copied.
   void set_phase(const double* phase, const std::uint8_t* in_phase) {
     phase_ = phase, in_phase_ = in_phase;
   }
@@ -59,7 +59,7 @@ class Membrane {
     return select_rows(begin, end), batches_;
   }
 
-  double energy(const Team& team, const Points& x);  // [J], summed in a fixed order
+  double energy(const Team& team, const Points& x);  // energy [J], summed in a fixed order
 
   // Adds the elastic force, and the viscous force if v is given, to rows [begin, end) of `force`.
   void add_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end,

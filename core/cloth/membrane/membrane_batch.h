@@ -97,8 +97,9 @@ LOOMSTONE_INLINE Tensor<Lanes> positive_part(const Tensor<Lanes>& s) {
 LOOMSTONE_INLINE const double* phase_of(const Tables& t, Index b) {
   return t.phase && t.in_phase[b] ? t.phase + phase_stride * static_cast<std::size_t>(b) : nullptr;
 }
-// The next three functions are about the stress that stiff phases add in one mode (0: 11, 1: 22,
-// 2: 12). They return the slope of this stress, and its value and energy density at Green strain e.
+// The next three functions describe the stress that stiff phases add in one mode (0: 11, 1: 22, 2:
+// 12), as a linear function of the Green strain e. They return its slope, its value at e, and its
+// energy density at e.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes phase_slope(const double* phase, int mode) {
   return lanes_load<Lanes>(phase + 8 * mode);

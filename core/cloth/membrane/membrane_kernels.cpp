@@ -78,9 +78,10 @@ void forces(const Tables& tables, const Index* batches, Index n, const double* x
   LOOMSTONE_WIDEST(forces)(tables, batches, n, x, v, out);
 }
 
-// The stress of the strain 1/2 dF^T dF of the past motion is excluded from the geometric term. For
-// this purpose, a strain above this bound is scaled down to it. Our choice: a smaller bound makes
-// stiff sheets move too slowly, and a larger one takes damping from wrinkles that snap.
+// Bound on the strain 1/2 dF^T dF of the past motion [1]. The stress of this strain is excluded
+// from the geometric term, for which a larger strain is scaled down to the bound. Our choice: a
+// smaller bound makes stiff sheets move too slowly, and a larger one reduces the damping of
+// snapping wrinkles.
 constexpr double most_left_out = 0.01;
 
 template <class Lanes>

@@ -21,7 +21,8 @@ struct Tables {
   const Index* corners;     // (batches x 3 x 8) vertices
   const double* gradients;  // (batches x 6 x 8) dN0x dN0y dN1x dN1y dN2x dN2y [1/m]
   const double* constants;  // (batches x 7 x 8) area, a11, a22, a12, g, lambda_d, mu_d
-  // Near strain limits, stiff phases add a linear function of E to S11, S22, S12.
+  // Near strain limits, stiff phases add a linear function of the Green strain E to the stresses
+  // S11, S22 and S12.
   const double* phase = nullptr;           // (batches x 6 x 8) slopes, then values at E = 0
   const std::uint8_t* in_phase = nullptr;  // (batches) 0: nothing is added
   // (batches x 3 x 8 x 8) limited modes, with the fields of LimitMode in their order; may be null.

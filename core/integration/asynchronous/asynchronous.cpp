@@ -9,7 +9,7 @@ namespace loomstone {
 
 namespace {
 
-// Largest number of repetitions of an interval. Each repetition shortens the steps of further
+// Largest number of repetitions of an interval. Each repetition shortens the steps of more
 // triangles. Our choice, because more than three repetitions are rare.
 constexpr int most_repetitions = 8;
 
@@ -31,8 +31,8 @@ AsynchronousIntegrator::AsynchronousIntegrator(const Asynchronous& options, cons
   if (options.limiting == Limiting::Impulses && !model.strain_limits.empty())
     impulses_ = std::make_unique<LimitImpulses>(model, options);
   for (const auto& part : model.bending) meshes_.emplace_back(model, part);
-  // With limit="inradius", the given safety is not a share of the limit of stability. Bending then
-  // takes the default safety.
+  // With limit="inradius", the given safety is not a fraction of the stability limit. Bending then
+  // uses the default safety.
   Asynchronous eigenvalue = options;
   if (options.limit == StepLimit::Inradius) eigenvalue = Asynchronous();
   bending_ = bending_steps(model, meshes_, eigenvalue.given_safety());
@@ -53,8 +53,8 @@ IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLay
   inverse_mass_.resize(model_.n_vertices);
   for (Index i = 0; i < model_.n_vertices; ++i)
     inverse_mass_[i] = (*inputs.fixed)[i] ? 0.0 : 1.0 / model_.mass[i];
-  // Steps follow the stretch at the start of the interval, and never grow again: steps that change
-  // often gain energy.
+  // Steps are computed from the stretch at the start of the interval. They never grow again,
+  // because energy often grows when steps change.
   prescribe_velocities(inputs, state.x, state.v);
   Vector steps = steps_.at(team, state.x, state.v, elasticity_);
   if (state.element_steps.size() == steps.size()) steps = steps.cwiseMin(state.element_steps);

@@ -12,7 +12,8 @@
 
 namespace loomstone {
 
-// Takes one interval, at whose ends all elements are at the same time. All ranks compute all rows.
+// Integrates one interval. All elements are at the same time at its start and at its end. Every
+// rank computes all rows.
 class AsynchronousIntegrator : public Integrator {
  public:
   AsynchronousIntegrator(const Asynchronous& options, const ClothModel& model,
@@ -24,13 +25,14 @@ class AsynchronousIntegrator : public Integrator {
                             ClothState& state, Points& body_velocity) override;
 
  protected:
-  // Moves the cloth from the start to the end of the interval. On entry, steps (m) [s] are the
-  // longest steps of the triangles, and prescribed vertices have the velocity of their motion.
+  // Result of take_interval().
   struct Taken {
-    Vector steps;                     // (m) of the triangles [s]
-    std::int64_t events;              // of all triangles
-    std::vector<LimitPhases> phases;  // (m) latest phases of strain limits in events, or empty
+    Vector steps;                     // (m) steps that the triangles have taken [s]
+    std::int64_t events;              // number of events of all triangles
+    std::vector<LimitPhases> phases;  // (m) highest phases of strain limits at events, or empty
   };
+  // Moves the cloth from the start to the end of the interval. On entry, `steps` (m) [s] are the
+  // longest steps of the triangles, and prescribed vertices have the velocity of their motion.
   virtual Taken take_interval(const Team& team, double interval, const Vector& steps,
                               ClothState& state) = 0;
 
@@ -40,7 +42,7 @@ class AsynchronousIntegrator : public Integrator {
   Vector bending_event_steps() const;
 
   const ClothModel& model_;
-  std::vector<LimitModes> limits_;  // (m) that a potential limits; empty: none
+  std::vector<LimitModes> limits_;  // (m) modes of the limit potential; empty: none
   const Asynchronous options_;
   ElementSteps steps_;
   std::unique_ptr<LimitImpulses> impulses_;  // null: none
@@ -49,7 +51,7 @@ class AsynchronousIntegrator : public Integrator {
   Points load_;          // (n x 3) forces that do not change within the interval [N]
   Vector inverse_mass_;  // (n) zero for prescribed vertices [1/kg]
   AttachedBodies bodies_;
-  EventCollisions* collisions_ = nullptr;  // of the step; null: none
+  EventCollisions* collisions_ = nullptr;  // collisions of the step; null: none
 
  private:
   bool shorten(const Taken& taken, Vector& steps) const;

@@ -48,8 +48,8 @@ void AttachedBodies::begin(const StepInputs& inputs, const Vector& mass,
     if (!own_[b].tied.empty()) join(b, v);
 }
 
-// Adds the mass of its vertices to a body. Gives both the velocity and the angular velocity that
-// conserve their total momentum and angular momentum.
+// Adds the masses of its vertices to a body. The body and its vertices then move as one rigid body,
+// with the velocity and angular velocity that conserve their momentum and angular momentum.
 void AttachedBodies::join(Index b, Points& v) {
   EventBody& body = bodies_[b];
   Own& own = own_[b];

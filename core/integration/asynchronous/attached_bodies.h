@@ -1,6 +1,6 @@
 // Rigid bodies within an asynchronous step. A body and the cloth vertices attached to it move as
-// one rigid body: impulses on the vertices act on the body. Its mass is larger than that of the
-// vertices, so it does not shorten the steps of the triangles.
+// one rigid body: impulses on the vertices act on the body. Their common mass is larger than that
+// of the vertices, so attachments do not shorten the steps of the triangles.
 #pragma once
 
 #include <vector>
@@ -12,20 +12,20 @@ namespace loomstone {
 
 class AttachedBodies {
  public:
-  // Begins an interval. Each body and its vertices take the velocity of their common momentum.
-  // Vertices that are not at their points on the body move to them in the course of the interval.
+  // Begins an interval. Each body and its vertices get the common velocity that conserves their
+  // momentum. Vertices that are not at their attachment points move to them during the interval.
   void begin(const StepInputs& inputs, const Vector& mass, const Points& body_velocity,
              const Points& x, Points& v);
   // Ends the interval: sets velocities of the bodies (2 b x 3) and their poses.
   void finish(const StepInputs& inputs, Points& body_velocity) const;
 
-  // Applies a share of the loads that act on the bodies in the interval.
+  // Applies a fraction `share` of the impulses of the loads on the bodies in the interval.
   void load(double share);
-  // Gives a body the momentum that its vertices have received, and its vertices the velocity of the
-  // body. Positions and the pose are those at the time `ahead` [s] after the present, and change
-  // with the velocities.
+  // Transfers to a body the momentum that its vertices have received from impulses, and then sets
+  // the velocities of the vertices to those of the body. The positions and the pose are those
+  // predicted for the time `ahead` [s] after the impulses, so they change with the velocities.
   void absorb(Index body, double ahead, Points& x, Points& v);
-  // Moves a body and its vertices.
+  // Moves a body and its vertices for a duration of `time` [s].
   void drift(Index body, double time, Points& x, Points& v);
 
   // Vertices that are attached to a body.
@@ -40,25 +40,29 @@ class AttachedBodies {
  private:
   struct Tied {
     Index row;
-    double mass;                   // [kg]
-    Vec3 local;                    // place relative to the common centre, in body axes [m]
-    Vec3 offset = Vec3::Zero();    // from its point on the body to the vertex, at the start [m]
+    double mass;  // [kg]
+    // Position relative to the common centre of mass, in body axes [m].
+    Vec3 local;
+    Vec3 offset = Vec3::Zero();    // from the attachment point to the vertex, at the start [m]
     Vec3 velocity = Vec3::Zero();  // last velocity that the body gave the vertex [m/s]
   };
   struct Own {
     std::vector<Tied> tied;
-    // Centre of mass of the body without its vertices, relative to the common one, body axes [m].
+    // Centre of mass of the body without its vertices, relative to the common centre of mass, in
+    // body axes [m].
     Vec3 centre = Vec3::Zero();
-    Vec3 force = Vec3::Zero(), torque = Vec3::Zero();   // impulses of the loads in the interval
-    Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();  // at the last update
-    double elapsed = 0.0;  // time of the positions since the start of the interval [s]
+    // Impulses of the loads in the interval [N s, N m s].
+    Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+    // Velocities of the body when its vertices were last updated [m/s, rad/s].
+    Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
+    double elapsed = 0.0;  // time from the start of the interval to the positions [s]
   };
   void join(Index body, Points& v);
   void place(Index body, Points* x, Points& v);
 
-  std::vector<EventBody> bodies_;  // with the mass of their vertices
+  std::vector<EventBody> bodies_;  // their masses include those of the attached vertices
   std::vector<Own> own_;
-  std::vector<Index> body_of_;  // (n), or empty
+  std::vector<Index> body_of_;  // (n) see body_of(); empty: nothing is attached
   double interval_ = 0.0;       // [s]
 };
 

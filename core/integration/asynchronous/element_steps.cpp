@@ -14,7 +14,8 @@ namespace {
 // [Thomaszewski2010]).
 constexpr double largest_change = 0.1;
 
-// Gradients of the linear shape functions (2 x 3) [1/m] and rest area of a triangle.
+// Gradients of the linear shape functions (2 x 3) [1/m], rest area [m^2] and inradius [m] of a
+// triangle.
 struct RestTriangle {
   Eigen::Matrix<double, 2, 3> gradients;
   double area, inradius;
@@ -30,7 +31,8 @@ struct RestTriangle {
   }
 };
 
-// B B^T for the strains (E11, E22, 2 E12) = B u of in-plane motion at rest.
+// Product B B^T, where B maps the in-plane displacements u of the corners of a triangle at rest to
+// the strains (E11, E22, 2 E12) = B u.
 Mat3 strain_product(const RestTriangle& rest) {
   Mat3 product = Mat3::Zero();
   for (int k = 0; k < 3; ++k) {
@@ -42,7 +44,7 @@ Mat3 strain_product(const RestTriangle& rest) {
   return product;
 }
 
-// Largest eigenvalue of B^T C B.
+// Largest eigenvalue of B^T C B, where C are the moduli and B is that of strain_product().
 double largest_eigenvalue(const RestTriangle& rest, const Mat3& moduli) {
   const Eigen::SelfAdjointEigenSolver<Mat3> split(moduli);
   const Mat3 root = split.eigenvectors() *
@@ -105,7 +107,7 @@ ElementSteps::ElementSteps(const ClothModel& model, const Asynchronous& options,
   share_.resize(m, 3), at_rest_.resize(m), tension_ = Vector::Zero(m), stretch_ = Vector::Ones(m);
   phases_.assign(m, {});
   std::vector<RestTriangle> rest;
-  Vector area = Vector::Zero(model.n_vertices);  // of the triangles at each vertex
+  Vector area = Vector::Zero(model.n_vertices);  // total area of the triangles at each vertex [m^2]
   for (Index t = 0; t < m; ++t) {
     rest.emplace_back(model.corners[t]);
     for (int k = 0; k < 3; ++k) area[model.triangles(t, k)] += rest[t].area;
@@ -118,7 +120,8 @@ ElementSteps::ElementSteps(const ClothModel& model, const Asynchronous& options,
       share_(t, k) = rest[t].area / area[vertex];
       density = std::min(density, 3.0 * model.mass[vertex] / area[vertex]);
     }
-    const double scale = 3.0 / density;  // area of the triangle divided by the mass of a corner
+    // Area of the triangle divided by its mass at one corner [m^2/kg].
+    const double scale = 3.0 / density;
     const Mat2 gradients = rest[t].gradients * rest[t].gradients.transpose();
     Element element;
     element.eigenvalue = scale * largest_eigenvalue(rest[t], elastic_moduli(material));
@@ -127,7 +130,7 @@ ElementSteps::ElementSteps(const ClothModel& model, const Asynchronous& options,
     element.tension_eigenvalue =
         scale * Eigen::SelfAdjointEigenSolver<Mat2>(gradients).eigenvalues().maxCoeff();
     element.safety = options.given_safety();
-    if (options.limit == StepLimit::Inradius) {  // (4.26), as a share of the limit of stability
+    if (options.limit == StepLimit::Inradius) {  // (4.26), as a fraction of the stability limit
       const double time = rest[t].inradius * std::sqrt(density / wave_stiffness(material));
       element.safety *= 0.5 * time * std::sqrt(element.eigenvalue);
     }
@@ -170,7 +173,7 @@ LimitPhases ElementSteps::phases_at(Index t, const Points& green) const {
   return phases;
 }
 
-// Finds the strains at x, unless they are known.
+// Computes the strains at x, unless x is the same as in the last call.
 void ElementSteps::measure(const Team& team, const Points& x, Elasticity& elasticity) {
   if (x.rows() == x_.rows() && std::memcmp(x.data(), x_.data(), sizeof(double) * x.size()) == 0)
     return;

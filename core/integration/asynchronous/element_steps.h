@@ -10,11 +10,11 @@
 
 namespace loomstone {
 
-// Phases of the modes of a triangle (see LimitMode), 0, 1 or 2.
+// Phase of each of the three modes of a triangle (see LimitMode::phase()): 0, 1 or 2.
 using LimitPhases = std::array<std::uint8_t, 3>;
 
-// Phases of a lane of a batch. `entered` points to the batch's entries of
-// membrane::Tables::entered.
+// Returns the phases of the triangle in one lane of a batch. `entered` points to the entries of the
+// batch in membrane::Tables::entered.
 inline LimitPhases phases_of_lane(const std::uint8_t* entered, int lane) {
   LimitPhases phases;
   for (int k = 0; k < 3; ++k)
@@ -23,14 +23,14 @@ inline LimitPhases phases_of_lane(const std::uint8_t* entered, int lane) {
   return phases;
 }
 
-// Let f_K be the force of triangle K on its corners, each with the mass that K adds to the vertex.
-// An explicit step h is stable for K if h^2 lambda + 2 h delta <= 4, with the largest eigenvalues
-// lambda of stiffness and delta of viscosity, both divided by mass. The largest eigenvalue of the
-// whole cloth is at most the largest of a triangle [Fried1972]. A step takes the share `safety` of
-// the bound: h^2 lambda + 2 h delta = 4 safety^2.
+// Consider triangle K alone, with the mass that K contributes to each of its corners. An explicit
+// step h is stable for K if h^2 lambda + 2 h delta <= 4, where lambda [1/s^2] and delta [1/s] are
+// the largest eigenvalues of stiffness and of viscosity, both divided by mass. The largest
+// eigenvalue of the whole cloth is at most the largest one of its triangles [Fried1972]. The step
+// of a triangle includes the factor `safety`: h^2 lambda + 2 h delta = 4 safety^2.
 class ElementSteps {
  public:
-  // limits (m): modes that a potential limits; may be empty.
+  // limits (m): modes of the limit potential; may be empty.
   ElementSteps(const ClothModel& model, const Asynchronous& options,
                const std::vector<LimitModes>& limits = {});
 
@@ -41,29 +41,29 @@ class ElementSteps {
   // gamma is the largest eigenvalue that a unit of tension adds. The strain of a limited triangle
   // changes by at most 0.1 in a step. The result is valid until the next call.
   const Vector& at(const Team& team, const Points& x, const Points& v, Elasticity& elasticity);
-  // Step of triangle t with the strains that at() has found, if the modes of its limits are in
-  // these phases or later ones [s].
+  // Step of triangle t [s] at the strains that at() has computed. Each mode is in its phase at
+  // these strains or in its entry of `phases`, whichever is higher.
   double step_in_phases(Index t, const LimitPhases& phases) const;
-  // First triangle whose strain at x is not finite, or whose step in `steps` (m) is longer than the
-  // stable one (safety 1); -1 if there is none.
+  // Returns the first triangle whose strain at x is not finite or whose step in `steps` (m) [s] is
+  // longer than its stability limit; -1 if there is none.
   Index first_unstable(const Team& team, const Points& x, const Vector& steps,
                        Elasticity& elasticity);
-  // Share of triangle t in the mass of its corner k [1].
+  // Fraction of the mass of its corner k that triangle t contributes [1].
   double share(Index t, int k) const { return share_(t, k); }
 
  private:
   struct Element {
     double eigenvalue, tension_eigenvalue, viscous_eigenvalue;  // [1/s^2], [m/kg], [1/s]
-    double safety;                                              // share of the bound [1]
+    double safety;                                              // factor of the stability limit [1]
   };
   void measure(const Team& team, const Points& x, Elasticity& elasticity);
-  // Step of a triangle with the measured strain and these phases.
+  // Step of a triangle with the measured strain and the given phases [s].
   double step(Index t, const LimitPhases& phases, double safety) const;
   double largest_of_phases(Index t, const LimitPhases& phases) const;
   LimitPhases phases_at(Index t, const Points& green) const;
 
   const ClothModel& model_;
-  std::vector<LimitModes> limits_;  // (m) or empty
+  std::vector<LimitModes> limits_;  // (m) modes of the limit potential; empty: none
   std::vector<Mat3>
       limit_products_;  // (m) or empty: stiffness of the second phases over mass [1/s^2]
   std::vector<Element> elements_;

@@ -11,8 +11,9 @@ namespace loomstone {
 
 namespace {
 
-// Triangles of a patch. Triangles that follow one another are neighbours on the mesh. Our choice:
-// small enough for graded meshes, large enough that most neighbours are in the same patch.
+// Number of triangles in a patch. A patch consists of consecutive triangles, which are neighbours
+// in the mesh. Our choice: small enough for graded meshes, large enough that most neighbours are in
+// the same patch.
 constexpr Index patch = 64;
 
 double longest_step(double eigenvalue, double damping, double safety) {
@@ -34,7 +35,7 @@ BendingMesh::BendingMesh(const ClothModel& model, const ClothModel::BendingPart&
 BendingGroup::BendingGroup(const BendingMesh& mesh, const std::vector<Index>& acting,
                            const std::vector<double>& factors) {
   BendingSubset subset = bending_subset(mesh.part.setup, mesh.edges, acting);
-  std::size_t next = 0;  // subset and `acting` are in the same order
+  std::size_t next = 0;  // the subset lists its acting triangles in the order of `acting`
   for (std::size_t t = 0; t < subset.setup.acts.size() && !factors.empty(); ++t)
     if (subset.setup.acts[t]) subset.setup.rigidity[t] *= factors[next++];
   vertices_ = std::move(subset.vertices);

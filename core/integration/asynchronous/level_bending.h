@@ -1,4 +1,5 @@
-// Bending in parts, each with the triangles of one level of nested steps and their neighbours.
+// Bending evaluated in groups of triangles. Each group contains the triangles of one level of
+// nested steps, and their neighbours.
 #pragma once
 
 #include <memory>
@@ -18,7 +19,7 @@ struct BendingMesh {
   BendingMesh(const ClothModel& model, const ClothModel::BendingPart& part);
 };
 
-// The bending of some triangles of a mesh, which act at the same times.
+// The bending of a group of triangles that have their events at the same times.
 class BendingGroup {
  public:
   // `acting` lists triangles of the part in ascending order. `factors` multiply their forces; they
@@ -27,11 +28,12 @@ class BendingGroup {
                const std::vector<double>& factors = {});
 
   const std::vector<Index>& vertices() const { return vertices_; }
-  double eigenvalue(const Vector& mass) const;  // largest of M^-1 K at rest [1/s^2]
-  double damping() const { return damping_; }   // largest beta [s]
+  double eigenvalue(const Vector& mass) const;  // largest eigenvalue of M^-1 K at rest [1/s^2]
+  double damping() const { return damping_; }   // largest bending damping beta [s]
 
-  // A kick by the forces times h [s]. Damping acts on the present velocities if `start` is true, or
-  // else on the mean velocities over the time `since` the last kick [s].
+  // A change of velocities by the forces times h [s]. If `start` is true, damping acts on the
+  // present velocities. Otherwise, it acts on the mean velocities over the time `since` [s] since
+  // the last kick.
   struct Kick {
     double h, since;
     bool start;
@@ -48,7 +50,7 @@ class BendingGroup {
   std::vector<Index> vertices_;
   std::unique_ptr<Bending> bending_;
   double damping_ = 0.0;
-  bool known_ = false;  // force_ is that at x_
+  bool known_ = false;  // true: force_ contains the forces at x_
   Points x_, last_, rate_, force_;
 };
 
@@ -63,15 +65,15 @@ Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& me
 Vector mean_of_patches(const Vector& steps);
 
 // Groups of all bending parts by the level of their triangles. Undamped groups also include the
-// triangles of finer levels, so that one group acts in an event and angles are evaluated once. The
-// forces of these triangles are multiplied by the ratio of their step to that of the group.
+// triangles of finer levels. Only one group then acts in an event, and angles are evaluated once.
+// The forces of these triangles are multiplied by the ratio of their step to that of the group.
 class LevelGroups {
  public:
   LevelGroups() = default;
   LevelGroups(const std::vector<BendingMesh>& meshes, const std::vector<std::uint8_t>& levels);
 
-  // Calls visit(group, level) for all groups, or for those that act in an event of the levels >=
-  // first, with the level of their steps.
+  // for_all() calls visit(group, level) for every group, where `level` determines the step of the
+  // group. for_event() does so only for the groups that act in an event of the levels >= first.
   template <class Visit>
   void for_all(Visit&& visit) {
     for (Member& member : groups_) visit(member.group, member.level);

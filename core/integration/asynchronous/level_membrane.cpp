@@ -13,7 +13,7 @@ constexpr Index lanes = 8;
 constexpr Index batches_per_range = 32;
 
 // Returns the triangles in the order of their levels, finest first. If the last batch of a level is
-// not full, the next triangles fill it and are raised to this level.
+// not full, the next triangles fill it, and their levels are raised to this level.
 std::vector<Index> sort_by_level(std::vector<std::uint8_t>& levels) {
   std::vector<Index> order(levels.size());
   std::iota(order.begin(), order.end(), 0);

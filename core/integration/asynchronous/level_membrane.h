@@ -1,5 +1,6 @@
-// Membrane whose triangles are sorted by the levels of nested steps, finest first. A level is a
-// range of batches, and the events of a tick are those of the first levels.
+// Membrane whose triangles are sorted by the levels of nested steps, finest first. Each level is a
+// range of batches. The triangles that have an event at a tick are those of the finest levels, so
+// they are the first batches.
 #pragma once
 
 #include <vector>
@@ -11,7 +12,7 @@ namespace loomstone {
 
 class LevelMembrane {
  public:
-  // Raises some of the levels (m), so that the eight triangles of a batch have the same level.
+  // Raises some entries of `levels` (m) so that the eight triangles of a batch have the same level.
   LevelMembrane(const ClothModel& model, const ElementSteps& steps,
                 const std::vector<LimitModes>& limits, std::vector<std::uint8_t>& levels);
 
@@ -21,16 +22,17 @@ class LevelMembrane {
   // Finest level of the triangles at each vertex (n).
   const std::vector<std::uint8_t>& vertex_levels() const { return vertex_levels_; }
 
-  // Computes the forces of the levels >= first at x. Viscous forces act on the rate of strain at
-  // v, or on the mean rate since the last call for the level if v is null. step_of (levels) [s].
-  // Forces at the end of an interval are also those at the start of the next one.
+  // Computes the forces of the levels >= first at x. Viscous forces depend on the strain rate at v.
+  // If v is null, they depend on the mean strain rate since the last call for the level. step_of
+  // (levels) contains the step of each level [s]. Forces at the end of an interval are reused at
+  // the start of the next one.
   void measure(const Team& team, int first, const Points& x, const Points* v,
                const std::vector<double>& step_of);
-  // Latest phases of the strain limits of each triangle (m) since the last call; empty without
-  // limits.
+  // Returns the highest phases of the strain limits of each triangle (m) since the last call; empty
+  // without limits.
   std::vector<LimitPhases> take_phases();
-  // Impulse on a vertex in an event of the levels >= first. Each triangle contributes its force and
-  // its share of the load (3) on the vertex, multiplied by the step of its level.
+  // Impulse on a vertex in an event of the levels >= first [N s]. Each triangle contributes its
+  // force and its fraction of the load (3) on the vertex, multiplied by the step of its level.
   Vec3 impulse(Index vertex, int first, const double* load,
                const std::vector<double>& step_of) const {
     double sum[3] = {0.0, 0.0, 0.0};
@@ -51,8 +53,8 @@ class LevelMembrane {
 
   struct Slot {
     Index force;   // index of the force in forces_
-    int level;     // of the triangle
-    double share;  // of the triangle in the mass of the vertex
+    int level;     // level of the triangle
+    double share;  // fraction of the vertex's mass that the triangle contributes [1]
   };
   void find_rates(const Team& team, int level, const Points& x, double step);
 
@@ -62,10 +64,10 @@ class LevelMembrane {
   std::vector<Index> batch_end_;  // (levels) end of the batches of a level, which begin where those
                                   // of the next finer level end
   std::vector<Index> slot_start_;
-  std::vector<Slot> slots_;  // of each vertex, finest level first
+  std::vector<Slot> slots_;  // triangles at each vertex, finest level first
   std::vector<std::uint8_t> vertex_levels_;
   std::vector<double> forces_;
-  Points known_x_;  // positions of all forces, if they are the same for all triangles
+  Points known_x_;  // positions at which all forces were computed, if common to all triangles
   std::vector<std::uint8_t> entered_;  // see membrane::Tables; empty without limits
   // Only if the membrane is viscous: the vertices of the triangles of each level, and their
   // positions at the last event of this level.

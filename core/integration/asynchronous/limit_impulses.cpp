@@ -7,8 +7,9 @@ namespace loomstone {
 
 namespace {
 
-// Largest permitted present strain, beyond which positions change, divided by the largest permitted
-// strain at the next event. [Thomaszewski2010] permits 0.10 and 0.075.
+// Ratio of two bounds on strain: the present strain above which positions are corrected, divided by
+// the predicted strain above which velocities are corrected. In [Thomaszewski2010], these bounds
+// are 0.10 and 0.075.
 constexpr double present_ratio = 4.0 / 3.0;
 
 LimitedCloth limited_cloth(const ClothModel& model) {

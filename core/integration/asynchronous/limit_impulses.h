@@ -1,7 +1,7 @@
-// Strain limits by impulses, [Thomaszewski2010], (4.27)-(4.30). In an event of a triangle its
-// velocities change such that its strain at its next event meets the limits. If its present strain
-// is far beyond them, its positions change, too. Each event has one correction, without iterations.
-// Corrections conserve linear momentum but not energy.
+// Strain limits by impulses, [Thomaszewski2010], (4.27)-(4.30). At an event of a triangle, the
+// velocities of its corners are changed so that its strain at its next event satisfies the limits.
+// If its present strain is far beyond the limits, positions are changed as well. Each event makes
+// one correction, without iterations. Corrections conserve linear momentum but not energy.
 #pragma once
 
 #include <vector>
@@ -17,7 +17,7 @@ class LimitImpulses {
  public:
   LimitImpulses(const ClothModel& model, const Asynchronous& options);
 
-  // Corrects a triangle whose next event follows after `step` [s].
+  // Corrects a triangle whose next event follows after the time `step` [s].
   void correct(Index triangle, double step, Points& x, Points& v);
   // Corrects those of the listed triangles that exceed their limits, one after another. `steps` (m)
   // are the times from now to the next event of each triangle [s].
@@ -26,7 +26,7 @@ class LimitImpulses {
 
  private:
   using Corners = double[9];
-  // Moves the corners so that the strain is within the bounds. Returns false if it is already.
+  // Moves the corners so that the strain is within the bounds. Returns false if it is so already.
   bool limit(Index triangle, const std::vector<limit::Bounds>& bounds, Corners& x) const;
   bool limit_edges(Index triangle, double longest, Corners& x) const;
   bool exceeds(Index triangle, double step, const Points& x, const Points& v) const;
@@ -34,8 +34,8 @@ class LimitImpulses {
   const ClothModel& model_;
   LimitElements elements_;
   std::vector<Index> slot_of_;  // (m) slot of LimitElements; -1: unlimited
-  // (limits) bounds of the strain at the next event, and of the present strain. A limit along edges
-  // has its bound in high[0].
+  // (limits) Bounds of the strain at the next event, and of the present strain. The bound of a
+  // limit on edges is in high[0].
   std::vector<limit::Bounds> predicted_, present_;
   std::vector<std::uint8_t> by_edges_;  // (limits)
   std::vector<std::uint8_t> exceeds_;

@@ -30,16 +30,16 @@ struct LevelVertices {
   }
 };
 
-// Everything that depends on the levels of the triangles.
+// Tables that depend on the levels of the triangles.
 struct Plan {
   double interval = 0.0;             // [s]
-  Index base = 1;                    // the interval has base 2^level steps of a level
-  std::vector<std::uint8_t> wanted;  // (m) levels that the steps of the triangles need
-  std::vector<std::uint8_t> level;   // (m) levels of the triangles, at least those wanted
+  Index base = 1;                    // a level has base * 2^level steps in the interval
+  std::vector<std::uint8_t> wanted;  // (m) coarsest levels that the steps of the triangles permit
+  std::vector<std::uint8_t> level;   // (m) levels of the triangles, not coarser than `wanted`
   std::vector<double> step_of;       // (levels) [s]
   std::unique_ptr<LevelMembrane> membrane;
   std::vector<std::vector<Index>> limited;  // (levels) triangles of each level and the finer ones
-  Vector steps;                             // (m) steps of the levels of the triangles [s]
+  Vector steps;                             // (m) step of the level of each triangle [s]
   LevelGroups groups;
   std::unique_ptr<LevelVertices> vertices;
 
@@ -127,7 +127,7 @@ class NestedIntegrator final : public AsynchronousIntegrator {
     return taken;
   }
 
-  // The base depends only on the steps at rest, so that a resumed run chooses the same base.
+  // The base depends only on the steps at rest, so a resumed run chooses the same base.
   void make_plan(double interval, const Vector& steps) {
     if (interval != plan_.interval) {
       plan_ = {};

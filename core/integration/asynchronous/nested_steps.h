@@ -1,6 +1,6 @@
-// Steps that are nested in a common interval: the interval divided by a base number and by powers
-// of two. All events of a level lie on the ends of the steps of every coarser level, and every
-// level has an event at both ends of the interval.
+// Steps that are nested in a common interval. A step is the interval divided by a base number and
+// by a power of two. Every event of a level is also an event of all finer levels, and every level
+// has an event at both ends of the interval.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace loomstone {
 // Level k has the step interval / (base 2^k).
 struct NestedSteps {
   Index base = 1;
-  std::vector<std::uint8_t> level;  // (m) of each element
+  std::vector<std::uint8_t> level;  // (m) level of each element
 
   double step(double interval, int level) const {
     return interval / (static_cast<double>(base) * static_cast<double>(Index{1} << level));
@@ -28,12 +28,12 @@ inline constexpr int finest_level = 16;
 // finest_level + 1 if no level up to finest_level has such a step.
 int level_below(double interval, Index base, double longest);
 
-// Returns the base with which events take the least time, for the longest steps of the membrane (m)
-// and of bending (m, or empty) [s].
+// Returns the base with which the computation of all events is cheapest. `membrane` (m) and
+// `bending` (m, or empty) contain the longest steps of each triangle [s].
 Index choose_base(double interval, const Vector& membrane, const Vector& bending);
 
-// Takes one interval by kicks and drifts. `finest` is the finest level in use. The system has the
-// functions
+// Integrates one interval by kicks and drifts. `finest` is the finest level in use. The system has
+// the functions
 //   measure(first, start)    computes the forces of the levels >= first; `start`: at the
 //                            start of the interval
 //   kick(first, half)        changes velocities by these forces times the steps of their levels,

@@ -101,7 +101,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     membrane_.add_limits(spread);
     entered_.assign(membrane::entered_stride * limits_.size(), 0);
   }
-  // Phases in events and at the end of the interval.
+  // Returns the highest phases of the strain limits at events and at the end of the interval.
   std::vector<LimitPhases> take_phases() {
     std::vector<LimitPhases> phases;
     if (limits_.empty()) return phases;
@@ -112,7 +112,9 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     return phases;
   }
 
-  // Adds a group for each triangle, or for each run of triangles with the same step.
+  // Adds groups of bending. If `together` is true, each triangle has a group, which acts at the
+  // events of the triangle. Otherwise, each run of triangles with the same step has a group with
+  // events of its own.
   void add_groups(const BendingMesh& mesh, bool together) {
     const auto m = static_cast<Index>(mesh.triangles.size());
     for (Index first = 0, last = 0; first < m; first = last) {
@@ -127,14 +129,14 @@ class QueueIntegrator final : public AsynchronousIntegrator {
       groups_.emplace_back(mesh, acting);
     }
   }
-  // Group that acts in the events of the element; -1: none.
+  // Returns the group that acts in the events of the element; -1: none.
   Index group_at(Index element) const {
     const auto m = static_cast<Index>(group_of_.size());
     return element < m ? group_of_[element] : element - m;
   }
 
-  // Viscous forces act on the mean rate of strain over `duration`, the time since the last event of
-  // the triangle [s].
+  // Computes the force of a triangle. Viscous forces depend on the mean strain rate over
+  // `duration`, the time since the last event of the triangle [s].
   const double* find_force(Index triangle, double duration) {
     membrane::Tables tables = membrane_.tables();
     if (!entered_.empty()) tables.entered = entered_.data();
@@ -166,7 +168,8 @@ class QueueIntegrator final : public AsynchronousIntegrator {
                        [](const auto& group) { return group.damping() > 0; });
   }
   // The positions at the last events of all elements are rows of the state: corners of the
-  // triangles, then vertices of the groups. If they are not known, those at the start are.
+  // triangles, then vertices of the groups. If the state has no such rows or `refill` is true, they
+  // are set to the positions at the start of the interval.
   void begin_damping(bool refill, ClothState& state) {
     if (!damped()) return;
     Points& rows = state.element_positions;
@@ -196,7 +199,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     for (Index e = 0; e < element_step_.size(); ++e)
       element_step_[e] = e < m ? steps[e] : group_step_[e - m];
     const bool refill = options_.schedule == Schedule::Refill;
-    // An element whose step is longer than the interval would have no event.
+    // An element whose step is longer than the interval would otherwise have no event.
     if (refill) element_step_ = element_step_.cwiseMin(interval);
     Points2& clocks = state.element_clocks;
     if (refill || clocks.rows() != element_step_.size()) {
@@ -226,11 +229,12 @@ class QueueIntegrator final : public AsynchronousIntegrator {
 
   Membrane membrane_;
   std::vector<double> forces_;
-  Points rates_;                       // (n x 3) if the membrane is viscous
+  // (n x 3) mean velocities [m/s], used if the membrane is viscous
+  Points rates_;
   std::vector<std::uint8_t> entered_;  // see membrane::Tables; empty without limits
   std::vector<BendingGroup> groups_;
-  Vector own_;                      // (m) steps of bending if it has events of its own [s]
-  std::vector<Index> group_of_;     // (m) group in the events of each triangle; -1: none
+  Vector own_;                      // (m) steps of bending [s]; empty: it acts at membrane events
+  std::vector<Index> group_of_;     // (m) group that acts at the events of each triangle; -1: none
   std::vector<double> group_step_;  // steps of the groups with events of their own [s]
 
   // Within an interval: state, time to which each vertex and each body has moved, and steps of the

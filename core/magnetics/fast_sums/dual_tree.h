@@ -14,8 +14,8 @@
 
 namespace loomstone {
 
-// Number of subtrees that are traversed as separate tasks. It does not depend on the number of
-// threads.
+// Approximate number of subtrees that are traversed as separate tasks. It does not depend on the
+// number of threads.
 inline constexpr std::size_t most_tasks = 256;
 
 // Returns the rows in the order of a tree.

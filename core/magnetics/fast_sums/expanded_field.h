@@ -36,7 +36,7 @@ class ExpandedField {
     Vec3 centre;
     double radius;  // radius of the bounding sphere about the centre [m]
     Index children[2] = {-1, -1};
-    Index group = -1;  // index of a leaf's group
+    Index group = -1;  // index of the group of a leaf, -1 for other nodes
   };
   struct Sorted {
     std::vector<TaylorExpansion::Far> far;

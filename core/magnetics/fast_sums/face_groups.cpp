@@ -6,9 +6,10 @@ namespace loomstone {
 
 namespace {
 
-// A table of eight faces has rows for the three corners, unit normal, twice the area and charge / 4
-// pi. Rows for the three edges follow: two ends, length, charge / 4 pi times the in-plane normal of
-// the edge, and charge / 4 pi times the normal of the face.
+// Let q be the surface charge density of a face divided by 4 pi. A table of eight faces has rows
+// for the three corners, the unit normal, twice the area, and q. Rows for each of the three edges
+// follow: both ends, the length, q times the in-plane normal of the edge, and q times the normal of
+// the face.
 constexpr int face_rows = 14, edge_rows = 13, group_size = (face_rows + 3 * edge_rows) * n_lanes;
 
 template <class Lanes>

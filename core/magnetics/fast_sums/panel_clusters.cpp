@@ -26,7 +26,7 @@ struct Nodes {
   std::vector<double> at, weights;  // positions [m], and barycentric weights [BerrutTrefethen2004]
 
   Nodes(double low, double high, double size) {
-    constexpr double flat = 1e-9;  // in units of the body's size
+    constexpr double flat = 1e-9;  // longest edge that counts as zero, in units of `size`
     const int n = high - low > flat * size ? n_nodes : 1;
     for (int k = 0; k < n; ++k) {
       const double angle = (2 * k + 1) * pi / (2 * n);

@@ -14,7 +14,7 @@ namespace loomstone {
 struct PanelCluster {
   Vec3 centre;                   // of the bounding box [m]
   double radius = 0.0;           // half the diagonal of the bounding box [m]
-  double reach = 0.0;            // largest reach of a panel [m]
+  double reach = 0.0;            // largest FlatPanel::reach of its panels [m]
   Index begin = 0, end = 0;      // range of its panels in the order of the clusters
   Index children[2] = {-1, -1};  // -1 for a leaf
   Points nodes;                  // [m]
@@ -57,17 +57,17 @@ class PanelClusters {
 };
 
 // A grid of one body and a grid of another body that interact. The charges on both grids contain
-// the factor `share` of Richardson extrapolation.
+// the factor `share`, which is the weight of the grids in Richardson extrapolation.
 struct GridPair {
   PanelGrid one, other;
   double share = 1.0;
 };
 // Returns the pairs of grids through which two bodies interact. If the grids of both bodies have
-// equal shares in Richardson extrapolation, each grid interacts only with the corresponding grid of
-// the other body, and the solutions of the coupled problem are extrapolated. Otherwise, the grids
-// of each body are combined into one, and every grid receives the field of the extrapolated charge.
-// GMRES then needs more iterations, because charge that only some grids resolve is multiplied by
-// shares of up to 3.6.
+// equal weights in Richardson extrapolation, each grid interacts only with the corresponding grid
+// of the other body, and the solutions of the coupled problem are extrapolated. Otherwise, the
+// grids of each body are combined into one, and every grid receives the field of the extrapolated
+// charge. GMRES then needs more iterations, because charge that only some grids resolve is
+// multiplied by weights of up to 3.6.
 std::vector<GridPair> interacting_grids(const PanelSet& one, const PanelSet& other);
 
 // For each cluster of `on`, `far` lists the clusters of `by` with which it interacts by nodes. For

@@ -43,7 +43,7 @@ PointTree make_point_tree(const ConstPointsRef& points, Index leaf_size) {
       };
       std::nth_element(tree.order.begin() + begin, tree.order.begin() + middle,
                        tree.order.begin() + end, before);
-      tree.cells[self].children[0] = middle;  // start of the second half until the children exist
+      tree.cells[self].children[0] = middle;  // temporarily stores the start of the second half
       open.push_back(self);
     }
   };

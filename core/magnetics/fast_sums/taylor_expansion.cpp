@@ -13,7 +13,7 @@ using Derivative = TaylorTables::Derivative;
 using Trace = TaylorTables::Trace;
 using Shift = TaylorTables::Shift;
 
-constexpr int most_places = 680;  // number of multi-indices of order 14
+constexpr int most_places = 680;  // number of multi-indices up to degree 14
 constexpr int most_slim = 225;
 
 // Computes x^k / k! for the first `n` multi-indices k in the order of TaylorTables.
@@ -119,8 +119,8 @@ LOOMSTONE_INLINE void lane_derivatives(FarTables t, const Lanes* r, Lanes* d) {
     d[t.traces[i].target] = -d[t.traces[i].first] - d[t.traces[i].second];
 }
 
-// Returns the sum of moments m[k] times derivatives d[place] over k = 1 ... last - 1, accumulated
-// in four partial sums.
+// Returns the sum of m[k] d[place[k - 1]] over k = 1 ... last - 1, where m are moments and d are
+// derivatives. The sum is accumulated in four partial sums.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes lane_products(const Lanes* m, int last, const Lanes* d,
                                      const std::uint16_t* place) {

@@ -5,9 +5,10 @@
 //          = sum_n L_n (x - b)^n / n!,    L_n = sum_m M_m D_{n+m}(b - a),     near b.
 // The sums are truncated at |n| + |m| <= order. This truncation is symmetric in the two cells, so
 // the forces between them are equal and opposite at any order [Dehnen2002]. Because 1/r is
-// harmonic, M_{..z+2} can be folded into -M_{x+2..} and -M_{y+2..}, and all of L follows from its
-// components with a z exponent of at most 1. This leaves (order + 1)^2 numbers, as many as in a
-// spherical-harmonic expansion.
+// harmonic, a moment with a z exponent of at least 2 can be subtracted from two other moments. In
+// these, the z exponent is lower by 2, and the x or the y exponent is higher by 2. All of L follows
+// from its components with a z exponent of at most 1. This leaves (order + 1)^2 numbers, as many as
+// in a spherical-harmonic expansion.
 #pragma once
 
 #include "core/magnetics/fast_sums/taylor_tables.h"
@@ -21,8 +22,8 @@ class TaylorExpansion {
   explicit TaylorExpansion(int order) : tables_(order) {}  // order: 3 ... highest_order
 
   int order() const { return tables_.order; }
-  // Return the number of components of an expansion. Moments have z exponents of at most 1, and
-  // local coefficients have any z exponent. Components are sorted by degree.
+  // These functions return the number of components of an expansion. Moments have z exponents of at
+  // most 1, and local coefficients have any z exponent. Components are sorted by degree.
   int moments_size() const { return static_cast<int>(tables_.slim.size()); }
   int local_size() const { return static_cast<int>(tables_.powers.size()); }
 

@@ -27,8 +27,8 @@ class MultiIndices {
     const Exponents &first = all_[a], &second = all_[b];
     return place(first.n[0] + second.n[0], first.n[1] + second.n[1], first.n[2] + second.n[2]);
   }
-  // Lowers one exponent, that of `axis`, by `by`. Returns the place of the resulting multi-index,
-  // or 0 if there is none.
+  // Lowers the exponent of `axis` by `by`. Returns the place of the resulting multi-index, or 0 if
+  // there is none.
   int less(int at, int axis, int by) const {
     int n[3] = {all_[at].n[0], all_[at].n[1], all_[at].n[2]};
     n[axis] -= by;
@@ -60,7 +60,8 @@ MultiIndices add_places(TaylorTables& t) {
   return indices;
 }
 
-// Recurrence for D_n = d^n (1/r) with k = |n|:
+// Recurrence for D_n = d^n (1/r) at the point x, with k = |n| and the unit multi-index e_i of axis
+// i:
 //   k r^2 D_n + (2 k - 1) sum n_i x_i D_{n - e_i} + (k - 1) sum n_i (n_i - 1) D_{n - 2 e_i} = 0
 TaylorTables::Derivative derivative(const MultiIndices& indices, int at) {
   const int degree = indices[at].degree();

@@ -31,11 +31,12 @@ constexpr Setting settings[] = {{3, 0.7, 2e-2},  {4, 0.65, 7e-3},   {5, 0.6, 2.5
                                 {9, 0.52, 6e-5}, {9, 0.5, 4e-5},    {10, 0.45, 8e-6},
                                 {11, 0.4, 1e-6}, {13, 0.4, 1e-7},   {14, 0.35, 7e-9}};
 constexpr int n_settings = 12;
-constexpr double spare = 0.75;  // safety factor for sets with slightly larger errors
+constexpr double spare = 0.75;  // safety factor for dipole sets with slightly larger errors
 // Minimum number of observers for which controlled() first tests a setting on the leaves that
 // contain samples. At 100,000 observers, the test takes a tenth of the time of a pass, and at more
 // observers a smaller share. In a tenth of the cases, the setting is not accurate enough, and the
-// test saves a whole pass. The test therefore pays off beyond 100,000 observers.
+// test saves a whole pass. The test therefore pays off beyond 100,000 observers. The limit is twice
+// as large.
 constexpr Index worth_a_look = 200000;
 
 // Marks the cells that contain any of the rows.
@@ -109,7 +110,7 @@ template <class Pass>
 bool controlled(double tolerance, const PointTree& observers, const std::vector<Index>& samples,
                 Pass&& pass) {
   const bool look = static_cast<Index>(observers.order.size()) >= worth_a_look;
-  std::vector<std::uint8_t> cells;  // empty for all cells
+  std::vector<std::uint8_t> cells;  // empty: all cells
   if (look) cells = cells_of(observers, samples);
   double wanted = spare * tolerance;
   for (int i = 0; i < n_settings; ++i) {
@@ -220,7 +221,7 @@ Wrenches treecode_forces(const Team& team, const Points& positions, const Points
                            Vec3(at(v.near, 0), at(v.near, 1), at(v.near, 2));
         const Index row = tree.order[leaf.cell.begin + i];
         result.forces.row(row) = force.transpose();
-        result.torques.row(row) = q.cross(field).transpose();  // (6.11)
+        result.torques.row(row) = q.cross(field).transpose();  // (6.11) of [Thomaszewski2010]
         result.energies[row] = -q.dot(field);
       }
     };

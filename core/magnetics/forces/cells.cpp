@@ -140,7 +140,8 @@ std::vector<Index> CellMagnet::front(const Vec3& low, const Vec3& high,
     open.pop_back();
     const Cell& cell = cells_[index];
     const Vec3 edges = cell.high - cell.low;
-    const double wanted = separation_ * edges.maxCoeff();  // r_c of (6.19)
+    // This is r_c in (6.19) of [Thomaszewski2010] [m].
+    const double wanted = separation_ * edges.maxCoeff();
     const double spheres =
         (0.5 * (cell.low + cell.high) - other_middle).norm() - 0.5 * edges.norm() - other_radius;
     if (cell.children[0] < 0 || spheres >= wanted ||

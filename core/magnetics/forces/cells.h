@@ -2,7 +2,8 @@
 // bounding box. Cells are bisected along their longest axis until they reach a given density. A
 // leaf of volume v is dropped if it is closer to the surface than half its diameter v^(1/3). Cells
 // without leaves are dropped too. The moments of the cells at each level add up to that of the
-// magnet. For each pair of bodies, (6.19) selects a front of cells.
+// magnet. For each pair of bodies, equation (6.19) selects the cells that interact. These cells are
+// called the front.
 //
 // There are three differences from [Thomaszewski2010]. The position of a cell is the mean of its
 // leaves, not the centre of its box. In (6.19), a cell with longest edge e has the density 1/e^3,

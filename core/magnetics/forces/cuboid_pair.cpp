@@ -1,9 +1,10 @@
 // With G such that d^2/dx^2 d^2/dy^2 d^2/dz^2 G = 1/R, the force on cuboid 2 is
 //   F_k = - 1/(4 pi mu0) sum_ij J1_i J2_j sum over corners s1 s2 T_ijk(R),   T_ijk = d_i d_j d_k G.
-// R is the arm, the vector from a corner of cuboid 1 to a corner of cuboid 2. s1 and s2 are the
-// products of the signs of the corners' coordinates. For torques, T is replaced by y_a T - U, where
-// y_a is the lever along axis a about the centre of cuboid 2 and dU/dR_a = T. On faces normal to
-// axis a (a = j), the lever is constant and U is zero.
+// J1 and J2 are the polarisations, and d_i is the derivative along axis i. R is the arm, the vector
+// (x, y, z) from a corner of cuboid 1 to a corner of cuboid 2. s1 and s2 are the products of the
+// signs of the corners' coordinates. For torques, T is replaced by y_a T - U, where y_a is the
+// lever along axis a about the centre of cuboid 2 and dU/dR_a = T. On faces normal to axis a (a =
+// j), the lever is constant and U is zero.
 #include "core/magnetics/forces/cuboid_pair.h"
 
 #include <algorithm>
@@ -170,8 +171,8 @@ LOOMSTONE_INLINE void corner_sums(const CuboidPair& pair, double* force, double*
   for (int k = 0; k < 9; ++k) levers[k] += sum_in_order(moments[k]);
 }
 
-// Moves cuboids that overlap apart, along the axis of least overlap, until they touch. The force
-// between faces jumps where they pass through each other.
+// Separates overlapping cuboids along the axis of least overlap until they touch. The force between
+// faces jumps where they pass through each other.
 void separate(CuboidPair& pair) {
   int axis;
   const Vec3 most = pair.a + pair.b;

@@ -202,7 +202,8 @@ void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bo
   }
 }
 
-// Returns the pairs i < k of bodies that exert forces on one another and are both not in `done`.
+// Returns the pairs i < k of bodies that exert forces on one another and of which neither is in
+// `done`.
 std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& bodies,
                                               const std::vector<Index>& carrier,
                                               const std::vector<bool>& done) {

@@ -9,7 +9,7 @@
 
 namespace loomstone {
 
-// Returns whether two bodies share a region deeper than 1e-6 of their sizes, an allowance for
+// Returns whether two bodies overlap by more than 1e-6 of their sizes. This tolerance allows for
 // rounding. Bodies may touch. Dipoles, currents and cells fill no space. The test is exact for
 // pairs of cuboids and for spheres. For other pairs, about 300 points on the surface of each are
 // tested.

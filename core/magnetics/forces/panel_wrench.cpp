@@ -23,7 +23,7 @@ void add_force(const Vec3& position, double charge, const Vec3& field, Wrench& s
 // `on`.
 struct GridWrenches {
   const PanelClusters &on, &by;
-  const RigidPose& pose;  // of `on` in the axes of `by`
+  const RigidPose& pose;  // pose of `on` in the axes of `by`
   std::vector<Vector> on_charges;
   Vector by_charges;
   std::vector<Wrench> sums;

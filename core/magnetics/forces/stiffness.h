@@ -2,7 +2,7 @@
 // must resolve. Every magnet is approximated by dipoles at the centres of nearly cubic parts. A
 // coil is treated as the magnet that fills its bore. At a distance r, the derivative of the force
 // between two dipoles is at most 24 mu0/4pi m m' / r^5, and that of the torque at most 2 mu0/4pi m
-// m' / r^3. Dipoles of solid magnets come no closer than the size of their parts.
+// m' / r^3. If r is less than the mean size of the two parts, this size replaces it.
 #pragma once
 
 #include <memory>
@@ -21,10 +21,10 @@ struct CoarseMagnet {
 
 CoarseMagnet coarse_magnet(const Source& source);
 
-// Rigid body that carries magnets. With zero inverse mass and inertia it is fixed.
+// Rigid body that carries magnets. It is fixed if its inverse mass and inverse inertia are zero.
 struct Carrier {
   double inverse_mass = 0.0;     // [1/kg]
-  double inverse_inertia = 0.0;  // largest value about `centre` [1/(kg m^2)]
+  double inverse_inertia = 0.0;  // largest inverse moment of inertia about `centre` [1/(kg m^2)]
   Vec3 centre = Vec3::Zero();    // [m]
 };
 

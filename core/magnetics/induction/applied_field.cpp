@@ -203,8 +203,8 @@ class Refinement {
   const AppliedSources& sources_;
   Mat3 rotation_;
   AppliedField result_;
-  std::vector<Judged> panels_, leaves_;  // for each panel and each leaf
-  std::vector<std::size_t> fresh_;       // leaves to judge in this round
+  std::vector<Judged> panels_, leaves_;  // estimates for each panel and each leaf
+  std::vector<std::size_t> fresh_;       // leaves without an estimate
 };
 
 }  // namespace

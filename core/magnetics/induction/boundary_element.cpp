@@ -12,8 +12,8 @@ namespace loomstone {
 
 namespace {
 
-// If two panels are farther apart than this multiple of the sum of their reaches, the flux between
-// them is computed by quadrature over both.
+// If two panels are farther apart than this multiple of the sum of their FlatPanel::reach, the flux
+// between them is computed by quadrature over both.
 constexpr double near = 3.0;
 
 // Returns log(r - u) without cancellation, where r^2 = u^2 + rest. For r = u, it returns a finite
@@ -24,8 +24,8 @@ double log_below(double r, double u, double rest) {
 
 // Integrals of the normal component of the field over two rectangles [Akoun1984]. u, v and w are
 // coordinate differences between two corners. For parallel rectangles, w is along their normal, and
-// the component is w / r^3. For perpendicular rectangles, u is along the normal of the rectangle in
-// the field, v along the edge direction of both, and the component is u / r^3.
+// the component is w / r^3. For perpendicular rectangles, u is along the normal of the rectangle
+// that receives the flux, v is along the edge direction of both, and the component is u / r^3.
 double parallel_kernel(double u, double v, double w) {
   const double r = std::sqrt(u * u + v * v + w * w);
   return -u * w * log_below(r, u, v * v + w * w) - v * w * log_below(r, v, u * u + w * w) +

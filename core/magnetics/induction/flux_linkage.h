@@ -9,8 +9,9 @@
 
 namespace loomstone {
 
-// Location of those parts of a body that are level with the turns of a winding. A body that reaches
-// around the winding has parts in the bore and outside. A body beyond the ends has neither.
+// Location of those parts of a body that are at the height of the turns of a winding. If a body
+// encloses part of the winding, both values are true. If it lies beyond the ends of the winding,
+// both are false.
 struct BesideWinding {
   bool in_bore = false, outside = false;
 };
@@ -19,7 +20,8 @@ struct BesideWinding {
 BesideWinding beside_winding(const MagneticBody& coil, const MagneticBody& body);
 
 // Returns the flux [Wb] of dipoles or of an induced body through all turns of a loop or solenoid
-// that has one ampere per turn. Throws Unsupported if the body reaches around the winding.
+// that has one ampere per turn. Throws Unsupported if the body lies both in the bore and outside
+// the winding.
 double linked_flux(const MagneticBody& coil, const MagneticBody& magnetised);
 
 }  // namespace loomstone

@@ -35,8 +35,9 @@ double distance_to(const MagneticBody& body, const Vec3& point) {
   return nearest;
 }
 
-// Chooses the degree of each sphere. For pairs of close spheres, it rotates both z axes onto the
-// line of centres, because translations along z are cheap.
+// Chooses the degree of the solid harmonics of each sphere, unless the user has given it. For pairs
+// of close spheres, it rotates both z axes onto the line of centres, because translations along z
+// are cheap.
 void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                      double tolerance) {
   struct Near {
@@ -114,9 +115,9 @@ bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, cons
   const double polarization = mu0 * moment.norm() / now.shape->volume();
   if (polarization == 0.0) return false;
   const double chi = original.shape->susceptibility(), field = applied.dot(moment.normalized());
-  // Let H_0 be the applied field and N the demagnetisation factor. H = H_0 - N M and
-  // M = chi H / (1 + chi H / M_s) give N x^2 - (1/chi + N + h) x + h = 0, where x = M / M_s and
-  // h = H_0 / M_s.
+  // Let H_0 be the applied field, N the demagnetisation factor and M_s the saturation
+  // magnetisation. H = H_0 - N M and M = chi H / (1 + chi H / M_s) give N x^2 - (1/chi + N + h) x +
+  // h = 0, where x = M / M_s and h = H_0 / M_s.
   const double n = (field - polarization / now.shape->susceptibility()) / polarization;
   const double h = field / original.saturation, b = 1.0 / chi + n + h;
   const double x = 2.0 * h / (b + std::sqrt(std::max(b * b - 4.0 * n * h, 0.0)));

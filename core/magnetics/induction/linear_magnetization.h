@@ -12,7 +12,7 @@
 namespace loomstone {
 
 struct Induction {
-  std::vector<MagneticBody> bodies;  // with their charge; spheres may be rotated
+  std::vector<MagneticBody> bodies;  // with induced charge; spheres may be rotated
   double residual = 0.0;             // relative residual of the linear system [1]
   int iterations = 0;                // number of GMRES iterations
 };

@@ -98,8 +98,8 @@ bool coincide(const Winding& a, const Winding& b, const RigidPose& between) {
 
 double mutual_inductance(const MagneticBody& a, const MagneticBody& b, double tolerance) {
   const Winding wa = winding_of(a), wb = winding_of(b);
-  // The potential is integrated along the shorter winding. Loops have the length 0. If both
-  // lengths are equal, the winding with the smaller radius is taken.
+  // The potential is integrated along the shorter winding. Loops have the length 0. If both lengths
+  // are equal, the potential is integrated along the winding with the smaller radius.
   const bool along_a = wa.length != wb.length ? wa.length < wb.length : wa.radius <= wb.radius;
   const MagneticBody &on = along_a ? a : b, &by = along_a ? b : a;
   const RigidPose pose = relative_pose(on.pose, by.pose);

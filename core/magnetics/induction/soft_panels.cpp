@@ -21,8 +21,8 @@ namespace {
 
 // Number of points in each direction of a panel at which the field is sampled and forces act.
 constexpr int points_a_direction = 3;
-constexpr Index most_panels = 8000;          // a matrix of 0.5 GB
-constexpr Index most_cuboid_panels = 24000;  // eight matrices of 3000 x 3000, 0.6 GB
+constexpr Index most_panels = 8000;          // limits the matrix to 0.5 GB
+constexpr Index most_cuboid_panels = 24000;  // limits the eight matrices to 0.6 GB
 
 // One grid on the surface, its matrix, and its weights in the extrapolated response and in the
 // estimate of the error.

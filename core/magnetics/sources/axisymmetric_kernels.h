@@ -8,7 +8,7 @@
 
 namespace loomstone {
 
-inline constexpr double on_surface = 1e-12;  // tolerance in radii
+inline constexpr double on_surface = 1e-12;  // distance that counts as zero [radii]
 
 // Cylindrical coordinates. The distance rho from the axis, beyond = rho - 1 and the height z are in
 // units of the radius. The cosine and sine are those of the azimuth, which is 0 on the axis.

@@ -30,7 +30,7 @@ struct LoopTerms {
 template <class Lanes>
 struct SheetTerms {
   Lanes bz, br, br_over_rho, t;
-  Lanes dz_bz, dz_br, w;  // w = -dt / drho
+  Lanes dz_bz, dz_br, w;  // w: minus the derivative of t along rho
 };
 
 template <class Lanes>

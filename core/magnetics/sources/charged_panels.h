@@ -15,7 +15,7 @@
 namespace loomstone {
 
 // One of several grids on the surface of a body. Richardson extrapolation superposes their charges,
-// each multiplied by the grid's share.
+// each multiplied by the grid's weight `share`.
 struct PanelGrid {
   Index begin = 0, end = 0;  // range of its panels
   double share = 1.0;
@@ -23,8 +23,8 @@ struct PanelGrid {
 
 // Panels of a body, without their charge.
 struct PanelSet {
-  // Distance from a panel's centre, in units of its reach, beyond which four points replace the
-  // closed form. Their relative error there is 2e-4.
+  // Distance from a panel's centre, in units of FlatPanel::reach, beyond which four points replace
+  // the closed form. Their relative error there is 2e-4.
   static constexpr double near = 5.0;
 
   // `order` is the number of sample points in each direction of a panel.
@@ -90,7 +90,7 @@ class ChargedPanels final : public Source {
   Vector charge_errors() const override;
   SourcePtr panel_means() const override { return fine_.panel_means; }
   const PanelSet& set() const { return *set_; }
-  const Vector& uniform_charges() const { return charges_; }  // of panels, mu0 sigma [T]
+  const Vector& uniform_charges() const { return charges_; }  // mu0 sigma of each panel [T]
   // Returns the estimated errors of mu0 sigma on each panel [T], or an empty vector if they are
   // unknown.
   const Vector& panel_errors() const { return fine_.errors; }

@@ -187,7 +187,7 @@ Wrenches dipole_forces(const Team& team, const Points& positions, const Points& 
           const Vec3 field(b[j], b[padded + j], b[2 * padded + j]),
               own = moments.row(i).transpose();
           result.forces.row(i) = Vec3(f[j], f[padded + j], f[2 * padded + j]).transpose();
-          result.torques.row(i) = own.cross(field).transpose();  // (6.11)
+          result.torques.row(i) = own.cross(field).transpose();  // (6.11) of [Thomaszewski2010]
           result.energies[i] = -own.dot(field);
         }
       },

@@ -48,7 +48,7 @@ LOOMSTONE_INLINE EdgeTerms<Lanes> edge_terms(const Lanes3<Lanes>& p, const T* e,
 }
 
 // Gradients of an edge's logarithm and of its contribution to the solid angle. The gradient of this
-// contribution equals the field of a unit current along the edge.
+// contribution is proportional to the field of a current along the edge.
 template <class Lanes>
 struct EdgeGradients {
   Lanes3<Lanes> log, angle;

@@ -105,10 +105,10 @@ struct HalfEdge {
 // numbers of two grids have the same ratio along all edges, as extrapolation requires.
 std::array<HalfEdge, 3> half_edges(const Vec3& size) {
   // Largest width of panels far from the ends, relative to the width in the middle of the shortest
-  // edge. With 1.9 instead, the largest error beside magnets is four times as large.
+  // edge. With 1.9 instead of 1.38, the largest error next to magnets is four times as large.
   constexpr double widest = 1.38;
-  // Largest number of panels in an octant, in units of (cells / 2)^2. Each face of a cube has this
-  // number of panels in an octant.
+  // Largest number of panels in an octant, in units of (cells / 2)^2, which is the number of panels
+  // on a quarter of a cube's face.
   constexpr int most_panels = 19;
   std::array<HalfEdge, 3> edges;
   for (int axis = 0; axis < 3; ++axis) {

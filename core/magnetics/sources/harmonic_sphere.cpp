@@ -218,10 +218,10 @@ Vec3 HarmonicSphere::moment() const {
               coefficients_[SphericalHarmonics::slot(1, 0)]);
 }
 
-// The error is the sum of a geometric series that continues the terms, times the degree, a factor
-// found by measurement. The sum is the last term times r / (1 - r). The ratio r is the square of
-// |last term| / |term before it|, because the force on a term decays with the square of its norm.
-// If there is only one degree, the error is its term.
+// The error is the degree times the sum of a geometric series that continues the terms. The factor
+// `degree` was found by measurement. The sum is the last term times r / (1 - r). The ratio r is the
+// square of |last term| / |term before it|, because the contribution of a term to the force decays
+// as the square of its norm. If there is only one degree, the error is its term.
 Vector HarmonicSphere::charge_errors() const {
   const int last = series_->degree();
   const auto at = [](int l) { return SphericalHarmonics::slot(l, 0); };

@@ -104,7 +104,8 @@ LOOMSTONE_INLINE Lanes3<Lanes> panel_field(const Lanes3<Lanes>& p, const double*
           lanes_select(beside, exact.z / (4.0 * pi), h.z)};
 }
 
-// Tables of all panels of a set, and the radius of their bounding sphere about the origin [m].
+// Tables of consecutive panels of a set, and the radius of the set's bounding sphere about the
+// origin [m].
 struct PanelTables {
   const double* tables;
   Index panels;

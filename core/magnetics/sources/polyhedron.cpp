@@ -59,7 +59,8 @@ LOOMSTONE_INLINE void field_kernel(SurfaceTables surface, const double* j, const
 }
 
 // Computes gradients from the edges alone, with Omega and L of polyhedron.h. The gradient of Omega
-// is the field of a unit current along the boundary of the face. That of L is a rational function.
+// is proportional to the field of a current along the boundary of the face. That of L is a rational
+// function.
 template <class Lanes>
 LOOMSTONE_INLINE void gradient_kernel(const double* edges, Index n_edges, double radius,
                                       const double* points, Index n, double* out) {

@@ -1,8 +1,8 @@
 // Uniformly magnetised polyhedra, modelled by the surface charge J.n on their faces. They are
 // closed triangle meshes or cuboids. Cuboids need fewer terms.
 //
-// A face with charge sigma contributes sigma/4pi [n Omega + sum over its edges of m L] to the
-// field. Omega is the solid angle of the face seen from the point, positive on the side of its
+// A face with charge density sigma contributes sigma/4pi [n Omega + sum over its edges of m L] to
+// the field. Omega is the solid angle of the face seen from the point, positive on the side of its
 // normal n. m is the outward normal of an edge in the plane of the face. An edge of length l with
 // distances r1, r2 to its ends has L = log((r1 + r2 + l) / (r1 + r2 - l)) [Wilton1984]. The
 // contributions of the two faces at an edge are added in advance, so edges between coplanar faces
@@ -55,12 +55,13 @@ class Polyhedron : public Source {
   Triangles triangles_;
   Vec3 polarization_;
   double radius_ = 0.0, volume_ = 0.0;
-  // (m x 16) Kernel data of each face: three corners, unit normal, twice the area, charge / 4 pi
-  // [m, m^2, T]. The last two columns are unused.
+  // (m x 16) Kernel data of each face: three corners [m], unit normal, twice the area [m^2], and
+  // sigma / 4 pi [T]. The last two columns are unused.
   std::vector<double> faces_;
-  // (k x 14) Kernel data of each edge: two ends, length, and two sums over the faces at the edge
-  // (m and n as above): charge/4pi times m, and charge/4pi times n with the sign of the edge's
-  // direction in the face. The last column is unused.
+  // (k x 14) Kernel data of each edge: two ends, length, and two sums over the faces at the edge,
+  // in the symbols at the top of this file. The first is the sum of sigma/4pi m. The second is the
+  // sum of sigma/4pi n, with the sign of the edge's direction in the face. The last column is
+  // unused.
   std::vector<double> edges_;
   mutable std::once_flag once_;
   mutable std::optional<MultipoleExpansion> far_;

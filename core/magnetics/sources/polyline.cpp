@@ -92,8 +92,9 @@ LOOMSTONE_INLINE void gradient_kernel(Wire wire, const double* points, Index n, 
       const Lanes a1 = -s.i1 * (s.outer * s.i1 * s.i1 + 2.0 * f * s.outer * sum);
       const Lanes dx = a0 * s.r0.x + a1 * s.r1.x, dy = a0 * s.r0.y + a1 * s.r1.y,
                   dz = a0 * s.r0.z + a1 * s.r1.z;
-      // The gradient of f c is c_i f_,j + f c_i,j, which is symmetric when summed over a closed
-      // line. Because c_i,j is antisymmetric, only the symmetric part of c_i f_,j is added.
+      // The gradient of f c has the components c_i f_,j + f c_i,j, where ,j is the derivative along
+      // axis j. Summed over a closed line, it is symmetric. Because c_i,j is antisymmetric, only
+      // the symmetric part of c_i f_,j is added.
       g[0] += s.c.x * dx;
       g[1] += 0.5 * (s.c.x * dy + s.c.y * dx);
       g[2] += 0.5 * (s.c.x * dz + s.c.z * dx);

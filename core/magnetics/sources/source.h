@@ -18,8 +18,9 @@ namespace loomstone {
 // One row-major 3 x 3 matrix dB_i/dx_j per row (n x 9).
 using Gradients = Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor>;
 
-// A block holds n points as separate coordinate arrays x[n], y[n], z[n]; n is a multiple of 8.
-// Fields use the same layout. Symmetric gradients are stored as xx, xy, xz, yy, yz, zz.
+// A block consists of n points, stored as separate coordinate arrays x[n], y[n], z[n]; n is a
+// multiple of 8. Fields use the same layout. Symmetric gradients are stored as xx, xy, xz, yy, yz,
+// zz.
 inline constexpr Index points_per_block = 128;
 
 // B or mu0 H. Inside a magnet of polarisation J, B = mu0 H + J.
@@ -84,8 +85,8 @@ class Source {
   // charge densely enough for integration; for other sources it is empty.
   virtual bool induced() const { return false; }
   virtual std::vector<PanelSample> charges() const { return {}; }
-  // Returns the estimated errors of the first charges() [A m]; the remaining charges have no error.
-  // The vector is empty if there is no estimate.
+  // Returns the estimated errors of the first entries of charges() [A m]. The remaining entries
+  // count as exact. The vector is empty if there is no estimate.
   virtual Vector charge_errors() const { return {}; }
   // Returns the same induced body with the charge on each panel replaced by its mean, or null for
   // other sources and if the charge is already uniform on each panel.

@@ -115,7 +115,8 @@ Vector SphericalHarmonics::values(const Vector& coefficients) const {
   return Eigen::Map<const Vector>(rings.data(), rings.size());
 }
 
-// With the unnormalised harmonics S and R of multipole_expansion.h and d along +z,
+// With the unnormalised harmonics S (multipole_expansion.h) and R (multipole_expansion.cpp) and d
+// along +z,
 //   S_lm(r - d) = (-1)^(l+m) sum over n of (n+l)! / d^(n+l+1) R_nm.
 // For d along -z, (-1)^(n+m) replaces (-1)^(l+m).
 CoaxialTranslation::CoaxialTranslation(double height, int source_degree, double source_radius,

@@ -274,8 +274,8 @@ void build_collision(const Scene& scene, Model& model) {
   for (Index e = 0; e < collision.edges.rows(); ++e)
     collision.surface_of_edge.push_back(collision.surface_of_vertex[collision.edges(e, 0)]);
   number_rows(model);
-  // With a stiffness of 1 to 10 times that of the membrane, contacts hold without jitter (measured
-  // on twisted and draped cloth).
+  // With a stiffness of 1 to 10 times that of the membrane, contacts do not jitter (measured on
+  // twisted and draped cloth).
   collision.contact_stiffness = scene.contact_stiffness > 0.0
                                     ? scene.contact_stiffness
                                     : 3.0 * mean_membrane_stiffness(scene);

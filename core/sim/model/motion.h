@@ -6,16 +6,16 @@
 
 namespace loomstone {
 
-// Targets set by the user are reached at the end of the step. In these functions, `share` is the
-// fraction of the motion from `state` to these targets that is complete at `time`. It is below 1
-// only if the step is taken in parts.
+// In these functions, `share` is the fraction of the motion from `state` to the targets and poses
+// set by the user that is complete at `time` [s]. It is 1 when they are reached (see
+// State::target_time).
 
 // Sets `target` (n x 3) to the positions of scripted pins at `time` and to the targets set by the
 // user. All other rows are the current positions.
 void pin_targets(const Model& model, const State& state, double time, double share, Points& target);
 
-// Returns the pose of an obstacle's mesh at `time`. It follows from the keyframes, or from
-// `share` and the pose that the user has set.
+// Returns the pose of an obstacle's mesh at `time`. It follows from the keyframes. If the user has
+// set a pose, it follows from that pose and `share` instead.
 RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, double time,
                         double share);
 

@@ -42,7 +42,7 @@ struct State {
   // unresolved impacts. Written by the checks after a step.
   std::uint8_t tangled = 0;
   Points obstacle_vertices;  // (k x 3) vertices of all obstacles at the current time [m]
-  Points external_force;     // (n x 3) [N], set by the user
+  Points external_force;     // (n x 3) forces [N], set by the user
   // (b x 3) forces at the centres of mass [N] and torques about them [N m], set by the user
   Points body_force, body_torque;
   // Time at which the motion to targets and poses set by the user is complete [s]. Until then, the
@@ -51,7 +51,7 @@ struct State {
   double target_time = 0.0;
   // (n) 1: the user has set a target, which replaces the script
   std::vector<std::uint8_t> pin_override;
-  Points pin_target;  // (n x 3) [m], set by the user
+  Points pin_target;  // (n x 3) positions [m], set by the user
   // Poses that the user has set, one per obstacle. Where pose_override is 1, they replace the
   // keyframes. Positions are in [m], and orientations are quaternions (w, x, y, z).
   std::vector<std::uint8_t> pose_override;

@@ -47,8 +47,9 @@ void capture_strain(const Engines& engines, const Points& x, Frame& frame) {
   frame.report.strain.stretch = stretch.maxCoeff();
 }
 
-// Returns the positions of all collision vertices after the fraction `share` of the last step. They
-// lie on the straight paths over the parts of the step, which certification has checked.
+// Returns the positions of all collision vertices when the fraction `share` of the last step has
+// passed. They lie on the straight paths over the parts of the step, which certification has
+// checked.
 Points vertices_at(const Model& model, const State& state, const StepOutcome& outcome,
                    double share) {
   PathPoint from, to{1.0, {}};

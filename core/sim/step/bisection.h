@@ -20,7 +20,7 @@ struct StepPart {
 struct PartResult {
   bool solved = true;               // the solver found a solution
   int longest = StepPart::whole;    // length that the error of the part allows
-  bool contacts_gain = false;       // contacts have made energy from nothing
+  bool contacts_gain = false;       // contacts have created energy
   std::int64_t impacts = 0;         // impacts that certification left
   bool withheld_much = false;       // certification withheld much of the motion
   bool broke_limits = false;        // limits satisfied at the start are violated at the end

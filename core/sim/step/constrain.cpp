@@ -80,7 +80,8 @@ class Constraining {
 
   MotionInputs motion() const { return {*in_.x0, *in_.inverse_mass, *in_.tangle}; }
 
-  // True if the limits of some cloth are satisfied at x0 but not at x1.
+  // True if the limits of some cloth are satisfied at the start of the step (x0) but not at its end
+  // (x1).
   bool breaks() {
     if (!in_.limiter || !in_.limits_hold) return false;
     if (limiting_held() && report_.touched.empty()) return false;
@@ -130,9 +131,9 @@ class Constraining {
         for (int c = 0; c < 3; ++c) held_[in_.cloth->triangles(t, c)] = 1;
   }
 
-  // If scripted motion leaves the limits no room, sweeps only concentrate strain in corners. Moves
-  // each cloth that the sweeps did not improve back to its positions before the sweeps. Returns
-  // true if there is such a cloth.
+  // Moves each cloth whose strains the sweeps did not improve back to its positions before the
+  // sweeps. If scripted motion leaves the limits no room, sweeps only concentrate strain in
+  // corners. Returns true if there is such a cloth.
   bool take_back(const Points& wanted) {
     check(wanted);
     const std::vector<double> before = squares_;

@@ -1,8 +1,8 @@
 // Enforces strain limits and contacts together at the end of a step. Limiting and certification
 // alternate: certification checks the limited motion, and limiting repairs strains that
-// certification causes. If the two disagree, the fallback moves cloth back towards the start of the
-// step, where both are satisfied. The fallback is a last resort, because the caller can take the
-// step in parts instead.
+// certification causes. If no round satisfies both, the fallback moves cloth back towards the start
+// of the step, where both are satisfied. The fallback is a last resort, because the caller can take
+// the step in parts instead.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ struct ConstrainInputs {
   const Tangle* tangle = nullptr;       // tangle at x0; required with `collision`
   // Contacts that impulses resolve; null: the implicit solve resolves contacts.
   const std::vector<Contact>* repelled = nullptr;
-  std::uint64_t seed = 0;      // of the random order of sweeps
+  std::uint64_t seed = 0;      // seed of the random order of sweeps
   double h = 0.0;              // length of the step [s]
   const Points* x0 = nullptr;  // (all vertices x 3) positions at the start of the step [m]
   const Vector* inverse_mass = nullptr;  // (all vertices) 0: prescribed motion [1/kg]
@@ -40,16 +40,16 @@ struct ConstrainInputs {
 };
 
 struct ConstrainReport {
-  LimitReport limits;  // of the last limiting that led to x1; sweeps and evaluations are totals
+  LimitReport limits;  // report of the last limiting; sweeps and evaluations are totals
   // Merged over all rounds, with each vertex listed once; `unresolved` is from the last round.
   CertifyReport certified;
   int rounds = 0;                   // number of certifications
   int fallbacks = 0;                // number of fallbacks
-  bool broke_limits = false;        // limits that hold at x0 are violated at x1
+  bool broke_limits = false;        // limits that are satisfied at x0 are violated at x1
   bool stopped_for_limits = false;  // fallbacks withheld more than 1 % of the motion
   double requested = 0.0;  // sum of displacement lengths of free cloth before certification [m]
   double withheld_for_limits = 0.0;  // sum of the lengths that fallbacks withhold [m]
-  double limited = 0.0;              // energy that sweeps took from cloth [J]
+  double limited = 0.0;              // energy that sweeps removed from cloth [J]
   double limit_seconds = 0.0;
   std::vector<Index> touched;  // cloth vertices that certification moved
 };

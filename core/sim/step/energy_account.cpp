@@ -8,13 +8,13 @@ namespace loomstone {
 
 namespace {
 
-// Energy that contacts may make from nothing by the end of a part, as a fraction of the largest
-// kinetic energy so far, if ImplicitOptions::accuracy is 1. The accuracy multiplies this tolerance.
-// Our choice: towels that meet a floor then gain at most 0.04 of their largest kinetic energy. Even
-// the shortest parts do not reach a smaller gain.
+// Energy that contacts may create by the end of a part, as a fraction of the largest kinetic energy
+// so far, if ImplicitOptions::accuracy is 1. The accuracy multiplies this tolerance. Our choice:
+// towels that fall on a floor then gain at most 0.04 of their largest kinetic energy. The gain is
+// not smaller even with the shortest parts.
 constexpr double gain_tolerance = 0.02;
-// A part is shortened to the largest length for which the energy that contacts are expected to make
-// is at most this fraction of the tolerated energy.
+// A part is shortened to the largest length for which the energy that contacts are expected to
+// create is at most this fraction of the tolerated energy.
 constexpr double aim = 0.5;
 
 // Returns the energy of everything but contacts [J]. It includes what circuits and bearings have

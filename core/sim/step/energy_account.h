@@ -12,26 +12,26 @@ void begin_account(const Engines& engines, State& state);
 
 // Changes in a part after its solve.
 struct AfterSolve {
-  double limited = 0.0;        // energy that strain limits took from cloth [J]
+  double limited = 0.0;        // energy that strain limits removed from cloth [J]
   bool untangles = false;      // untangling forces acted
   bool surfaces_move = false;  // some scripted surface moved
 };
 
 // Adds the work and the losses of a part. The energy that cloth and bodies lose after the solve is
-// attributed to certification, except for what strain limits take.
+// attributed to certification, except for the energy that strain limits remove.
 void add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
                     const Engines& engines, State& state);
 
 // Sets the account and the balances in a report whose energies are those of `state`.
 void report_account(const State& state, StepReport& report);
 
-// Returns the length to which the part must be shortened because contacts have made energy from
-// nothing, or the length of the part if they have not. Both are in units of StepPart. Contacts make
-// energy if surfaces meet within a part, because the contact force begins only at the end of the
-// part. By then, the surfaces may have come much closer than their thickness. The tolerated energy
-// is a fraction of the largest kinetic energy so far. If the user has chosen the step and scripted
-// surfaces move, a part is not made shorter than a quarter of the step: surfaces that close quickly
-// flatten cloth only if parts are long.
+// Returns the length to which the part must be shortened because contacts have created energy, or
+// the length of the part if they have not. Both are in units of StepPart. Contacts create energy if
+// surfaces approach each other within a part, because the contact force begins only at the end of
+// the part. By then, the surfaces may be much closer than their thickness. The tolerated energy is
+// a fraction of the largest kinetic energy so far. If the user has chosen the step and scripted
+// surfaces move, the length is at least a quarter of the step. In shorter parts, scripted surfaces
+// that close on cloth quickly leave impacts between them unresolved.
 int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
                         const Engines& engines, const State& state);
 

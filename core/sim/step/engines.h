@@ -1,6 +1,6 @@
-// Engines that the stages of a step share: the mechanics of cloth, bodies, magnets and contacts.
-// They are built from the model and the state. Rebuilding them after a step that allows a
-// checkpoint leaves later results bitwise identical.
+// Engines that the stages of a step use: the mechanics of cloth, bodies, magnets and contacts. They
+// are built from the model and the state. Rebuilding them after a step that allows a checkpoint
+// leaves later results bitwise identical.
 #pragma once
 
 #include <memory>
@@ -46,7 +46,7 @@ struct Engines {
   // Null: no bodies, or neither magnets nor coils nor bearings.
   std::unique_ptr<MagneticMotion> magnetics;
   std::unique_ptr<StrainLimiter> limiter;    // null: no cloth has limits
-  std::optional<double> accuracy;            // of steps [1], see ImplicitOptions
+  std::optional<double> accuracy;            // accuracy of steps [1], see ImplicitOptions
   std::unique_ptr<DisplacementError> error;  // null: no accuracy or no cloth
   bool contacts_in_solve = false;            // false: impulses resolve contacts after the solve
   // False: the integrator limits strain by itself, and `limiter` only measures what exceeds limits.

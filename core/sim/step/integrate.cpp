@@ -17,7 +17,7 @@ Elasticity::LimitPhaseScope limit_phase(const State& state, Engines& engines) {
   return engines.elasticity->limit_phase(engines.team, state.cloth.x, first, last);
 }
 
-// Lets the integrator handle contacts at events.
+// Passes the events of the integrator to EventContacts, which handles contacts.
 class CollisionsOfStep final : public EventCollisions {
  public:
   explicit CollisionsOfStep(EventContacts& contacts) : contacts_(contacts) {}

@@ -10,7 +10,7 @@ struct SolvedBodies {
   // (2 b x 3) velocities after the impulses of the cloth [m/s, rad/s]; without cloth, the predicted
   // ones
   Points velocity;
-  std::vector<RigidPose> poses;  // (b) at the end if the integrator moves bodies, or empty
+  std::vector<RigidPose> poses;  // (b) poses at the end; empty unless the integrator moves bodies
 };
 
 // Advances the cloth of `state`. Throws SolverFailure.

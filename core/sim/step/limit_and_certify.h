@@ -1,6 +1,6 @@
 // Fifth stage: enforces strain limits, then certifies that the motion has no impact and ends
 // without intersections. No later stage moves vertices. Velocities change by the correction divided
-// by the length of the part, as in (3.16) of the thesis.
+// by the length of the part, as in (3.16) of [Thomaszewski2010].
 #pragma once
 
 #include <optional>
@@ -14,7 +14,7 @@ namespace loomstone {
 struct Certified {
   PartResult result;
   bool moved = false;                 // limiting or certification moved cloth
-  double limited = 0.0;               // energy that limiting took from cloth [J]
+  double limited = 0.0;               // energy that limiting removed from cloth [J]
   std::optional<LimitReport> limits;  // report after limiting; empty if vertices have moved since
 };
 

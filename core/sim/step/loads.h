@@ -37,7 +37,7 @@ struct Rows {
 void find_cloth_forces(double time, const State& state, const Engines& engines, Rows rows,
                        Points& force);
 
-// Adds the changes of velocity that `loads.body_impulse` causes to `velocity` (2 b x 3).
+// Adds to `velocity` (2 b x 3) the changes that loads.body_impulse causes.
 void add_body_impulses(const Loads& loads, Points& velocity);
 
 void find_loads(const StepContext& part, const State& state, const Engines& engines, Loads& loads);

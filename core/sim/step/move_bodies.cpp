@@ -43,9 +43,9 @@ void follow_bodies(const Model& model, State& state) {
   }
 }
 
-// Adds contacts to a motion of the bodies that the integrator has found under all loads. The world
-// repeats it with contacts, and bodies without a contact keep the motion of the integrator. Returns
-// the work of scripted obstacles [J].
+// Adds contacts to the motion of the bodies that the integrator has computed under all loads. The
+// rigid-body world computes this motion again with contacts. Bodies without a contact keep the
+// motion of the integrator. Returns the work of scripted obstacles [J].
 double move_solved_bodies(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
                           State& state, Engines& engines) {
   const Model& model = engines.model;

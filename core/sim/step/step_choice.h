@@ -9,7 +9,7 @@ namespace loomstone {
 
 struct StepChoice {
   double largest = 0.0;    // [s]
-  bool automatic = false;  // steps are shorter where their error requires it
+  bool automatic = false;  // true: steps are shorter where their error requires it
 };
 
 // Chooses the lengths of steps for the given options and the state at the start. Throws

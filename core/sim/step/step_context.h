@@ -18,11 +18,11 @@ struct StepContext {
   // steps, to the time of the user's targets [1]. The part covers this fraction of the motion to
   // these targets.
   double share = 1.0;
-  int length = 0;          // in units of StepPart
-  bool automatic = false;  // of an automatic step
-  // Whether an attempt can be repeated in shorter parts:
-  bool divisible = true;   // if its error is too large
-  bool halvable = true;    // if contacts gain energy in it
+  int length = 0;          // length of the part in units of StepPart
+  bool automatic = false;  // true: part of an automatic step
+  // An attempt at the part can be repeated in shorter parts:
+  bool divisible = true;   // true: if its error is too large
+  bool halvable = true;    // true: if contacts create energy in it
   std::uint64_t seed = 0;  // seed of random orders; differs between parts and steps
 };
 

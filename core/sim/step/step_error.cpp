@@ -7,7 +7,7 @@ namespace loomstone {
 
 namespace {
 
-// Tolerated neglected strain. Our choice: a towel of 640 triangles that meets a floor at 4 m/s then
+// Tolerated neglected strain. Our choice: a towel of 640 triangles that hits a floor at 4 m/s then
 // stretches by 7 % in steps of 4 ms, and by 6 % in steps of 0.25 ms. With a tolerance of 0.05, the
 // drape scene takes 1.7 times as long.
 constexpr double strain_tolerance = 0.1;
@@ -19,20 +19,20 @@ constexpr double energy_tolerance = 0.2;
 // actual error is often smaller. With the multiple 1, a part that is expected to be only slightly
 // too long would be halved.
 constexpr double expected_in_parts = 2.0;
-// Expected error of automatic steps, divided by the tolerance. Our choice: a tenth of the attempts
+// Expected error of automatic steps, divided by the tolerance. Our choice: about one attempt in ten
 // is then repeated.
 constexpr double expected_in_steps = 0.7;
-// A part that is repeated aims at less than the tolerated error.
+// Length of a repeated part, as a fraction of the length that the error allows.
 constexpr double safety = 0.8;
 // Largest factors by which an automatic step is longer than the last one: without contacts, with
 // contacts, and after contacts that created energy have shortened steps (see
-// ClothState::settled_step). Our choice: with growth_in_contact = 1.5, a towel that meets a floor
-// at 8 m/s stretches by 35 %, compared with 15 % in steps of 0.25 ms.
+// ClothState::settled_step). Our choice: with growth_in_contact = 1.5, a towel that hits a floor at
+// 8 m/s stretches by 35 %, compared with 15 % in steps of 0.25 ms.
 constexpr double growth = 1.5, growth_in_contact = 1.25, growth_to_settled = 2.0;
 // Largest DisplacementError::dissipation() in automatic steps of implicit Euler [1/s]. Our choice:
-// a sheet that swings then takes steps of about 5 ms. This bound does not shorten steps below three
-// tenths of the largest step, because other motion, such as that of wrinkles that snap, should lose
-// its energy.
+// the steps of a swinging sheet are then about 5 ms long. This bound does not shorten steps below
+// three tenths of the largest step, because other motion, such as that of snapping wrinkles, should
+// lose its energy.
 constexpr double dissipation_tolerance = 0.15;
 
 // Returns the factor by which the length of a part must change for its error to become `tolerated`.

@@ -30,7 +30,7 @@ struct StepOutcome {
   std::vector<std::array<Index, 2>> forced;
 };
 
-// The outcome before an attempt at a part. A failed attempt returns to it.
+// The outcome before an attempt at a part. It is restored if the attempt fails.
 struct OutcomeMark {
   StepReport report;
   std::vector<std::uint8_t> contact;
@@ -54,7 +54,7 @@ RankReport summary_of(const Communicator& ranks, const RankWork& own);
 // Summarises the seconds that each thread was busy.
 ThreadReport summary_of(const std::vector<double>& busy);
 
-// Undoes an attempt. Its run time and its iterations stay in the report.
+// Undoes an attempt. Its run time and its iterations remain in the report.
 void return_to(const OutcomeMark& mark, StepOutcome& outcome);
 
 }  // namespace loomstone

@@ -6,12 +6,12 @@
 
 #include "core/base/error.h"
 #include "core/parallel/wait_policy.h"
-#include "core/sim/model/motion.h"
 #include "core/sim/step/checks.h"
 #include "core/sim/step/energy_account.h"
 #include "core/sim/step/integrate.h"
 #include "core/sim/step/limit_and_certify.h"
 #include "core/sim/step/move_bodies.h"
+#include "core/sim/step/parts.h"
 #include "core/sim/step/stage_timer.h"
 #include "core/sim/step/step_error.h"
 #include "core/sim/step/strain_rate.h"
@@ -23,13 +23,6 @@ namespace {
 Traffic between(const Traffic& start, const Traffic& end) {
   return {end.waiting - start.waiting, end.bytes - start.bytes, end.operations - start.operations};
 }
-
-StepSpan span_of(double t0, double h) { return {t0, h, t0 + h}; }
-
-// Ratio of the largest step to the shortest step that is tried if contacts gain energy. Our choice:
-// at 4 m/s, a towel of 3,000 triangles moves by its thickness in 1/64 of the largest step of 10 ms,
-// and the shortest step is a quarter of this time.
-constexpr double shortest_for_contacts = 256.0;
 
 }  // namespace
 
@@ -48,13 +41,15 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
   const EnergyAccount before = state.account;
   begin_account(engines_, state);
   outcome.start = state;
-  save_to(outcome.start);
+  save_world(engines_, outcome.start);
   begin_outcome(state.step, engines_.model.cloth.n_vertices, outcome);
   std::fill(engines_.busy.begin(), engines_.busy.end(), 0.0);
   engines_.team.threads = engines_.collision_team.threads = threads_.threads();
   threads_.start();
   try {
-    const StepSpan span = take_parts(state, outcome);
+    const StepSpan span =
+        take_parts(steps_, engines_, state, outcome,
+                   [&](const StepContext& part) { return run_stages(part, state, outcome); });
     finish(span, state, outcome);
     threads_.stop();
     timer.reset();
@@ -63,67 +58,12 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
     work.collision_waiting = outcome.report.ranks.collision_waiting;
     outcome.report.ranks = summary_of(ranks, work);
   } catch (const SolverFailure& failure) {
-    return_to_state(outcome.start, state);
+    return_to_state(outcome.start, engines_, state);
     state.account = before;
     std::ostringstream out;
     out << "step " << outcome.report.step << " (from time " << state.time
         << " s) failed: " << failure.what();
     throw SolverFailure(out.str());
-  }
-}
-
-// Takes the whole step at once or, if this fails, in parts. An automatic step that fails is
-// shortened instead, as long as no part of it is complete.
-StepSpan Stepper::take_parts(State& state, StepOutcome& outcome) {
-  StepSpan span = next_span(state);
-  Bisection bisection(engines_.limits_in_solve);
-  State part_start;
-  const State* snapshot = &outcome.start;  // state at the start of the part
-  double settled = 0.0;  // length of an automatic step at which contacts gained energy [s]
-  while (true) {
-    if (!steps_.automatic)
-      bisection.shorten(expected_part(context(span, bisection.part(), state), state, engines_));
-    const StepPart part = bisection.part();
-    const OutcomeMark start = mark(outcome);
-    const PartResult result = attempt(context(span, part, state), state, outcome);
-    if (bisection.judge(result) == Bisection::Verdict::Repeated) {
-      return_to_state(*snapshot, state);
-      return_to(start, outcome);
-      if (steps_.automatic && part.length() == StepPart::whole && result.solved &&
-          result.longest < part.length()) {
-        double h = span.h * result.longest / StepPart::whole;
-        if (result.contacts_gain) {
-          settled = std::max(settled, span.h);
-          h = std::max(h, steps_.largest / shortest_for_contacts);
-        }
-        span = span_of(state.time, h);
-        bisection = Bisection(engines_.limits_in_solve);
-      }
-      continue;
-    }
-    outcome.report.contacts.unresolved += result.impacts;
-    ++outcome.report.parts;
-    if (bisection.done()) {
-      state.cloth.settled_step = std::max(settled, state.cloth.settled_step);
-      return span;
-    }
-    PathPoint end{static_cast<double>(part.last) / StepPart::whole, {}};
-    collision_vertices(engines_.model, state, end.vertices);
-    outcome.path.push_back(std::move(end));
-    part_start = state;
-    save_to(part_start);
-    snapshot = &part_start;
-  }
-}
-
-PartResult Stepper::attempt(const StepContext& part, State& state, StepOutcome& outcome) {
-  try {
-    return run_stages(part, state, outcome);
-  } catch (const StepFailure&) {
-    if (part.length == StepPart::least) throw;
-    PartResult failed;
-    failed.solved = false;
-    return failed;
   }
 }
 
@@ -201,45 +141,6 @@ void Stepper::finish(const StepSpan& span, State& state, StepOutcome& outcome) {
     engines_.world->save(state.rigid);
     engines_.world->restore(state.rigid);
   }
-}
-
-StepSpan Stepper::next_span(const State& state) {
-  if (steps_.automatic) return span_of(state.time, automatic_step(steps_.largest, state, engines_));
-  // The end of a fixed step follows from the number of steps, so rounding errors do not accumulate.
-  return {state.time, steps_.largest, static_cast<double>(state.step + 1) * steps_.largest};
-}
-
-StepContext Stepper::context(const StepSpan& span, StepPart part, const State& state) const {
-  const auto time = [&](int place) {
-    return place == StepPart::whole ? span.t1 : span.t0 + span.h * place / StepPart::whole;
-  };
-  StepContext context;
-  context.h = span.h * part.length() / StepPart::whole;
-  context.t0 = time(part.first);
-  context.t1 = time(part.last);
-  context.share = static_cast<double>(part.length()) / (StepPart::whole - part.first);
-  if (steps_.automatic && state.target_time > context.t0)
-    context.share = std::min(1.0, context.h / (state.target_time - context.t0));
-  else if (steps_.automatic)
-    context.share = 1.0;
-  context.length = part.length();
-  context.automatic = steps_.automatic;
-  context.divisible = part.length() > StepPart::least &&
-                      (!steps_.automatic || span.h > steps_.largest / StepPart::whole);
-  context.halvable = part.length() > StepPart::least &&
-                     (!steps_.automatic || span.h > steps_.largest / shortest_for_contacts);
-  context.seed = static_cast<std::uint64_t>(state.step) * StepPart::whole +
-                 static_cast<std::uint64_t>(part.first);
-  return context;
-}
-
-void Stepper::save_to(State& snapshot) const {
-  if (engines_.world) engines_.world->save(snapshot.rigid);
-}
-
-void Stepper::return_to_state(const State& snapshot, State& state) {
-  state = snapshot;
-  if (engines_.world) engines_.world->restore(state.rigid);
 }
 
 }  // namespace loomstone

@@ -25,16 +25,10 @@ class Stepper {
   Engines& engines() { return engines_; }
 
  private:
-  StepSpan take_parts(State& state, StepOutcome& outcome);
-  PartResult attempt(const StepContext& part, State& state, StepOutcome& outcome);
   PartResult run_stages(const StepContext& part, State& state, StepOutcome& outcome);
   template <class Stage>
   void collide(double& seconds, StepReport& report, Stage&& stage);
   void finish(const StepSpan& span, State& state, StepOutcome& outcome);
-  StepSpan next_span(const State& state);
-  StepContext context(const StepSpan& span, StepPart part, const State& state) const;
-  void save_to(State& snapshot) const;  // saves the contacts of the rigid-body world
-  void return_to_state(const State& snapshot, State& state);  // also restores the rigid-body world
 
   StepChoice steps_;
   Engines engines_;

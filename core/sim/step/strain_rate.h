@@ -7,7 +7,7 @@
 namespace loomstone {
 
 // Limits the strain rate and reports the excess over strain limits at the end of the part. Returns
-// the energy that it takes from cloth [J].
+// the energy that it removes from cloth [J].
 double limit_strain_rate(const StepContext& part, const Certified& certified, State& state,
                          Engines& engines, StepOutcome& outcome);
 

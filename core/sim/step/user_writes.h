@@ -26,7 +26,7 @@ class UserWrites {
   // Gathers every row from the rank that owns it, and broadcasts overrides and poses from rank 0.
   // Returns what users have written on all ranks together. Collective.
   Kind settle(const RowLayout& layout, State& state);
-  void forget() { written_ = Nothing; }  // after all of the state was replaced
+  void forget() { written_ = Nothing; }  // call it after all of the state was replaced
   void remember(const State& state);     // copies the state after a step for later comparison
 
  private:

@@ -36,7 +36,7 @@ double sum_over_rows(const Engines& engines, Term&& term) {
   return layout.sum(sums);
 }
 
-// Work of air and of the user's forces.
+// Work of air and of the user's forces on cloth [J].
 double work_of_loads(const Loads& loads, const State& state, const Engines& engines) {
   const Model& model = engines.model;
   return sum_over_rows(engines, [&](Index i) {
@@ -84,8 +84,8 @@ Points viscous_forces(const StepContext& part, const Loads& loads, const Solved&
   return inner_forces(middle, &velocity, engines) - inner_forces(middle, nullptr, engines);
 }
 
-// Returns the work of scripts that move prescribed vertices, without the part that contacts pass on
-// to other bodies.
+// Returns the work of scripts that move prescribed vertices [J]. The work that these vertices do
+// through contacts is not included.
 double work_of_pins(const Loads& loads, const Points& viscous, const State& state,
                     Engines& engines) {
   if (!pins_move(engines, loads, state)) return 0.0;
@@ -119,7 +119,7 @@ PartWork work_of_contacts(const StepContext& part, const Loads& loads, NearConta
   ExtraTerms terms = near.terms;
   // Forces are evaluated at the same time within the step as in the scheme.
   const double time = engines.integrator->time_of_forces();
-  // Newton schemes solve with the exact law of contacts; the others use a linearised law.
+  // Newton schemes solve with the exact law of contacts, and other schemes with a linearised law.
   const bool newton = engines.integrator->asks_energy();
   if (newton)
     terms_at(near, engines, time * displacement, time * part.h, TermRequest::Derivative, terms);

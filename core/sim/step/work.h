@@ -8,7 +8,7 @@ namespace loomstone {
 // Cloth and bodies after the solve and the bodies' stage, before limits and certification change
 // them.
 struct Solved {
-  Points x, v;  // (n x 3) of cloth [m], [m/s]
+  Points x, v;  // (n x 3) positions [m] and velocities [m/s] of cloth
   // (2 b x 3) Velocity [m/s] and angular velocity [rad/s] of each body, from the solve.
   Points body_velocity;
   double body_energy = 0.0;    // kinetic and gravitational energy of the bodies [J]
@@ -16,10 +16,10 @@ struct Solved {
 };
 
 struct PartWork {
-  double scripts = 0.0;   // done by scripted motion
-  double loads = 0.0;     // done by air, the user's forces and forces that untangle
-  double friction = 0.0;  // done against friction of contacts in the solve
-  double damping = 0.0;   // done against viscosity and damping of bending
+  double scripts = 0.0;   // work done by scripted motion [J]
+  double loads = 0.0;     // work done by air, the user's forces and untangling [J]
+  double friction = 0.0;  // work done against friction of contacts in the solve [J]
+  double damping = 0.0;   // work done against viscosity and bending damping [J]
 };
 
 // Returns the work of a part [J]. Elastic forces are the means of those at the start and at the end

@@ -1,0 +1,119 @@
+#include "core/sim/step/parts.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "core/base/error.h"
+#include "core/sim/model/motion.h"
+#include "core/sim/step/step_error.h"
+
+namespace loomstone {
+
+namespace {
+
+// Ratio of the largest step to the shortest step that is tried if contacts create energy. Our
+// choice: at 4 m/s, a towel of 3,000 triangles moves by its thickness in 1/64 of the largest step
+// of 10 ms, and the shortest step is a quarter of this time.
+constexpr double shortest_for_contacts = 256.0;
+
+StepSpan span_of(double t0, double h) { return {t0, h, t0 + h}; }
+
+StepSpan next_span(const StepChoice& steps, Engines& engines, const State& state) {
+  if (steps.automatic) return span_of(state.time, automatic_step(steps.largest, state, engines));
+  // The end of a fixed step is computed from the number of steps, so rounding errors do not
+  // accumulate.
+  return {state.time, steps.largest, static_cast<double>(state.step + 1) * steps.largest};
+}
+
+StepContext context_of(const StepSpan& span, StepPart part, const StepChoice& steps,
+                       const State& state) {
+  const auto time = [&](int place) {
+    return place == StepPart::whole ? span.t1 : span.t0 + span.h * place / StepPart::whole;
+  };
+  StepContext context;
+  context.h = span.h * part.length() / StepPart::whole;
+  context.t0 = time(part.first);
+  context.t1 = time(part.last);
+  context.share = static_cast<double>(part.length()) / (StepPart::whole - part.first);
+  if (steps.automatic && state.target_time > context.t0)
+    context.share = std::min(1.0, context.h / (state.target_time - context.t0));
+  else if (steps.automatic)
+    context.share = 1.0;
+  context.length = part.length();
+  context.automatic = steps.automatic;
+  context.divisible = part.length() > StepPart::least &&
+                      (!steps.automatic || span.h > steps.largest / StepPart::whole);
+  context.halvable = part.length() > StepPart::least &&
+                     (!steps.automatic || span.h > steps.largest / shortest_for_contacts);
+  context.seed = static_cast<std::uint64_t>(state.step) * StepPart::whole +
+                 static_cast<std::uint64_t>(part.first);
+  return context;
+}
+
+PartResult attempt(const StepContext& part, const RunPart& run) {
+  try {
+    return run(part);
+  } catch (const StepFailure&) {
+    if (part.length == StepPart::least) throw;
+    PartResult failed;
+    failed.solved = false;
+    return failed;
+  }
+}
+
+}  // namespace
+
+void save_world(const Engines& engines, State& snapshot) {
+  if (engines.world) engines.world->save(snapshot.rigid);
+}
+
+void return_to_state(const State& snapshot, Engines& engines, State& state) {
+  state = snapshot;
+  if (engines.world) engines.world->restore(state.rigid);
+}
+
+StepSpan take_parts(const StepChoice& steps, Engines& engines, State& state, StepOutcome& outcome,
+                    const RunPart& run) {
+  StepSpan span = next_span(steps, engines, state);
+  Bisection bisection(engines.limits_in_solve);
+  State part_start;
+  const State* snapshot = &outcome.start;  // state at the start of the part
+  double settled = 0.0;  // length of an automatic step in which contacts created energy [s]
+  while (true) {
+    if (!steps.automatic)
+      bisection.shorten(
+          expected_part(context_of(span, bisection.part(), steps, state), state, engines));
+    const StepPart part = bisection.part();
+    const OutcomeMark start = mark(outcome);
+    const PartResult result = attempt(context_of(span, part, steps, state), run);
+    if (bisection.judge(result) == Bisection::Verdict::Repeated) {
+      return_to_state(*snapshot, engines, state);
+      return_to(start, outcome);
+      if (steps.automatic && part.length() == StepPart::whole && result.solved &&
+          result.longest < part.length()) {
+        double h = span.h * result.longest / StepPart::whole;
+        if (result.contacts_gain) {
+          settled = std::max(settled, span.h);
+          h = std::max(h, steps.largest / shortest_for_contacts);
+        }
+        span = span_of(state.time, h);
+        bisection = Bisection(engines.limits_in_solve);
+      }
+      continue;
+    }
+    outcome.report.contacts.unresolved += result.impacts;
+    ++outcome.report.parts;
+    if (bisection.done()) {
+      state.cloth.settled_step = std::max(settled, state.cloth.settled_step);
+      return span;
+    }
+    PathPoint end{static_cast<double>(part.last) / StepPart::whole, {}};
+    collision_vertices(engines.model, state, end.vertices);
+    outcome.path.push_back(std::move(end));
+    part_start = state;
+    save_world(engines, part_start);
+    snapshot = &part_start;
+  }
+}
+
+}  // namespace loomstone
