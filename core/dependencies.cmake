@@ -37,8 +37,8 @@ add_library(loomstone_metis INTERFACE)
 target_include_directories(loomstone_metis SYSTEM INTERFACE ${METIS_INCLUDE_DIR})
 target_link_libraries(loomstone_metis INTERFACE ${METIS_LIBRARY})
 
-# This selects Bullet in double precision; find_package(Bullet) returns the float version. On Debian it is bullet-float64.
-# Elsewhere it may be bullet, built in double precision.
+# Selects Bullet in double precision. find_package(Bullet) would find the version in single precision. The package is
+# bullet-float64 on Debian. Elsewhere, bullet may be in double precision.
 pkg_search_module(BULLET QUIET IMPORTED_TARGET bullet-float64 bullet)
 if(NOT "${BULLET_CFLAGS}" MATCHES "BT_USE_DOUBLE_PRECISION")
   set(BULLET_FOUND NO)

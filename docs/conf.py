@@ -37,7 +37,7 @@ include_patterns = [
 exclude_patterns = [".venv", ".git", "build*", "out", "dist", "tests", "python", "scenes", "**/__*"]
 
 myst_heading_anchors = 4
-smartquotes = False  # quotes belong to values
+smartquotes = False  # keeps straight quotes, because most of them are code
 
 autodoc_member_order = "bysource"
 autodoc_preserve_defaults = True  # shows defaults as they are written
@@ -50,5 +50,5 @@ toc_object_entries_show_parents = "hide"
 
 html_theme = "furo"
 html_title = f"loomstone {version}"
-html_extra_path = ["redirect"]  # holds index.html, which leads to the first page
+html_extra_path = ["redirect"]  # contains index.html, which redirects to the first page
 html_copy_source = False

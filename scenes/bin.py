@@ -18,7 +18,7 @@ render = ls.RenderOptions(
 )
 
 SIZE, WALL, HEIGHT = 0.24, 0.01, 0.24
-SPEED = 2.0  # of the throw [m/s]
+SPEED = 2.0  # speed of the throw [m/s]
 
 
 def rotation(random: np.random.Generator) -> np.ndarray:

@@ -21,7 +21,7 @@ render = ls.RenderOptions(
     ),
 )
 
-POLE, GAP = (0.012, 0.03, 0.03), 0.04  # size of each pole magnet, distance between the two [m]
+POLE, GAP = (0.012, 0.03, 0.03), 0.04  # size of each pole magnet, gap between them [m]
 ROTOR = (0.026, 0.008, 0.02)  # size of the block [m]; the coil's axis is parallel to its short side
 WINDING: dict[str, Any] = {"radius": 0.008, "length": 0.006, "turns": 150}
 RESISTANCE, INDUCTANCE, FRICTION = 2.0, 5e-4, 2e-6

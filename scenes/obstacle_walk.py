@@ -25,17 +25,17 @@ render = ls.RenderOptions(
     )
 )
 
-STEP, SWING, START = 0.5, 0.42, 0.3  # duration of a step, that of its swing, first time [s]
+STEP, SWING, START = 0.5, 0.42, 0.3  # step and swing time, start of the walk [s]
 CELL = 0.025  # size of a cell of the grid in which the figure's surface is found [m]
 SAMPLES = 100  # samples of the motion per second
 GROUND = 0.004  # height of the soles above the ground [m]
 RISE = 0.17  # height of a stair [m]
-RISERS = (2.65, 3.0, 3.35)  # where the stairs begin [m]
-HURDLES, HURDLE = (0.72, 1.72), (0.04, 1.0, 0.18)  # places and size of the hurdles [m]
+RISERS = (2.65, 3.0, 3.35)  # places where the stairs begin [m]
+HURDLES, HURDLE = (0.72, 1.72), (0.04, 1.0, 0.18)  # places and box size of the hurdles [m]
 # Places of the ankles along the course [m]: first both feet, then the right and left foot in turn
 PLACES = (0.0, 0.0, 0.4, 0.9, 1.4, 1.9, 2.4, 2.78, 3.13, 3.48, 3.83)
 BALL = np.array((0.10, 0.0, -0.08))  # ball of the foot relative to the ankle [m]
-SHOULDER = 1.437  # height in the initial pose [m]
+SHOULDER = 1.437  # height of the shoulders in the initial pose [m]
 REACH = 0.822  # longest distance from hip to ankle [m]
 END = 4.6  # end of the stairs [m]
 
@@ -45,7 +45,7 @@ class Bone(NamedTuple):
 
     joint: tuple[float, float, float]  # [m]
     end: tuple[float, float, float]  # [m]
-    radius: float  # at the joint [m]
+    radius: float  # radius at the joint [m]
     end_radius: float  # [m]
 
 
@@ -170,9 +170,9 @@ class Foot(NamedTuple):
     """Motion of one foot, one row for each time."""
 
     ball: Floats  # (k x 3) place of the ball of the foot [m]
-    pitch: Floats  # (k) by which the heel is raised [rad]
-    toe_pitch: Floats  # (k) by which the toes are turned downwards [rad]
-    stands: Floats  # (k) 1 while it bears weight, 0 in the air
+    pitch: Floats  # (k) angle by which the heel is raised [rad]
+    toe_pitch: Floats  # (k) angle by which the toes are turned downwards [rad]
+    stands: Floats  # (k) 1 while the foot bears weight, 0 in the air
 
 
 def foot(times: Floats, y: float, first: int) -> Foot:
@@ -187,7 +187,7 @@ def foot(times: Floats, y: float, first: int) -> Foot:
         s = (times - START - STEP * (2 * i + first)) / SWING
         bar = [hurdle for hurdle in HURDLES if a < hurdle < b]
         lift = HURDLE[2] + 0.08 if bar else 0.07 + 0.05 * (height(b) > height(a))
-        # A foot close behind a hurdle rises for longer than others before it moves forwards.
+        # A foot that starts close to a hurdle rises for longer before it moves forwards.
         late = 0.12 if bar and bar[0] - a < 0.5 * (b - a) else 0.05
         up = smoothstep(s / 0.3) * smoothstep((1.0 - s) / 0.3)
         air = (s > 0.0) & (s < 1.0)
@@ -209,7 +209,7 @@ class Motion(NamedTuple):
     """Motion of a limb from the initial pose, one row for each time."""
 
     rotation: Floats  # (k x 3 x 3)
-    shift: Floats  # (k x 3), after the rotation [m]
+    shift: Floats  # (k x 3) translation after the rotation [m]
 
     def at(self, point: Floats) -> Floats:
         """Returns the places (k x 3) [m] of a point of the initial pose."""
@@ -260,7 +260,8 @@ def walk(times: Floats, bones: dict[str, Bone]) -> dict[str, Motion]:
     apart = (right.ball[:, 0] - left.ball[:, 0]) / STEP
     hips = np.zeros((len(times), 3))
     hips[:, 0] = 0.5 * (right.ball[:, 0] + left.ball[:, 0]) - BALL[0]
-    hips[:, 1] = 0.03 * (left.stands - right.stands)  # towards the foot that bears the weight
+    # Shifts the hips towards the foot that bears the weight.
+    hips[:, 1] = 0.03 * (left.stands - right.stands)
     hips = gaussian_filter1d(hips, 0.1 * SAMPLES, axis=0, mode="nearest")
     # The pelvis is as high as the reach of both legs permits.
     highest = np.full(len(times), np.inf)

@@ -26,13 +26,13 @@ render = ls.RenderOptions(
     )
 )
 
-LENGTH, RADIUS, SIDES = 0.027, 0.004, 14  # of a rod [m]; with few sides it collides as a polyhedron
+LENGTH, RADIUS, SIDES = 0.027, 0.004, 14  # length and radius of a rod [m], number of sides
 DEEP = 0.0005  # thickness of the plastic over the magnet's end [m]
 MAGNET: dict[str, Any] = {"radius": 0.003, "height": 0.006}
 BALL = 0.005
 GAP = {"parallel": 0.018, "antiparallel": 0.009, "free": 0.011}
 ASKEW = {"parallel": 0.05, "antiparallel": 0.0, "free": 0.7}  # initial misalignment [rad]
-PUSHED = (0.1, 0.6)  # start and end of the push [s], which ends 1 mm from the ball
+PUSHED = (0.1, 0.6)  # start and end of the push [s]; it ends 1 mm from the ball
 
 
 def rod_mesh() -> ls.TriangleMesh:
@@ -105,7 +105,7 @@ def scene(case: str = "antiparallel", polarization: float = 1.1) -> ls.Scene:
         friction=0.3,
         position=(0.0, 0.0, BALL),
     )
-    # The single keyframe gives the obstacle a pose, which its magnets share.
+    # The single keyframe gives the obstacle a pose, which its magnets use.
     held = ls.obstacles.mesh(
         mesh, name="held", times=[0.0], positions=[(reach + 2e-5, 0.0, height)], friction=0.3
     )

@@ -26,8 +26,8 @@ render = ls.RenderOptions(
 # Distances from the tip along the profile [m] and slopes of the profile there [rad]
 KNOTS = (0.0, 0.012, 0.13, 0.21, 0.33)
 SLOPES = np.deg2rad((0.0, 62.0, 62.0, 0.0, 0.0))
-GRADING = 0.13  # increase of the edges of triangles with the distance from the tip [1]
-COARSE = 0.016  # edge of the largest triangles [m]
+GRADING = 0.13  # increase of the edge length per distance from the tip [1]
+COARSE = 0.016  # largest edge length [m]
 
 
 class Profile(NamedTuple):
@@ -45,7 +45,7 @@ def profile() -> Profile:
     step = along[1]
     radius = np.cumsum(np.cos(slope)) * step
     height = (np.cumsum(np.sin(slope)[::-1]) * step)[::-1]
-    # The map keeps angles: d flat / flat = d along / radius.
+    # The map is conformal: d flat / flat = d along / radius.
     flat = np.exp(np.cumsum(step / radius))
     return Profile(along, radius, height, flat * radius[-1] / flat[-1])
 
@@ -70,7 +70,7 @@ def flat(triangles: int, hat: Profile, fine: float) -> tuple[Floats, NDArray[np.
     angle = 2.0 * np.pi * np.arange(count) / count
     points = np.zeros((count + (triangles + 2 - count) // 2, 2))
     points[:count] = outer * np.stack((np.cos(angle), np.sin(angle)), axis=1)
-    # A multiple of the number of points that are wanted within each distance from the tip
+    # Cumulative number of wanted points up to each distance from the tip, up to a constant factor
     wanted = np.cumsum(hat.radius / np.minimum(fine + GRADING * hat.along, COARSE) ** 2)
     placed, gap = count, 1.1 * spread
     while placed < len(points):

@@ -26,9 +26,9 @@ class Library:
 
     name: str
     license: str  # SPDX expression
-    files: str  # beginning of the names of its files
-    packages: str  # names of the packages with its licence: own, Debian's, others'
-    change: str = ""  # how it differs from the release
+    files: str  # prefix of the names of its files
+    packages: str  # names of packages that contain its licence
+    change: str = ""  # how the library differs from its release
 
 
 LIBRARIES = [

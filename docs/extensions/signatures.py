@@ -107,7 +107,8 @@ def give_signatures_to_classes() -> None:
         if not isinstance(described, type):
             continue
         made = stub().get(f"{described.__name__}.__init__", inspect.Signature())
-        for derived in described.__subclasses__():  # must not show the signature of their base
+        # Without a signature of their own, derived classes would show that of their base.
+        for derived in described.__subclasses__():
             if derived.__module__ != "loomstone._core":
                 derived.__signature__ = inspect.signature(derived)
         described.__signature__ = made.replace(return_annotation=inspect.Signature.empty)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from .base import waiting  # noqa: F401  # imported first, because it sets how threads wait
 
 # isort: split
-from .base import explained  # noqa: F401  # before modules that import functions of the core
+from .base import explained  # noqa: F401  # must precede modules that import functions of the core
 
 # isort: split
 from . import collision, garments, limits, magnetics, meshes, obstacles, pictures, ranks, viewer

@@ -38,7 +38,7 @@ def force_by_offsets(n: int, distance: float) -> float:
     for along in range(1 - n, n):
         z = distance + h * along
         r2 = across + z * z
-        # equation (6.10) with both moments along z
+        # Equation (6.10) of [Thomaszewski2010] with both moments along z.
         total += (n - abs(along)) * float((weights * z * (9 * r2 - 15 * z * z) / r2**3.5).sum())
     return M.MU0 / (4 * np.pi) * moment**2 * total
 

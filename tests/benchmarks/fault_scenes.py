@@ -13,7 +13,7 @@ import numpy as np
 from hypothesis import Phase, given, seed, settings
 from hypothesis import strategies as st
 
-COUNT = 20  # batches of 50 scenes
+COUNT = 20  # number of batches; each has 50 scenes
 
 NUMBERS = st.one_of(
     st.sampled_from([0.0, -0.0, -1.0, 1e-300, 1e-12, 1e-3, 1.0, 1e3, 1e12, 1e300]),

@@ -106,7 +106,8 @@ def full_disk(whole: Whole, out: Path, seed: int) -> str:
     largest = int(random.Random(seed).uniform(0.01, 1.0) * whole.length)
 
     def limit() -> None:
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # writing then fails, as on a full disk
+        # Makes writing fail as on a full disk instead of ending the process.
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
 
     done = command("run", whole.scene, "--out", out, "--threads", 1, preexec_fn=limit)
@@ -252,7 +253,7 @@ def in_child(arguments: list[str], seeds: list[int], seconds: float) -> Iterator
                 yield seeds.pop(0), line.strip()
             timer.cancel()
             status, said = child.wait(), child.stderr.read()
-        if seeds:  # the child has ended in the trial of this seed
+        if seeds:  # the child died in the trial of seeds[0]
             cause = signal.Signals(-status).name if status < 0 else said.strip().splitlines()[-1:]
             yield seeds.pop(0), f"ended by {cause}"
 

@@ -26,9 +26,10 @@ import numpy as np
 from loomstone import magnetics as M
 from smoke import SCENES, parsed
 
-# Density of the cells [1/m^3], chosen to give about as many cells as in the thesis.
+# Density of the cells [1/m^3], chosen to give about as many cells as in [Thomaszewski2010].
 DENSITY = {"toy_magnets": 7e7, "lift": 2.6e8, "figures": 2e7, "levitation": 3e7, "dragon": 1e7}
-# Columns of the table in the thesis (at 2.4 GHz): cells, magnetics [ms], rigid [ms] and gain.
+# Columns of the table 6.1 in [Thomaszewski2010], measured at 2.4 GHz: cells, magnetics [ms], rigid
+# [ms] and gain.
 THESIS = {
     "toy_magnets": (48, 0.29, 0.09, 1.30),
     "lift": (256, 3.9, 0.25, 3.76),
@@ -36,7 +37,7 @@ THESIS = {
     "levitation": (142, 0.33, 0.02, 5.97),
     "dragon": (1824, 53.1, 2.76, 6.72),
 }
-# Further scene parameters that reproduce the scenes of the thesis.
+# Further scene parameters that reproduce the scenes of [Thomaszewski2010].
 AS_CELLS: dict[str, dict[str, str]] = {"figures": {"response": "explicit"}}
 
 

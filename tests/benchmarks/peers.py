@@ -37,8 +37,8 @@ DURATION = {"drape": 1.0, "twist": 1.0, "swing": 4.0}  # [s]
 class Seen(NamedTuple):
     seconds: float  # per frame
     stretch: float
-    pairs: int  # intersecting pairs in the worst frame
-    kept: float | None = None  # energy left at the end, as a share of that at the start
+    pairs: int  # largest number of intersecting pairs in a frame
+    kept: float | None = None  # energy at the end divided by energy at the start
 
     def __str__(self) -> str:
         text = f"{self.seconds:.3f} s a frame, stretch {self.stretch:.3f}, "
@@ -52,7 +52,7 @@ def opened(name: str, triangles: int | None) -> tuple[ls.Scene, ls.Integrator]:
     scene = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(scene)
     size = {} if triangles is None else {"triangles": triangles}
-    if name == "swing":  # the integrator of the scene does not keep its energy
+    if name == "swing":  # the integrator of the scene file dissipates energy
         if triangles is not None:
             columns = max(1, round(np.sqrt(0.5 * triangles * 0.44 / 0.57)))
             size = {"columns": columns, "rows": max(1, round(0.5 * triangles / columns))}
@@ -136,7 +136,7 @@ def looked_at(path: Path, name: str) -> Seen:
     for x in run["X"]:
         edges = np.stack([x[faces[:, 1]] - x[faces[:, 0]], x[faces[:, 2]] - x[faces[:, 0]]], axis=2)
         gradients.append(edges @ rest)
-        if name != "swing":  # which has no collisions
+        if name != "swing":  # the scene "swing" has no collisions
             pairs = max(pairs, len(ls.collision.intersecting_pairs(x, faces)))
     stretch = max(float(np.linalg.norm(g, ord=2, axis=(1, 2)).max()) for g in gradients)
     kept = kept_in(dict(run), gradients) if name == "swing" else None

@@ -20,7 +20,7 @@ from smoke import parsed
 
 RANKS = 12
 ROWS_PER_BLOCK = 128  # ranks own whole blocks of rows (core/parallel/row_layout.cpp)
-TIMES = {"table_cloth": (0.2, 0.4, 1.0), "wave_bar": (0.2, 0.4, 1.0)}  # of the pictures [s]
+TIMES = {"table_cloth": (0.2, 0.4, 1.0), "wave_bar": (0.2, 0.4, 1.0)}  # times of the pictures [s]
 
 
 def owners(sim: ls.Simulation) -> NDArray[np.int64]:

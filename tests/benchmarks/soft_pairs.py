@@ -26,7 +26,8 @@ CHI = (1.0, 100.0, 1e5)
 
 def placed(soft: M.SoftBody, kind: str, gap: float) -> M.SoftBody:
     height = float(SIZE[2])
-    if kind == "turned":  # by 30 degrees about x, with the lowest edge above the first cuboid
+    # A turned cuboid is rotated by 30 degrees about x. Its lowest edge is above the first cuboid.
+    if kind == "turned":
         rise = 0.5 * (0.5 * SIZE[1] + np.cos(np.pi / 6) * height)
         turn = (np.cos(np.pi / 12), np.sin(np.pi / 12), 0.0, 0.0)
         return soft.at((0.002, 0.003, 0.5 * height + gap * height + rise), turn)

@@ -20,7 +20,7 @@ import numpy as np
 from loomstone.runs.scene_file import SceneFile
 from smoke import SCENES, parsed
 
-# Default step divided by the limit of stability, of Asynchronous and of symplectic Euler
+# Default step divided by the stability limit: of Asynchronous, and of SymplecticEuler
 SHARE, SHARE_OF_AUTO = 0.4, 0.5
 
 

@@ -34,7 +34,8 @@ FrameTopology example_topology(int side, bool with_bodies) {
         topology.triangles.row(triangle++) << corner + 1, corner + side + 1, corner + side;
       }
   topology.corner_uv.resize(triangle * 3, 2);
-  // The second half of the triangles of the second cloth has uv of its own: there is a seam.
+  // The second half of the triangles of the second cloth has uv that differ from those of the first
+  // half, so the texture has a seam.
   for (int corner = 0; corner < 3 * triangle; ++corner) {
     const int vertex = topology.triangles.data()[corner];
     const double shift = corner >= 9 * triangle / 4 ? 1.0 : 0.0;

@@ -158,7 +158,7 @@ TEST_CASE("texts that are not UTF-8 are refused") {
 TEST_CASE("columns that an older file lacks keep their defaults") {
   struct Row {
     std::int64_t step = -1;
-    double energy = 0.5;  // absent from the older file
+    double energy = 0.5;  // a member that the older file does not contain
     double time = -1.0;
   };
   const Column step{"step", Number::Int64, offsetof(Row, step)};

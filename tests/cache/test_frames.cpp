@@ -90,7 +90,8 @@ TEST_CASE("a vertex on a seam of the texture has a point for each coordinate") {
     CHECK(made.uv.row(made.triangles.data()[corner]) == uv.row(corner));
   CHECK(made.uv.row(4).isZero());  // no triangle uses this vertex
 
-  // Every triangle has texture coordinates of its own, so the points would more than double.
+  // Every triangle has its own texture coordinates. Splitting vertices would more than double the
+  // number of points, so the texture coordinates are omitted.
   Triangles fan(6, 3);
   fan << 0, 1, 2, 0, 2, 3, 0, 3, 1, 0, 2, 1, 0, 3, 2, 0, 1, 3;
   CHECK(!texture_points(4, fan, Points2::Random(18, 2)).textured);

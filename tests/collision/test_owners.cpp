@@ -1,5 +1,5 @@
-// The ranks share the search for contacts and impacts. The results have the same bits, whichever
-// rank computes them.
+// The ranks divide the search for contacts and impacts among themselves. The results have the same
+// bits, whichever rank computes them.
 #include <catch2/catch.hpp>
 
 #include <cstdlib>
@@ -20,7 +20,7 @@ using test::on_ranks;
 
 namespace {
 
-// Two sheets and a table. With few triangles, some of seven ranks have no list.
+// Two sheets and a table. If `cells` is small, some of seven ranks have no neighbour list.
 TestScene sheets_on_table(Index cells) {
   return make_scene(
       {{grid_cells(0.2, 0.2, cells, cells), Kind::Cloth, 4e-3},
@@ -164,5 +164,5 @@ TEST_CASE("each neighbour list is on one rank, and costs are balanced after some
   }
   CHECK(all.size() == n_lists);
   CHECK(n_lists > 1000);
-  CHECK(4.0 * most < 1.3 * sum);  // ranges are cut anew above 1.25
+  CHECK(4.0 * most < 1.3 * sum);  // above 1.25, lists are distributed again
 }

@@ -16,7 +16,8 @@ using namespace loomstone::test;
 
 namespace {
 
-// Two springs on a line. One end is fixed at 0, and the vertices 1 and 2 begin at 1 and 2 [m].
+// Two springs on a line. The first connects the fixed point x = 0 with a vertex that starts at 1 m.
+// The second connects this vertex with one that starts at 2 m.
 struct Springs {
   std::array<double, 2> mass = {2.0, 1.0}, x = {1.0, 2.0}, v = {0.0, 0.0};
 
@@ -212,7 +213,7 @@ TEST_CASE("the queue keeps the energy of a swinging sheet better than intervals 
   };
   const double queue = error(Schedule::Queue), refill = error(Schedule::Refill);
   CAPTURE(queue, refill);
-  CHECK(queue < 0.05);  // velocities lag by half a step
+  CHECK(queue < 0.05);  // velocities lag behind positions by half a step
   CHECK(refill > 2.0 * queue);
 }
 
@@ -336,8 +337,9 @@ TEST_CASE("the step of the inradius rule is that of (4.26)") {
   one << 0, 1, 2;
   const ClothRun run = make_run(TriangleMesh(corners, one), material, options);
   const double wave = 300 / (1 - 0.2 * 0.2);  // lambda + 2 mu in plane stress [N/m]
+  // The tolerance allows for the sampling of wave directions.
   CHECK(ElementSteps(run.model, options).at_rest()[0] ==
-        Approx(0.6 * 0.1 * std::sqrt(0.5 / wave)).epsilon(1e-3));  // directions are sampled
+        Approx(0.6 * 0.1 * std::sqrt(0.5 / wave)).epsilon(1e-3));
 }
 
 TEST_CASE("viscosity and damped bending of any strength take energy and stay stable") {
@@ -382,7 +384,7 @@ TEST_CASE("a damped queue takes as much energy as damped nested steps") {
   }
   CAPTURE(lost[0], lost[1]);
   CHECK(lost[0] > 0.02);
-  CHECK(lost[1] == Approx(lost[0]).epsilon(0.02));  // velocities of a queue lag by half a step
+  CHECK(lost[1] == Approx(lost[0]).epsilon(0.02));  // velocities in a queue lag by half a step
 }
 
 TEST_CASE("triangles that stretch take shorter steps, and never longer ones again") {

@@ -47,8 +47,8 @@ double longest_edge(const ClothRun& run) {
 }
 
 struct Swing {
-  double stretch = 0.0, edge = 0.0;  // largest stretch of triangles, and of edges
-  double gain = 0.0;  // mean of the energy over the last tenth, in parts of the largest kinetic one
+  double stretch = 0.0, edge = 0.0;  // largest stretch of triangles and of edges
+  double gain = 0.0;  // mean energy gain over the last tenth, divided by the largest kinetic energy
 };
 
 // Simulates 4 s of a square sheet of 2 m that is pinned at two corners and released flat.

@@ -45,7 +45,7 @@ TEST_CASE("with the exact Jacobian Newton's residual is squared from one iterati
   CHECK(r.size() == static_cast<std::size_t>(report.newton_iterations) + 1);
   int n_squared = 0;
   for (std::size_t k = 0; k + 1 < r.size(); ++k) {
-    if (r[k] > 1e-2 || r[k + 1] < 1e-13) continue;  // far from the solution, or at rounding level
+    if (r[k] > 1e-2 || r[k + 1] < 1e-13) continue;  // too far from the solution, or below rounding
     // Quadratic convergence means r_{k+1} <= C r_k^2 with one constant C. Linear convergence would
     // violate this bound at the next iteration.
     CHECK(r[k + 1] <= 30.0 * r[k] * r[k]);

@@ -287,7 +287,8 @@ TEST_CASE("with coarse levels, stiff terms between layers cost few iterations") 
       system.terms.push_back(term);
     }
   solved(system, {LinearMethod::Pcg, 1e-6, 4000}, 1, &tied);
-  // Coarse levels without the couplings of terms would lead to ten times as many iterations.
+  // If the coarse levels lacked the couplings of terms, the solve would need ten times as many
+  // iterations.
   CHECK(tied.iterations < 4 * apart.iterations);
 }
 
@@ -431,7 +432,8 @@ TEST_CASE("a system with all rows fixed leaves x unchanged") {
 }
 
 TEST_CASE("the supernodal factorisation is used by name alone") {
-  // CHOLMOD would choose it for a system of this size: 3,600 rows.
+  // By default, CHOLMOD would choose the supernodal factorisation for a system of this size: 3,600
+  // rows.
   const RandomSystem system = random_system(60, 3, 700);
   const Points direct = solved(system, {LinearMethod::Direct, 1e-10, 2000});
   try {
@@ -439,7 +441,7 @@ TEST_CASE("the supernodal factorisation is used by name alone") {
     // The condition number is near 100, so rounding changes x by less than 1e-12.
     CHECK((direct - supernodal).norm() < 1e-12 * direct.norm());
     CHECK_FALSE(same_bits(direct, supernodal));
-  } catch (const Unsupported& error) {  // a CHOLMOD without the module
+  } catch (const Unsupported& error) {  // this CHOLMOD lacks the module
     CHECK_THAT(error.what(), Catch::Matchers::Contains("supernodal module") &&
                                  Catch::Matchers::Contains("use \"direct\""));
   }

@@ -47,7 +47,8 @@ TEST_CASE("a grid numbers vertex j (nx + 1) + i at column i and row j") {
 TEST_CASE(
     "flat meshes have the area of their outline, face +z, are discs, and carry their coordinates "
     "as uv") {
-  const double hexagon_like = 3.0 * std::sin(M_PI / 3.0);  // disc of radius 1 as a hexagon
+  // Area of a regular hexagon in a circle of radius 1.
+  const double hexagon_like = 3.0 * std::sin(M_PI / 3.0);
   struct Case {
     TriangleMesh mesh;
     double area;
@@ -89,7 +90,7 @@ TEST_CASE(
   CHECK(grid(1.0, 1.0, 2).n_triangles() == 2);
   const TriangleMesh wide = grid(3.0, 1.0, 600);
   CHECK(wide.n_triangles() == 600);
-  // The tolerance allows for the border, which has no diagonals.
+  // The tolerance allows for the border, whose edges are not accompanied by diagonals.
   CHECK(wide.mean_edge() == Approx(0.1 * (2.0 + std::sqrt(2.0)) / 3.0).epsilon(0.02));
 }
 

@@ -315,7 +315,7 @@ TEST_CASE(
     pattern += area(rest[t]);
     space += area(lengths[t]);
   }
-  CHECK(space / pattern == Approx(1.0).epsilon(0.1));  // both in metres, with hardly any stretch
+  CHECK(space / pattern == Approx(1.0).epsilon(0.1));  // uv are in metres, with little stretch
   for (const char* name : {"dragon.obj", "bunny.obj", "funnel.obj"}) {
     INFO(name);
     CHECK(welded(read_mesh((meshes / name).string(), false)).closed());

@@ -14,7 +14,7 @@ ENVIRONMENT = os.environ | {
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
     "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
     "OMP_WAIT_POLICY": "passive",
-    "LOOMSTONE_MPI_TIMEOUT": "60",  # a rank that hangs fails a test and does not stop all tests
+    "LOOMSTONE_MPI_TIMEOUT": "60",  # a rank that hangs fails its test instead of blocking all tests
 }
 
 

@@ -119,7 +119,8 @@ def test_sigcont_which_mpirun_sends_first_saves_the_current_step(scene, tmp_path
         timeout=60,
     )
     assert done.returncode == 0, done.stderr
-    # The signal saves step 26. Frames save steps 10, 20 and 30. The two newest checkpoints remain.
+    # The signal causes a checkpoint of step 26, and frames cause checkpoints of steps 10, 20 and
+    # 30. The two newest checkpoints remain.
     steps = {int(path.stem.split("-")[1]) for path in out.glob("checkpoint-*.h5")}
     assert steps == {26, 30}
 
@@ -164,7 +165,8 @@ def test_processes_of_another_launcher_are_refused_before_they_overwrite_one_ano
     ("environment", "wanted"),
     [
         ({}, 8),
-        # Unbound ranks share the 8 processors that a process may use, bound ranks all 16.
+        # The process may use 8 of 16 processors. Unbound ranks divide these 8 among themselves, and
+        # bound ranks all 16.
         ({"OMPI_COMM_WORLD_SIZE": "4", "OMPI_COMM_WORLD_LOCAL_SIZE": "4", "NONE": "1"}, 2),
         ({"OMPI_COMM_WORLD_SIZE": "4", "OMPI_COMM_WORLD_LOCAL_SIZE": "4"}, 4),
         ({"OMPI_COMM_WORLD_SIZE": "2", "OMPI_COMM_WORLD_LOCAL_SIZE": "2"}, 8),

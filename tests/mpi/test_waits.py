@@ -7,7 +7,7 @@ from launcher import ENVIRONMENT, command, needs_mpirun
 
 pytestmark = needs_mpirun
 
-# Rank 0 waits for 0.3 s. It prints how often it gave up the processor of its own accord.
+# Rank 0 waits for 0.3 s. It prints the number of its voluntary context switches meanwhile.
 WAIT = """
 import resource, time
 from loomstone import _core
@@ -35,8 +35,8 @@ def run(program, spin):
 def test_a_rank_that_waits_longer_than_it_polls_sleeps(spin, sleeps):
     done = run(WAIT, spin)
     assert done.returncode == 0, done.stderr
-    # A sleep lasts at most 200 us, so there are over a thousand on an idle machine. On a busy
-    # machine, waking up takes some milliseconds.
+    # A sleep lasts at most 200 us, so there are over a thousand sleeps on an idle machine. On a
+    # busy machine, waking up takes some milliseconds.
     count = int(done.stdout.split()[1])
     assert count >= 20 if sleeps else count < 20
 

@@ -82,7 +82,7 @@ TEST_CASE("a binned sum of numbers of similar size is exact up to one rounding")
 }
 
 TEST_CASE("the error of a binned sum is below n m 2^-95 plus one rounding") {
-  // Large numbers cancel, so that the parts that are not kept show up in the sum.
+  // The large numbers cancel, so the rounding of small numbers is visible in the sum.
   std::mt19937 random(5);
   for (int round = 0; round < 200; ++round) {
     std::vector<double> numbers;
@@ -104,14 +104,16 @@ TEST_CASE("the error of a binned sum is below n m 2^-95 plus one rounding") {
 
 TEST_CASE("numbers that cancel leave exactly what remains") {
   CHECK(sum_of({1e20, 1.0, -1e20}).value() == 1.0);
-  CHECK(sum_of({1.0, 1e-17, 1e-17}).value() == 1.0);  // 2e-17 is below half a unit of 1
+  // The sum of the small terms is less than half a unit in the last place of 1.
+  CHECK(sum_of({1.0, 1e-17, 1e-17}).value() == 1.0);
   CHECK(sum_of({1e16, 1.0, 1.0, -1e16, -2.0}).value() == 0.0);
   CHECK(sum_of({-3.5, 1.25}).value() == -2.25);
   CHECK(sum_of({3.0, 0x1p-60, -3.0}).value() == 0x1p-60);
   CHECK(sum_of({least, least, -3 * least}).value() == -least);
   CHECK(sum_of({}).value() == 0.0);
   CHECK(!std::signbit(sum_of({-0.0, -0.0}).value()));
-  // 2^53 + 1 lies half-way between two doubles, and the even one is taken unless more is added.
+  // 2^53 + 1 lies half-way between two doubles. It rounds to the even one, 2^53, unless more is
+  // added.
   CHECK(sum_of({0x1p53, 1.0}).value() == 0x1p53);
   CHECK(sum_of({0x1p53, 1.0, 0x1p-40}).value() == 0x1p53 + 2.0);
   CHECK(sum_of({-0x1p53, -1.0, -0x1p-40}).value() == -0x1p53 - 2.0);

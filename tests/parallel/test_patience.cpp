@@ -31,7 +31,7 @@ TEST_CASE("after a wait, the thread has its timer slack back") {
   const int slack = prctl(PR_GET_TIMERSLACK);
   Patience patience;
   for (int wait = 0; wait < 2; ++wait) {
-    while (prctl(PR_GET_TIMERSLACK) == slack) patience.wait();  // until the first sleep
+    while (prctl(PR_GET_TIMERSLACK) == slack) patience.wait();  // loops until the first sleep
     CHECK(prctl(PR_GET_TIMERSLACK) == 1);
     patience.reset();
     CHECK(prctl(PR_GET_TIMERSLACK) == slack);

@@ -75,7 +75,7 @@ TEST_CASE("a rank performs tests of a task before it passes the task on") {
 }
 
 TEST_CASE("a predicted replay takes the time of the most expensive range and of three exchanges") {
-  // Sixteen pieces, of which the last four take twice as long as in the step before.
+  // Sixteen pieces of work. The last four take twice as long as in the preceding step.
   OrderedWork work{std::vector<float>(16, 1.0f), std::vector<double>(16, 1e-6), 4e-6, 1000};
   for (int i = 12; i < 16; ++i) work.seconds[i] = 2e-6;
   CHECK(work.work() == Approx(24e-6));

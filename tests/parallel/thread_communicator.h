@@ -74,7 +74,7 @@ class ThreadCommunicators {
       abort(1);
     }
     void start_add(BinnedSum*, int) const override { abort(1); }
-    void finish() const override {}  // a gather is complete when it has been started
+    void finish() const override {}  // a gather completes when it starts
     std::unique_ptr<Mailbox> open_mailbox() const override {
       return std::make_unique<Borrowed>(all_.mailboxes_[rank_]);
     }

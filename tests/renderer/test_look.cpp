@@ -41,7 +41,7 @@ std::shared_ptr<const TextureImage> four_colors() {
 }
 
 int strongest(const std::array<int, 4>& color) {
-  for (int i = 0; i < 3; ++i)  // other channels only have the light that the surface mirrors
+  for (int i = 0; i < 3; ++i)  // other channels contain only mirrored light
     if (color[i] > color[(i + 1) % 3] + 60 && color[i] > color[(i + 2) % 3] + 60) return i;
   return -1;
 }
@@ -241,7 +241,7 @@ TEST_CASE("normals of a ball point away from its centre, in world axes", "[rende
       const Vec3 outwards = (options.camera.eye + seen.depth[at] * ray).normalized();
       const Vec3 normal = Eigen::Vector3f(&seen.normal[3 * at]).cast<double>();
       CHECK(normal.norm() == Approx(1.0));
-      CHECK(normal.dot(outwards) > 0.999);  // 2.6 degrees, as the ball has flat triangles
+      CHECK(normal.dot(outwards) > 0.999);  // 2.6 degrees; the ball has flat triangles
     }
   CHECK(pixels > 3000);
 }

@@ -60,7 +60,7 @@ TEST_CASE(
   for (const Vec3& at : {Vec3(0, 0, 0.05), Vec3(0, 0, 0.15), Vec3(0.5, 0, 0.06), Vec3(0.5, 0, 1.0),
                          Vec3(0.5, 0, 1.1)})
     cubes.push_back(body_of(box(0.1, 0.1, 0.1), "box", at));
-  cubes[3].velocity = Vec3(0, 0, 0.1), cubes[4].velocity = Vec3(0, 0, -0.1);  // these two meet
+  cubes[3].velocity = Vec3(0, 0, 0.1), cubes[4].velocity = Vec3(0, 0, -0.1);  // these two collide
   RigidWorld world(cubes, {floor_of(2.0, 4)}, gravity);
   RigidState state = world.initial_state();
   CHECK(world.supported() == std::vector<std::uint8_t>{0, 0, 0, 0, 0});

@@ -74,7 +74,7 @@ TEST_CASE("a body described in rotated mesh axes has the same motion") {
   RigidBody plain = body_of(box(0.4, 0.2, 0.1), "box", Vec3(1, 2, 3));
   plain.velocity = Vec3(1, 0, 0);
   plain.angular_velocity = Vec3(1, 2, -3);
-  RigidBody turned_mesh = plain;  // its mesh is rotated, and the body by the inverse rotation
+  RigidBody turned_mesh = plain;  // mesh rotated by `turn`, body by its inverse
   turned_mesh.shape = BodyShape::Convex;
   const Vec3 shift(0.5, -0.5, 0.25);
   turned_mesh.mesh = shared(plain.mesh->moved(shift, turn));

@@ -142,7 +142,7 @@ TEST_CASE(
                     Catch::Contains("differ: integrator.step)"));
   CHECK_THROWS_WITH(Simulation(scene, step_of(2e-3, "bdf2"), 1).restore(kept),
                     Catch::Contains("differ: integrator.method)"));
-  other = scene;  // rounded as on another machine
+  other = scene;  // values that another machine may round differently
   other.gravity *= 1.0 + 1e-15;
   other.gravity[0] += 1e-17;
   CHECK_NOTHROW(Simulation(other, step_of(2e-3), 1).restore(kept));
@@ -393,7 +393,8 @@ TEST_CASE("a step in which the Newton loop finds no solution is taken in halves"
   scene.cloths[0].pins = {0, 8};
   scene.collisions = false;
   IntegratorOptions o = step_of(0.02, "backward-euler");
-  // Too few iterations for whole steps when the cloth is pulled taut, but enough for parts of them.
+  // Three iterations are too few for whole steps when the cloth is pulled taut, but enough for
+  // parts of these steps.
   o.newton()->max_newton_iterations = 3;
   Simulation sim(scene, o, 1);
   std::vector<int> parts;

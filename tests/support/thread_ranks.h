@@ -1,4 +1,4 @@
-// Ranks that are threads of one process, for tests of work that ranks share.
+// Ranks that are threads of one process, for tests of work that is divided among ranks.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 namespace loomstone::test {
 
-// What the ranks of one communicator share.
+// Data that the ranks of one communicator share.
 struct ThreadHub {
   explicit ThreadHub(int n)
       : size(n), barrier(n), data(n), values(n), messages(n), kinds(n), texts(n) {}
@@ -79,7 +79,7 @@ class ThreadRank final : public Communicator {
         sums[i].add(static_cast<const BinnedSum*>(hub_.data[other])[i]);
     barrier();
   }
-  void finish() const override {}  // operations are complete when they have been started
+  void finish() const override {}  // operations complete when they start
   void agree(int& kind, std::string& text) const override {
     hub_.kinds[rank_] = kind;
     hub_.texts[rank_] = text;

@@ -11,9 +11,9 @@ from pathlib import Path
 import loomstone as ls
 import numpy as np
 
-# Pixels that differ by more than 2/255. Where an edge passes through a sample, drivers may round to
-# either side of it. That happens in 2 of 100,000 pixels of the drape, and in 5 of these pictures,
-# which have more edges.
+# Largest fraction of pixels that may differ by more than 2/255. Where an edge passes through a
+# sample, drivers may round to either side of it. This concerns 2 of 100,000 pixels in pictures of
+# the drape, and 5 of 100,000 in these pictures, which have more edges.
 ROUNDED = 2e-4
 
 

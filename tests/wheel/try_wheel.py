@@ -26,7 +26,7 @@ def scene(solver: str = "pcg"):
 def integrator(solver: str = "pcg"):
     return ls.SemiImplicitEuler(step=4e-3, linear_solver=solver)
 """
-# Optional packages: the commands that need them, and what their sentence names.
+# Commands that need an optional package, and the package that their error message must name.
 OPTIONAL = [
     (["export", "sheet", "--to", "usd"], "usd-core"),
     (["export", "sheet", "--to", "gltf"], "pygltflib"),

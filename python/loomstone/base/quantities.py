@@ -39,7 +39,7 @@ def in_unit(value: Any, unit: str, where: str) -> Any:
         return value
     try:
         return value.to("dimensionless" if unit == "1" else unit).magnitude
-    except Exception:  # Pint's exceptions have no names here, because Pint is not imported
+    except Exception:  # Pint is not imported, so its exceptions cannot be named
         raise InvalidInput(
             f"{where} must be {_wanted(unit)}: {_shown(value)} has the dimension {_named(value)}"
         ) from None

@@ -75,7 +75,7 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
     if parallel and _core.launched_by_mpi():
         try:
             communicator = _core.mpi_communicator()
-        except Error as error:  # the same on all ranks
+        except Error as error:  # all ranks raise the same error
             if launched_rank() != 0:
                 raise typer.Exit(1) from None
             fail(str(error))

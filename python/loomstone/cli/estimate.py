@@ -7,9 +7,10 @@ from ..integrators import Integrator
 
 __all__ = ["memory_of", "memory_text"]
 
-# Memory that a run needs [bytes]: for the program, for each triangle of cloth, depending on the
-# method of the integrator, and for each triangle of bodies and obstacles. The values were measured
-# in the first six steps of drapes of 14,450 to 200,000 triangles.
+# Memory that a run needs [bytes]. PROGRAM is the memory of the program itself. The other values are
+# per triangle: OF_CLOTH per triangle of cloth (OF_CLOTH_BY_METHOD for some integrators), and
+# OF_SURFACE per triangle of bodies and obstacles. They were measured in the first six steps of
+# drapes of 14,450 to 200,000 triangles.
 PROGRAM = 60e6
 OF_CLOTH = 4.1e3
 OF_CLOTH_BY_METHOD = {
@@ -19,7 +20,7 @@ OF_CLOTH_BY_METHOD = {
     "backward-euler": 6.7e3,
     "nonlinear-midpoint": 6.7e3,
 }
-OF_FACTOR = 3.8e3  # for each triangle of cloth, in addition, with the direct solver
+OF_FACTOR = 3.8e3  # additional memory per triangle of cloth with the direct solver
 OF_SURFACE = 0.8e3
 
 

@@ -141,7 +141,7 @@ def _title(directory: Path) -> str:
     name = str(directory)
     try:
         made = Run(directory).metadata.get("scene_file")
-    except CacheError:  # a table of steps can be plotted without its run
+    except CacheError:  # the table of steps may lie outside a run directory
         return name
     if not made:
         return name

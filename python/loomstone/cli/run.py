@@ -174,7 +174,7 @@ class _Work:
     """How a run is divided among threads and ranks."""
 
     threads: int
-    decomposition: Any  # a name, which Simulation checks
+    decomposition: Any  # name of a decomposition; Simulation checks it
 
 
 @dataclass(frozen=True)

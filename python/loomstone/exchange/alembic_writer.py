@@ -21,7 +21,7 @@ from .surfaces import Floats, Surface, vertex_normals
 
 __all__ = ["write_alembic"]
 
-_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # turns z up to y up
+_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # rotates from z up to y up
 
 
 def write_alembic(path: Path, clip: Clip) -> None:
@@ -82,7 +82,7 @@ class _Mesh:
         if not motion.still:
             sample = self._geometry.XformSample()
             turn = _UP @ motion.rotations[index] @ _UP.T
-            pose = np.eye(4)  # acts on rows
+            pose = np.eye(4)  # for row vectors: point @ pose
             pose[:3, :3], pose[3, :3] = turn.T, _UP @ motion.centres[index]
             sample.setMatrix(imported("imath", "abc").M44d(*pose.reshape(-1).tolist()))
             self._pose.getSchema().set(sample)

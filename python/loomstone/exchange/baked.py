@@ -85,7 +85,7 @@ def _welded(part: Part) -> Part:
     paths = np.ascontiguousarray(part.frames.transpose(1, 0, 2).astype(np.float32)).reshape(
         count, -1
     )
-    paths += 0.0  # so that -0 equals 0
+    paths += 0.0  # turns -0 into 0, because rows are compared bitwise
     keys = paths.view(np.dtype((np.void, paths.itemsize * paths.shape[1]))).ravel()
     _, first, index = np.unique(keys, return_index=True, return_inverse=True)
     triangles = first[index.reshape(-1)][part.triangles]

@@ -17,7 +17,7 @@ from .surfaces import Floats, Indices
 __all__ = ["read_gltf"]
 
 _RATE = 60.0  # samples of an animation per second [1/s]
-_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # turns y up to z up
+_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # rotates from y up to z up
 
 
 def read_gltf(

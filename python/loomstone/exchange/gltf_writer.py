@@ -22,7 +22,7 @@ from .surfaces import Bytes, Floats, Indices, Surface, png_bytes, vertex_normals
 
 __all__ = ["write_gltf"]
 
-_LARGEST = 2**32 - 1  # of a binary glTF [bytes]
+_LARGEST = 2**32 - 1  # largest size of a binary glTF file [bytes]
 _KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 _FLOAT, _UNSIGNED = 5126, 5125
 _VERTICES, _INDICES = 34962, 34963  # targets of buffer views
@@ -65,7 +65,7 @@ class _Document:
         self._gltf = gltf
         self._made = gltf.GLTF2()
         self._made.asset = gltf.Asset(version="2.0", generator=f"loomstone {__version__}")
-        # Turns z up to y up.
+        # Rotates from z up to y up.
         half = float(np.sqrt(0.5))
         root = gltf.Node(name="run", rotation=[-half, 0.0, 0.0, half], children=[])
         self._made.nodes = [root]
@@ -89,7 +89,7 @@ class _Document:
             uv = np.empty((len(source), 2))
             source_uv = surface.uv if surface.texture is None else surface.texture_uv
             uv[corners.reshape(-1)] = source_uv[surface.uv_triangles.reshape(-1)]
-            uv[:, 1] = 1.0 - uv[:, 1]  # glTF counts v from the upper edge of a texture
+            uv[:, 1] = 1.0 - uv[:, 1]  # glTF measures v from the upper edge of a texture
             attributes.TEXCOORD_0 = self._array(uv.astype(np.float32), _VERTICES)
         primitives = [
             gltf.Primitive(

@@ -29,7 +29,7 @@ _SOUTH = np.array([0.04, 0.12, 0.50])
 class Surface:
     """A cloth, rigid body or obstacle of a run."""
 
-    name: str  # as in the scene
+    name: str  # name of the surface in the scene
     identifier: str  # made of letters, digits and _; unique within the run
     is_cloth: bool
     vertices: slice  # its rows in the arrays of a frame
@@ -39,7 +39,7 @@ class Surface:
     colors: Floats  # (c x 3) linear RGB of its materials
     material: Indices  # (m) index into colors
     roughness: float  # [1]
-    texture: Bytes | None  # (height x width x 3) sRGB, in place of the first color; None: no image
+    texture: Bytes | None  # (height x width x 3) sRGB image, replaces the first color; None: none
     texture_uv: Floats  # (k x 2) uv in units of the image's size; no rows without an image
 
     def positions(self, frame: Frame) -> Floats:

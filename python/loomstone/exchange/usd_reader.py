@@ -84,7 +84,8 @@ def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
             _check_skin(f"{path}: {prim.GetPath()}", binding, stage.GetPrimAtPath(target), target)
         skinned = skinned or bool(targets)
     if skinned:
-        # BakeSkinning does not convert times between layers: this layer gets the rate of the stage.
+        # BakeSkinning does not convert times between layers, so the session layer must have the
+        # rate of the stage.
         layer = stage.GetSessionLayer()
         layer.timeCodesPerSecond = stage.GetTimeCodesPerSecond()
         layer.framesPerSecond = stage.GetTimeCodesPerSecond()
@@ -164,7 +165,7 @@ def _triangles(where: str, counts: NDArray[Any], corners: NDArray[Any], points: 
             f"{where}: the corner counts of its {len(counts)} faces must add up to {len(corners)},"
             f" and each corner must be one of its {points} points"
         )
-    number = np.maximum(counts - 2, 0)  # of triangles per face
+    number = np.maximum(counts - 2, 0)  # number of triangles of each face
     first = np.repeat(np.cumsum(counts) - counts, number)
     k = np.arange(len(first)) - np.repeat(np.cumsum(number) - number, number)
     fans: Indices = corners[np.column_stack([first, first + k + 1, first + k + 2])]

@@ -84,7 +84,8 @@ def strip_rigidity(material: ClothMaterial, *, angle_degrees: float = 0.0) -> fl
         material.bending_twist,
     )
     if d33 < 0.0:
-        d33 = 0.5 * (math.sqrt(d11 * d22) - d12)  # default: twist rigidity of an isotropic plate
+        # By default, twisting resists as in an isotropic plate of rigidity sqrt(d11 d22).
+        d33 = 0.5 * (math.sqrt(d11 * d22) - d12)
     determinant = d11 * d22 - d12**2
     if not (determinant > 0.0 and d33 > 0.0):
         raise InvalidInput(

@@ -46,7 +46,7 @@ def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
         mesh = converted(content)
     except InvalidInput as error:
         raise InvalidInput(f"{path}: {error}") from None
-    assert mesh is not None  # meshio has returned a meshio.Mesh
+    assert mesh is not None  # converted() returns None only for objects that are not meshes
     return mesh
 
 

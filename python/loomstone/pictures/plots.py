@@ -18,7 +18,7 @@ __all__ = ["KINDS", "plot_steps"]
 Steps = Mapping[str, NDArray[Any]]
 KINDS = ("energy", "stages", "contacts", "stretch", "strain", "iterations", "step")
 
-# Share of the wall time below which a stage is left out.
+# The plot omits stages that take a smaller fraction of the wall time than this.
 LEAST_SHARE = 1e-3
 
 # Names of columns in legends. Other columns are shown by their own names.

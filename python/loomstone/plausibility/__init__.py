@@ -30,7 +30,7 @@ def implausible(simulation: Any) -> list[str]:
         found += of_contacts(scene, simulation)
     found += of_sizes(scene)
     reversed_ones = reversed_obstacles(scene)
-    if scene.bodies or reversed_ones:  # otherwise the places of surfaces do not matter
+    if scene.bodies or reversed_ones:  # otherwise the positions of surfaces are not needed
         surfaces = start_surfaces(scene, simulation)
         pairs = overlapping_pairs(surfaces)
         found += of_reversed(scene, surfaces, reversed_ones)

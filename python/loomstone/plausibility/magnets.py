@@ -13,12 +13,13 @@ from .surfaces import Surface, overlapping_pairs
 
 __all__ = ["of_magnets"]
 
-# A magnet may reach out of the mesh of its body by this fraction of its own size. The value is our
-# choice: a body with few facets is smaller than the round magnet in it.
+# A magnet may protrude from the mesh of its body by this fraction of its own size without a
+# warning. The value is our choice. If a body has few facets, a round magnet of the same radius
+# protrudes slightly from it.
 REACH = 0.1
 # Largest number of points of a magnet that are compared with the mesh of its body.
 MOST_TESTED = 200
-# Number of sides of a prism that stands for a hollow cylinder.
+# Number of sides of the prism that approximates a hollow cylinder.
 SIDES = 32
 
 
@@ -31,8 +32,9 @@ def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int
     names = [*(body.name for body in scene.bodies), *(each.name for each in scene.obstacles)]
     carriers = {name: index for index, name in enumerate(names)}
     found, placed, owners = [], [], []
-    # Equal magnets in equal bodies have the same mesh and reach, which are computed once. The keys
-    # contain addresses of meshes; the stored states keep these meshes alive.
+    # If several magnets and the bodies that carry them are equal, the mesh of the magnet and its
+    # protrusion are computed once. The keys contain addresses of meshes. The stored states keep
+    # these meshes alive.
     known: dict[Any, tuple[TriangleMesh | None, float, Any]] = {}
     for i, magnet in enumerate(scene.magnets):
         owner = carriers[magnet.body]

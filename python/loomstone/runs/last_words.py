@@ -14,12 +14,13 @@ from .signals import Interrupted
 
 __all__ = ["last_words"]
 
-# A shell that prints its argument unless it receives the word "end" through a pipe. The system
-# closes the pipe when the process that holds its other end is gone.
+# The shell prints its argument unless it receives the word "end" through a pipe. If the process at
+# the other end of the pipe dies, the system closes the pipe, and the shell prints.
 _SHELL = (
     "trap '' HUP INT TERM USR1 USR2; read -r word; [ \"$word\" = end ] || printf '%s\\n' \"$0\" >&2"
 )
-# Messages that contain this command name the way to continue.
+# Error messages that contain this command already say how to continue, so nothing is printed after
+# them.
 RESUME = "loomstone resume"
 # mpirun kills a rank one second after SIGTERM and then forwards no output. If the rank has not
 # ended this time [s] after SIGTERM, the sentence is printed while output is still forwarded.
@@ -68,7 +69,7 @@ class _Speaker:
         self._signals, self._noted = os.pipe()
         os.set_blocking(self._noted, False)
         self._before: int | None = None
-        with suppress(ValueError):  # only the main thread can ask for signals
+        with suppress(ValueError):  # only the main thread may call set_wakeup_fd()
             self._before = signal.set_wakeup_fd(self._noted, warn_on_full_buffer=False)
         # The main thread may wait for a dead rank and never handle the signal.
         threading.Thread(target=self._listen, daemon=True).start()

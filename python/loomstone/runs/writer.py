@@ -94,7 +94,7 @@ class Writer(NoWriter):
         try:
             self._steps.close()
         except OSError:
-            if failure[0] is None:  # otherwise the error that ended the run is reported
+            if failure[0] is None:  # otherwise, the earlier error that ended the run is reported
                 raise
 
     @contextmanager

@@ -19,7 +19,7 @@ from ..runs.scene_file import SceneFile, parse_parameters
 __all__ = ["MOST_POINTS", "Point", "claim", "parse_values", "points_of"]
 
 MOST_POINTS = 100_000
-_LONGEST_NAME = 120  # of a directory; file systems allow 255 bytes
+_LONGEST_NAME = 120  # longest name of a directory; file systems allow 255 bytes
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def parse_values(items: Sequence[str]) -> dict[str, list[Any]]:
             for value in _spaced(name, piece) or parse_parameters([f"{name}={piece}"]).values()
         ]
         if "=" not in item:
-            parse_parameters([item])  # raises the error that names the form of an item
+            parse_parameters([item])  # raises the error that states the expected form
         if name in found:
             raise InvalidInput(f"-p {name} must be given once; separate its values by commas")
         keys = [json.dumps(value) for value in values]

@@ -18,16 +18,18 @@ __all__ = ["BodyGrip", "ClothGrip", "Grip", "ObstacleGrip"]
 
 Floats = NDArray[np.float64]
 
-# A hand holds this fraction of the mass of a cloth.
+# Fraction of the mass of a cloth that a hand grips.
 _PATCH = 0.05
-# Largest acceleration of all that hangs on the hand [m/s^2]: eight times that of gravity.
+# The force of a hand is at most the whole mass of what it grips (cloth or body) times this
+# acceleration [m/s^2], which is eight times gravity.
 _PULL = 80.0
-# Time constant of the spring of a hand, in units of the longest step. With 1, its force would move
-# the patch by the whole distance in one step; with less, the patch would overshoot.
+# Time constant of the spring between hand and gripped part, in units of the longest step. With 1,
+# the force would move the part by the whole distance in one step. With less, the part would
+# overshoot.
 _REACTION = 1.5
-# Time constant in which a hand makes up for the weight that it carries [s].
+# Time constant in which a hand balances the weight that it carries [s].
 _SETTLING = 0.3
-# Largest speed of a held obstacle [m/s].
+# Largest speed of a gripped obstacle [m/s].
 _SPEED = 1.0
 
 

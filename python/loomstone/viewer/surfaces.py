@@ -35,7 +35,7 @@ class Surfaces:
         self._textured = {n: _vertex_colors(surface) for n, surface in self._surfaces.items()}
         self._meshes: dict[str, Any] = {}
         self._shown: dict[str, Floats] = {}
-        self._colors: dict[str, Bytes | None] = {}  # of vertices; None: the surface has one colour
+        self._colors: dict[str, Bytes | None] = {}  # colours of vertices; None: one colour
         self._listeners: dict[str, Callable[[Any], None]] = {}
 
     @property

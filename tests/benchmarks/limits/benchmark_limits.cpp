@@ -42,8 +42,8 @@ double product() {
   return best;
 }
 
-// Seconds per sweep: time of 9 sweeps minus time of 1 sweep, divided by 8. The difference removes
-// the work done once per call.
+// Seconds per sweep: the time of 9 sweeps minus the time of 1 sweep, divided by 8. The difference
+// cancels the time of work that is done once per call.
 double sweep(const LimitedCloth& cloth, const Points& x, const char* method, int threads) {
   double best[2] = {1e9, 1e9};
   for (int several = 0; several < 2; ++several) {
@@ -58,7 +58,8 @@ double sweep(const LimitedCloth& cloth, const Points& x, const char* method, int
   return (best[1] - best[0]) / 8;
 }
 
-// Time [s] of a call that finds nothing to correct. It takes one sweep and evaluates the excess.
+// Time [s] of a call that finds nothing to correct. The call performs one sweep and evaluates the
+// excess.
 double idle(const LimitedCloth& cloth, const Points& x, const char* method) {
   StrainLimiter limiter(cloth, sweeping(method));
   double best = 1e9;

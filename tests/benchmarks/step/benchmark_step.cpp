@@ -143,7 +143,8 @@ void growth(const std::vector<Index>& cells) {
   for (const Index n : cells)
     for (const double h : {1e-3, 4e-3})
       for (const char* solver : {"pcg", "block-jacobi", "supernodal"}) {
-        // The smaller meshes suffice to show how the time of the factorisation grows.
+        // Supernodal runs are limited to smaller meshes, which suffice to show how their time
+        // grows.
         if (std::string(solver) == "supernodal" && n > 130) continue;
         print({n, h, solver, h > 2e-3 ? "implicit" : "explicit"});
       }

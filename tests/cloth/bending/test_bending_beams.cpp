@@ -98,7 +98,8 @@ TEST_CASE("an orthotropic strip sags by its compliance along the strip") {
   CAPTURE(pattern);
   Mat3 d = Mat3::Zero();
   d.diagonal() << 1.0, 9.0, 0.8;
-  // Free edges carry no moment, so 1 / B is the first entry of the inverse of D.
+  // Free edges carry no moment, so the flexural rigidity of the strip is the reciprocal of the
+  // first entry of the inverse of D.
   CHECK(deflection_ratio({"midedge", pattern, 8, d}, 1.0) == Approx(1.0).epsilon(0.02));
   CHECK(deflection_ratio({"midedge", pattern, 8, d, -M_PI / 2}, 9.0) == Approx(1.0).epsilon(0.02));
   d(0, 1) = d(1, 0) = 0.3;
@@ -117,9 +118,10 @@ TEST_CASE("a strip cut on the bias sags by the rigidity that weft, warp and twis
   d.diagonal() << 1.0, 3.0, 0.8;
   d(0, 1) = d(1, 0) = coupling;
   const Mat3 s = d.inverse();
-  // Moments across the strip and twisting moments vanish, so at 45 degrees the rigidity B follows
-  // from 1 / B = (S11 + S22 + 2 S12 + S33) / 4 with S = D^-1. The clamp prevents twisting, which
-  // stiffens the strip. A narrow strip (width 0.1, length 1) keeps this effect small.
+  // Moments across the strip and twisting moments vanish, so at 45 degrees the flexural rigidity B
+  // of the strip follows from 1 / B = (S11 + S22 + 2 S12 + S33) / 4 with S = D^-1. The clamp
+  // prevents twisting, which stiffens the strip. A narrow strip (width 0.1, length 1) keeps this
+  // effect small.
   const double compliance = 0.25 * (s(0, 0) + s(1, 1) + 2.0 * s(0, 1) + s(2, 2));
   CHECK(deflection_ratio({"midedge", pattern, 6, d, M_PI / 4, 0.1}, 1.0 / compliance) ==
         Approx(1.0).epsilon(0.02));
@@ -138,8 +140,9 @@ TEST_CASE("the hinge's rigidity along the axes of a grid is within 25 percent of
 TEST_CASE(
     "the hinge's rigidity in strips of smoothed irregular mesh is within 12 percent of B at 16 "
     "elements across, 18 at 6") {
-  // Boundary edges have no hinge, so narrow strips are softer. The smallest rigidity of four seeds
-  // is 0.833 B at 6 elements across, 0.871 B at 10 and 0.883 B at 16.
+  // Boundary edges have no hinge, so narrow strips are softer. With B the rigidity of the material,
+  // the smallest rigidity of a strip of four seeds is 0.833 B at 6 elements across, 0.871 B at 10
+  // and 0.883 B at 16.
   const auto [across, bound] = GENERATE(table<Index, double>({{6, 0.18}, {10, 0.14}, {16, 0.12}}));
   for (unsigned seed = 1; seed <= 4; ++seed) {
     const Strip strip = random_strip(1.0, 0.2, across, seed, 30);
@@ -152,7 +155,8 @@ TEST_CASE(
 }
 
 TEST_CASE("the hinge's rigidity at 45 degrees to a grid differs from B by more than 20 percent") {
-  // The rigidity is 2.04 B if diagonals run along the strip, and 0.75 B if they run across it.
+  // The flexural rigidity of the strip is 2.04 B if diagonals run along the strip, and 0.75 B if
+  // they run across it.
   for (const std::string pattern : {"along", "across"}) {
     const double ratio = 1.0 / deflection_ratio({"hinge", pattern, 8, isotropic(1.0, 0.0)}, 1.0);
     CHECK(std::isfinite(ratio));

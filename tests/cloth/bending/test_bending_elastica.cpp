@@ -38,7 +38,7 @@ double elastica_tip(double w, double& tip_x) {
       theta = next;
       kappa += h * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0;
     }
-    (kappa > 0.0 ? high : low) = start;  // the free end has no moment
+    (kappa > 0.0 ? high : low) = start;  // the moment at the free end must vanish
   }
   tip_x = x;
   return z;

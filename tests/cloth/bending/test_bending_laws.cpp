@@ -151,7 +151,7 @@ TEST_CASE(
         Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (k + k.transpose())).eigenvalues();
     CHECK(eigenvalues(0) >= -1e-13 * eigenvalues(eigenvalues.size() - 1));
   }
-  // Stiffness and damping are multiplied by their scales and added to the matrix.
+  // add_stiffness() multiplies stiffness and damping by their scales and adds both to the matrix.
   const Eigen::MatrixXd both = dense(*bending, x, 2.0, 3.0);
   const Eigen::MatrixXd apart =
       2.0 * dense(*bending, x, 1.0, 0.0) + 3.0 * dense(*bending, x, 0.0, 1.0);
@@ -269,7 +269,7 @@ TEST_CASE(
     const double measured = std::abs(make_hinge_bending(setup)->rest_angles()[0]);
     worst = std::max(worst, std::abs(measured - std::abs(angle)) / std::max(1e-3, std::abs(angle)));
   }
-  CHECK(worst < 1e-14);  // near pi the normals carry a few rounding errors
+  CHECK(worst < 1e-14);  // near pi the normals have a few rounding errors
 }
 
 TEST_CASE(

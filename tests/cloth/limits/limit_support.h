@@ -66,7 +66,7 @@ inline Vec3 angular_momentum(const Vector& mass, const Points& x, const Points& 
 }
 
 // Equilateral, right-angled and sliver triangles, and one whose third corner lies above the middle
-// of its base (A1 of (3.12) is singular for it).
+// of its base (matrix A1 of (3.12) in [Thomaszewski2010] is singular for it).
 inline std::vector<Corners2> shapes() {
   Corners2 equilateral, right, sliver, middle;
   equilateral << 0, 0, 0.01, 0, 0.005, 0.008660254037844387;

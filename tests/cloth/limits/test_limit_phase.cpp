@@ -96,7 +96,8 @@ TEST_CASE("with a second phase the positive Jacobian stays positive semidefinite
 }
 
 // Weft is limited to 10 %. The second phase begins at a strain of 9 %, the third at 9.5 % and the
-// fourth at 10.5 %. With them, the added stiffness becomes 300, 3000 and 120,000 times the modulus.
+// fourth at 10.5 %. In these phases, the added stiffness is 300, 3000 and 120,000 times the
+// modulus.
 TEST_CASE(
     "near its limit a strip enters three stiff phases in turn, and below these it is as soft as "
     "without a limit") {
@@ -114,8 +115,8 @@ TEST_CASE(
     phase.enter({}, x, 0, s.mesh.n_vertices());
     s.membrane.set_phase(phase.table(), phase.entered());
     const double more = (tension(s, x) - elastic) / 0.2;  // [N/m], for a width of 0.2 m
-    // The added first Piola-Kirchhoff stress is the stretch times S. S is 300 times the modulus
-    // times the stretch times `beyond`.
+    // The added first Piola-Kirchhoff stress is the stretch times the second one, S. Here S is the
+    // product of 300, the modulus, the stretch and `beyond`.
     const double beyond = std::max(0.0, strain - 0.09) + 9.0 * std::max(0.0, strain - 0.095) +
                           390.0 * std::max(0.0, strain - 0.105);
     const double expected = 300 * 300.0 * (1 + strain) * (1 + strain) * beyond;

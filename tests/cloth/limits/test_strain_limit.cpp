@@ -33,8 +33,8 @@ Mat3 some_turn(int i) {
       .toRotationMatrix();
 }
 
-// Solves the six equations (3.10) of the thesis: for the three strains, for linear momentum in the
-// plane, and for angular momentum about the centre of the candidate positions.
+// Solves the six equations (3.10) of [Thomaszewski2010]: for the three strains, for linear momentum
+// in the plane, and for angular momentum about the centre of the candidate positions.
 Points thesis_correction(const LimitedCloth& cloth, const Points& x, const Vec3& change) {
   const Corners2& c = cloth.corners[0];
   const Vec2 e1 = (c.row(1) - c.row(0)).transpose(), e2 = (c.row(2) - c.row(0)).transpose();

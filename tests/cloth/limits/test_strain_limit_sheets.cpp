@@ -123,7 +123,7 @@ TEST_CASE(
   const TriangleMesh mesh = irregular();
   const LimitedCloth cloth = sheet(mesh, limits_of(0.02, 0.02, 0.3));
   Points x = mesh.vertices();
-  // Deforms by U = (1, 0.2; 0.2, 1).
+  // Applies the stretch tensor U = (1, 0.2; 0.2, 1).
   x.col(0) += 0.2 * mesh.vertices().col(1), x.col(1) += 0.2 * mesh.vertices().col(0);
   CHECK(limited(cloth, x, sweeping("gauss-seidel")).x == x);
   const Result edges = limited(cloth, x, sweeping("edges"));

@@ -1,4 +1,4 @@
-// Claims about the orthotropic membrane, equations (2.7) to (2.36) of the thesis.
+// Claims about the orthotropic membrane, equations (2.7) to (2.36) of [Thomaszewski2010].
 #include <catch2/catch.hpp>
 
 #include <Eigen/Eigenvalues>
@@ -17,8 +17,8 @@ TEST_CASE("the membrane force is minus the gradient of its energy, with error of
     const double difference =
         (s.membrane.energy({}, x + step * d) - s.membrane.energy({}, x - step * d)) / (2 * step);
     const double error = std::abs(difference - exact) / std::abs(exact);
-    // Central differences: a tenth of the step gives a hundredth of the error until rounding,
-    // 1e-16 / 1e-5, dominates.
+    // The error of central differences is of second order: a tenth of the step gives a hundredth of
+    // the error, until rounding errors of 1e-16 / step dominate.
     if (previous > 1e-9) CHECK(error < previous / 90.0 + 1e-10);
     previous = error;
   }
@@ -239,7 +239,7 @@ TEST_CASE(
   // Both models agree without stress.
   CHECK((corotational_jacobian(s.mesh, c, s.mesh.vertices()) - at_rest).norm() <
         1e-12 * at_rest.norm());
-  // The sheet is stretched by a tenth and rotated, so that the co-rotational model must follow a
+  // The sheet is stretched by a tenth and rotated, so the co-rotational model must follow a
   // rotation.
   const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   Points x = s.mesh.vertices();

@@ -143,7 +143,7 @@ TEST_CASE("cloth that starts tangled neither fails nor gets stuck") {
   const Index n = scene.model.surfaces[0].n_vertices;
   for (int step = 0; step < 60; ++step) {
     Points x1 = x;
-    x1.topRows(n).col(0).array() += 3e-3;  // moves out sideways
+    x1.topRows(n).col(0).array() += 3e-3;  // moves the first sheet sideways
     stage.certify(Team{1}, {x, scene.inverse_mass, {}}, x1, none);
     x = x1;
   }

@@ -31,7 +31,8 @@ TEST_CASE("a vertex that falls through a face is hit at half time") {
                           Vec3(0.2, 0.2, -1), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
   const Impact impact = continuous_vertex_face(q);
   CHECK(impact.hit);
-  CHECK(impact.time == Approx(0.5).epsilon(1e-9));  // the minimum gap is only a rounding error
+  // The minimum gap is 0, so only rounding errors change the time.
+  CHECK(impact.time == Approx(0.5).epsilon(1e-9));
   CHECK((impact.normal - Vec3(0, 0, 1)).norm() < 1e-9);
 }
 
@@ -91,7 +92,8 @@ TEST_CASE("motions constructed to collide are always reported") {
     };
     const Vec3 gap = face ? Vec3(at(0) - (1.0 - s - t) * at(1) - s * at(2) - t * at(3))
                           : Vec3((1.0 - s) * at(0) + s * at(1) - (1.0 - t) * at(2) - t * at(3));
-    // The shift itself is rounded, so the test uses a minimum gap slightly above zero.
+    // The shift is rounded, so the features may pass at a distance of a rounding error. The test
+    // uses a minimum gap above this distance.
     for (int i = 0; i < (face ? 1 : 2); ++i) {
       q[i] -= gap;
       q[4 + i] -= gap;

@@ -10,8 +10,9 @@ using Kind = CollisionSurface::Kind;
 namespace {
 
 // Moves a small sheet as a rigid block on a floor under tilted gravity. All vertices have the same
-// velocity, computed by semi-implicit Euler. The block starts with its weight on vertex contacts of
-// force 2 k depth^2 / xi, where k is the contact stiffness and xi the thickness.
+// velocity, computed by semi-implicit Euler. At the start, vertex contacts carry the weight of the
+// block. Each has the force 2 k depth^2 / xi, where k is the contact stiffness and xi the
+// thickness.
 struct Slide {
   double distance, speed;
 };
@@ -42,11 +43,12 @@ Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 
         stage.terms({x, v, last_change, Points(0, 3), h, n, scene.inverse_mass, Points(0, 3)},
                     contacts, state, terms);
     const Vec3 before = velocity;
-    for (int solve = 0; solve < 3; ++solve) {  // repeated, as in the linearised integrators
+    // The solve is repeated, as in the linearised integrators.
+    for (int solve = 0; solve < 3; ++solve) {
       Mat3 matrix = mass * Mat3::Identity();
       Vec3 right = mass * before + h * mass * gravity;
       for (const ExtraTerm& term : terms) {
-        double sum = 0.0;  // total weight of the cloth vertices in the contact
+        double sum = 0.0;  // sum of the barycentric weights of the cloth vertices
         for (int i = 0; i < term.n_entries; ++i) sum += term.entries[i].weight;
         matrix += h * h * sum * sum * term.hessian;
         right -= h * sum * (term.gradient - h * term.hessian * term.drift);
@@ -99,7 +101,7 @@ TEST_CASE("a block on a slope sticks below the friction angle and slides above i
 TEST_CASE("long slides follow Coulomb's law at every slope above the friction angle") {
   // Even without friction, steps of h = 4 ms overestimate the distance after a time t by the
   // fraction h / t, which is below 1 %. The tolerances of 2 and 4 % allow for this error. At slope
-  // 0.305 the net force is only 1.6 % of the friction, so an error of 0.07 % in the friction
+  // 0.305 the net force is only 1.7 % of the friction, so an error of 0.07 % in the friction
   // changes the distance by 4 %. Each step therefore repeats its solve with the slip of this step.
   // With the slip of the previous step, friction would be too large by the fraction h / t, and the
   // distance would change by 26 % at slope 0.305 and 3 % at 0.5.
@@ -107,7 +109,8 @@ TEST_CASE("long slides follow Coulomb's law at every slope above the friction an
     for (const double slope : {0.305, 0.35, 0.5}) {
       const double angle = std::atan(slope),
                    pull = 9.81 * (std::sin(angle) - 0.3 * std::cos(angle));
-      const double distance = std::min(0.3, 0.5 * pull * 4.0);  // at most 0.3 m, and at most 2 s
+      // Distance in 2 s, but at most 0.3 m.
+      const double distance = std::min(0.3, 0.5 * pull * 4.0);
       INFO("step " << h << " slope " << slope);
       CHECK(slide(slope, std::sqrt(2.0 * distance / pull), 0.0, h).distance ==
             Approx(distance).epsilon(slope < 0.31 ? 0.04 : 0.02));

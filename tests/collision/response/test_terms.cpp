@@ -214,7 +214,7 @@ TEST_CASE(
     const double error = std::abs(difference - slope) / std::abs(slope);
     const double force_error =
         ((assembled(plus, n) - assembled(minus, n)) / (2 * step) - product).norm() / product.norm();
-    CHECK(error < std::max(0.5 * last, 1e-7));  // lower bound: rounding of the energies
+    CHECK(error < std::max(0.5 * last, 1e-7));  // 1e-7: rounding errors of the energies
     CHECK(force_error < std::max(0.5 * last_force, 1e-6));
     last = error, last_force = force_error;
   }
@@ -365,9 +365,9 @@ TEST_CASE("a smooth surface pushes along its rounded normals, and its edges carr
     CHECK(n > 10);
     return worst;
   };
-  // Facets of 8 mm on a radius of 50 mm are tilted by up to 0.1 rad, and the normals of edge
-  // contacts by more. The error of interpolated normals is the tilt squared, plus 0.04 times the
-  // tilt if the closest point is off the radius through the vertex (at a height of 2 mm).
+  // The facets of the sphere have edges of 14 to 16 mm on a radius of 50 mm. The angle between the
+  // normal of a facet and the radius is up to 0.19 rad, at the corners of the facet. The bound for
+  // interpolated normals is about a tenth of this angle.
   CHECK(worst_angle(false) > 0.1);
   CHECK(worst_angle(true) < 0.02);
 }
@@ -391,7 +391,8 @@ TEST_CASE("contacts become stiffer where forces press taut cloth together") {
     const double pressing = 8.0 * std::abs(contacts[c].normal.z());
     CHECK(stiffer[c] == Approx(std::max(k, 16.0 / 3.0 * pressing / 4e-3 - k)));
   }
-  // Stiffening begins at a force of 3/8 k xi = 1.5 N, which exceeds the 1 N per vertex here.
+  // Stiffening begins at a force of 3/8 k xi = 1.5 N, where xi is the thickness. This exceeds
+  // the force of 1 N per vertex.
   for (const double each : stiffness(forces / 8.0)) CHECK(each == k);
   // Forces that pull the sheets apart stiffen no contacts, nor do forces on prescribed vertices.
   for (const double each : stiffness(-forces)) CHECK(each == k);
@@ -430,7 +431,8 @@ TEST_CASE("a contact that would close is stiffened until its gap stays open unde
         CHECK(secant == Approx(tangent).epsilon(1e-12));
         continue;
       }
-      // In the stiffened law, the force plus k xi / 8 is inversely proportional to the gap.
+      // In the stiffened law, the force plus k xi / 8 is inversely proportional to the gap, where
+      // xi is the thickness.
       const double share = tangent * gap * gap / (k * 0.25 * thickness * thickness);
       const double offset = share * k * thickness / 8.0;
       const double predicted = force + tangent * sunk * gap;

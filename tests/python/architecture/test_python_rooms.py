@@ -102,7 +102,7 @@ def test_no_attribute_hides_a_module_of_the_same_name(module):
     package = importlib.import_module(f"loomstone.{module}".rstrip("."))
     for found in pkgutil.iter_modules(package.__path__):
         if found.name.startswith("lib") or found.name == "units":
-            continue  # the MPI plug-in, or the registry of units
+            continue  # skips the MPI plug-in and the registry of units
         shown = getattr(package, found.name, None)
         assert shown is None or isinstance(shown, types.ModuleType), f"{module}: {found.name}"
 

@@ -36,12 +36,12 @@ SAVED = re.compile(r"\b[Ss]ave\b[^`]*`([\w.]+)`[^`]*:\s*\Z")
 
 @dataclass(frozen=True)
 class Block:
-    line: int  # of its first line of code
+    line: int  # number of its first line of code in the page
     language: str
     code: str
     remark: str  # "not run", "runs nightly" or empty
     reason: str
-    file: str  # name of the file whose content is the block; empty: none
+    file: str  # name of the file whose content the block shows, or empty
 
 
 def blocks(page: str) -> list[Block]:
@@ -82,7 +82,8 @@ class Session:
             (self.directory / block.file).write_text(block.code, encoding="utf-8")
             self.names["__file__"] = str(self.directory / block.file)
         if block.language == "python":
-            code = "\n" * (block.line - 1) + block.code  # tracebacks name lines of the page
+            # With the empty lines, tracebacks give line numbers of the page.
+            code = "\n" * (block.line - 1) + block.code
             with contextlib.redirect_stdout(io.StringIO()):
                 exec(compile(code, str(page), "exec"), self.names)
         elif block.language == "sh":

@@ -269,12 +269,12 @@ def test_the_charge_that_a_passing_magnet_moves_is_the_change_of_flux_over_the_r
         5e-4,
     )
     charge, before = 0.0, 0.0
-    # The magnet moves for 0.05 s and stops in the middle of the loop.
+    # The magnet moves for 0.05 s and stops in the middle of the wire loop.
     for _ in range(160):
         sim.step()
         charge, before = charge + 5e-4 * 0.5 * (before + sim.current), sim.current
-    # The current decays with a time constant of 3.3 ms. When the magnet stops, linear interpolation
-    # over 0.5 ms causes an error of (h / tau)^2 / 12.
+    # The current decays with a time constant tau of 3.3 ms. When the magnet stops, linear
+    # interpolation over a step h of 0.5 ms causes a relative error of (h / tau)^2 / 12.
     assert charge == pytest.approx((flux(0.15) - flux(0.0)) / 0.3, rel=2e-3)
     assert sim.circuit_supply == pytest.approx(
         sim.circuit_heat + sim.report.circuits.energy, rel=1e-12

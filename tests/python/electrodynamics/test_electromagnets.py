@@ -272,7 +272,8 @@ def test_a_bow_around_a_loop_is_outside_its_winding():
     loop = M.loop(radius=0.009, turns=100)
     short = M.solenoid(radius=0.009, length=5e-4, turns=100)
     for z in (-0.0021, 0.0, 0.0006, 0.0017):
-        assert added(z, loop) == pytest.approx(added(z, short), rel=2e-3)  # (length / radius)^2
+        # The two windings differ by a fraction below (length / radius)^2 = 3e-3.
+        assert added(z, loop) == pytest.approx(added(z, short), rel=2e-3)
 
 
 @pytest.mark.parametrize("given", [True, False])
@@ -360,7 +361,7 @@ def test_forces_by_currents_are_among_the_magnetic_forces():
     felt = masses[:, None] * (np.asarray(sim.state.body_velocities) - before) / 1e-5
     assert np.abs(forces).max() > 0.01 and forces == pytest.approx(
         felt, abs=0.06 * np.abs(felt).max()
-    )  # the tolerance covers the growth of the current by 1/20 in the step
+    )  # the current grows by 1/20 in the step
 
 
 def test_a_picture_has_no_field_lines_before_the_current_begins():

@@ -58,8 +58,8 @@ def test_free_spheres_follow_their_table_with_second_order(case):
     coarse, fine, finest = (errors_after(case, n) for n in (500, 1000, 8000))
     for k in range(2):
         assert coarse[k] / fine[k] == pytest.approx(4.0, rel=0.25), "second order"
-    # Second order predicts an error 64 times smaller than with 1,000 steps; the factor 1.5 is a
-    # margin. The error is 4e-9 m on a path of 1 cm.
+    # Second order predicts an error 64 times smaller than with 1,000 steps. The factor 1.5 is a
+    # margin. The second bound compares with a path of 1 cm; the measured error is 4e-9 m.
     assert finest[0] < 1.5 * fine[0] / 64 and finest[1] < 1.5 * fine[1] / 64
     assert finest[0] < 1e-7
 
@@ -160,8 +160,9 @@ def test_a_compass_swings_with_the_period_of_its_table(case):
         angles.append(needle_angle(sim))
     wanted = np.array(case["theta_rad"])
     found = np.interp(case["times"], times, angles)
-    # The scheme is of second order, with an error of (omega h)^2 / 24 = 4e-7 of the phase at small
-    # angles, or 3e-6 rad after one period. The tolerance is ten times as large.
+    # The scheme is of second order in the step h. At small angles, its phase has the relative error
+    # (omega h)^2 / 24 = 4e-7, where omega is the angular frequency. This is 3e-6 rad after one
+    # period. The tolerance is ten times as large.
     assert np.abs(found - wanted).max() < 3e-5 * max(1.0, np.radians(case["theta0_deg"]))
 
 

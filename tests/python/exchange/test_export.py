@@ -91,7 +91,7 @@ def test_usd_has_the_positions_uv_poses_and_materials_of_the_run(run, tmp_path, 
     from pxr import UsdGeom, UsdShade
 
     (path,) = run.export(tmp_path / f"run{suffix}", frames=range(1, 6), every=2)
-    # The space that is reserved suffices; text takes up to four times as much.
+    # The estimated size suffices. Text files are up to four times as long as binary ones.
     bound = clip_of(run, range(1, 6), 2, lambda _: None).largest_size
     assert path.stat().st_size <= bound * (4 if suffix == ".usda" else 1)
     stage = pxr.Stage.Open(str(path))
@@ -120,7 +120,7 @@ def test_usd_has_the_positions_uv_poses_and_materials_of_the_run(run, tmp_path, 
     color = bound.ComputeSurfaceSource()[0].GetInput("diffuseColor").Get()
     assert tuple(color) == tuple(ls._core.cloth_color(1))
     subsets = UsdShade.MaterialBindingAPI(meshes["magnet"].GetPrim()).GetMaterialBindSubsets()
-    assert len(subsets) == 3  # sides, north and south
+    assert len(subsets) == 3  # materials of sides, north pole and south pole
 
 
 @pytest.mark.parametrize("suffix", [".glb", ".gltf"])
@@ -157,9 +157,9 @@ def test_another_reader_of_gltf_sees_the_first_frame_with_its_uv(run, tmp_path):
     z_up = np.column_stack([points[:, 0], -points[:, 2], points[:, 1]])
     wanted = expected(run, "a/b", run[0])
     assert z_up[: len(wanted)] == pytest.approx(wanted, abs=FLOAT)
-    assert len(mesh.vertices) == len(wanted) + 7  # those of the seam have two uv
+    assert len(mesh.vertices) == len(wanted) + 7  # the 7 vertices of the seam have two uv
     uv = mesh.visual.uv[mesh.faces].reshape(-1, 2)
-    assert uv == pytest.approx(corner_uv(run, "a/b"), abs=2.0**-23)  # 1 - v is rounded too
+    assert uv == pytest.approx(corner_uv(run, "a/b"), abs=2.0**-23)  # glTF stores 1 - v, rounded
 
 
 def test_alembic_has_the_positions_uv_and_poses_of_the_run(run, tmp_path):
@@ -211,7 +211,7 @@ def test_point_caches_have_the_positions_of_the_run(run, tmp_path, to):
         read = ls.obstacles.sequence(tmp_path / "caches" / f"{file}.{to}", mesh=base, **rate)
         wanted = np.concatenate([expected(run, name, frame) for frame in run[2:6]])
         assert np.array_equal(read.vertex_positions, wanted.astype(np.float32))
-        start = 0.0 if to == "pc2" else 0.04  # .pc2 has no times; .mdd has floats
+        start = 0.0 if to == "pc2" else 0.04  # .pc2 stores no times; .mdd stores floats
         assert read.times == pytest.approx(start + 0.02 * np.arange(4), abs=1e-8)
 
 

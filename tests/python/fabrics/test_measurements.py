@@ -146,7 +146,7 @@ def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
     bending, density = 3e-2, 0.2
     load, a, b = density * 9.81, DISC, SPECIMEN
 
-    def rows(r):  # value, slope, moment / B and shear / B (rows) of the terms of w (columns)
+    def rows(r):  # rows: value, slope, moment / B, shear / B; columns: terms of w
         log = np.log(r)
         return np.array(
             [

@@ -10,7 +10,7 @@ from loomstone.pictures import fitted_camera, read_camera, turntable
 from PIL import Image
 from typer.testing import CliRunner
 
-MARGIN = 0.92  # of the picture, which a fit fills
+MARGIN = 0.92  # fraction of the picture that a fitted view fills
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def test_a_fit_touches_the_margin_of_the_picture(run, tmp_path, turn):
     seen = reach(alphas(tmp_path))
     pixel = 2.0 / 90.0
     assert seen.max() < MARGIN + 2 * pixel
-    if not turn:  # on the left and right, or above and below
+    if not turn:  # fills width or height
         assert min(seen[:2]) > MARGIN - 2 * pixel or min(seen[2:]) > MARGIN - 2 * pixel
 
 

@@ -12,7 +12,8 @@ def test_colour_maps_are_those_of_matplotlib(name):
     from matplotlib import colormaps
 
     theirs = colormaps[name](np.arange(256), bytes=True)[:, :3]
-    assert np.abs(color_table(name)[0].astype(int) - theirs).max() <= 1  # rounding to bytes
+    # They differ by rounding to bytes.
+    assert np.abs(color_table(name)[0].astype(int) - theirs).max() <= 1
 
 
 def test_diverging_maps_are_known_and_an_unknown_map_is_refused():
@@ -38,7 +39,7 @@ def test_labels_stand_where_their_numbers_are_and_never_collide(limits):
     assert len(labels) >= 3 and np.all(np.diff(places) > 0.08)
     if high - low > 1e-3:
         values = np.array([float(text) for _, text in labels])
-        # rounded by up to 0.005 of the range
+        # The numbers in the labels are rounded by up to 0.005 of the range.
         assert np.all(np.abs(values - low - places * (high - low)) <= 0.006 * (high - low))
 
 

@@ -15,7 +15,7 @@ SMALL = ls.RenderOptions(
     ambient_occlusion=False,
     light_direction=(0, 0, 1),
     camera=ls.Camera(fit=False, eye=(0, 0, 1), up=(0, 1, 0), field_of_view_degrees=28.072),
-)  # The square of 0.5 m fills the picture: its half over the distance is tan(14.036 degrees).
+)  # The square of 0.5 m fills the picture: tan(14.036 degrees) is 0.25 m / 1 m.
 
 CHECKER = np.zeros((2, 2, 3), np.uint8)
 CHECKER[0, 0], CHECKER[0, 1], CHECKER[1, 0], CHECKER[1, 1] = np.eye(3)[[0, 1, 2, 0]] * 255

@@ -316,7 +316,7 @@ def test_a_damaged_stored_scene_is_an_error_in_one_sentence(tmp_path):
         except ls.CacheError as error:
             refused += 1
             assert "the scene cannot be read" in str(error) and "\n" not in str(error)
-    assert refused > 90  # the rest damages dates and the like
+    assert refused > 90  # damage to dates, for example, has no effect
     for text in ("[]", '{"description": "Scene", "fields": []}', '{"source": "os", "state": 1}'):
         np.savez(tmp_path / "scene.npz", scene=np.array(text))
         with pytest.raises(ls.CacheError):

@@ -27,7 +27,8 @@ def scene():
 
 def loomstone(*arguments, largest_file=None):
     def limit():
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # as Python does, so that writing fails
+        # Makes writing fail with an error, as in Python.
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         if largest_file:
             resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))
 

@@ -64,8 +64,8 @@ def test_a_run_sums_the_withheld_motion(falling, euler, tmp_path):
 
 
 def test_requested_motion_and_acceleration_are_those_of_the_vertices():
-    # One sheet falls and one lies on the floor. Only touching vertices count for the acceleration
-    # in contact.
+    # One sheet falls, and one lies on the floor. The acceleration in contact includes only vertices
+    # that touch something.
     mesh = ls.grid(size=(0.1, 0.1), cells=(4, 4))
     cloths = [
         ls.Cloth(name="high", mesh=mesh.moved((0, 0, 0.5))),

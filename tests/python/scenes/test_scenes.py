@@ -91,21 +91,21 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
     while sim.time < duration:
         sim.step()
         most = max(most, np.abs(energies() - start).max())
-        if name not in ("halbach", "motor"):  # in these scenes, nothing can fall onto a table
+        if name not in ("halbach", "motor"):  # the bodies of halbach and motor cannot fall
             assert sim.body_centres[:, 2].min() > 1e-3, (
                 "a ball on the table below the bowl has its centre at 0"
             )
     assert sim.report.magnets.substeps >= 1
-    if name == "motor":  # the source's energy becomes heat, motion and L I^2 / 2 with L = 5e-4 H
+    if name == "motor":  # the supply becomes heat, motion and L I^2 / 2, L = 5e-4 H
         turning = sim.report.energy.body_kinetic + sim.bearing_work + 0.25e-3 * sim.current**2
         assert turning + sim.circuit_heat == pytest.approx(sim.circuit_supply, rel=5e-3)
         assert sim.state.body_angular_velocities[0, 2] > 50
-    elif name == "plunger":  # it has leapt, and all energy of its source is accounted for
+    elif name == "plunger":  # the plunger has risen, and the energy balance holds
         gained = energies().sum() - start.sum()
         assert sim.body_centres[0, 2] > 0.04 and gained > 3e-3
         circuit = sim.report.circuits.energy + sim.circuit_heat - sim.circuit_supply
         assert gained + circuit == pytest.approx(0.0, abs=0.01 * gained)
-    elif name not in ("figures", "lift", "pull"):  # in these, scripted motion does mechanical work
+    elif name not in ("figures", "lift", "pull"):  # in those three, the script does work
         # Leapfrog's energy oscillates by 1e-3 of the exchanged energy, and contacts only dissipate.
         assert energies().sum() - start.sum() < 0.01 * most
 
@@ -115,7 +115,7 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
     [
         ("drape", 450, 0.6, "auto"),
         ("ribbon", 200, 2.5, 2.5e-3),
-        ("table_cloth", 1000, 1.0, 4e-3),  # its own step of 1 ms is for larger meshes
+        ("table_cloth", 1000, 1.0, 4e-3),  # the step of the scene, 1 ms, is for larger meshes
         ("wave_bar", 1000, 1.0, 4e-3),
     ],
 )
@@ -165,7 +165,8 @@ def test_asynchronous_steps_keep_the_energy_of_the_swing_for_four_seconds():
         e = sim.report.energy
         total.append(e.kinetic + e.membrane + e.bending + e.gravity)
         kinetic = max(kinetic, e.kinetic)
-    # Semi-implicit Euler at 1 ms loses 0.56. A tenth of the run averages oscillations.
+    # Semi-implicit Euler at 1 ms loses 0.56. The mean over a tenth of the run averages
+    # oscillations.
     assert np.mean(total[-len(total) // 10 :]) - total[0] == pytest.approx(0.0, abs=0.02 * kinetic)
 
 

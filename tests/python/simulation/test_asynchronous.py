@@ -151,7 +151,7 @@ FEATURES = {
 }
 
 
-# These have many contacts, or fast vibrations that the midpoint rule does not resolve.
+# These features cause many contacts, or fast vibrations that the midpoint rule does not resolve.
 DIFFICULT = {"velocities", "rest lengths", "two cloths"}
 
 

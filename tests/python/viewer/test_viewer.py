@@ -223,4 +223,4 @@ def test_the_screenshot_of_a_page_without_server_shows_the_cloth(run, tmp_path):
             data = base64.b64decode(browser.call("Page.captureScreenshot")["data"])
             return len(np.unique(iio.imread(data, extension=".png")))
 
-        _until(lambda: shades() > 60, 60)  # an empty page has a few shades of text
+        _until(lambda: shades() > 60, 60)  # without the cloth, the page has only a few shades

@@ -116,7 +116,7 @@ TEST_CASE("a pendulum of cloth and body keeps its energy in nested steps") {
   scene.bodies[0].velocity = Vec3(0, 1.5, 0);
   scene.bodies[0].angular_velocity = Vec3(0, 0, 2.0);
   Simulation sim(scene, Asynchronous(), 1);
-  // In the first step the strip, which is at rest, takes the velocity of the body.
+  // In the first step the strip, which is at rest, receives the velocity of the body.
   sim.step();
   const double joined = sim.report().account.lost;
   double kinetic = 0.0, lost = 0.0;
@@ -160,8 +160,8 @@ TEST_CASE("a light body that falls on a sheet is carried at events, two-way") {
   }
   CAPTURE(lowest, gain, impulses);
   CHECK(impulses > 100);
-  CHECK(lowest < 0.03);   // the sheet gives way
-  CHECK(lowest > -0.15);  // and carries the ball
+  CHECK(lowest < 0.03);   // the ball has pushed the sheet down
+  CHECK(lowest > -0.15);  // the sheet carries the ball
   CHECK(gain < 0.01);
 }
 

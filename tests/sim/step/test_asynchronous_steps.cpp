@@ -85,7 +85,7 @@ TEST_CASE("an asynchronous run continues bit for bit from a checkpoint and with 
     first.step();
     first.rebuild_stages();
   }
-  if (schedule == Schedule::Queue) {  // clocks are out of phase
+  if (schedule == Schedule::Queue) {  // triangles have clocks with different phases
     const auto since = first.state().cloth.element_clocks.col(0);
     CHECK(since.maxCoeff() > 1.1 * since.minCoeff());
   }

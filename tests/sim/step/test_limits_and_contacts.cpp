@@ -120,7 +120,7 @@ TEST_CASE(
   std::int64_t beyond_early = 0;
   for (int i = 0; i < 50; ++i) {
     sim.step();
-    if (i < 6) beyond_early += sim.report().limits.beyond;  // strain of at most 3.6 %
+    if (i < 6) beyond_early += sim.report().limits.beyond;  // the strain is at most 3.6 %
   }
   CHECK(beyond_early == 0);
   CHECK(sim.report().limits.beyond == 2 * cells * cells);
@@ -131,7 +131,7 @@ TEST_CASE(
   for (const BrokenLimit& each : broken) named.insert(each.element);
   CHECK(sim.report().limits.broken == 2 * cells * cells);
   CHECK(static_cast<std::int64_t>(named.size()) == 2 * cells * cells);
-  CHECK(*named.rbegin() == 2 * cells * cells - 1);  // only elements of the first cloth
+  CHECK(*named.rbegin() == 2 * cells * cells - 1);  // broken limits are in the first cloth
   CHECK(broken.front().element == sim.report().limits.worst_element);
   CHECK(broken.front().excess == sim.report().limits.weft_excess);
   for (std::size_t i = 1; i < broken.size(); ++i) REQUIRE(broken[i].excess <= broken[i - 1].excess);

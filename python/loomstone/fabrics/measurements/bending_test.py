@@ -26,7 +26,8 @@ from .rest import bring_to_rest
 
 __all__ = ["ANGLE", "CantileverResult", "cantilever", "overhang_of_elastica"]
 
-ANGLE, WIDTH, GRAVITY = 41.5, 0.025, 9.81  # [degrees], [m], [m/s^2] as in Scene
+# Units: ANGLE [degrees], WIDTH [m], GRAVITY [m/s^2] (the default of Scene).
+ANGLE, WIDTH, GRAVITY = 41.5, 0.025, 9.81
 
 
 @dataclass(frozen=True)

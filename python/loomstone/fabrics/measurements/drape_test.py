@@ -63,7 +63,8 @@ def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
     A ring of vertices lies on the edge of the clamp.
     """
     triangles = whole("triangles", triangles, 400, 1_000_000)
-    # About a fifth of the triangles lie in the clamp.
+    # A fifth of the triangles is assumed to lie in the clamp. The rest are equilateral with the
+    # side `edge`.
     area = np.pi * (SPECIMEN**2 - DISC**2) / (0.8 * triangles)
     edge = float(np.sqrt(4 / np.sqrt(3) * area))
     outline = _ring(SPECIMEN, edge)
@@ -82,9 +83,9 @@ def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
         within: Floats = np.minimum(inner - distance, distance - DISC)
         return within
 
-    # In Euler's formula for the number of triangles, an interior point counts twice and an outline
-    # point once. relaxed() counts the clamped points as outline points, so their number is
-    # subtracted from the number of triangles that it is asked for.
+    # By Euler's formula, the number of triangles is twice the number of interior points plus the
+    # number of outline points, up to a constant. relaxed() counts the clamped points as outline
+    # points, so the number of triangles that it receives is reduced by the number of these points.
     fixed = np.concatenate([outline, held])
     return relaxed(fixed, depth, (2 * SPECIMEN, 2 * SPECIMEN), edge, triangles - len(held), seed)
 
@@ -128,7 +129,7 @@ def cusick(
         drape_coefficient=100.0 * (area - disc) / (flat - disc),
         folds=count_folds(mesh, positions),
         shadow=area,
-        # Pairs that belong to the obstacle only are not counted.
+        # Pairs of two triangles of the obstacle are not counted.
         intersections=sum(min(pair) < mesh.n_triangles for pair in simulation.intersecting_pairs()),
         rest=rest,
         seconds=time.perf_counter() - began,

@@ -39,7 +39,7 @@ class Loomstone(PythonPackage):
     depends_on("suite-sparse@5.12:")
     depends_on("tbb")
     depends_on("mpi", when="+mpi")
-    depends_on("mesa@:25.0+osmesa", type=("build", "run"))  # later ones have no OSMesa
+    depends_on("mesa@:25.0+osmesa", type=("build", "run"))  # later versions have no OSMesa
     depends_on("egl", type="build")
 
     depends_on("py-numpy@1.23:", type=("build", "run"))
