@@ -3873,7 +3873,7 @@ class RenderOptions:
     wireframe : whether the edges of the cloth's triangles are drawn; default False
     shadows : whether soft shadows are drawn; default True
     ambient_occlusion : whether ambient occlusion is drawn; default True
-    background : background: backdrop | none (transparent: pictures have an alpha channel, and floors only show shadows); default 'backdrop'
+    background : background: backdrop | none (transparent: pictures have an alpha channel, and floors without a colour or texture only show shadows); default 'backdrop'
     floor : whether floors are drawn as a large ground plane; default True
     hidden : names of hidden bodies and obstacles, joined by +; default ''
     field_lines : number of magnetic field lines; 0: none [1]; in [0, 100000]; default 0
@@ -3960,7 +3960,7 @@ class RenderOptions:
     @property
     def background(self) -> typing.Literal["backdrop", "none"]:
         """
-        background: backdrop | none (transparent: pictures have an alpha channel, and floors only show shadows); default 'backdrop'
+        background: backdrop | none (transparent: pictures have an alpha channel, and floors without a colour or texture only show shadows); default 'backdrop'
         """
     @property
     def camera(self) -> Camera:
