@@ -4967,9 +4967,17 @@ def write_checkpoint(path: str, checkpoint: Checkpoint) -> None:
     Writes a checkpoint to a temporary file, which is then renamed to `path`.
     """
 
-def write_mesh(path: str, mesh: TriangleMesh, *, text: bool = False) -> None:
+def write_mesh(
+    path: str,
+    mesh: TriangleMesh,
+    *,
+    text: bool = False,
+    library: str = "",
+    materials: collections.abc.Sequence[tuple[typing.SupportsInt | typing.SupportsIndex, str]] = [],
+    colors: typing.Annotated[numpy.typing.ArrayLike, numpy.uint8] | None = None,
+) -> None:
     """
-    Writes an OBJ or PLY file, depending on the extension of the path. text: writes PLY as text instead of binary.
+    Writes an OBJ or PLY file, depending on the extension of the path. text: writes PLY as text instead of binary. library: name of the .mtl file of an OBJ file. materials: (first triangle, name) of its materials, ascending. colors: (n x 3) bytes in sRGB, colours of the vertices of a PLY file.
     """
 
 def write_png(path: str, image: typing.Annotated[numpy.typing.ArrayLike, numpy.uint8]) -> None:
