@@ -1,7 +1,11 @@
 // Binds triangle meshes, their generators and files, and queries of surfaces.
 #include "core/mesh/triangle_mesh.h"
 
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+
 #include "bindings/bindings.h"
+#include "core/base/message.h"
 #include "core/mesh/adjacency.h"
 #include "core/mesh/generators.h"
 #include "core/mesh/mesh_file.h"
@@ -164,6 +168,18 @@ void bind_queries(py::module_& m) {
       py::arg("point"), "True if the point (3) [m] lies inside a closed surface.");
 }
 
+// Rows of bytes (n x 3), none for None.
+std::vector<std::array<std::uint8_t, 3>> colors_of_rows(
+    const std::optional<py::array_t<std::uint8_t, py::array::c_style>>& rows) {
+  if (!rows) return {};
+  require(rows->ndim() == 2 && rows->shape(1) == 3,
+          "colors must be bytes (uint8) of shape (n, 3), got {} dimensions", rows->ndim());
+  std::vector<std::array<std::uint8_t, 3>> colors(static_cast<std::size_t>(rows->shape(0)));
+  for (std::size_t i = 0; i < colors.size(); ++i)
+    std::copy_n(rows->data(static_cast<py::ssize_t>(i), 0), 3, colors[i].begin());
+  return colors;
+}
+
 }  // namespace
 
 void bind_mesh(py::module_& m) {
@@ -172,10 +188,20 @@ void bind_mesh(py::module_& m) {
   bind_queries(m);
   m.def("read_mesh", &read_mesh, py::arg("path"), py::kw_only(), py::arg("with_uv") = true,
         "Reads a TriangleMesh from an OBJ or PLY file. with_uv=False omits rest coordinates.");
-  m.def("write_mesh", &write_mesh, py::arg("path"), py::arg("mesh"), py::kw_only(),
-        py::arg("text") = false,
-        "Writes an OBJ or PLY file, depending on the extension of the path. text: writes PLY as "
-        "text instead of binary.");
+  m.def(
+      "write_mesh",
+      [](const std::string& path, const TriangleMesh& mesh, bool text, std::string library,
+         std::vector<std::pair<Index, std::string>> materials,
+         const std::optional<py::array_t<std::uint8_t, py::array::c_style>>& colors) {
+        write_mesh(path, mesh, text,
+                   {std::move(library), std::move(materials), colors_of_rows(colors)});
+      },
+      py::arg("path"), py::arg("mesh"), py::kw_only(), py::arg("text") = false,
+      py::arg("library") = "", py::arg("materials") = py::list(), py::arg("colors") = py::none(),
+      "Writes an OBJ or PLY file, depending on the extension of the path. text: writes PLY as text "
+      "instead of binary. library: name of the .mtl file of an OBJ file. materials: (first "
+      "triangle, name) of its materials, ascending. colors: (n x 3) bytes in sRGB, colours of the "
+      "vertices of a PLY file.");
 }
 
 }  // namespace loomstone

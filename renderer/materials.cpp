@@ -100,7 +100,7 @@ Materials::Materials(const GL& gl, const FrameTopology& topology) {
     const Look look = has_look ? topology.body_looks[i] : Look{};
     Material& material = bodies_.emplace_back();
     material.front = material.back = shown_color(look, body_color(i));
-    material.own_color = look.color.has_value();
+    material.own_color = look.color || look.texture;
     material.roughness = static_cast<float>(look.roughness.value_or(body_roughness));
     if (has_look) add(look, body_boxes[i], material);
   }

@@ -11,7 +11,7 @@ namespace loomstone {
 // Material of a surface, as the shaders use it.
 struct Material {
   Eigen::Vector3f front = Eigen::Vector3f::Zero(), back = Eigen::Vector3f::Zero();  // linear RGB
-  bool own_color = false;  // true: the look has a colour
+  bool own_color = false;  // true: the look has a colour or texture
   float roughness = 0.0f;
   float pattern_size = 1.0f;  // edge of a square with the area of the surface's box in uv [m]
   GLuint texture = 0;         // 0: none

@@ -65,10 +65,17 @@ class SquareBuffers {
   GlObject vertex_array_, vertices_;
 };
 
+// An affine function of the place on a square: centre + a * side_a + b * side_b, with a and b from
+// -1 to 1.
+struct SquareUv {
+  Eigen::Vector2f centre = Eigen::Vector2f::Zero(), side_a = centre, side_b = centre;  // [m]
+};
+
 // The square that shows a floor.
 struct PlacedFloor {
   Index body;  // index of the floor among bodies and obstacles
   const SquareBuffers* square;
+  SquareUv uv;  // zeros for floors without a texture
 };
 
 }  // namespace loomstone

@@ -59,8 +59,8 @@ enum class Background { Backdrop, None };
 constexpr auto choices(Background) {
   return std::array{ChoiceName{Background::Backdrop, "backdrop"},
                     ChoiceName{Background::None, "none",
-                               "transparent: pictures have an alpha channel, and floors only show "
-                               "shadows"}};
+                               "transparent: pictures have an alpha channel, and floors without a "
+                               "colour or texture only show shadows"}};
 }
 
 // Description of a picture.

@@ -115,7 +115,12 @@ std::vector<PlacedFloor> Renderer::Data::place_floors(const Frame& frame) {
     const Vec3 aside = std::abs(plane.normal.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
     const Vec3 b = plane.normal.cross(aside).normalized(), a = b.cross(plane.normal);
     square.update(centre, reach * a, reach * b, plane.normal);
-    placed.push_back({static_cast<Index>(body), &square});
+    const PlaneUv uv = floor_uv(topology, frame.body_vertices, static_cast<Index>(body));
+    const Vec2 middle = uv.at(centre), to_a = uv.gradient * (reach * a),
+               to_b = uv.gradient * (reach * b);
+    placed.push_back({static_cast<Index>(body),
+                      &square,
+                      {middle.cast<float>(), to_a.cast<float>(), to_b.cast<float>()}});
   }
   return placed;
 }

@@ -109,6 +109,9 @@ void SurfacePass::draw_surroundings(const SurfaceShading& shading,
     const Material& material = things.materials.body(floor.body);
     material.set(floor_program_, image_unit);
     floor_program_.set("colored", material.own_color ? 1 : 0);
+    floor_program_.set("centre_uv", floor.uv.centre);
+    floor_program_.set("side_a_uv", floor.uv.side_a);
+    floor_program_.set("side_b_uv", floor.uv.side_b);
     floor.square->draw();
   }
   gl_->Disable(GL_CULL_FACE);

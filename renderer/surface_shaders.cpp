@@ -92,9 +92,9 @@ uniform int textured;
 uniform sampler2D image;          // its first row is the upper edge
 uniform vec2 texture_low, texture_size;
 
-vec3 with_texture(vec3 albedo) {
+vec3 with_texture(vec3 albedo, vec2 uv) {
   if (textured == 0) return albedo;
-  vec2 at = (surface_uv - texture_low) / texture_size;
+  vec2 at = (uv - texture_low) / texture_size;
   vec4 t = texture(image, vec2(at.x, 1.0 - at.y));
   return mix(albedo, t.rgb, t.a);
 }
@@ -142,12 +142,15 @@ const char* background_text = R"(
 void main() { color = encode(backdrop()); }
 )";
 
-// A floor without a colour shows the backdrop, darkened by shadows and occlusion, so its border is
-// invisible. A floor with a colour fades into the backdrop.
+// A floor without colour and texture shows the backdrop, darkened by shadows and occlusion, so its
+// border is invisible. Others fade into the backdrop.
 const char* floor_text = R"(
 uniform int transparent;   // draw only shadows
-uniform int colored;       // the floor has a colour of its own
+uniform int colored;       // the floor has a colour or texture of its own
+uniform vec2 centre_uv, side_a_uv, side_b_uv;   // uv at the centre of the square and along its sides
 void main() {
+  vec3 albedo =
+      with_texture(front_color, centre_uv + surface_uv.x * side_a_uv + surface_uv.y * side_b_uv);
   float distance = length(surface_uv) * 6.0;   // from the centre, in radii of the framed region
   float fade = 1.0 - smoothstep(2.6, 5.0, distance);
   float pool = 1.0 + 0.10 * exp(-0.8 * distance * distance);
@@ -157,7 +160,7 @@ void main() {
   vec3 direct = sun * max(0.0, dot(n, towards_light));
   if (colored == 1) {
     vec3 light = ambient(n) * seen.y + sun * max(0.0, dot(n, towards_light)) * seen.x;
-    vec3 lit = front_color * light + mirrored(n, normalize(-eye_position), seen);
+    vec3 lit = albedo * light + mirrored(n, normalize(-eye_position), seen);
     color = transparent == 1 ? toned(lit) * fade : mix(encode(backdrop()), toned(lit), fade);
     return;
   }
@@ -176,7 +179,7 @@ void main() {
   vec3 n = normalize(gl_FrontFacing ? eye_normal : -eye_normal);
   vec3 v = normalize(-eye_position);
   vec2 seen = seen_at(-eye_position.z);
-  vec3 albedo = with_texture(front_color);
+  vec3 albedo = with_texture(front_color, surface_uv);
   // Poles: north red, south blue.
   albedo = mix(albedo, vec3(0.55, 0.05, 0.04), smoothstep(0.02, 0.04, surface_value));
   albedo = mix(albedo, vec3(0.04, 0.12, 0.50), smoothstep(0.02, 0.04, -surface_value));
@@ -254,7 +257,7 @@ void main() {
     color = encode(mix(vec3(0.02), c, smoothstep(0.4, 1.2, abs(gl_FragCoord.x - split))));
     return;
   }
-  vec3 albedo = with_texture(gl_FrontFacing ? front_color : back_color);
+  vec3 albedo = with_texture(gl_FrontFacing ? front_color : back_color, surface_uv);
   if (pattern == 2 && textured == 0) albedo = mix(albedo, checker_color, squares(surface_uv * (12.0 / pattern_size)));
   if (pattern == 1 && textured == 0) {
     albedo *= crossings(threads, pixel) * slubs(threads, pixel) * slubs(threads / 5.0 + 91.0, pixel / 5.0);

@@ -46,6 +46,29 @@ Plane floor_plane(const FrameTopology& topology, const Points& x, Index body) {
   return {sum / count, normal.normalized()};
 }
 
+PlaneUv floor_uv(const FrameTopology& topology, const Points& x, Index body) {
+  PlaneUv found;
+  if (topology.body_corner_uv.rows() == 0) return found;
+  std::vector<std::pair<Vec3, Vec2>> corners;
+  for (Index row = 0; row < topology.body_triangles.rows(); ++row)
+    for (int i = 0; topology.body_of_triangle[row] == body && i < 3; ++i)
+      corners.emplace_back(x.row(topology.body_triangles(row, i)),
+                           topology.body_corner_uv.row(3 * row + i));
+  for (const auto& [place, uv] : corners) {
+    found.point += place / static_cast<double>(corners.size());
+    found.at_point += uv / static_cast<double>(corners.size());
+  }
+  Mat3 squares = Mat3::Zero();
+  Eigen::Matrix<double, 2, 3> products = found.gradient;
+  for (const auto& [place, uv] : corners) {
+    squares += (place - found.point) * (place - found.point).transpose();
+    products += (uv - found.at_point) * (place - found.point).transpose();
+  }
+  // The corners of a floor lie in a plane, so the matrix is singular along its normal.
+  found.gradient = products * squares.completeOrthogonalDecomposition().pseudoInverse();
+  return found;
+}
+
 void Reach::include(const Vec3& point) {
   const Vec3 from_eye = point - view_.eye;
   const double depth = std::max(from_eye.dot(view_.forward), 1e-9);

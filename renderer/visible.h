@@ -18,6 +18,18 @@ struct Plane {
 };
 Plane floor_plane(const FrameTopology& topology, const Points& x, Index body);
 
+// The affine function of the place that is closest to the uv of a floor, in least squares over the
+// corners of its triangles.
+struct PlaneUv {
+  Vec3 point = Vec3::Zero();  // mean of the corners [m]
+  Vec2 at_point = Vec2::Zero();
+  Eigen::Matrix<double, 2, 3> gradient = Eigen::Matrix<double, 2, 3>::Zero();  // [1]
+
+  Vec2 at(const Vec3& place) const { return at_point + gradient * (place - point); }
+};
+// Zero for floors without uv.
+PlaneUv floor_uv(const FrameTopology& topology, const Points& x, Index body);
+
 struct Rectangle {
   int left, bottom, width, height;  // pixels, from the lower left corner
 };

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/message.h"
+#include "core/mesh/mesh_file.h"
 #include "core/mesh/triangle_mesh.h"
 
 namespace loomstone {
@@ -25,8 +26,8 @@ struct RawMesh {
 // return the content of a file.
 RawMesh parse_obj(std::string_view content, const std::string& name, bool with_uv);
 RawMesh parse_ply(std::string_view content, const std::string& name, bool with_uv);
-std::string obj_text(const TriangleMesh& mesh);
-std::string ply_content(const TriangleMesh& mesh, bool text);
+std::string obj_text(const TriangleMesh& mesh, const MeshColors& colors);
+std::string ply_content(const TriangleMesh& mesh, bool text, const MeshColors& colors);
 
 [[noreturn]] inline void throw_malformed(const std::string& name, std::int64_t line,
                                          const std::string& what) {

@@ -43,6 +43,7 @@ TriangleMesh funnel(double top_radius, double bottom_radius, double height, doub
 // Wavy bar along y: a tube of radius `radius` whose centre line is a sinusoid in the y-z plane.
 TriangleMesh wave_bar(double length, double radius, double amplitude, double wavelength,
                       Index segments = 24);
-TriangleMesh floor_square(double size, Index cells = 8);  // open square in z = 0, normal +z
+// Open square in z = 0 with normal +z. Its uv are x and y.
+TriangleMesh floor_square(double size, Index cells = 8);
 
 }  // namespace loomstone

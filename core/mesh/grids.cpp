@@ -178,7 +178,7 @@ TriangleMesh disc(double radius, Index rings) {
 TriangleMesh floor_square(double size, Index cells) {
   require_positive(size, "size");
   require_count(cells, "cells");
-  return TriangleMesh(grid_vertices(size, size, cells, cells), grid_triangles(cells, cells, true));
+  return flat_mesh(grid_vertices(size, size, cells, cells), grid_triangles(cells, cells, true));
 }
 
 }  // namespace loomstone

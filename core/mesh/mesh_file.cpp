@@ -45,6 +45,25 @@ std::string whole_file(const std::string& path) {
   return content;
 }
 
+void check_colors(const std::string& path, Format format, const TriangleMesh& mesh,
+                  const MeshColors& colors) {
+  require(colors.vertices.empty() || format == Format::Ply,
+          "{}: colours of vertices need a .ply file; give materials instead", path);
+  require((colors.library.empty() && colors.materials.empty()) || format == Format::Obj,
+          "{}: materials need an .obj file; give colours of vertices instead", path);
+  require(
+      colors.vertices.empty() || static_cast<Index>(colors.vertices.size()) == mesh.n_vertices(),
+      "{}: colours must be given for each of the {} vertices, got {}", path, mesh.n_vertices(),
+      colors.vertices.size());
+  Index least = 0;
+  for (const auto& [first, name] : colors.materials) {
+    require(first >= least && first < mesh.n_triangles(),
+            "{}: the first triangles of materials must ascend and be less than {}, got {} for {}",
+            path, mesh.n_triangles(), first, name);
+    least = first + 1;
+  }
+}
+
 template <class Array, class Value>
 Array as_rows(const std::vector<Value>& values) {
   return Eigen::Map<const Array>(
@@ -67,9 +86,12 @@ TriangleMesh read_mesh(const std::string& path, bool with_uv) {
   }
 }
 
-void write_mesh(const std::string& path, const TriangleMesh& mesh, bool text) {
+void write_mesh(const std::string& path, const TriangleMesh& mesh, bool text,
+                const MeshColors& colors) {
+  const Format format = format_of(path);
+  check_colors(path, format, mesh, colors);
   const std::string content =
-      format_of(path) == Format::Obj ? obj_text(mesh) : ply_content(mesh, text);
+      format == Format::Obj ? obj_text(mesh, colors) : ply_content(mesh, text, colors);
   const std::string partial = path + ".partial";
   {
     std::ofstream file(partial, std::ios::binary | std::ios::trunc);

@@ -4,7 +4,11 @@
 // vertices, meshio 5.3 cannot read such files, and neither names the line.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/mesh/triangle_mesh.h"
 
@@ -21,10 +25,20 @@ namespace loomstone {
 // the mesh, and Unsupported for other extensions.
 TriangleMesh read_mesh(const std::string& path, bool with_uv = true);
 
+// Colours in a mesh file. OBJ holds materials, PLY holds colours of vertices.
+struct MeshColors {
+  std::string library;  // name of the file (.mtl) that describes the materials
+  // Names of materials, each with the first of its triangles. The triangles ascend.
+  std::vector<std::pair<Index, std::string>> materials;
+  std::vector<std::array<std::uint8_t, 3>> vertices;  // (n) red, green and blue in sRGB, or none
+};
+
 // Writes a mesh. Reading the file restores the same bits. PLY is binary (little endian) unless
 // `text` is set; OBJ is always text. The file is written under a temporary name and then renamed,
 // so that it is either complete or absent. If rest coordinates differ along seams, PLY stores them
-// in the face list texcoord, and reading renumbers the uv indices.
-void write_mesh(const std::string& path, const TriangleMesh& mesh, bool text = false);
+// in the face list texcoord, and reading renumbers the uv indices. Throws InvalidInput for colours
+// that the format does not hold or that do not match the mesh.
+void write_mesh(const std::string& path, const TriangleMesh& mesh, bool text = false,
+                const MeshColors& colors = {});
 
 }  // namespace loomstone

@@ -147,8 +147,9 @@ RawMesh parse_obj(std::string_view content, const std::string& name, bool with_u
   return ObjParser(content, name, with_uv).parse();
 }
 
-std::string obj_text(const TriangleMesh& mesh) {
+std::string obj_text(const TriangleMesh& mesh, const MeshColors& colors) {
   std::string text = "# written by loomstone; metres\n";
+  if (!colors.library.empty()) text += "mtllib " + colors.library + "\n";
   const auto rows = [&text](const char* keyword, const auto& values) {
     for (Eigen::Index i = 0; i < values.rows(); ++i) {
       text += keyword;
@@ -161,7 +162,10 @@ std::string obj_text(const TriangleMesh& mesh) {
   };
   rows("v", mesh.vertices());
   rows("vt", mesh.uv());
+  auto material = colors.materials.begin();
   for (Index t = 0; t < mesh.n_triangles(); ++t) {
+    if (material != colors.materials.end() && material->first == t)
+      text += "usemtl " + (material++)->second + "\n";
     text += 'f';
     for (int c = 0; c < 3; ++c) {
       text += ' ';

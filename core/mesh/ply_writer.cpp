@@ -45,13 +45,15 @@ class PlyWriter {
 
 }  // namespace
 
-std::string ply_content(const TriangleMesh& mesh, bool text) {
+std::string ply_content(const TriangleMesh& mesh, bool text, const MeshColors& colors) {
   const bool vertex_uv = uv_per_vertex(mesh), corner_uv = mesh.has_uv() && !vertex_uv;
   std::string content = "ply\nformat " + std::string(text ? "ascii" : "binary_little_endian") +
                         " 1.0\ncomment written by loomstone; metres\nelement vertex " +
                         std::to_string(mesh.n_vertices()) +
                         "\nproperty double x\nproperty double y\nproperty double z\n";
   if (vertex_uv) content += "property double s\nproperty double t\n";
+  if (!colors.vertices.empty())
+    content += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
   content += "element face " + std::to_string(mesh.n_triangles()) +
              "\nproperty list uchar int vertex_indices\n";
   if (corner_uv) content += "property list uchar double texcoord\n";
@@ -62,6 +64,9 @@ std::string ply_content(const TriangleMesh& mesh, bool text) {
     if (vertex_uv) {
       for (int c = 0; c < 2; ++c) writer.add(mesh.uv()(i, c));
     }
+    if (!colors.vertices.empty())
+      for (const std::uint8_t channel : colors.vertices[static_cast<std::size_t>(i)])
+        writer.add(channel);
     writer.end_row();
   }
   for (Index t = 0; t < mesh.n_triangles(); ++t) {

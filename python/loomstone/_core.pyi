@@ -3873,7 +3873,7 @@ class RenderOptions:
     wireframe : whether the edges of the cloth's triangles are drawn; default False
     shadows : whether soft shadows are drawn; default True
     ambient_occlusion : whether ambient occlusion is drawn; default True
-    background : background: backdrop | none (transparent: pictures have an alpha channel, and floors only show shadows); default 'backdrop'
+    background : background: backdrop | none (transparent: pictures have an alpha channel, and floors without a colour or texture only show shadows); default 'backdrop'
     floor : whether floors are drawn as a large ground plane; default True
     hidden : names of hidden bodies and obstacles, joined by +; default ''
     field_lines : number of magnetic field lines; 0: none [1]; in [0, 100000]; default 0
@@ -3960,7 +3960,7 @@ class RenderOptions:
     @property
     def background(self) -> typing.Literal["backdrop", "none"]:
         """
-        background: backdrop | none (transparent: pictures have an alpha channel, and floors only show shadows); default 'backdrop'
+        background: backdrop | none (transparent: pictures have an alpha channel, and floors without a colour or texture only show shadows); default 'backdrop'
         """
     @property
     def camera(self) -> Camera:
@@ -4967,9 +4967,17 @@ def write_checkpoint(path: str, checkpoint: Checkpoint) -> None:
     Writes a checkpoint to a temporary file, which is then renamed to `path`.
     """
 
-def write_mesh(path: str, mesh: TriangleMesh, *, text: bool = False) -> None:
+def write_mesh(
+    path: str,
+    mesh: TriangleMesh,
+    *,
+    text: bool = False,
+    library: str = "",
+    materials: collections.abc.Sequence[tuple[typing.SupportsInt | typing.SupportsIndex, str]] = [],
+    colors: typing.Annotated[numpy.typing.ArrayLike, numpy.uint8] | None = None,
+) -> None:
     """
-    Writes an OBJ or PLY file, depending on the extension of the path. text: writes PLY as text instead of binary.
+    Writes an OBJ or PLY file, depending on the extension of the path. text: writes PLY as text instead of binary. library: name of the .mtl file of an OBJ file. materials: (first triangle, name) of its materials, ascending. colors: (n x 3) bytes in sRGB, colours of the vertices of a PLY file.
     """
 
 def write_png(path: str, image: typing.Annotated[numpy.typing.ArrayLike, numpy.uint8]) -> None:

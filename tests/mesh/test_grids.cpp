@@ -104,10 +104,10 @@ TEST_CASE(
   for (Index i = 0; i <= 8; ++i) CHECK(a.vertices().row(i) == even.vertices().row(i));
 }
 
-TEST_CASE("a floor faces up, carries no uv and is open") {
+TEST_CASE("a floor faces up, has its coordinates in metres as uv and is open") {
   const TriangleMesh mesh = floor_square(4.0, 3);
   CHECK(flat_area(mesh) == Approx(16.0).epsilon(rounding));
-  CHECK_FALSE(mesh.has_uv());
+  CHECK(mesh.uv() == mesh.vertices().leftCols<2>());
   CHECK_FALSE(mesh.closed());
 }
 

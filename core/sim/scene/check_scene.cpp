@@ -99,11 +99,6 @@ void check_cloth(const Cloth& cloth, const std::string& where) {
 void check_obstacle(const Obstacle& obstacle, const std::string& where) {
   require(obstacle.mesh != nullptr, "{}.mesh is missing; give a TriangleMesh", where);
   check_fields(obstacle, where);
-  require(
-      !obstacle.floor || !obstacle.look || !obstacle.look->texture,
-      "{}.look.texture: a floor takes no texture, because it is drawn as an endless plane; give "
-      "floor=False, or a color instead",
-      where);
   check_body_look(obstacle.look, obstacle.mesh, where);
   check_times(where + ".times", obstacle.times);
   const Index k = static_cast<Index>(obstacle.times.size());

@@ -1,7 +1,7 @@
 """Writes Alembic: deforming surfaces as samples of points, rigid ones as samples of transforms.
 
 Alembic has y up and clockwise faces, so points are turned and faces are reversed. It holds no
-materials.
+materials, so colours are a parameter of the vertices, Cd, in linear RGB.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .clip import Clip
 from .corner_normals import corner_normals
 from .extras import imported
 from .motions import Motion
-from .surfaces import Floats, Surface, vertex_normals
+from .surfaces import Floats, Surface, linear_rgb, vertex_colors, vertex_normals
 
 __all__ = ["write_alembic"]
 
@@ -67,8 +67,21 @@ class _Mesh:
             corners = _unsigned(surface.uv_triangles[:, ::-1])
             scope = geometry.GeometryScope.kFacevaryingScope
             self._uv = geometry.OV2fGeomParamSample(_vectors(surface.uv), corners, scope)
+        self._add_colors()
         if not moving:
             self._pose.getSchema().set(geometry.XformSample())
+
+    def _add_colors(self) -> None:
+        geometry = self._geometry
+        linear = linear_rgb(vertex_colors(self.surface)).astype(np.float32)
+        imath = imported("imath", "abc")
+        colors = imath.C3fArray(len(linear))
+        for channel, values in zip("rgb", np.ascontiguousarray(linear.T), strict=True):
+            getattr(colors, channel)[:] = imath.FloatArrayFromBuffer(values)
+        vertex = geometry.GeometryScope.kVertexScope
+        parameters = self._mesh.getSchema().getArbGeomParams()
+        stored = geometry.OC3fGeomParam(parameters, "Cd", False, vertex, 1)
+        stored.set(geometry.OC3fGeomParamSample(colors, vertex))
 
     def add(self, index: int, positions: Floats) -> None:
         """Adds a frame: the points of a deforming surface, or the pose of a rigid one."""

@@ -57,7 +57,8 @@ class Clip:
         size = 2**20
         for surface, motion in zip(self.surfaces, self.motions, strict=True):
             frames = 1 if motion.rigid else len(self)
-            size += frames * (24 * len(motion.first) + 2**10) + 60 * len(surface.triangles)
+            size += (24 * frames + 12) * len(motion.first) + 2**10 * frames
+            size += 60 * len(surface.triangles)
             size += 8 * len(surface.uv) + 2**8 * len(self)
             size += 2**12 + surface.texture.nbytes if surface.texture is not None else 0
         return size

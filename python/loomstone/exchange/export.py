@@ -107,7 +107,7 @@ def _write_file(path: Path, clip: Clip, to: Format) -> Path:
 
 def _write_directory(directory: Path, clip: Clip, to: Format) -> list[Path]:
     write = write_meshes if to in ("obj", "ply") else write_point_caches
-    suffixes = {f".{to}"} if to in ("obj", "ply") else {".obj", f".{to}"}
+    suffixes = {f".{to}"} if to == "ply" else {".obj", ".mtl", ".png", f".{to}"}
     with unfinished_directory(directory) as partial:
         written = write(partial, clip, f".{to}")
         remove_sequences(directory, [s.identifier for s in clip.surfaces], sorted(suffixes))

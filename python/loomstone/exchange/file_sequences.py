@@ -8,15 +8,16 @@ from pathlib import Path
 from .. import _core
 from .._core import InvalidInput, TriangleMesh
 from .clip import Clip
+from .materials import library_name, material_ranges, write_materials
 from .point_caches import mdd_header, pc2_header, write_positions
-from .surfaces import Floats, Surface
+from .surfaces import Floats, Surface, vertex_colors
 
 __all__ = ["write_meshes", "write_point_caches"]
 
 
 def write_point_caches(directory: Path, clip: Clip, suffix: str) -> list[Path]:
-    """Writes NAME.obj for each surface, as it is in the first frame, and NAME.pc2 or NAME.mdd for
-    each surface that moves.
+    """Writes NAME.obj with its materials for each surface, as it is in the first frame, and
+    NAME.pc2 or NAME.mdd for each surface that moves.
 
     The vertices of both files have the order of the run.
     """
@@ -26,7 +27,7 @@ def write_point_caches(directory: Path, clip: Clip, suffix: str) -> list[Path]:
         for surface, motion in zip(clip.surfaces, clip.motions, strict=True):
             path = directory / f"{surface.identifier}.obj"
             _write_mesh(path, surface, motion.first)
-            written.append(path)
+            written += [path, *write_materials(directory, surface)]
             if motion.still:
                 continue
             path = directory / f"{surface.identifier}{suffix}"
@@ -42,9 +43,13 @@ def write_point_caches(directory: Path, clip: Clip, suffix: str) -> list[Path]:
 
 def write_meshes(directory: Path, clip: Clip, suffix: str) -> list[Path]:
     """Writes NAME-00000.obj or NAME-00000.ply and so on for each surface that moves, numbered as
-    the frames of the run, and one file NAME.obj or NAME.ply for each that does not.
+    the frames of the run, and one file NAME.obj or NAME.ply for each that does not. OBJ files share
+    the materials of their surface.
     """
     written = []
+    if suffix == ".obj":
+        for surface in clip.surfaces:
+            written += write_materials(directory, surface)
     for index, frame in zip(clip.frames, clip, strict=True):
         for surface, motion in zip(clip.surfaces, clip.motions, strict=True):
             if motion.still and index != clip.frames[0]:
@@ -64,9 +69,15 @@ def _header(clip: Clip, suffix: str, points: int) -> bytes:
 
 def _write_mesh(path: Path, surface: Surface, positions: Floats) -> None:
     uv = surface.uv if len(surface.uv) else None
+    if surface.texture is not None and path.suffix == ".obj":
+        uv = surface.texture_uv  # the materials refer to the image
     uv_triangles = surface.uv_triangles if len(surface.uv) else None
     try:
         mesh = TriangleMesh(positions, surface.triangles, uv, uv_triangles=uv_triangles)
     except InvalidInput as error:
         raise InvalidInput(f"{path}: {error}; point caches and usd can hold this frame") from None
-    _core.write_mesh(str(path), mesh)
+    if path.suffix == ".ply":
+        _core.write_mesh(str(path), mesh, colors=vertex_colors(surface))
+        return
+    library, ranges = library_name(surface), material_ranges(surface)
+    _core.write_mesh(str(path), mesh, library=library, materials=ranges)

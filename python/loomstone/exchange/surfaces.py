@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from .. import _core
 from .._core import Frame, FrameTopology, Look
 
-__all__ = ["Bytes", "Floats", "Indices", "Surface", "png_bytes", "srgb",
-           "surfaces_of", "vertex_normals"]  # fmt: skip
+__all__ = ["Bytes", "Floats", "Indices", "Surface", "linear_rgb", "png_bytes", "srgb",
+           "surfaces_of", "texture_at_vertices", "vertex_colors", "vertex_normals"]  # fmt: skip
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -81,6 +81,45 @@ def srgb(linear: Any) -> Bytes:
     color = np.asarray(linear, float)
     curve = np.where(color <= 0.0031308, 12.92 * color, 1.055 * color ** (1.0 / 2.4) - 0.055)
     return np.rint(255.0 * np.clip(curve, 0.0, 1.0)).astype(np.uint8)
+
+
+def linear_rgb(bytes_: Bytes) -> Floats:
+    """Returns bytes in sRGB as linear RGB."""
+    color = np.asarray(bytes_, float) / 255.0
+    return np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4)
+
+
+def texture_at_vertices(surface: Surface) -> Bytes | None:
+    """Returns the colours (n x 3) of the texture at the vertices, or None without a texture.
+
+    A vertex on the border of the uv has the colour just inside.
+    """
+    if surface.texture is None:
+        return None
+    uv = surface.texture_uv
+    middle = 0.5 * (uv.min(0) + uv.max(0))
+    at = np.empty((surface.vertices.stop - surface.vertices.start, 2))
+    at[surface.triangles] = (middle + (1.0 - 1e-9) * (uv - middle))[surface.uv_triangles]
+    height, width = surface.texture.shape[:2]
+    column = np.floor((at[:, 0] % 1.0) * width).astype(int).clip(0, width - 1)
+    row = np.floor(((1.0 - at[:, 1]) % 1.0) * height).astype(int).clip(0, height - 1)
+    return np.asarray(surface.texture[row, column])
+
+
+def vertex_colors(surface: Surface) -> Bytes:
+    """Returns colours (n x 3) of the vertices in sRGB.
+
+    They are those of the texture, or means over the triangles of a vertex.
+    """
+    shown = texture_at_vertices(surface)
+    if shown is not None:
+        return shown
+    n = surface.vertices.stop - surface.vertices.start
+    corners = surface.triangles.reshape(-1)
+    colors = np.repeat(surface.colors[surface.material], 3, axis=0)
+    count = np.maximum(np.bincount(corners, minlength=n), 1)
+    sums = [np.bincount(corners, colors[:, k], n) for k in range(3)]
+    return srgb(np.column_stack(sums) / count[:, None])
 
 
 def _cloth(topology: FrameTopology, index: int, taken: set[str]) -> Surface:

@@ -64,5 +64,8 @@ def wave_bar(
 
 @takes(size="m")
 def floor(*, size: float = 4.0, cells: int = 8) -> TriangleMesh:
-    """Square in the plane z = 0 with normal +z and edges `size` [m]; not a closed surface."""
+    """Square in the plane z = 0 with normal +z and edges `size` [m]; not a closed surface.
+
+    Its uv are x and y [m].
+    """
     return _core.floor_square(size, cells=cells)

@@ -249,7 +249,12 @@ def floor(
     thickness: float = _DEFAULT.thickness,
     look: Look | None = None,
 ) -> Obstacle:
-    """Square with edges `size` [m] in the plane z = `height` [m], drawn as ground."""
+    """Square with edges `size` [m] in the plane z = `height` [m], drawn as ground.
+
+    look : Look. A texture lies on the floor by x and y [m]: `texture_width` is the width of a tile
+        [m], and (0, 0) is a corner of a tile. With `texture_width=0`, the image covers the square
+        once. Pictures show the plane beyond the square too, where the image repeats.
+    """
     return _moving(
         meshes.floor(size=size, cells=cells),
         name=name,

@@ -9,7 +9,14 @@ import numpy as np
 
 from .. import _core
 from .._core import Frame, FrameTopology
-from ..exchange.surfaces import Bytes, Floats, Surface, srgb, surfaces_of
+from ..exchange.surfaces import (
+    Bytes,
+    Floats,
+    Surface,
+    srgb,
+    surfaces_of,
+    texture_at_vertices,
+)
 from ..pictures.color_maps import color_table
 
 __all__ = ["FIELDS", "Surfaces"]
@@ -118,15 +125,8 @@ class Surfaces:
 
 def _vertex_colors(surface: Surface) -> Bytes | None:
     """Returns the colours (n x 4) of the texture at the vertices, or None without a texture."""
-    if surface.texture is None:
-        return None
-    at = np.empty((surface.vertices.stop - surface.vertices.start, 2))
-    at[surface.triangles] = surface.texture_uv[surface.uv_triangles]
-    height, width = surface.texture.shape[:2]
-    column = np.floor((at[:, 0] % 1.0) * width).astype(int).clip(0, width - 1)
-    row = np.floor(((1.0 - at[:, 1]) % 1.0) * height).astype(int).clip(0, height - 1)
-    opaque = np.full((len(at), 1), 255, np.uint8)
-    return np.concatenate([surface.texture[row, column], opaque], axis=1)
+    colors = texture_at_vertices(surface)
+    return None if colors is None else np.pad(colors, ((0, 0), (0, 1)), constant_values=255)
 
 
 def _colors(values: Floats, limits: tuple[float, float]) -> Bytes:

@@ -8,6 +8,7 @@ import loomstone as ls
 import numpy as np
 import pytest
 from loomstone.exchange.clip import clip_of
+from loomstone.exchange.surfaces import srgb
 
 # Tolerance [m] of coordinates below 0.5 m in single precision, whose relative error is 2**-24
 FLOAT = 0.5 * 2.0**-24
@@ -194,12 +195,36 @@ def test_alembic_has_the_positions_uv_and_poses_of_the_run(run, tmp_path):
     assert found == pytest.approx(corner_uv(run, "a/b"), abs=2.0**-24)
 
 
+def test_alembic_has_colors_of_the_vertices(run, textured, tmp_path):
+    geometry = pytest.importorskip("alembic3d.AbcGeom")
+    from alembic3d import Abc
+
+    def colors(path, name):
+        pose = geometry.IXform(Abc.IArchive(str(path)).getTop(), name)
+        values = geometry.IPolyMesh(pose, f"{name}_surface").getSchema().getArbGeomParams()
+        found = geometry.IC3fGeomParam(values, "Cd").getExpandedValue()
+        assert found.getScope() == geometry.GeometryScope.kVertexScope
+        return np.array([tuple(v) for v in found.getVals()])
+
+    (path,) = run.export(tmp_path / "run.abc")
+    cloth = colors(path, "a_b_2")
+    assert len(cloth) == len(expected(run, "a b", run[0]))
+    # Colours are rounded to bytes in sRGB, whose steps are at most 0.009 in linear RGB.
+    assert cloth == pytest.approx(np.tile(ls._core.cloth_color(1), (len(cloth), 1)), abs=0.005)
+    north_and_south = colors(path, "magnet")
+    assert (north_and_south[:, 0] > 0.2).any() and (north_and_south[:, 2] > 0.2).any()
+    (path,) = textured.export(tmp_path / "textured.abc")
+    assert {tuple(c) for c in colors(path, "sheet")} == {(1, 0, 0), (0, 0, 1)}
+    assert (colors(path, "sphere") == (0, 1, 0)).all()
+
+
 @pytest.mark.parametrize("to", ["pc2", "mdd"])
 def test_point_caches_have_the_positions_of_the_run(run, tmp_path, to):
     paths = run.export(tmp_path / "caches", to=to, frames=range(2, 6))
     found = sorted(p.name for p in (tmp_path / "caches").iterdir())
     assert sorted(p.name for p in paths) == found
-    still = {"floor.obj"}
+    materials = {f"{s.identifier}.mtl" for s in clip_of(run, None, 1, lambda _: None).surfaces}
+    still = {"floor.obj"} | materials
     moving = ["a_b", "a_b_2", "a_box", "magnet", "breath"]
     assert set(found) == still | {f"{n}.{e}" for n in moving for e in ("obj", to)}
     for name, file in zip(names(run), [*moving, "floor"], strict=True):
@@ -219,7 +244,8 @@ def test_point_caches_have_the_positions_of_the_run(run, tmp_path, to):
 def test_mesh_sequences_have_the_bits_of_the_run_and_its_uv(run, tmp_path, to):
     run.export(tmp_path, to=to, every=5)
     files = sorted(p.name for p in tmp_path.iterdir())
-    assert f"floor.{to}" in files and f"a_b-00005.{to}" in files and len(files) == 11
+    materials = 6 if to == "obj" else 0
+    assert f"floor.{to}" in files and f"a_b-00005.{to}" in files and len(files) == 11 + materials
     mesh = ls.meshes.read(tmp_path / f"a_b-00005.{to}")
     assert np.array_equal(mesh.vertices, expected(run, "a/b", run[5]))
     assert np.array_equal(mesh.uv[mesh.uv_triangles].reshape(-1, 2), corner_uv(run, "a/b"))
@@ -390,3 +416,81 @@ def test_usd_has_textures_in_files_beside_it(textured, tmp_path):
     uv = np.array(UsdGeom.PrimvarsAPI(mesh).GetPrimvar("st").ComputeFlattened())
     assert uv == pytest.approx(textured.topology.corner_uv / (0.05, 0.025), abs=1e-6)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["run-sheet.png", "run.usdc"]
+
+
+def test_obj_has_materials_and_textures_in_files_beside_it(run, textured, tmp_path):
+    from PIL import Image
+
+    paths = textured.export(tmp_path, to="obj")
+    names = ["sheet-00000.obj", "sheet.mtl", "sheet.png", "sphere.mtl", "sphere.obj"]
+    assert sorted(path.name for path in tmp_path.iterdir() if "00001" not in path.name) == names
+    assert sorted(paths) == sorted(tmp_path.iterdir())
+    assert np.array(Image.open(tmp_path / "sheet.png")).tolist() == IMAGE
+    text = (tmp_path / "sheet.mtl").read_text().splitlines()
+    assert text[1:] == ["newmtl sheet_0", "Kd 1 1 1", "Pr 0.25", "map_Kd sheet.png"]
+    text = (tmp_path / "sphere.mtl").read_text().splitlines()
+    assert text[1:] == ["newmtl sphere_0", "Kd 0 1 0", "Pr 0.5"]
+    sheet = ls.meshes.read(tmp_path / "sheet-00000.obj")
+    # The width of the image is 0.05 m, its height 0.025 m.
+    wanted = textured.topology.corner_uv / (0.05, 0.025)
+    assert np.array_equal(sheet.uv[sheet.uv_triangles].reshape(-1, 2), wanted)
+    run.export(tmp_path / "magnet", to="obj", frames=range(1))
+    lines = (tmp_path / "magnet" / "magnet.obj").read_text().splitlines()
+    assert lines[1] == "mtllib magnet.mtl"
+    (surface,) = (
+        s for s in clip_of(run, range(1), 1, lambda _: None).surfaces if s.name == "magnet"
+    )
+    current, found = "", []
+    for line in lines:
+        if line.startswith("usemtl"):
+            current = line.split()[1]
+        if line.startswith("f "):
+            found.append(int(current.removeprefix("magnet_")))
+    assert np.array_equal(found, surface.material) and set(found) == {0, 1, 2}
+
+
+def test_another_reader_of_obj_sees_the_materials_and_the_texture(run, textured, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    textured.export(tmp_path, to="obj")
+    sheet = trimesh.load(tmp_path / "sheet-00000.obj", process=False, force="mesh").visual
+    assert np.array(sheet.material.image.convert("RGB")).tolist() == IMAGE
+    ball = trimesh.load(tmp_path / "sphere.obj", process=False, force="mesh").visual
+    assert ball.material.diffuse.tolist()[:3] == [0, 255, 0]
+
+
+def test_ply_has_colors_of_the_vertices(run, textured, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+
+    def colors(path):
+        # trimesh shows either uv or colours, and keeps the content of the file in the metadata.
+        raw = trimesh.load(path, process=False).metadata["_ply_raw"]["vertex"]["data"]
+        return np.column_stack([raw[name].ravel() for name in ("red", "green", "blue")])
+
+    textured.export(tmp_path / "textured", to="ply")
+    sheet = ls.meshes.read(tmp_path / "textured" / "sheet-00000.ply")
+    assert np.array_equal(
+        sheet.uv[sheet.uv_triangles].reshape(-1, 2), textured.topology.corner_uv
+    ), "in metres, because there is no image"
+    sheet = colors(tmp_path / "textured" / "sheet-00000.ply")
+    assert {tuple(c) for c in sheet.tolist()} == {(255, 0, 0), (0, 0, 255)}
+    assert (colors(tmp_path / "textured" / "sphere.ply") == (0, 255, 0)).all()
+    run.export(tmp_path / "run", to="ply", frames=range(1))
+    cloth = colors(tmp_path / "run" / "a_b_2-00000.ply")
+    assert (cloth == srgb(ls._core.cloth_color(1))).all()
+
+
+@pytest.mark.parametrize(
+    "name, colors, said",
+    [
+        ("x.obj", {"colors": np.zeros((4, 3), np.uint8)}, r"x.obj: colours of vertices need a"),
+        ("x.ply", {"library": "x.mtl"}, "x.ply: materials need an .obj file"),
+        ("x.ply", {"colors": np.zeros((3, 3), np.uint8)}, "each of the 4 vertices, got 3"),
+        ("x.ply", {"colors": np.zeros((4, 4), np.uint8)}, r"bytes \(uint8\) of shape \(n, 3\)"),
+        ("x.obj", {"materials": [(0, "a"), (0, "b")]}, "must ascend and be less than 2, got 0"),
+        ("x.obj", {"materials": [(2, "a")]}, "must ascend and be less than 2, got 2 for a"),
+    ],
+)
+def test_colors_that_a_mesh_file_cannot_hold_are_refused(tmp_path, name, colors, said):
+    with pytest.raises(ls.InvalidInput, match=said):
+        ls._core.write_mesh(str(tmp_path / name), ls.grid(size=(1, 1), cells=(1, 1)), **colors)
+    assert not list(tmp_path.iterdir())

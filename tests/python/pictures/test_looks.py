@@ -45,6 +45,60 @@ def test_a_texture_in_a_file_lies_on_the_cloth_by_its_uv(tmp_path):
             assert seen == [0, 1, 2, 0]
 
 
+def seen_on_floor(floor, x, y):
+    """Returns the main channels of a floor at z = 0 that is seen from above, at x and y [m]."""
+    cloth = ls.Cloth(mesh=ls.grid(size=(0.5, 0.5), cells=(4, 4)).moved((0, 0, 0.1)))
+    sim = ls.Simulation(ls.Scene(cloths=[cloth], obstacles=[floor]), threads=1)
+    above = SMALL.camera.replace(eye=(0.6, 0, 1), target=(0.6, 0, 0))
+    renderer = ls.pictures.Renderer(sim.topology, SMALL.replace(camera=above))
+    picture = renderer.render(sim.frame()).astype(int)
+    # The picture of 96 pixels shows 0.5 m. Its centre is at (0.6, 0), and y points up.
+    columns = np.floor(48 + (np.asarray(x) - 0.6) / 0.5 * 96).astype(int)
+    rows = np.floor(48 - np.asarray(y) / 0.5 * 96).astype(int)
+    return picture[rows, columns].argmax(1)
+
+
+# Its pixels are so small that smooth transitions between them do not matter.
+FINE = CHECKER.repeat(16, axis=0).repeat(16, axis=1)
+PLACES = np.random.default_rng(5).uniform((0.38, -0.2), (0.8, 0.2), (200, 2))
+
+
+def tiles(uv, width):
+    """Returns the main channel of CHECKER at uv, and which uv are 5 mm from the pixels' edges.
+
+    5 mm is one pixel of the picture.
+    """
+    at = uv / (0.5 * width)
+    clear = (np.abs(at - np.rint(at)) * 0.5 * width > 5e-3).all(1)
+    column, row = np.floor(at).astype(int).T % 2
+    return np.array([[2, 0], [0, 1]])[row, column], clear  # row 0 is the lower one
+
+
+def test_a_texture_repeats_on_a_floor_by_its_width_in_metres():
+    width = 0.2
+    floor = ls.floor(look=ls.Look(texture=FINE, texture_width=width))
+    wanted, clear = tiles(PLACES, width)
+    seen = seen_on_floor(floor, *PLACES.T)
+    assert clear.sum() > 100 and set(wanted) == {0, 1, 2}
+    assert np.array_equal(seen[clear], wanted[clear])
+
+
+def test_a_texture_without_a_width_covers_the_square_of_a_floor_and_repeats_beyond_it():
+    floor = ls.floor(size=0.8, look=ls.Look(texture=FINE))
+    wanted, clear = tiles(PLACES - (-0.4, -0.4), 0.8)
+    assert (PLACES[clear, 0] > 0.42).any(), "some places are outside the square"
+    assert np.array_equal(seen_on_floor(floor, *PLACES.T)[clear], wanted[clear])
+
+
+def test_a_texture_turns_and_moves_with_its_floor():
+    floor = ls.floor(look=ls.Look(texture=FINE, texture_width=0.2)).replace(
+        times=[0.0], positions=[(0.03, 0.05, 0.0)], axis_angles=[(0, 0, np.pi / 2)]
+    )
+    x, y = (PLACES - (0.03, 0.05)).T
+    wanted, clear = tiles(np.column_stack([y, -x]), 0.2)
+    assert np.array_equal(seen_on_floor(floor, *PLACES.T)[clear], wanted[clear])
+
+
 def test_looks_are_stored_in_the_run_and_drawn_by_render(tmp_path):
     looks = [ls.Look(color=(0, 1, 0), roughness=0.3), ls.Look(texture=CHECKER, texture_width=0.1)]
     uv = ls.grid(size=(0.1, 0.1), cells=(1, 1)).moved((0, 0, -1))
@@ -106,8 +160,13 @@ def test_a_look_does_not_change_the_motion_and_may_change_when_a_run_is_resumed(
             "needs a mesh with uv, but its mesh has none",
         ),
         (
-            lambda _: drawn(None, obstacles=[ls.floor(look=ls.Look(texture=CHECKER))]),
-            "a floor takes no texture",
+            lambda _: drawn(
+                None,
+                obstacles=[
+                    ls.sphere(radius=0.1, look=ls.Look(texture=CHECKER)).replace(floor=True)
+                ],
+            ),
+            "needs a mesh with uv, but its mesh has none",
         ),
     ],
 )
