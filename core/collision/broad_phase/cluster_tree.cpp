@@ -253,7 +253,7 @@ std::size_t ClusterTree::n_slots() const {
 void ClusterTree::find_boxes(const Team& team, const std::vector<PackedSlabs>& vertices,
                              Index begin, Index end, std::vector<PackedSlabs>& boxes) const {
   parallel_ranges(team, end - begin, refit_grain, [&](Index first, Index last) {
-    // A cluster has one group of faces.
+    // A cluster has exactly one group of faces, so numbers of clusters are also numbers of groups.
     const FeatureGroups groups = {faces_.corners.data(), faces_.n_corners, begin + first,
                                   begin + last};
     LOOMSTONE_WIDEST(refit_features)(vertices.data(), groups, nullptr, boxes.data());

@@ -6,7 +6,7 @@ namespace loomstone {
 
 namespace {
 
-// Returns the number of cloth vertices, which come first.
+// Returns the number of cloth vertices. They are the first vertices of the model.
 Index n_cloth_vertices(const CollisionModel& model) {
   Index n = 0;
   for (const CollisionSurface& surface : model.surfaces)
