@@ -64,7 +64,7 @@ class NewtonIntegrator final : public Integrator {
     const RowLayout& layout;
     StepInputs inputs;
     SchemeCoefficients c;
-    Index n;  // cloth vertices
+    Index n;  // number of cloth vertices
 
     double h() const { return inputs.step; }
     // [begin, end): cloth rows of this rank

@@ -174,9 +174,8 @@ void number_rows(Model& model) {
     collision.attached_surface[attached.row] = n_cloths + attached.body;
 }
 
-// Certification keeps gaps of at least gap_floor(). This is the upper limit of gap_floor(), as a
-// fraction of the smallest contact distance. Our choice: well above rounding errors, and too small
-// to be seen.
+// Upper limit of gap_floor(), the gap that certification keeps open, as a fraction of the smallest
+// contact distance. Our choice: well above rounding errors, and too small to be seen.
 constexpr double gap_floor_of_thickness = 0.004;
 
 double least_thickness(const CollisionModel& model) {
