@@ -29,8 +29,9 @@ void carry_hard(const MagneticBody& magnet, const std::string& where, CarriedMag
   carried.source = magnet.source;
 }
 
-// Spheres whose magnetisation is expanded to degree 1, or to degree 0 (automatic), are treated as
-// point dipoles, unless they have saturation or an explicit response.
+// Sets the data of a body that the field magnetises. A sphere is treated as a point dipole if its
+// solid harmonics have degree 1 or their degree is automatic (0), unless it has a saturation or an
+// explicit response.
 void carry_soft(const Magnet& magnet, const std::string& where, CarriedMagnet& carried) {
   const SoftBody& body = std::get<SoftBody>(magnet.source);
   const bool cells = magnet.response == "explicit";

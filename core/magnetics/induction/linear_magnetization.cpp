@@ -116,8 +116,9 @@ bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, cons
   if (polarization == 0.0) return false;
   const double chi = original.shape->susceptibility(), field = applied.dot(moment.normalized());
   // Let H_0 be the applied field, N the demagnetisation factor and M_s the saturation
-  // magnetisation. H = H_0 - N M and M = chi H / (1 + chi H / M_s) give N x^2 - (1/chi + N + h) x +
-  // h = 0, where x = M / M_s and h = H_0 / M_s.
+  // magnetisation. H = H_0 - N M and M = chi H / (1 + chi H / M_s) give
+  //   N x^2 - (1/chi + N + h) x + h = 0
+  // with x = M / M_s and h = H_0 / M_s.
   const double n = (field - polarization / now.shape->susceptibility()) / polarization;
   const double h = field / original.saturation, b = 1.0 / chi + n + h;
   const double x = 2.0 * h / (b + std::sqrt(std::max(b * b - 4.0 * n * h, 0.0)));
