@@ -21,7 +21,8 @@ namespace {
 struct Springs {
   std::array<double, 2> mass = {2.0, 1.0}, x = {1.0, 2.0}, v = {0.0, 0.0};
 
-  // Force of a spring and of gravity on its masses of 1 kg at each vertex [N].
+  // Returns the forces on the two vertices [N]: the force of a spring, and gravity on the mass of 1
+  // kg that the spring contributes to each of its vertices.
   std::array<double, 2> force_of(int spring) const {
     const double gravity = -10.0;
     if (spring == 0) return {-100.0 * (x[0] - 1.0) + gravity, 0.0};

@@ -34,7 +34,8 @@ RenderOptions square_options() {
   return options;
 }
 
-// Two by two pixels: red, green; blue, transparent.
+// Image of two by two pixels: red and green in the upper row, blue and transparent in the lower
+// row.
 std::shared_ptr<const TextureImage> four_colors() {
   return std::make_shared<const TextureImage>(
       TextureImage{2, 2, {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 0}});

@@ -51,7 +51,7 @@ IntegratorOptions step_with(double h, std::optional<double> accuracy) {
 }
 
 struct Fall {
-  double stretch = 1.0;  // largest over all steps
+  double stretch = 1.0;  // largest stretch over all steps
   // Largest increase of the energy divided by the largest kinetic energy, without the energy of
   // contacts.
   double gain = 0.0;
