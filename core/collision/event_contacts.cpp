@@ -140,7 +140,9 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& moti
   }
   if (event.body < 0) return true;
   EventBody& body = bodies_[event.body].body;
-  const bool first = body_of(event.vertices[0]) == event.body;  // the first feature has weights > 0
+  // The first feature, whose weights are positive, receives the impulse along `change`. The second
+  // feature receives the opposite impulse.
+  const bool first = body_of(event.vertices[0]) == event.body;
   const Vec3 impulse = (first ? 1.0 : -1.0) / event.inverse_mass * change;
   body.push(impulse, (event.touched - body.pose.position).cross(impulse));
   return true;

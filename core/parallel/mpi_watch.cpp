@@ -38,8 +38,8 @@ constexpr int host_length = 64;
 // Answer of a rank about itself.
 struct Answer {
   int call;        // number of the roll call; late answers may arrive during the next one
-  int waiting;     // 1 if it waits for other ranks, 0 if it computes
-  double seconds;  // duration of this wait or computation
+  int waiting;     // 1 if the rank waits for other ranks, 0 if it computes
+  double seconds;  // duration of this wait or computation [s]
 };
 
 std::int64_t ticks_now() { return Clock::now().time_since_epoch().count(); }

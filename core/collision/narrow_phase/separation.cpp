@@ -44,7 +44,7 @@ struct Differences {
     size = corner == 0 ? now : lanes_max(size, now);
   }
 
-  // Twice difference k at half time.
+  // Returns twice the value of difference k at the middle of the step.
   LOOMSTONE_INLINE Lanes3<Lanes> middle(int k) const { return plus(start[k], end[k]); }
 
   LOOMSTONE_INLINE MaskOf<Lanes> separated_by(const Lanes3<Lanes>& n) const {

@@ -138,7 +138,7 @@ void TangleFinder::retract(const Points& x, std::span<Piercing* const> contour,
   const int part = smallest_part(contour, cut);
   if (part < 0 || !are_disjoint(contour, component_)) return;
   Retraction retraction;
-  Index inner = -1, outer = -1;  // components
+  Index inner = -1, outer = -1;  // the two connected surfaces of the retraction
   double length = 0.0, weight = 0.0;
   for (const Piercing* const p : contour) {
     length += p->segment;

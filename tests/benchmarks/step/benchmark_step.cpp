@@ -84,7 +84,7 @@ class Product {
 };
 
 struct Measured {
-  double step = 1e9, product = 1e9;  // [s]
+  double step = 1e9, product = 1e9;  // times of a step and of a matrix-vector product [s]
   int iterations = 0;
 };
 

@@ -68,7 +68,8 @@ TEST_CASE("cloth that collapses into folds gains no energy at events and stays f
     if (i % 16 == 0) CHECK(sim.intersecting_pairs().empty());
   }
   CAPTURE(static_cast<int>(schedule), balance, impulses, candidates, registered);
-  CHECK(balance < (schedule == Schedule::Nested ? 0.005 : 0.02));  // a queue is of order 1
+  // With a queue, the error of the energy is only of first order in the step.
+  CHECK(balance < (schedule == Schedule::Nested ? 0.005 : 0.02));
   CHECK(impulses > 1000);
   CHECK(registered < candidates);
 }

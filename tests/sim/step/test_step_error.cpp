@@ -55,7 +55,7 @@ struct Fall {
   // Largest increase of the energy divided by the largest kinetic energy, without the energy of
   // contacts.
   double gain = 0.0;
-  double contact_gain = 0.0;  // the same with the energy of contacts
+  double contact_gain = 0.0;  // like `gain`, but with the energy of contacts
   int parts = 0;
 };
 
