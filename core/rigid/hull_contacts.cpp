@@ -245,10 +245,10 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
   return farthest;
 }
 
-// A triangle's axis of least overlap is inadmissible if other triangles extend farther along it. It
-// still yields one contact if all triangles together overlap along it by no more than this triangle
-// does along its best admissible axis. Otherwise, the contacts have the direction of that
-// admissible axis.
+// The axis of least overlap of a triangle is not admissible if other triangles extend farther along
+// this axis. If the overlap of all triangles together along this axis is not larger than the
+// overlap of the triangle along its best admissible axis, the axis of least overlap still gives one
+// contact. Otherwise, the contacts have the direction of the best admissible axis.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

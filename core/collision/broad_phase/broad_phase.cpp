@@ -150,7 +150,8 @@ std::vector<PairKey> BroadPhase::cluster_pairs(const Team& team, Index surface_p
       if (own.size() <= most) own.push_back(pair_key(a, b));
     });
   });
-  // Counting sort by the first cluster, then std::sort of each run by the second.
+  // Counting sort by the first cluster. std::sort then orders pairs with the same first cluster by
+  // the second one.
   const Index n_clusters = first.end - first.begin;
   std::vector<Index> start(n_clusters + 1, 0);
   for (const std::vector<PairKey>& own : of_task)

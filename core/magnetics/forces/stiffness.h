@@ -45,7 +45,7 @@ struct SoftSphere {
   Vec3 position, moment;  // [m], [A m^2]
   double radius;          // [m]
 };
-// Adds the contribution of the forces between soft spheres.
+// Adds the contribution of the forces between soft spheres to `frequencies2`.
 void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres,
                              const std::vector<Carrier>& carriers,
                              std::vector<double>& frequencies2);

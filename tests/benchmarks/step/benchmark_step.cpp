@@ -3,7 +3,8 @@
 // errors at several tolerances of the solver. All repetitions start from the same state, except
 // that every second repetition displaces one vertex by 1 nm. The smallest time is printed. A
 // matrix-vector product of fixed size (7,396 block rows, one thread) is timed between the
-// repetitions. Step times depend on the machine, their ratio to the time of this product much less.
+// repetitions. Step times depend on the machine. Their ratio to the time of this product depends on
+// the machine much less.
 //   benchmark_step [solvers] [growth [cells ...]] [accuracy] [threads]      (default: all; growth
 //   of 50 ... 400 cells; --smoke: one row of 10 cells)
 #include <algorithm>
