@@ -32,7 +32,7 @@ void main() {
 // Declarations and functions used by all materials.
 const char* common = R"(
 out vec4 color;
-uniform vec2 size;                 // of the picture in pixels
+uniform vec2 size;                 // size of the picture in pixels
 uniform sampler2D light_seen;      // half size: visible light (x), surroundings (y), depth (z)
 uniform vec3 towards_light, up;    // unit vectors in eye space
 
@@ -152,7 +152,7 @@ uniform vec2 centre_uv, side_a_uv, side_b_uv;   // uv at the centre of the squar
 void main() {
   vec3 albedo =
       with_texture(front_color, centre_uv + surface_uv.x * side_a_uv + surface_uv.y * side_b_uv);
-  float distance = length(surface_uv) * 6.0;   // from the centre, in radii of the framed region
+  float distance = length(surface_uv) * 6.0;   // from the centre [radii of the framed region]
   float fade = 1.0 - smoothstep(2.6, 5.0, distance);
   float pool = 1.0 + 0.10 * exp(-0.8 * distance * distance);
   if (fade == 0.0) { color = transparent == 1 ? vec4(0.0) : encode(backdrop()); return; }

@@ -9,9 +9,9 @@
 namespace loomstone {
 
 struct HullContact {
-  Vec3 point;   // on the triangle [m]
-  Vec3 normal;  // from the triangle to the hull, unit length
-  double gap;   // along the normal, negative for overlaps [m]
+  Vec3 point;   // point on the triangle [m]
+  Vec3 normal;  // unit vector from the triangle to the hull
+  double gap;   // gap along the normal, negative for overlaps [m]
 
   Vec3 on_hull() const { return point + gap * normal; }
 };

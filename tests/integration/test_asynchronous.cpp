@@ -32,8 +32,8 @@ struct Springs {
 };
 
 struct NestedChain : Springs {
-  std::array<double, 2> step;  // of each level [s]
-  std::array<int, 2> level;    // of each spring
+  std::array<double, 2> step;  // step of each level [s]
+  std::array<int, 2> level;    // level of each spring
   std::array<std::array<double, 2>, 2> force = {};
 
   void measure(int first, bool) {
@@ -53,7 +53,7 @@ struct NestedChain : Springs {
 };
 
 struct QueueChain : Springs {
-  std::array<double, 2> steps;  // of each spring [s]
+  std::array<double, 2> steps;  // step of each spring [s]
   std::array<double, 2> time = {0.0, 0.0};
   std::vector<std::pair<Index, double>> events = {};
 
