@@ -35,7 +35,7 @@ LOOMSTONE_INLINE void sweep(Index first, Index last, const float* inverse, const
   }
 }
 
-// Returns the sum of z . (2 r - t).
+// Returns the sum of z . (2 r - t) over the nodes [first, last).
 template <class>
 LOOMSTONE_INLINE double smoothed_dots(Index first, Index last, const float* r, const float* t,
                                       const float* z) {
