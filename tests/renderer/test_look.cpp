@@ -210,7 +210,7 @@ TEST_CASE("the depth of a plane is its analytic distance along the viewing direc
         continue;
       }
       ++floors;
-      CHECK(seen.id[at] == 3);  // after the cloth and the hidden ball
+      CHECK(seen.id[at] == 3);  // 1 is the cloth and 2 the hidden ball
       const Vec3 ray =
           forward + tangent * ((x + 0.5 - 160.0) / 90.0 * right + (90.0 - y - 0.5) / 90.0 * up);
       const double depth = (-0.30 - options.camera.eye.z()) / ray.z();
