@@ -107,8 +107,8 @@ TEST_CASE("a texture lies where its uv say, repeats by its width, and shows the 
 }
 
 TEST_CASE("a body has a texture by its uv", "[renderer]") {
-  // A square of two triangles, as a body. Its uv place the lower left pixel of the image, which is
-  // blue, on all of it.
+  // A square of two triangles, as a body. Its texture coordinates cover the whole square with the
+  // lower left pixel of the image, which is blue.
   DrapedScene scene;
   scene.topology.corner_uv.resize(0, 2);
   scene.topology.body_names = {"board"};

@@ -48,8 +48,8 @@ void build_attachments(const Scene& scene, Model& model, const State& state) {
   std::sort(model.attachments.begin(), model.attachments.end(), [](const auto& a, const auto& b) {
     return a.row != b.row ? a.row < b.row : a.body < b.body;
   });
-  // Our choice. Attachments are much stiffer than the membrane, so that an attached vertex stays
-  // within micrometres of its point on the body.
+  // The factor 100 is our choice. It makes attachments much stiffer than the membrane, so that an
+  // attached vertex stays within micrometres of its point on the body.
   model.attachment_stiffness = 100.0 * mean_membrane_stiffness(scene);
 }
 

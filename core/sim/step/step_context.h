@@ -20,9 +20,9 @@ struct StepContext {
   double share = 1.0;
   int length = 0;          // length of the part [1/64 step]
   bool automatic = false;  // true: part of an automatic step
-  // Whether an attempt at the part can be repeated in shorter parts.
-  bool divisible = true;   // true: it is repeated if its error is too large
-  bool halvable = true;    // true: it is repeated if contacts create energy in it
+  // Cases in which a failed attempt at the part is repeated in shorter parts.
+  bool divisible = true;   // true: repeated if the error of the attempt is too large
+  bool halvable = true;    // true: repeated if contacts create energy in the attempt
   std::uint64_t seed = 0;  // seed of random orders; differs between parts and steps
 };
 

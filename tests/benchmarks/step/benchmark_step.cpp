@@ -24,8 +24,8 @@ using namespace loomstone;
 
 namespace {
 
-// Returns the processor time [s] for one thread, because other processes do not affect it, and the
-// wall time [s] for several threads.
+// Returns the wall time if there are several threads [s]. For one thread, returns the processor
+// time [s], which other processes do not affect.
 double now(int threads = 1) {
   timespec t;
   clock_gettime(threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &t);
