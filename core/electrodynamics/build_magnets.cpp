@@ -72,7 +72,7 @@ void check_response(const Magnet& magnet, const std::string& where) {
 }
 
 // Replaces the exact fields of meshes and cells by expansions if the scene has many spheres. An
-// expansion pays off only if the field at all spheres is evaluated many times. If the number of
+// expansion saves time only if the field at all spheres is evaluated many times. If the number of
 // triangles times the number of spheres is `most_exact`, building the expansion of a mesh takes as
 // long as about twenty exact evaluations at all spheres. With 100 spheres, building the expansion
 // of cells takes as long as about 1,400 such evaluations, for any number of cells.

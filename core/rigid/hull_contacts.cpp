@@ -39,8 +39,8 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
     if (contacts[k].gap < deepest + (old[k] ? 2.0 : 1.0) * bearing * near) swap(n++, k);
   Vec3 mean = Vec3::Zero();
   for (std::size_t k = 0; k < n; ++k) mean += contacts[k].point / static_cast<double>(n);
-  // Moves the contact with the largest value to `place`. Among values within a fraction `ties` of
-  // each other, the first one wins.
+  // Moves the contact with the largest value to `place`. Values within a fraction `ties` of each
+  // other count as equal. Of equal values, the first is chosen.
   const auto bring = [&](std::size_t place, std::size_t end, double ties, const auto& value) {
     std::size_t chosen = place;
     double most = 0.0;

@@ -35,8 +35,8 @@ constexpr double spare = 0.75;  // safety factor, as other dipole sets can have 
 // Minimum number of observers for which controlled() first tests a setting on the leaves that
 // contain samples. At 100,000 observers, the test takes a tenth of the time of a pass, and at more
 // observers a smaller share. In a tenth of the cases, the setting is not accurate enough, and the
-// test saves a whole pass. The test therefore pays off beyond 100,000 observers. The limit is twice
-// as large.
+// test saves a whole pass. On average, the test therefore saves time beyond 100,000 observers. The
+// minimum is twice as large.
 constexpr Index worth_a_look = 200000;
 
 // Marks the cells that contain any of the rows.
