@@ -36,7 +36,7 @@ class TermRows {
   Mat3 diagonal(Index row) const;
 
  private:
-  // An entry of a term. Most entries need no arm.
+  // An entry of a term. Only entries of rotation rows have an arm (see TermEntry).
   struct Part {
     Index row, arm;  // arm: index in arms_, or -1
     double weight;

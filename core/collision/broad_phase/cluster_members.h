@@ -22,7 +22,7 @@ class ClusterMembers {
   }
 
  private:
-  // Cluster c has entries start_[c] to start_[c + 1] - 1.
+  // The vertices of cluster c are the entries start_[c] to start_[c + 1] - 1 of vertices_.
   std::vector<Index> start_{0}, vertices_;
 };
 

@@ -39,7 +39,7 @@ struct NeighbourList {
   // or to the expected step if cluster pairs have been searched. After cover(), it applies to the
   // motion from the last update() to x1.
   double change = 0.0;
-  double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` [m]
+  double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` in `near` [m]
   float cost = 0.0f;     // estimated cost of this list since lists were distributed [ns]
   float seconds = 0.0f;  // measured time of work on this list [s]; see time_work()
   std::vector<NearPair> near = {};
@@ -173,7 +173,8 @@ class NeighbourLists {
   std::vector<double> inflation_;  // inflation of the vertex boxes of each surface [m]
   Points x_, before_;              // positions of the last update() and of the one before it
   Points from_, to_;               // expected motion in the last search for cluster pairs
-  // Boxes of vertices at rest at x_. Only those of the vertices in `still_at_x_` are up to date.
+  // Box of each vertex at its position in x_, without motion. Only the boxes of the vertices in
+  // `still_at_x_` are up to date.
   std::vector<PackedSlabs> still_;
   VertexSet still_at_x_;
   VertexSet vertices_;
