@@ -69,7 +69,15 @@ def mesh(
 _moving = mesh  # alias, because parameters named `mesh` hide the function
 
 
-@takes(radius="m", centre="m", times="s", positions="m", friction="1", thickness="m")
+@takes(
+    radius="m",
+    centre="m",
+    times="s",
+    positions="m",
+    axis_angles="rad",
+    friction="1",
+    thickness="m",
+)
 def sphere(
     *,
     radius: float,
@@ -78,6 +86,7 @@ def sphere(
     name: str = "sphere",
     times: ArrayLike = (),
     positions: ArrayLike | None = None,
+    axis_angles: ArrayLike | None = None,
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
     look: Look | None = None,
@@ -94,6 +103,7 @@ def sphere(
         centre=centre,
         times=times,
         positions=positions,
+        axis_angles=axis_angles,
         friction=friction,
         thickness=thickness,
         look=look,
@@ -136,6 +146,7 @@ def box(
     axis="1",
     times="s",
     positions="m",
+    axis_angles="rad",
     friction="1",
     thickness="m",
 )
@@ -149,6 +160,7 @@ def capsule(
     name: str = "capsule",
     times: ArrayLike = (),
     positions: ArrayLike | None = None,
+    axis_angles: ArrayLike | None = None,
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
     look: Look | None = None,
@@ -165,6 +177,7 @@ def capsule(
         centre=centre,
         times=times,
         positions=positions,
+        axis_angles=axis_angles,
         friction=friction,
         thickness=thickness,
         look=look,
