@@ -414,7 +414,7 @@ class ContactReport:
     @property
     def unresolved(self) -> int:
         """
-        impacts that certification leaves, even at 1/64 of the step [1]
+        impacts that certification leaves after the step has been divided into 1/64 [1]
         """
 
 class WithheldReport:

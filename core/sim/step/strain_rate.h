@@ -1,4 +1,4 @@
-// Last stage: corrects velocities with which strains would change by more than the permitted amount
+// Sixth stage: corrects velocities with which strains would change by more than the permitted amount
 // per step. Positions do not change.
 #pragma once
 
