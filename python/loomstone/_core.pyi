@@ -468,12 +468,12 @@ class AccountReport:
     @property
     def balance(self) -> float:
         """
-        energy without that of contacts, less work, less its value at the start; in parts of the largest kinetic energy so far [1]
+        increase since the start of the energy (without that of contacts) minus the work, relative to the largest kinetic energy so far [1]
         """
     @property
     def contact_balance(self) -> float:
         """
-        the balance with the energy of contacts, less that at the start [1]
+        the same balance with the energy of contacts [1]
         """
     @property
     def damping(self) -> float:
