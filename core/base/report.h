@@ -264,10 +264,10 @@ struct AccountReport {
               "remaining loss: by contacts, contacts between bodies, limit impulses and the "
               "integrator"),
         field("balance", &R::balance, "1", unlimited(),
-              "energy without that of contacts, less work, less its value at the start; in parts "
-              "of the largest kinetic energy so far"),
+              "increase since the start of the energy (without that of contacts) minus the work, "
+              "relative to the largest kinetic energy so far"),
         field("contact_balance", &R::contact_balance, "1", unlimited(),
-              "the balance with the energy of contacts, less that at the start"),
+              "the same balance with the energy of contacts"),
         field("largest_kinetic", &R::largest_kinetic, "J", unlimited(),
               "largest kinetic energy of cloth and bodies so far"));
   }

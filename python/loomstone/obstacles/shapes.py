@@ -37,12 +37,14 @@ def mesh(
     axis_angles : (k x 3) rotation vectors at these times [rad]
     friction : friction coefficient [1]
     thickness : contact distance [m], 0: that of the cloth
-    look : Look, its colour and texture in pictures
+    look : Look, the colour and texture of the obstacle in pictures
 
     Without `times`, the vertices themselves are moved to `centre`, and the frame of the obstacle is
     the world frame, so magnets on it are placed relative to the world's origin. With a single
     keyframe, the frame of the obstacle has the pose of the keyframe, and magnets on it are placed
     relative to this frame.
+
+    Raises InvalidInput if positions or axis_angles are given without times.
     """
     times = np.asarray(times, float).ravel()
     settings: dict[str, Any] = {
