@@ -1,6 +1,7 @@
 #include "core/cloth/elasticity.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace loomstone {
 
@@ -24,6 +25,10 @@ std::unique_ptr<Bending> make_bending(const ClothModel::BendingPart& part, bool 
   setup.lumped_stiffness = true;
   return make_midedge_bending(setup);
 }
+
+bool same_positions(const Points& a, const Points& b) {
+  return a.rows() == b.rows() && std::memcmp(a.data(), b.data(), sizeof(double) * a.size()) == 0;
+}
 }  // namespace
 
 Elasticity::Elasticity(const ClothModel& model, BendingTreatment bending)
@@ -40,6 +45,8 @@ Elasticity::Elasticity(const ClothModel& model, BendingTreatment bending)
       couplings.emplace_back(model.triangles(t, k), model.triangles(t, (k + 1) % 3));
   for (const auto& part : model.bending) {
     bending_.push_back(make_bending(part, bending == BendingTreatment::Lumped));
+    for (const double damping : part.setup.damping)
+      damped_bending_ = damped_bending_ || damping > 0.0;
     if (!implicit_bending()) continue;
     const auto more = bending_.back()->couplings();
     couplings.insert(couplings.end(), more.begin(), more.end());
@@ -64,18 +71,49 @@ Elasticity::LimitPhaseScope Elasticity::limit_phase(const Team& team, const Poin
   return LimitPhaseScope(membrane_);
 }
 
+template <class Add>
+void Elasticity::add_known(const Team& team, const Points& x, Index begin, Index end, Known& known,
+                           Add&& add, Points& force) const {
+  if (begin != known.begin || end != known.end || !same_positions(x, known.x)) {
+    known.x = x, known.begin = begin, known.end = end;
+    known.force.setZero(x.rows(), 3);
+    add(known.force);
+  }
+  parallel_for(team, end - begin,
+               [&](Index i) { force.row(begin + i) += known.force.row(begin + i); });
+}
+
 void Elasticity::add_implicit_forces(const Team& team, const Points& x, const Points* v,
                                      Index begin, Index end, Points& force) {
-  membrane_.add_forces(team, x, v, begin, end, force);
-  if (!implicit_bending()) return;
-  for (const auto& element : bending_)
-    element->add_forces(team, x, v ? *v : zero_velocity_, begin, end, force);
+  const auto add = [&](Points& to) { membrane_.add_forces(team, x, v, begin, end, to); };
+  if (membrane_.in_phase() || (v && membrane_.viscous()))
+    add(force);
+  else
+    add_known(team, x, begin, end, membrane_force_, add, force);
+  if (implicit_bending()) add_bending_forces(team, x, v, begin, end, force);
 }
 
 void Elasticity::add_explicit_bending(const Team& team, const Points& x, const Points& v,
                                       Index begin, Index end, Points& force) {
-  if (implicit_bending()) return;
-  for (const auto& element : bending_) element->add_forces(team, x, v, begin, end, force);
+  if (!implicit_bending()) add_bending_forces(team, x, &v, begin, end, force);
+}
+
+void Elasticity::add_bending_forces(const Team& team, const Points& x, const Points* v, Index begin,
+                                    Index end, Points& force) {
+  if (bending_.empty()) return;
+  const auto add = [&](Points& to) {
+    for (const auto& element : bending_)
+      element->add_forces(team, x, v ? *v : zero_velocity_, begin, end, to);
+  };
+  if (v && damped_bending_)
+    add(force);
+  else
+    add_known(team, x, begin, end, bending_force_, add, force);
+}
+
+void Elasticity::add_limits(const std::vector<LimitModes>& modes) {
+  membrane_.add_limits(modes);
+  membrane_force_ = membrane_energy_ = {};
 }
 
 // If bending is not implicit, each chunk of rows is completed while it is in the cache.
@@ -129,9 +167,18 @@ void Elasticity::finish_rows(Index begin, Index end, Product product) {
   }
 }
 
-double Elasticity::bending_energy(const Team& team, const Points& x) const {
+double Elasticity::membrane_energy(const Team& team, const Points& x) {
+  if (membrane_.in_phase()) return membrane_.energy(team, x);
+  if (!same_positions(x, membrane_energy_.x))
+    membrane_energy_.x = x, membrane_energy_.energy = membrane_.energy(team, x);
+  return membrane_energy_.energy;
+}
+
+double Elasticity::bending_energy(const Team& team, const Points& x) {
+  if (same_positions(x, bending_energy_.x)) return bending_energy_.energy;
   double sum = 0.0;
   for (const auto& element : bending_) sum += element->energy(team, x);
+  bending_energy_.x = x, bending_energy_.energy = sum;
   return sum;
 }
 

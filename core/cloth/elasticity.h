@@ -72,16 +72,30 @@ class Elasticity {
 
   // Adds a strain-limiting potential to the energy and to explicit forces (see
   // Membrane::add_limits).
-  void add_limits(const std::vector<LimitModes>& modes) { membrane_.add_limits(modes); }
+  void add_limits(const std::vector<LimitModes>& modes);
 
-  double membrane_energy(const Team& team, const Points& x) { return membrane_.energy(team, x); }
-  double bending_energy(const Team& team, const Points& x) const;
+  double membrane_energy(const Team& team, const Points& x);
+  double bending_energy(const Team& team, const Points& x);
   const Membrane& membrane() const { return membrane_; }
   void strain(const Team& team, const Points& x, Points& green, Vector& stretch) {
     membrane_.strain(team, x, green, stretch);
   }
 
  private:
+  // Elastic forces on the rows [begin, end), or an energy, at the positions x. A part of a step
+  // asks for them several times at the same positions.
+  struct Known {
+    Points x;  // no rows: nothing is known
+    Index begin = 0, end = 0;
+    Points force;         // (n x 3) [N]
+    double energy = 0.0;  // [J]
+  };
+  // Adds the force that `add` adds to rows without force.
+  template <class Add>
+  void add_known(const Team& team, const Points& x, Index begin, Index end, Known& known, Add&& add,
+                 Points& force) const;
+  void add_bending_forces(const Team& team, const Points& x, const Points* v, Index begin,
+                          Index end, Points& force);
   void add_bending(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end);
   void finish_rows(Index begin, Index end, Product product);
 
@@ -93,6 +107,9 @@ class Elasticity {
   BlockMatrix matrix_;
   std::vector<double> wide_in_, wide_out_;  // vectors padded to 4 doubles per row
   Points zero_velocity_;
+  bool damped_bending_ = false;
+  // They are not used while the membrane includes stiff phases, nor for viscous forces.
+  Known membrane_force_, bending_force_, membrane_energy_, bending_energy_;
 };
 
 }  // namespace loomstone

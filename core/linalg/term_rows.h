@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/base/aligned.h"
 #include "core/linalg/extra_terms.h"
 #include "core/parallel/row_layout.h"
 #include "core/parallel/team.h"
@@ -49,12 +50,17 @@ class TermRows {
   TermEntry entry(Index row, Index arm, double weight) const {
     return {row, arm >= 0, weight, arm >= 0 ? arms_[arm] : Vec3(Vec3::Zero())};
   }
+  // Computes the forces of terms [begin, end). The results do not depend on Lanes.
+  template <class Lanes, class Scalar>
+  static void find_forces(TermRows& rows, Index begin, Index end, const Scalar* x);
 
   double scale_ = 0.0;
   std::vector<Mat3> hessians_;     // (copied terms), in ascending order
   std::vector<Index> part_start_;  // (terms + 1) first part of each term
   std::vector<Part> parts_;
-  std::vector<Vec3> arms_, forces_;
+  std::vector<Vec3> arms_;
+  AlignedDoubles scaled_;         // (terms x 3 x 4) scaled H, see build()
+  AlignedDoubles forces_;         // (terms x 4) force and a zero
   std::vector<Index> row_start_;  // (rows + 1) first slot of each row
   std::vector<Slot> slots_;       // slots of owned rows, sorted by row and term
   std::vector<Index> touched_;    // owned rows with slots, in ascending order

@@ -81,7 +81,8 @@ class HingeBending final : public Bending {
   }
 
   double energy(const Team& team, const Points& x) const override {
-    hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, false, values_);
+    // Gradients are evaluated too, so that forces at the same positions use these values.
+    hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, true, values_);
     return parallel_sum(team, hinges_.n_hinges(), [&](Index e) {
       // Energy of a hinge with the angle theta:
       //   V = c [2 cos(rest / 2) - 2 cos(theta / 2) - (theta - rest) sin(rest / 2)].

@@ -145,8 +145,7 @@ class NeighbourLists {
   void find_motions(const Team& team, const Points& x0, const Points& x1);
   double change_bound(const NeighbourList& list) const;
   bool as_expected(const Team& team, const Points& x, double ahead) const;
-  double margin_of(Index surface) const;
-  void find_slacks(const Points& x);
+  void find_slacks_and_margins(const Points& x);
   void search(const Team& team, const Points& x1);
   void distribute();
   void keep_or_add(const std::vector<std::vector<PairKey>>& found,
@@ -171,8 +170,10 @@ class NeighbourLists {
   // Base distance and largest slack of each surface pair [m].
   std::vector<double> base_, most_slack_;
   std::vector<double> inflation_;  // inflation of the vertex boxes of each surface [m]
-  Points x_, before_;              // positions of the last update() and of the one before it
-  Points from_, to_;               // expected motion in the last search for cluster pairs
+  // Largest distance of the vertices of each surface from their expected motion [m].
+  std::vector<double> margin_;
+  Points x_, before_;  // positions of the last update() and of the one before it
+  Points from_, to_;   // expected motion in the last search for cluster pairs
   // Box of each vertex at its position in x_, without motion. Only the boxes of the vertices in
   // `still_at_x_` are up to date.
   std::vector<PackedSlabs> still_;

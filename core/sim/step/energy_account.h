@@ -32,7 +32,7 @@ void report_account(const State& state, StepReport& report);
 // thickness. The tolerated energy is a fraction of the largest kinetic energy so far. If the user
 // has chosen the step and scripted surfaces move, the length is at least a quarter of the step. In
 // shorter parts, scripted surfaces that close on cloth quickly leave impacts between them
-// unresolved.
+// unresolved. Computes contacts again unless know_contacts() was called.
 int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
                         const Engines& engines, const State& state);
 
