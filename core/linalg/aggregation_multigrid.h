@@ -112,7 +112,7 @@ class AggregationMultigrid {
 
   Aggregates aggregates_;
   Index n_nodes_ = 0, n_blocks_ = 0;
-  BlockMatrix plain_;  // matrix of the aggregates without terms
+  BlockMatrix plain_;  // matrix of the aggregates, without blocks of terms
   // Pairs (first < second) of aggregates that only terms couple, in ascending order.
   Couplings couplings_;
   std::size_t n_owned_couplings_ = 0;  // number of couplings_ with an aggregate of this rank

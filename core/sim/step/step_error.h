@@ -1,5 +1,6 @@
-// Error of a part of a step: the strain that the linear model of implicit integrators neglects over
-// the motion of the part.
+// Error of a part of a step, and the lengths of parts and of automatic steps that it allows. The
+// error is the strain that the linear model of an implicit integrator neglects in the motion of the
+// part, and the energy of this strain (see StepError).
 #pragma once
 
 #include "core/base/report.h"

@@ -100,7 +100,7 @@ def print_source(path: Path) -> None:
 def check_run(run: Run, *, trust: bool = False) -> bool:
     """Prints the intersecting pairs of every frame, and checks the claims of the scene file.
 
-    trust : run the program stored in the run even if it differs from the scene file at hand
+    trust : run the program stored in the run even if it differs from the scene file on disk
 
     Returns True if no triangles of cloth intersect. Raises AssertionError if a claim does not hold.
     """

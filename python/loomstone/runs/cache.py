@@ -162,7 +162,7 @@ class Run:
     def scene(self, *, trust: bool = False) -> Scene:
         """Returns the scene as it was when the run began.
 
-        trust : run the program stored in the run even if it differs from the scene file at hand.
+        trust : run the program stored in the run even if it differs from the scene file on disk.
             The program of a run from a stranger can do anything that you can do.
 
         Raises CacheError if the run has stored neither a scene file nor a scene, or if its program
