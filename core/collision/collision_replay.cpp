@@ -102,7 +102,7 @@ struct ListsOfStep {
     std::vector<float> costs;
     each_list([&](std::size_t i, NeighbourList& list) {
       costs.resize(n_pieces, 0.0f);
-      costs[i] += std::exchange(list.cost, 0.0f);
+      costs[i] += std::exchange(list.spent, 0.0f);
     });
     return costs;
   }

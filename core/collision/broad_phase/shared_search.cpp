@@ -32,9 +32,8 @@ SharedSearch::SharedSearch(const CollisionModel& model, const std::vector<Surfac
       trees_(model, pairs, n_parts) {}
 
 void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, const Take& take) {
-  const bool still =
-      &motion.x0 == &motion.x1;  // only boxes at rest show whether a tree is still compact
-  trees_.refit(team, motion, still);
+  still_ = &motion.x0 == &motion.x1;  // only boxes at rest show whether a tree is still compact
+  trees_.refit(team, motion, still_);
   scratch_.resize(std::max(1, team.threads));
   const TaskPool::Perform perform = [&](int thread, const NodeTest& test,
                                         std::vector<NodeTest>& stack) {
