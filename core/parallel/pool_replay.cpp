@@ -100,6 +100,9 @@ class Simulated {
     }
     set_busy(busy, report_);
     add_exchange(tests_.n_ranks(), tests_.result_bytes, network_, report_);
+    const double deal = tests_.deal_exchanges * exchange_seconds(tests_.n_ranks(), 0.0, network_) +
+                        (tests_.n_ranks() > 1 ? tests_.deal_bytes / network_.bandwidth : 0.0);
+    report_.exchange += deal, report_.seconds += deal;
     return report_;
   }
 

@@ -19,6 +19,9 @@ struct RecordedTests {
   std::vector<std::vector<Index>> roots;  // tests with which each rank starts
   std::vector<double> start;              // time that each rank needs to find its first tests [s]
   std::size_t result_bytes = 0;           // size of all results, which all ranks receive [bytes]
+  // Exchanges for the deal of first tests in each search, on average, and the size of the costs
+  // that all ranks receive in them [bytes].
+  double deal_exchanges = 0.0, deal_bytes = 0.0;
 
   std::size_t size() const { return seconds.size(); }
   int n_ranks() const { return static_cast<int>(roots.size()); }

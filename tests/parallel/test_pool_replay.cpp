@@ -89,6 +89,15 @@ TEST_CASE("a predicted replay takes the time of the most expensive range and of 
   CHECK(replay_predicted(work, 1, network).seconds == Approx(work.work()));
 }
 
+TEST_CASE("a dynamic replay takes the time in which ranks exchange costs of tests") {
+  RecordedTests tests = trees_on_rank_0(1, 4, 4);
+  const Network network{2e-6, 1e8, 0.5e-6};
+  const double without = replay_dynamic(tests, network).seconds;
+  tests.deal_exchanges = 0.25, tests.deal_bytes = 500.0;
+  // A quarter of two rounds of 3 us, and 5 us for 500 B at 1e8 B/s.
+  CHECK(replay_dynamic(tests, network).seconds == Approx(without + 6.5e-6));
+}
+
 TEST_CASE("a rank that starts alone and one that has nothing to give both end") {
   const RecordedTests tests = trees_on_rank_0(1, 0, 300);
   const Network network{10e-6, 1e10, 0.1e-6};
