@@ -78,7 +78,10 @@ struct ListsOfStep {
         inverse_mass(given_inverse_mass),
         boxes(model, pairs),
         lists(model, pairs, boxes, *alone),
-        search(model, boxes, lists) {}
+        search(model, boxes, lists) {
+    for (const SurfacePair& pair : pairs)
+      first.push_back(first.back() + boxes.tree(pair.a).n_clusters());
+  }
 
   // contacts() and impacts() return the size of their results [bytes].
   std::size_t contacts(const Points& x) {
@@ -93,29 +96,22 @@ struct ListsOfStep {
   // clusters of all surface pairs.
   template <class Add>
   void each_list(Add&& add) {
-    std::vector<std::size_t> first{0};
-    for (const SurfacePair& pair : pairs)
-      first.push_back(first.back() + boxes.tree(pair.a).n_clusters());
-    n_pieces = first.back();
     for (NeighbourList& list : lists.lists()) add(first[list.pair] + list.a, list);
   }
-  // Returns the costs of the lists of each first cluster since the last call. Ranks divide the
-  // lists by these costs.
+  // Returns the times spent on the lists of each first cluster since the last call. Ranks divide
+  // the lists by these times.
   std::vector<float> take_expected() {
-    std::vector<float> costs;
-    each_list([&](std::size_t i, NeighbourList& list) {
-      costs.resize(n_pieces, 0.0f);
-      costs[i] += std::exchange(list.spent, 0.0f);
-    });
+    std::vector<float> costs(first.back(), 0.0f);
+    each_list(
+        [&](std::size_t i, NeighbourList& list) { costs[i] += std::exchange(list.spent, 0.0f); });
     return costs;
   }
   // Stores in `work` the times of the work on lists since the last call [s]. If an earlier call
   // stored a smaller time for the same work, this time is kept.
   void take_work(OrderedWork& work) {
     const double pass = lists.take_pass_seconds() / static_cast<double>(lists.lists().size());
-    std::vector<double> seconds;
+    std::vector<double> seconds(first.back(), 0.0);
     each_list([&](std::size_t i, NeighbourList& list) {
-      seconds.resize(n_pieces, 0.0);
       seconds[i] += std::exchange(list.seconds, 0.0f) + pass;
     });
     const double divisible = lists.take_unlisted_seconds();
@@ -125,6 +121,7 @@ struct ListsOfStep {
       for (std::size_t i = 0; i < seconds.size(); ++i)
         seconds[i] = std::min(seconds[i], work.seconds[i]);
     work.seconds = std::move(seconds);
+    work.first = first;
   }
 
   const std::shared_ptr<const Communicator> alone = single_communicator();
@@ -134,7 +131,7 @@ struct ListsOfStep {
   BroadPhase boxes;
   NeighbourLists lists;
   ImpactSearch search;
-  std::size_t n_pieces = 0;
+  SectionStarts first = {0};  // number of pieces in earlier surface pairs
 };
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include <queue>
 #include <utility>
 
-#include "core/parallel/shared_work.h"
 #include "core/parallel/termination.h"
 
 namespace loomstone {
@@ -325,13 +324,14 @@ ReplayReport replay_static(const RecordedTests& tests, const Network& network) {
 }
 
 ReplayReport replay_predicted(const OrderedWork& work, int n_ranks, const Network& network) {
-  const std::vector<std::size_t> starts = contiguous_ranges(work.expected, n_ranks);
-  std::vector<double> busy;
-  for (int rank = 0; rank < n_ranks; ++rank) {
+  std::vector<double> busy(n_ranks, work.divisible / n_ranks);
+  for (const std::vector<std::size_t>& starts :
+       section_ranges(work.expected, work.first, n_ranks)) {
     const auto at = [&](int range) {
       return work.seconds.begin() + static_cast<std::ptrdiff_t>(starts[range]);
     };
-    busy.push_back(std::accumulate(at(rank), at(rank + 1), work.divisible / n_ranks));
+    for (int rank = 0; rank < n_ranks; ++rank)
+      busy[rank] = std::accumulate(at(rank), at(rank + 1), busy[rank]);
   }
   ReplayReport report;
   set_busy(busy, report);

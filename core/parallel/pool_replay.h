@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/parallel/section_ranges.h"
 #include "core/parallel/task_pool.h"
 
 namespace loomstone {
@@ -41,11 +42,12 @@ struct ReplayReport {
   std::int64_t requests = 0, transfers = 0, refusals = 0, waves = 0;  // sums over ranks
 };
 
-// Pieces of work in a fixed order. They are divided into one contiguous range for each rank so that
-// the expected costs of all ranges are about equal.
+// Pieces of work in a fixed order, which form sections. section_ranges() divides them by their
+// expected costs into ranges for the ranks.
 struct OrderedWork {
   std::vector<float> expected;   // expected cost of each piece, in any unit
   std::vector<double> seconds;   // cost of each piece [s]
+  SectionStarts first;           // start of each section, and the number of pieces
   double divisible = 0.0;        // cost of further work, divided evenly among ranks [s]
   std::size_t result_bytes = 0;  // size of all results, which all ranks receive [bytes]
 
@@ -60,7 +62,7 @@ ReplayReport replay_static(const RecordedTests& tests, const Network& network);
 // Replays a dynamic division: the ranks balance the tests as TaskPool does.
 ReplayReport replay_dynamic(const RecordedTests& tests, const Network& network,
                             const PoolOptions& options = {});
-// Replays a division by expected costs: each rank performs one range of work. Before they exchange
+// Replays a division by expected costs: each rank performs its ranges of work. Before they exchange
 // results, the ranks agree on whether lists are valid.
 ReplayReport replay_predicted(const OrderedWork& work, int n_ranks, const Network& network);
 

@@ -76,7 +76,8 @@ TEST_CASE("a rank performs tests of a task before it passes the task on") {
 
 TEST_CASE("a predicted replay takes the time of the most expensive range and of one exchange") {
   // Sixteen pieces of work. The last four take twice as long as in the preceding step.
-  OrderedWork work{std::vector<float>(16, 1.0f), std::vector<double>(16, 1e-6), 4e-6, 1000};
+  OrderedWork work{
+      std::vector<float>(16, 1.0f), std::vector<double>(16, 1e-6), {0, 16}, 4e-6, 1000};
   for (int i = 12; i < 16; ++i) work.seconds[i] = 2e-6;
   CHECK(work.work() == Approx(24e-6));
   const Network network{2e-6, 1e8, 0.5e-6};

@@ -5,6 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/parallel/repeated_gather.h"
+#include "core/parallel/section_ranges.h"
 #include "tests/support/thread_ranks.h"
 
 using namespace loomstone;
@@ -110,4 +111,25 @@ TEST_CASE("if the work before a repeated gather fails on a rank, all ranks throw
     }
   });
   for (const std::string& text : said) CHECK(text == "rank 1");
+}
+
+TEST_CASE("expensive sections are cut one by one, and cheap ones together") {
+  // Two sections with costs of 16 and 8, and four with a cost of 0.25.
+  std::vector<float> costs(8, 2.0f);
+  costs.insert(costs.end(), 8, 1.0f);
+  costs.insert(costs.end(), 4, 0.25f);
+  const SectionStarts first = {0, 8, 16, 17, 18, 19, 20};
+  const SectionRanges ranges = section_ranges(costs, first, 4);
+  CHECK(ranges == SectionRanges{{0, 2, 4, 6, 8},
+                                {8, 10, 12, 14, 16},
+                                {16, 17, 17, 17, 17},
+                                {17, 17, 18, 18, 18},
+                                {18, 18, 18, 19, 19},
+                                {19, 19, 19, 19, 20}});
+  CHECK(imbalance(costs, first, ranges) == Approx(1.0));
+  // One piece of the first section becomes twice as expensive. The most expensive ranges then cost
+  // 6, 2 and 0.25, and the mean is 27 / 4.
+  costs[0] = 4.0f;
+  CHECK(imbalance(costs, first, ranges) == Approx((6.0 + 2.0 + 0.25) / (27.0 / 4.0)));
+  CHECK(imbalance({}, {0}, section_ranges({}, {0}, 3)) == 1.0);
 }
