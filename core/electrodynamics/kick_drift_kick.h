@@ -64,7 +64,7 @@ class Substeps {
   double elapsed() const { return step_ * place_ / parts_; }             // [s]
   double share() const { return static_cast<double>(place_) / parts_; }  // elapsed fraction
   double next_share() const { return static_cast<double>(place_ + 1) / parts_; }  // with the next
-  double length() const { return step_ / parts_; }                       // [s]
+  double length() const { return step_ / parts_; }                                // [s]
   // Halves the remaining sub-steps until they resolve the angular frequency [rad/s]. After the
   // first call, a small growth of the frequency is tolerated. Throws SolverFailure if too many
   // sub-steps are needed.

@@ -141,27 +141,29 @@ def replay(
         if "predicted" in decompositions:
             for lists in motion.lists():
                 _add_lists(lists, found, network)
-        if decompositions != ["predicted"]:
-            for search in (motion.contacts, motion.impacts):
-                serial = search(1).work
-                for prediction in found:
-                    if prediction.decomposition != "predicted":
-                        tests = search(prediction.ranks, decomposition=prediction.decomposition)
-                        _add_tests(tests, serial, prediction, network)
+        for search in (motion.contacts, motion.impacts):
+            _add_searches(search, found, network)
     return found
 
 
-def _add_tests(
-    tests: RecordedTests, serial: float, prediction: Prediction, network: Network
+def _add_searches(
+    search: Callable[..., RecordedTests], predictions: Sequence[Prediction], network: Network
 ) -> None:
-    report = tests.replay(
-        prediction.decomposition,
-        latency=network.latency,
-        bandwidth=network.bandwidth,
-        overhead=network.overhead,
-        poll_interval=network.poll_interval,
-    )
-    prediction.add(report, serial)
+    """Measures the tests of `search` for the static and dynamic predictions, and replays them."""
+    divided = [each for each in predictions if each.decomposition != "predicted"]
+    if not divided:
+        return
+    serial = search(1).work
+    for prediction in divided:
+        tests = search(prediction.ranks, decomposition=prediction.decomposition)
+        report = tests.replay(
+            prediction.decomposition,
+            latency=network.latency,
+            bandwidth=network.bandwidth,
+            overhead=network.overhead,
+            poll_interval=network.poll_interval,
+        )
+        prediction.add(report, serial)
 
 
 def _add_lists(lists: RecordedLists, predictions: Sequence[Prediction], network: Network) -> None:
