@@ -27,10 +27,31 @@ bool off_plane(const Six& q, double margin) {
   return std::max(least, -most) > margin * base;
 }
 
-struct PairTest {
+PackedSlabs joined(const PackedSlabs& a, const PackedSlabs& b) {
+  PackedSlabs all;
+  for (int k = 0; k < n_slab_packs * slab_lanes; ++k)
+    all.value[k] = std::min(a.value[k], b.value[k]);
+  return all;
+}
+
+bool overlapping(const PackedSlabs& a, const PackedSlabs& b) {
+  bool meet = true;  // upper bounds are stored with the opposite sign
+  for (int k = 0; k < n_slabs; ++k)
+    meet &= a.value[k] <= -b.value[n_slabs + k] && b.value[k] <= -a.value[n_slabs + k];
+  return meet;
+}
+
+double added_reach(const ExpectedMotion& motion) { return added_approach * motion.step; }
+
+}  // namespace
+
+// Tests feature pairs of one step.
+struct ApproachSearch::PairTest {
   const CollisionModel& model;
+  const std::vector<SurfacePair>& pairs;
   const ExpectedMotion& motion;
   const Tangle& tangle;
+  const std::vector<PackedSlabs>& boxes;  // of the vertices
 
   // Returns a bound on the relative displacement of two points, one of each feature [m].
   double travel(ContactKind kind, const std::array<Index, 4>& v) const {
@@ -41,11 +62,15 @@ struct PairTest {
         largest = std::max(largest, (motion.v0.row(v[k]) - motion.v0.row(v[i])).squaredNorm());
     return (faster_approach * std::sqrt(largest) + added_approach) * motion.step;
   }
-  bool close(ContactKind kind, const std::array<Index, 4>& v, double thickness) const {
-    FourPoints points;
-    for (int k = 0; k < 4; ++k) points[k] = motion.x0.row(v[k]).transpose();
-    const double reach = thickness + travel(kind, v);
-    return distance_within(kind == ContactKind::VertexFace, points, reach) <= reach;
+  bool boxes_meet(ContactKind kind, const std::array<Index, 4>& v) const {
+    return kind == ContactKind::VertexFace
+               ? overlapping(boxes[v[0]], joined(joined(boxes[v[1]], boxes[v[2]]), boxes[v[3]]))
+               : overlapping(joined(boxes[v[0]], boxes[v[1]]), joined(boxes[v[2]], boxes[v[3]]));
+  }
+  FourPoints points(const std::array<Index, 4>& v) const {
+    FourPoints p;
+    for (int k = 0; k < 4; ++k) p[k] = motion.x0.row(v[k]).transpose();
+    return p;
   }
   bool culled(ContactKind kind, const std::array<Index, 4>& v, double thickness) const {
     Six q;
@@ -59,68 +84,171 @@ struct PairTest {
       q[3 * s + 1] = vertex_face ? p[2] - p[1] : p[1] - p[0];
       q[3 * s + 2] = vertex_face ? p[3] - p[1] : p[3] - p[2];
     }
-    return off_plane(q, thickness + added_approach * motion.step);
+    return off_plane(q, thickness + added_reach(motion));
+  }
+  bool is_contact(const ApproachingPair& pair, const FourPoints& points, double distance) const {
+    const SurfacePair& surfaces = pairs[pair.pair];
+    if (!(distance < surfaces.thickness)) return false;
+    if (pair.kind == ContactKind::VertexFace) return true;
+    const bool smooth = model.surfaces[surfaces.a].smooth || model.surfaces[surfaces.b].smooth;
+    return !smooth && closest_edge_edge(points).interior;
+  }
+  // Takes a pair that is at most `reach` apart.
+  void take(ApproachingPair pair, const std::array<Index, 4>& v, const FourPoints& p,
+            double distance, Approach& found) const {
+    ++found.candidates;
+    if (culled(pair.kind, v, pairs[pair.pair].thickness)) return;
+    if (tangle.ignores(model, pair.kind, pair.key, v)) return;
+    pair.contact = is_contact(pair, p, distance);
+    found.pairs.push_back(pair);
+  }
+  void look(const ApproachingPair& pair, Approach& found) const {
+    const std::array<Index, 4> v = pair_vertices(model, pair.kind, pair.key);
+    if (!boxes_meet(pair.kind, v)) return;
+    const double reach = pairs[pair.pair].thickness + travel(pair.kind, v);
+    const FourPoints p = points(v);
+    const double distance = distance_within(pair.kind == ContactKind::VertexFace, p, reach);
+    if (distance <= reach) take(pair, v, p, distance, found);
   }
 };
 
-// Counts the pair as a candidate. Adds it if it may come close, is not culled, and is not ignored
-// because of a tangle.
-void add(const PairTest& test, const ApproachingPair& pair, double thickness, Approach& found) {
-  const std::array<Index, 4> v = pair_vertices(test.model, pair.kind, pair.key);
-  ++found.candidates;
-  if (!test.close(pair.kind, v, thickness) || test.culled(pair.kind, v, thickness)) return;
-  if (!test.tangle.ignores(test.model, pair.kind, pair.key, v)) found.pairs.push_back(pair);
-}
+namespace {
 
-// Tests the pairs of each task of the broad phase. The order of tasks does not depend on threads.
+// Collects what test.look() finds among the pairs of each task of the broad phase. The order of
+// tasks does not depend on threads.
+template <class Test>
 class Candidates final : public PairSink {
  public:
-  Candidates(const std::vector<SurfacePair>& pairs, const PairTest& test)
-      : pairs_(pairs), test_(test) {}
+  explicit Candidates(const Test& test) : test_(test) {}
   void prepare(Index n_tasks) override { parts_.assign(n_tasks, {}); }
   void take(Index task, Index surface_pair, ContactKind kind, std::vector<PairKey>& keys) override {
-    for (const PairKey key : keys)
-      add(test_, {kind, key, surface_pair}, pairs_[surface_pair].thickness, parts_[task]);
+    for (const PairKey key : keys) test_.look({kind, key, surface_pair, false}, parts_[task]);
   }
-  Approach take_all() const {
-    Approach all;
-    for (const Approach& part : parts_) {
-      all.candidates += part.candidates;
-      all.pairs.insert(all.pairs.end(), part.pairs.begin(), part.pairs.end());
-    }
-    return all;
-  }
+  const std::vector<Approach>& parts() const { return parts_; }
 
  private:
-  const std::vector<SurfacePair>& pairs_;
-  const PairTest& test_;
+  const Test& test_;
   std::vector<Approach> parts_;
 };
 
+void append(const std::vector<Approach>& parts, Approach& all) {
+  for (const Approach& part : parts) {
+    all.candidates += part.candidates;
+    all.pairs.insert(all.pairs.end(), part.pairs.begin(), part.pairs.end());
+  }
+}
+
 }  // namespace
 
-Approach find_approach(const Team& team, const PairSource& source, const ExpectedMotion& motion,
-                       const Tangle& tangle) {
-  const std::vector<SurfacePair>& pairs = source.pairs;
-  const PairTest test{source.model, motion, tangle};
-  const Points x1 = motion.x0 + faster_approach * motion.step * motion.v0;
-  double thickness = 0.0;
-  std::vector<Index> which(pairs.size());
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    which[i] = static_cast<Index>(i);
-    thickness = std::max(thickness, pairs[i].thickness);
+ApproachSearch::ApproachSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+                               BroadPhase& broad_phase, NeighbourLists& lists)
+    : model_(model),
+      pairs_(pairs),
+      broad_phase_(broad_phase),
+      lists_(lists),
+      thickness_(model.surfaces.size(), 0.0),
+      motion_(model.n_vertices) {
+  for (const SurfacePair& pair : pairs)
+    for (const Index s : {pair.a, pair.b})
+      thickness_[s] = std::max(thickness_[s], pair.thickness);
+}
+
+void ApproachSearch::find_in_list(NeighbourList& list, const PairTest& test,
+                                  Approach& found) const {
+  // Skips pairs that are too far apart at the start. list.change bounds the relative displacement
+  // of their features.
+  const double thickness = pairs_[list.pair].thickness,
+               reach_of_list = thickness + added_reach(test.motion) + list.change + list.used;
+  list.cost += ListCosts::list;
+  if (reach_of_list < list.nearest) return;
+  std::size_t n_looks = 0;
+  const std::int64_t before = found.candidates;
+  list.nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < list.near.size(); ++i) {
+    NearPair& near = list.near[i];
+    if (near.distance <= reach_of_list) {
+      const ApproachingPair pair{list.kind(i), near.key, list.pair, false};
+      const std::array<Index, 4> v = pair_vertices(model_, pair.kind, pair.key);
+      const double reach = thickness + test.travel(pair.kind, v);
+      if (near.distance <= reach * 1.0000001 + list.used && test.boxes_meet(pair.kind, v)) {
+        const FourPoints p = test.points(v);
+        const double distance = distance_within(pair.kind == ContactKind::VertexFace, p, reach);
+        ++n_looks;
+        if (distance <= reach) {
+          test.take(pair, v, p, distance, found);
+          near.distance = distance + list.used;
+        } else {
+          near.distance = std::max(near.distance, reach + list.used);
+        }
+      }
+    }
+    list.nearest = std::min(list.nearest, near.distance);
   }
-  Candidates candidates(pairs, test);
-  const double margin = 0.5 * (thickness + added_approach * motion.step);  // of each feature [m]
+  list.cost += ListCosts::pair * static_cast<float>(list.near.size()) +
+               ListCosts::distance * static_cast<float>(n_looks) +
+               ListCosts::contact * static_cast<float>(found.candidates - before);
+}
+
+// Tests the pairs in the lists of this rank.
+Approach ApproachSearch::find_listed(const Team& team, const PairTest& test) {
+  lists_.make_ended(team);
+  constexpr Index grain = 64;
+  std::vector<NeighbourList>& lists = lists_.lists();
+  const Index n = static_cast<Index>(lists.size());
+  std::vector<Approach> of_range((n + grain - 1) / grain);
+  parallel_ranges(team, n, grain, [&](Index begin, Index end) {
+    for (Index l = begin; l < end; ++l) {
+      const WorkTimer<float> timing = lists_.timer(lists[l]);
+      find_in_list(lists[l], test, of_range[begin / grain]);
+    }
+  });
+  Approach found;
+  append(of_range, found);
+  return found;
+}
+
+void ApproachSearch::find_unlisted(const Team& team, const PairTest& test,
+                                   const std::vector<Index>& which, Approach& found) {
+  if (which.empty()) return;
+  double thickness = 0.0;
+  for (const SurfacePair& pair : pairs_) thickness = std::max(thickness, pair.thickness);
+  Candidates<PairTest> candidates(test);
+  const double margin = 0.5 * (thickness + added_reach(test.motion));  // of each feature [m]
+  broad_phase_.swept_pairs(team, {test.motion.x0, x1_, margin}, which, candidates);
+  append(candidates.parts(), found);
+}
+
+Approach ApproachSearch::find(const Team& team, const ExpectedMotion& motion, const Tangle& tangle,
+                              bool listed) {
+  x1_.resize(motion.x0.rows(), 3);
+  parallel_for(
+      team, static_cast<Index>(motion.x0.rows()),
+      [&](Index v) {
+        x1_.row(v) = motion.x0.row(v) + faster_approach * motion.step * motion.v0.row(v);
+        const double* const at = motion.x0.data() + 3 * static_cast<std::size_t>(v);
+        const double thickness = thickness_[model_.surface_of_vertex[v]];
+        motion_[v] = packed(slabs_of(at, x1_.data() + 3 * static_cast<std::size_t>(v),
+                                     0.5 * (thickness + added_reach(motion))));
+      },
+      2048);
+  const PairTest test{model_, pairs_, motion, tangle, motion_};
+  std::vector<Index> unlisted(pairs_.size());
+  std::iota(unlisted.begin(), unlisted.end(), Index{0});
+  if (listed) {
+    lists_.widen(added_reach(motion));
+    if (!lists_.updated_at(motion.x0)) lists_.update(team, motion.x0);
+    lists_.cover_reach(team, x1_);
+    unlisted = lists_.unlisted();
+  }
   Approach all;
-  all.pairs = gather_from_ranks(source.ranks, [&] {
-                source.broad_phase.swept_pairs(team, {motion.x0, x1, margin}, which, candidates);
-                Approach own = candidates.take_all();
+  all.pairs = gather_from_ranks(lists_.ranks(), [&] {
+                Approach own = listed ? find_listed(team, test) : Approach();
+                find_unlisted(team, test, unlisted, own);
                 all.candidates = own.candidates;
                 return std::move(own.pairs);
               }).elements;
   const std::vector<std::int64_t> counts =
-      results_of_ranks(source.ranks, [&] { return all.candidates; });
+      results_of_ranks(lists_.ranks(), [&] { return all.candidates; });
   all.candidates = std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
   std::sort(all.pairs.begin(), all.pairs.end(), [](const auto& a, const auto& b) {
     return std::tie(a.kind, a.key) < std::tie(b.kind, b.key);

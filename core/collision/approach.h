@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "core/collision/broad_phase/broad_phase.h"
+#include "core/collision/broad_phase/neighbour_lists.h"
 #include "core/collision/tangle/tangle.h"
 
 namespace loomstone {
@@ -13,19 +13,13 @@ namespace loomstone {
 struct ApproachingPair {
   ContactKind kind;
   PairKey key;
-  Index pair;  // index of the surface pair
+  Index pair;    // index of the surface pair
+  bool contact;  // the pair is a contact at the start of the step, see ApproachSearch
 };
 
 struct Approach {
   std::vector<ApproachingPair> pairs;  // sorted by (kind, a, b)
-  std::int64_t candidates = 0;         // number of pairs tested, including culled ones
-};
-
-struct PairSource {
-  const CollisionModel& model;
-  const std::vector<SurfacePair>& pairs;
-  BroadPhase& broad_phase;
-  const Communicator& ranks;  // among which the tasks of the broad phase are divided
+  std::int64_t candidates = 0;         // number of pairs that come within reach, with culled ones
 };
 
 // Allowance for velocities that change within a step. Our choice: features are assumed to approach
@@ -40,11 +34,37 @@ struct ExpectedMotion {
   double step;       // [s]
 };
 
-// Collective. Finds the pairs that may come closer than their thickness, allowing for velocities
-// that change within the step. Culls pairs whose distance stays above the thickness along the
-// normal of the face, or along the common normal of the two edges. Does not use neighbour lists:
-// they may lack pairs that are far apart, depending on when they were made.
-Approach find_approach(const Team& team, const PairSource& source, const ExpectedMotion& motion,
-                       const Tangle& tangle);
+// Finds the pairs that may come closer than their thickness, allowing for velocities that change
+// within the step. Candidates are pairs whose distance at the start is within the reach of their
+// relative motion and whose 18-DOPs overlap; the 18-DOPs enclose the motion at the assumed speed.
+// Candidates are culled if their distance stays above the thickness along the normal of the face,
+// or along the common normal of the two edges. A pair is a contact if it is closer than its
+// thickness; edges must be closest inside both edges of surfaces that are not smooth.
+// The neighbour lists are those of certification, which are widened by the added reach. What they
+// contain beyond all pairs within reach does not affect the result.
+class ApproachSearch {
+ public:
+  ApproachSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+                 BroadPhase& broad_phase, NeighbourLists& lists);
+
+  // Collective. Updates the lists to motion.x0 if necessary, unless `listed` is false. Then all
+  // surface pairs are searched in full.
+  Approach find(const Team& team, const ExpectedMotion& motion, const Tangle& tangle, bool listed);
+
+ private:
+  struct PairTest;
+  void find_in_list(NeighbourList& list, const PairTest& test, Approach& found) const;
+  Approach find_listed(const Team& team, const PairTest& test);
+  void find_unlisted(const Team& team, const PairTest& test, const std::vector<Index>& which,
+                     Approach& found);
+
+  const CollisionModel& model_;
+  const std::vector<SurfacePair>& pairs_;
+  BroadPhase& broad_phase_;
+  NeighbourLists& lists_;
+  std::vector<double> thickness_;    // largest thickness of the pairs of each surface [m]
+  std::vector<PackedSlabs> motion_;  // scratch: boxes of the motion of the vertices
+  Points x1_;                        // scratch: positions at the end, at the assumed speed [m]
+};
 
 }  // namespace loomstone

@@ -73,11 +73,23 @@ NeighbourLists::NeighbourLists(const CollisionModel& model, const std::vector<Su
       motions_(model.surfaces.size()),
       marked_(model.surfaces.size()),
       unlisted_(pairs.size(), 0) {
-  for (const SurfacePair& pair : pairs) {
-    base_.push_back(std::max(pair.thickness, 1.02 * model.gap_floor));
+  find_bases();
+}
+
+void NeighbourLists::find_bases() {
+  base_.clear();
+  for (const SurfacePair& pair : pairs_) {
+    base_.push_back(std::max(pair.thickness + extra_, 1.02 * model_.gap_floor));
     for (const Index s : {pair.a, pair.b})
       inflation_[s] = std::max(inflation_[s], 0.5 * base_.back() + rounding);
   }
+}
+
+void NeighbourLists::widen(double extra) {
+  if (extra <= extra_) return;
+  extra_ = extra;
+  find_bases();
+  x_.resize(0, 3);  // the next update() makes all lists again
 }
 
 double NeighbourLists::margin_of(Index surface) const { return margin * inflation_[surface]; }
@@ -87,6 +99,7 @@ bool NeighbourLists::updated_at(const Points& x) const {
 }
 
 void NeighbourLists::find_slacks(const Points& x) {
+  most_slack_.clear();
   for (const SurfacePair& pair : pairs_) {
     double sum = 0.0;
     Index n = 0;
@@ -331,7 +344,7 @@ void NeighbourLists::update(const Team& team, const Points& x) {
   // The negated comparisons are also true for NaN.
   const auto ends = [&](const NeighbourList& list) {
     return !(list.used <= list.slack) ||
-           !(list.used + list.change <= list.slack + spare(list.pair));
+           !(list.used + list.change <= list.slack + spare(list.pair, false));
   };
   std::vector<Pass> passes;
   if (!again) {
@@ -363,14 +376,15 @@ void NeighbourLists::update(const Team& team, const Points& x) {
   unlist_fast(passes);
 }
 
-void NeighbourLists::cover(const Team& team, const Points& x1) {
+void NeighbourLists::cover(const Team& team, const Points& x1, bool reach) {
   const auto pass_to_x1 = [&] {
     const WorkTimer<double> timing(pass_seconds_, clock_);
     find_motions(team, x_, x1);
     parallel_for(team, static_cast<Index>(lists_.size()),
                  [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
     return find_ended(team, [&](const NeighbourList& list) {
-      return !(list.slack >= 0.0) || !(list.used + list.change <= list.slack + spare(list.pair));
+      return !(list.slack >= 0.0) ||
+             !(list.used + list.change <= list.slack + spare(list.pair, reach));
     });
   };
   bool again = refit_.other_trees();

@@ -93,6 +93,10 @@ class NeighbourLists {
                  BroadPhase& broad_phase, const Communicator& ranks,
                  std::size_t most_per_cluster = 64);
 
+  // Widens all lists: their base distance exceeds the thickness by at least `extra` [m]. All ranks
+  // must call it with the same value. Affects cover_reach(), and otherwise only speed.
+  void widen(double extra);
+
   // Collective. After update() and make_ended(), the lists contain all pairs of features closer
   // than the thickness at x.
   void update(const Team& team, const Points& x);
@@ -100,7 +104,12 @@ class NeighbourLists {
 
   // Collective. After cover() and make_ended(), the lists contain all pairs that come closer than
   // CollisionModel::gap_floor while vertices move from the positions of the last update() to x1.
-  void cover(const Team& team, const Points& x1);
+  void cover(const Team& team, const Points& x1) { cover(team, x1, false); }
+  // Collective. After cover_reach() and make_ended(), the lists contain all pairs within reach
+  // while vertices move from the positions of the last update() to x1: their 18-DOPs, inflated by
+  // half the thickness plus the `extra` distance of widen(), overlap, and their distance at the
+  // start is at most this sum plus the relative displacement of the two features.
+  void cover_reach(const Team& team, const Points& x1) { cover(team, x1, true); }
 
   // Must follow update() and cover(). Replaces the lists of this rank whose slack is too small by
   // new ones.
@@ -146,7 +155,9 @@ class NeighbourLists {
   double change_bound(const NeighbourList& list) const;
   bool as_expected(const Team& team, const Points& x, double ahead) const;
   double margin_of(Index surface) const;
+  void find_bases();
   void find_slacks(const Points& x);
+  void cover(const Team& team, const Points& x1, bool reach);
   void search(const Team& team, const Points& x1);
   void distribute();
   void keep_or_add(const std::vector<std::vector<PairKey>>& found,
@@ -157,9 +168,12 @@ class NeighbourLists {
   bool search_is_due(const std::vector<Pass>& passes) const;
   void unlist_fast(const std::vector<Pass>& passes);
   void make(NeighbourList& list, PairSearch::Slots& slots) const;
-  // Returns the base distance minus 1.01 times the gap floor [m]. Even a list whose slack is used
-  // up contains all pairs closer than the base distance.
-  double spare(Index pair) const { return base_[pair] - 1.01 * model_.gap_floor; }
+  // Returns the base distance minus 1.01 times the gap floor [m], or minus the distance of
+  // cover_reach(). Even a list whose slack is used up contains all pairs closer than the base
+  // distance.
+  double spare(Index pair, bool reach) const {
+    return base_[pair] - (reach ? pairs_[pair].thickness + extra_ : 1.01 * model_.gap_floor);
+  }
 
   const CollisionModel& model_;
   const std::vector<SurfacePair>& pairs_;
@@ -168,6 +182,7 @@ class NeighbourLists {
   const std::size_t most_per_cluster_;
   SharedRefit refit_;
   ClusterOwners owners_;
+  double extra_ = 0.0;  // see widen() [m]
   // Base distance and largest slack of each surface pair [m].
   std::vector<double> base_, most_slack_;
   std::vector<double> inflation_;  // inflation of the vertex boxes of each surface [m]
