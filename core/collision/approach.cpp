@@ -5,8 +5,6 @@
 #include <numeric>
 #include <tuple>
 
-#include "core/collision/narrow_phase/distance.h"
-
 namespace loomstone {
 
 namespace {
@@ -45,6 +43,13 @@ double added_reach(const ExpectedMotion& motion) { return added_approach * motio
 
 }  // namespace
 
+std::int8_t side_of(ContactKind kind, const FourPoints& p) {
+  const double volume = kind == ContactKind::VertexFace
+                            ? (p[0] - p[1]).dot((p[2] - p[1]).cross(p[3] - p[1]))
+                            : (p[2] - p[0]).dot((p[1] - p[0]).cross(p[3] - p[2]));
+  return static_cast<std::int8_t>((volume > 0.0) - (volume < 0.0));
+}
+
 // Tests feature pairs of one step.
 struct ApproachSearch::PairTest {
   const CollisionModel& model;
@@ -72,7 +77,9 @@ struct ApproachSearch::PairTest {
     for (int k = 0; k < 4; ++k) p[k] = motion.x0.row(v[k]).transpose();
     return p;
   }
-  bool culled(ContactKind kind, const std::array<Index, 4>& v, double thickness) const {
+  // Returns whether the motion stays off the plane of the face, or off the common plane of the two
+  // edges.
+  bool off_common_plane(ContactKind kind, const std::array<Index, 4>& v, double thickness) const {
     Six q;
     for (int s = 0; s < 2; ++s) {
       Vec3 p[4];
@@ -86,29 +93,45 @@ struct ApproachSearch::PairTest {
     }
     return off_plane(q, thickness + added_reach(motion));
   }
-  bool is_contact(const ApproachingPair& pair, const FourPoints& points, double distance) const {
+  bool is_contact(const ApproachingPair& pair, const ClosestPair& closest) const {
     const SurfacePair& surfaces = pairs[pair.pair];
-    if (!(distance < surfaces.thickness)) return false;
+    if (!(closest.distance < surfaces.thickness)) return false;
     if (pair.kind == ContactKind::VertexFace) return true;
     const bool smooth = model.surfaces[surfaces.a].smooth || model.surfaces[surfaces.b].smooth;
-    return !smooth && closest_edge_edge(points).interior;
+    return !smooth && closest.interior;
   }
-  // Takes a pair that is at most `reach` apart.
-  void take(ApproachingPair pair, const std::array<Index, 4>& v, const FourPoints& p,
-            double distance, Approach& found) const {
+  // Returns the time in which the pair may lose its distance beyond the thickness [s].
+  double wake(ContactKind kind, const std::array<Index, 4>& v, const ClosestPair& closest,
+              double thickness) const {
+    if (closest.distance <= thickness) return 0.0;
+    std::array<double, 4> speeds;
+    for (int k = 0; k < 4; ++k)
+      speeds[k] = motion.v0.row(v[k]).dot(closest.difference.transpose()) / closest.distance;
+    return time_to_close(closest.distance - thickness, largest_approach(kind, speeds));
+  }
+  // Adds the pair to `found` if it is within reach. Returns a lower bound of its distance [m].
+  double look(ApproachingPair pair, const std::array<Index, 4>& v, double reach,
+              Approach& found) const {
+    FourPoints p;
+    for (int k = 0; k < 4; ++k) p[k] = motion.x0.row(v[k]).transpose();
+    const bool vertex_face = pair.kind == ContactKind::VertexFace;
+    const ClosestPair closest = vertex_face ? closest_vertex_face(p) : closest_edge_edge(p);
+    if (!(closest.distance <= reach)) return closest.distance;
     ++found.candidates;
-    if (culled(pair.kind, v, pairs[pair.pair].thickness)) return;
-    if (tangle.ignores(model, pair.kind, pair.key, v)) return;
-    pair.contact = is_contact(pair, p, distance);
+    const double thickness = pairs[pair.pair].thickness;
+    pair.wake = wake(pair.kind, v, closest, thickness);
+    if (pair.wake > motion.step || off_common_plane(pair.kind, v, thickness) ||
+        tangle.ignores(model, pair.kind, pair.key, v))
+      return closest.distance;
+    pair.contact = is_contact(pair, closest);
+    if (closest.interior) pair.side = side_of(pair.kind, p);
     found.pairs.push_back(pair);
+    return closest.distance;
   }
   void look(const ApproachingPair& pair, Approach& found) const {
     const std::array<Index, 4> v = pair_vertices(model, pair.kind, pair.key);
-    if (!boxes_meet(pair.kind, v)) return;
-    const double reach = pairs[pair.pair].thickness + travel(pair.kind, v);
-    const FourPoints p = points(v);
-    const double distance = distance_within(pair.kind == ContactKind::VertexFace, p, reach);
-    if (distance <= reach) take(pair, v, p, distance, found);
+    if (boxes_meet(pair.kind, v))
+      look(pair, v, pairs[pair.pair].thickness + travel(pair.kind, v), found);
   }
 };
 
@@ -171,15 +194,8 @@ void ApproachSearch::find_in_list(NeighbourList& list, const PairTest& test,
       const std::array<Index, 4> v = pair_vertices(model_, pair.kind, pair.key);
       const double reach = thickness + test.travel(pair.kind, v);
       if (near.distance <= reach * 1.0000001 + list.used && test.boxes_meet(pair.kind, v)) {
-        const FourPoints p = test.points(v);
-        const double distance = distance_within(pair.kind == ContactKind::VertexFace, p, reach);
+        near.distance = test.look(pair, v, reach, found) + list.used;
         ++n_looks;
-        if (distance <= reach) {
-          test.take(pair, v, p, distance, found);
-          near.distance = distance + list.used;
-        } else {
-          near.distance = std::max(near.distance, reach + list.used);
-        }
       }
     }
     list.nearest = std::min(list.nearest, near.distance);

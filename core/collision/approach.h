@@ -3,9 +3,12 @@
 // is the first stage of [Thomaszewski2010], 4.3.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <vector>
 
 #include "core/collision/broad_phase/neighbour_lists.h"
+#include "core/collision/narrow_phase/distance.h"
 #include "core/collision/tangle/tangle.h"
 
 namespace loomstone {
@@ -13,8 +16,10 @@ namespace loomstone {
 struct ApproachingPair {
   ContactKind kind;
   PairKey key;
-  Index pair;    // index of the surface pair
-  bool contact;  // the pair is a contact at the start of the step, see ApproachSearch
+  Index pair;         // index of the surface pair
+  bool contact;       // the pair is a contact at the start of the step, see ApproachSearch
+  double wake = 0.0;  // time after the start of the step from which it may be too close [s]
+  std::int8_t side = 0;  // side_of() at the start if the closest points are interior; 0: unknown
 };
 
 struct Approach {
@@ -27,6 +32,24 @@ struct Approach {
 // faster are left to certification.
 inline constexpr double faster_approach = 1.5, added_approach = 0.3;
 
+// Returns the sign of the volume that the four points span. It shows on which side of the face the
+// vertex lies, or on which side of the second edge the first edge lies.
+std::int8_t side_of(ContactKind kind, const FourPoints& points);
+
+// Returns the largest speed at which a corner of feature a approaches one of feature b [m/s]. Two
+// features that are `distance` apart along `normal` stay farther apart than `distance` minus this
+// speed times the time, if their velocities are constant. `speeds` are those of the four vertices
+// along `normal`, which points from b to a.
+inline double largest_approach(ContactKind kind, const std::array<double, 4>& speeds) {
+  if (kind == ContactKind::VertexFace)
+    return std::max({speeds[1], speeds[2], speeds[3]}) - speeds[0];
+  return std::max(speeds[2], speeds[3]) - std::min(speeds[0], speeds[1]);
+}
+// Returns the time in which a pair may lose the distance `gap` [s].
+inline double time_to_close(double gap, double approach) {
+  return gap / (faster_approach * std::max(0.0, approach) + added_approach);
+}
+
 // Expected motion of all vertices in a step, at constant velocity.
 struct ExpectedMotion {
   const Points& x0;  // (n x 3) [m]
@@ -37,9 +60,10 @@ struct ExpectedMotion {
 // Finds the pairs that may come closer than their thickness, allowing for velocities that change
 // within the step. Candidates are pairs whose distance at the start is within the reach of their
 // relative motion and whose 18-DOPs overlap; the 18-DOPs enclose the motion at the assumed speed.
-// Candidates are culled if their distance stays above the thickness along the normal of the face,
-// or along the common normal of the two edges. A pair is a contact if it is closer than its
-// thickness; edges must be closest inside both edges of surfaces that are not smooth.
+// Candidates are culled if their distance stays above the thickness along a direction: that between
+// the closest points at the start, the normal of the face, or the common normal of the two edges.
+// A pair is a contact if it is closer than its thickness; edges must be closest inside both edges
+// of surfaces that are not smooth.
 // The neighbour lists are those of certification, which are widened by the added reach. What they
 // contain beyond all pairs within reach does not affect the result.
 class ApproachSearch {

@@ -19,11 +19,18 @@ constexpr double steps_to_last = 12.0;
 constexpr double least_slack = 0.2, most_slack = 2.5;  // as fractions of the thickness
 constexpr double most_slack_of_edge = 0.6;             // as a fraction of the mean edge length
 constexpr double steps_ahead = 3.0;
-constexpr double margin = 1.0;  // as a fraction of half the thickness
+constexpr double margin = 1.0;  // as a fraction of half the base distance
+// The same for widened lists, which are used for longer steps with impulses within them.
+constexpr double margin_of_wide = 3.0;
 // Lists are distributed again if the cost of one rank exceeds this multiple of the mean cost, but
 // at most once in `least_updates` updates. Our choice.
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
+// A surface pair becomes unlisted if many of its lists would last less than `least_steps` steps.
+// Widened lists are used for longer steps and contain more pairs, so unlisted pairs are then searched
+// in full for `updates_unlisted` updates, and otherwise for one update. Our choice.
+constexpr double least_steps = 1.0, least_steps_of_wide = 2.0;
+constexpr std::uint8_t updates_unlisted = 16;
 // Allowance for rounding errors, which accumulate as bounds are summed over steps [m].
 constexpr double rounding = 1e-12;
 
@@ -92,7 +99,9 @@ void NeighbourLists::widen(double extra) {
   x_.resize(0, 3);  // the next update() makes all lists again
 }
 
-double NeighbourLists::margin_of(Index surface) const { return margin * inflation_[surface]; }
+double NeighbourLists::margin_of(Index surface) const {
+  return (extra_ > 0.0 ? margin_of_wide : margin) * inflation_[surface];
+}
 
 bool NeighbourLists::updated_at(const Points& x) const {
   return x_.rows() == x.rows() && std::memcmp(x_.data(), x.data(), sizeof(double) * x.size()) == 0;
@@ -208,7 +217,7 @@ void NeighbourLists::search(const Team& team, const Points& x1) {
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     std::size_t n = 0;
     for (std::size_t k = i; k < counts.elements.size(); k += pairs_.size()) n += counts.elements[k];
-    if (n > most(static_cast<Index>(i))) unlisted_[i] = 1;
+    if (n > most(static_cast<Index>(i))) unlisted_[i] = extra_ > 0.0 ? updates_unlisted : 1;
   }
   keep_or_add(found, formed);
   find_used();
@@ -347,8 +356,12 @@ void NeighbourLists::update(const Team& team, const Points& x) {
            !(list.used + list.change <= list.slack + spare(list.pair, false));
   };
   std::vector<Pass> passes;
+  const bool wide = extra_ > 0.0;
+  bool relisted = false;  // a surface pair is listed again
+  for (std::uint8_t& left : unlisted_)
+    if (wide && left > 0) relisted |= --left == 0;
   if (!again) {
-    const bool all_listed = unlisted().empty();
+    const bool all_listed = wide || unlisted().empty();
     passes = results_of_ranks(ranks_, [&] {
       const WorkTimer<double> timing(pass_seconds_, clock_);
       find_motions(team, before_, x);
@@ -357,13 +370,14 @@ void NeighbourLists::update(const Team& team, const Points& x) {
         lists_[i].used += lists_[i].change;
       });
       Pass pass = find_ended(team, ends);
-      pass.unexpected = !all_listed || !as_expected(team, x, 1.0);
+      // Widened lists need no extrapolation: cover_reach() follows, with the expected motion.
+      pass.unexpected = !all_listed || !as_expected(team, x, wide ? 0.0 : 1.0);
       return pass;
     });
-    again = search_is_due(passes);
+    again = search_is_due(passes) || relisted;
   }
   if (again) {
-    std::fill(unlisted_.begin(), unlisted_.end(), 0);
+    if (!wide) std::fill(unlisted_.begin(), unlisted_.end(), 0);
     const Points ahead = 2.0 * x - before_;  // extrapolates the last step
     search(team, ahead);
     passes = results_of_ranks(ranks_, [&] {
@@ -425,6 +439,7 @@ bool NeighbourLists::search_is_due(const std::vector<Pass>& passes) const {
 template <class Ends>
 NeighbourLists::Pass NeighbourLists::find_ended(const Team& team, Ends&& ends) {
   constexpr Index grain = 1024;
+  const double steps = extra_ > 0.0 ? least_steps_of_wide : least_steps;
   const Index n = static_cast<Index>(lists_.size());
   ended_.assign(n, 0);
   std::vector<Pass> of_range((n + grain - 1) / grain);
@@ -432,7 +447,7 @@ NeighbourLists::Pass NeighbourLists::find_ended(const Team& team, Ends&& ends) {
     Pass& pass = of_range[begin / grain];
     for (Index i = begin; i < end; ++i) {
       const NeighbourList& list = lists_[i];
-      pass.fast |= list.change > most_slack_[list.pair];
+      pass.fast |= steps * list.change > most_slack_[list.pair];
       pass.cost += list.cost;
       ended_[i] = ends(list);
     }
@@ -442,16 +457,16 @@ NeighbourLists::Pass NeighbourLists::find_ended(const Team& team, Ends&& ends) {
   return all;
 }
 
-// Makes a surface pair unlisted if more than a quarter of its lists on all ranks have a `change`
-// above the largest slack.
+// Makes a surface pair unlisted if more than a quarter of its lists on all ranks are fast.
 void NeighbourLists::unlist_fast(const std::vector<Pass>& passes) {
   if (std::none_of(passes.begin(), passes.end(), [](const Pass& pass) { return pass.fast; }))
     return;
   const Gathered<Counts> counts = gather_from_ranks(ranks_, [&] {
+    const double steps = extra_ > 0.0 ? least_steps_of_wide : least_steps;
     std::vector<Counts> own(pairs_.size());
     for (const NeighbourList& list : lists_) {
       ++own[list.pair].lists;
-      own[list.pair].fast += list.change > most_slack_[list.pair];
+      own[list.pair].fast += steps * list.change > most_slack_[list.pair];
     }
     return own;
   });
@@ -460,7 +475,8 @@ void NeighbourLists::unlist_fast(const std::vector<Pass>& passes) {
     Counts sum;
     for (std::size_t k = pair; k < counts.elements.size(); k += pairs_.size())
       sum.lists += counts.elements[k].lists, sum.fast += counts.elements[k].fast;
-    if (sum.fast > sum.lists / 4) unlisted_[pair] = 1, any = true;
+    if (sum.fast > sum.lists / 4)
+      unlisted_[pair] = extra_ > 0.0 ? updates_unlisted : 1, any = true;
   }
   if (!any) return;
   std::size_t kept = 0;
