@@ -242,9 +242,10 @@ ClothRun triangle_with_angle(double angle) {
   corners.row(2) << 0.05 * std::cos(angle), 0.05 * std::sin(angle), 0.0;
   Triangles triangles(1, 3);
   triangles << 0, 1, 2;
-  ClothRun run = make_run({corners, triangles}, swinging(), {});
+  const Asynchronous options = limiting(Limiting::Potential);
+  ClothRun run = make_run({corners, triangles}, swinging(), options);
   set_limit(run, limit_of(0.075), true);
-  start(run, limiting(Limiting::Potential));
+  start(run, options);
   return run;
 }
 
