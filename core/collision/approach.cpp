@@ -172,8 +172,7 @@ ApproachSearch::ApproachSearch(const CollisionModel& model, const std::vector<Su
       thickness_(model.surfaces.size(), 0.0),
       motion_(model.n_vertices) {
   for (const SurfacePair& pair : pairs)
-    for (const Index s : {pair.a, pair.b})
-      thickness_[s] = std::max(thickness_[s], pair.thickness);
+    for (const Index s : {pair.a, pair.b}) thickness_[s] = std::max(thickness_[s], pair.thickness);
 }
 
 void ApproachSearch::find_in_list(NeighbourList& list, const PairTest& test,

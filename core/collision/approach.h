@@ -16,9 +16,9 @@ namespace loomstone {
 struct ApproachingPair {
   ContactKind kind;
   PairKey key;
-  Index pair;         // index of the surface pair
-  bool contact;       // the pair is a contact at the start of the step, see ApproachSearch
-  double wake = 0.0;  // time after the start of the step from which it may be too close [s]
+  Index pair;            // index of the surface pair
+  bool contact;          // the pair is a contact at the start of the step, see ApproachSearch
+  double wake = 0.0;     // time after the start of the step from which it may be too close [s]
   std::int8_t side = 0;  // side_of() at the start if the closest points are interior; 0: unknown
 };
 

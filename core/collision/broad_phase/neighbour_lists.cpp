@@ -27,8 +27,8 @@ constexpr double margin_of_wide = 3.0;
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 // A surface pair becomes unlisted if many of its lists would last less than `least_steps` steps.
-// Widened lists are used for longer steps and contain more pairs, so unlisted pairs are then searched
-// in full for `updates_unlisted` updates, and otherwise for one update. Our choice.
+// Widened lists are used for longer steps and contain more pairs, so unlisted pairs are then
+// searched in full for `updates_unlisted` updates, and otherwise for one update. Our choice.
 constexpr double least_steps = 1.0, least_steps_of_wide = 2.0;
 constexpr std::uint8_t updates_unlisted = 16;
 // Allowance for rounding errors, which accumulate as bounds are summed over steps [m].
@@ -475,8 +475,7 @@ void NeighbourLists::unlist_fast(const std::vector<Pass>& passes) {
     Counts sum;
     for (std::size_t k = pair; k < counts.elements.size(); k += pairs_.size())
       sum.lists += counts.elements[k].lists, sum.fast += counts.elements[k].fast;
-    if (sum.fast > sum.lists / 4)
-      unlisted_[pair] = extra_ > 0.0 ? updates_unlisted : 1, any = true;
+    if (sum.fast > sum.lists / 4) unlisted_[pair] = extra_ > 0.0 ? updates_unlisted : 1, any = true;
   }
   if (!any) return;
   std::size_t kept = 0;
