@@ -126,9 +126,10 @@ struct ContactReport {
             "impacts", &R::impacts, "1", unlimited(),
             "impacts: pairs that meet, found by the first pass of continuous collision detection"),
         field("candidates", &R::candidates, "1", unlimited(),
-              "pairs that may come close within an asynchronous step"),
-        field("registered", &R::registered, "1", unlimited(),
-              "candidates for events; the others are culled because they stay off a common plane"),
+              "pairs within reach of each other in an asynchronous step"),
+        field(
+            "registered", &R::registered, "1", unlimited(),
+            "candidates for events; the others are culled because they stay apart in a direction"),
         field("evaluated", &R::evaluated, "1", unlimited(),
               "evaluations of registered pairs at events"),
         field("event_impulses", &R::event_impulses, "1", unlimited(),
@@ -251,7 +252,8 @@ struct AccountReport {
         field("scripts", &R::scripts, "J", unlimited(),
               "work of scripted pins and obstacles on cloth and bodies"),
         field("loads", &R::loads, "J", unlimited(),
-              "work of air, external forces and forces that untangle on cloth"),
+              "work of air, external forces, forces that untangle, and asynchronous contacts that "
+              "restore their gaps, on cloth"),
         field("friction", &R::friction, "J", unlimited(),
               "work against the friction of contacts in the solve"),
         field("damping", &R::damping, "J", unlimited(),

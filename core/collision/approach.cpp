@@ -5,8 +5,6 @@
 #include <numeric>
 #include <tuple>
 
-#include "core/collision/narrow_phase/distance.h"
-
 namespace loomstone {
 
 namespace {
@@ -27,10 +25,38 @@ bool off_plane(const Six& q, double margin) {
   return std::max(least, -most) > margin * base;
 }
 
-struct PairTest {
+PackedSlabs joined(const PackedSlabs& a, const PackedSlabs& b) {
+  PackedSlabs all;
+  for (int k = 0; k < n_slab_packs * slab_lanes; ++k)
+    all.value[k] = std::min(a.value[k], b.value[k]);
+  return all;
+}
+
+bool overlapping(const PackedSlabs& a, const PackedSlabs& b) {
+  bool meet = true;  // upper bounds are stored with the opposite sign
+  for (int k = 0; k < n_slabs; ++k)
+    meet &= a.value[k] <= -b.value[n_slabs + k] && b.value[k] <= -a.value[n_slabs + k];
+  return meet;
+}
+
+double added_reach(const ExpectedMotion& motion) { return added_approach * motion.step; }
+
+}  // namespace
+
+std::int8_t side_of(ContactKind kind, const FourPoints& p) {
+  const double volume = kind == ContactKind::VertexFace
+                            ? (p[0] - p[1]).dot((p[2] - p[1]).cross(p[3] - p[1]))
+                            : (p[2] - p[0]).dot((p[1] - p[0]).cross(p[3] - p[2]));
+  return static_cast<std::int8_t>((volume > 0.0) - (volume < 0.0));
+}
+
+// Tests feature pairs of one step.
+struct ApproachSearch::PairTest {
   const CollisionModel& model;
+  const std::vector<SurfacePair>& pairs;
   const ExpectedMotion& motion;
   const Tangle& tangle;
+  const std::vector<PackedSlabs>& boxes;  // of the vertices
 
   // Returns a bound on the relative displacement of two points, one of each feature [m].
   double travel(ContactKind kind, const std::array<Index, 4>& v) const {
@@ -41,13 +67,19 @@ struct PairTest {
         largest = std::max(largest, (motion.v0.row(v[k]) - motion.v0.row(v[i])).squaredNorm());
     return (faster_approach * std::sqrt(largest) + added_approach) * motion.step;
   }
-  bool close(ContactKind kind, const std::array<Index, 4>& v, double thickness) const {
-    FourPoints points;
-    for (int k = 0; k < 4; ++k) points[k] = motion.x0.row(v[k]).transpose();
-    const double reach = thickness + travel(kind, v);
-    return distance_within(kind == ContactKind::VertexFace, points, reach) <= reach;
+  bool boxes_meet(ContactKind kind, const std::array<Index, 4>& v) const {
+    return kind == ContactKind::VertexFace
+               ? overlapping(boxes[v[0]], joined(joined(boxes[v[1]], boxes[v[2]]), boxes[v[3]]))
+               : overlapping(joined(boxes[v[0]], boxes[v[1]]), joined(boxes[v[2]], boxes[v[3]]));
   }
-  bool culled(ContactKind kind, const std::array<Index, 4>& v, double thickness) const {
+  FourPoints points(const std::array<Index, 4>& v) const {
+    FourPoints p;
+    for (int k = 0; k < 4; ++k) p[k] = motion.x0.row(v[k]).transpose();
+    return p;
+  }
+  // Returns whether the motion stays off the plane of the face, or off the common plane of the two
+  // edges.
+  bool off_common_plane(ContactKind kind, const std::array<Index, 4>& v, double thickness) const {
     Six q;
     for (int s = 0; s < 2; ++s) {
       Vec3 p[4];
@@ -59,28 +91,61 @@ struct PairTest {
       q[3 * s + 1] = vertex_face ? p[2] - p[1] : p[1] - p[0];
       q[3 * s + 2] = vertex_face ? p[3] - p[1] : p[3] - p[2];
     }
-    return off_plane(q, thickness + added_approach * motion.step);
+    return off_plane(q, thickness + added_reach(motion));
+  }
+  bool is_contact(const ApproachingPair& pair, const ClosestPair& closest) const {
+    const SurfacePair& surfaces = pairs[pair.pair];
+    if (!(closest.distance < surfaces.thickness)) return false;
+    if (pair.kind == ContactKind::VertexFace) return true;
+    const bool smooth = model.surfaces[surfaces.a].smooth || model.surfaces[surfaces.b].smooth;
+    return !smooth && closest.interior;
+  }
+  // Returns the time in which the pair may lose its distance beyond the thickness [s].
+  double wake(ContactKind kind, const std::array<Index, 4>& v, const ClosestPair& closest,
+              double thickness) const {
+    if (closest.distance <= thickness) return 0.0;
+    std::array<double, 4> speeds;
+    for (int k = 0; k < 4; ++k)
+      speeds[k] = motion.v0.row(v[k]).dot(closest.difference.transpose()) / closest.distance;
+    return time_to_close(closest.distance - thickness, largest_approach(kind, speeds));
+  }
+  // Adds the pair to `found` if it is within reach. Returns a lower bound of its distance [m].
+  double look(ApproachingPair pair, const std::array<Index, 4>& v, double reach,
+              Approach& found) const {
+    FourPoints p;
+    for (int k = 0; k < 4; ++k) p[k] = motion.x0.row(v[k]).transpose();
+    const bool vertex_face = pair.kind == ContactKind::VertexFace;
+    const ClosestPair closest = vertex_face ? closest_vertex_face(p) : closest_edge_edge(p);
+    if (!(closest.distance <= reach)) return closest.distance;
+    ++found.candidates;
+    const double thickness = pairs[pair.pair].thickness;
+    pair.wake = wake(pair.kind, v, closest, thickness);
+    if (pair.wake > motion.step || off_common_plane(pair.kind, v, thickness) ||
+        tangle.ignores(model, pair.kind, pair.key, v))
+      return closest.distance;
+    pair.contact = is_contact(pair, closest);
+    if (closest.interior) pair.side = side_of(pair.kind, p);
+    found.pairs.push_back(pair);
+    return closest.distance;
+  }
+  void look(const ApproachingPair& pair, Approach& found) const {
+    const std::array<Index, 4> v = pair_vertices(model, pair.kind, pair.key);
+    if (boxes_meet(pair.kind, v))
+      look(pair, v, pairs[pair.pair].thickness + travel(pair.kind, v), found);
   }
 };
 
-// Counts the pair as a candidate. Adds it if it may come close, is not culled, and is not ignored
-// because of a tangle.
-void add(const PairTest& test, const ApproachingPair& pair, double thickness, Approach& found) {
-  const std::array<Index, 4> v = pair_vertices(test.model, pair.kind, pair.key);
-  ++found.candidates;
-  if (!test.close(pair.kind, v, thickness) || test.culled(pair.kind, v, thickness)) return;
-  if (!test.tangle.ignores(test.model, pair.kind, pair.key, v)) found.pairs.push_back(pair);
-}
+namespace {
 
-// Tests the pairs of each task of the broad phase. The order of tasks does not depend on threads.
+// Collects what test.look() finds among the pairs of each task of the broad phase. The order of
+// tasks does not depend on threads.
+template <class Test>
 class Candidates final : public PairSink {
  public:
-  Candidates(const std::vector<SurfacePair>& pairs, const PairTest& test)
-      : pairs_(pairs), test_(test) {}
+  explicit Candidates(const Test& test) : test_(test) {}
   void prepare(Index n_tasks) override { parts_.assign(n_tasks, {}); }
   void take(Index task, Index surface_pair, ContactKind kind, std::vector<PairKey>& keys) override {
-    for (const PairKey key : keys)
-      add(test_, {kind, key, surface_pair}, pairs_[surface_pair].thickness, parts_[task]);
+    for (const PairKey key : keys) test_.look({kind, key, surface_pair, false}, parts_[task]);
   }
   Approach take_all() const {
     Approach all;
@@ -92,35 +157,52 @@ class Candidates final : public PairSink {
   }
 
  private:
-  const std::vector<SurfacePair>& pairs_;
-  const PairTest& test_;
+  const Test& test_;
   std::vector<Approach> parts_;
 };
 
 }  // namespace
 
-Approach find_approach(const Team& team, const PairSource& source, const ExpectedMotion& motion,
-                       const Tangle& tangle) {
-  const std::vector<SurfacePair>& pairs = source.pairs;
-  const PairTest test{source.model, motion, tangle};
-  const Points x1 = motion.x0 + faster_approach * motion.step * motion.v0;
-  double thickness = 0.0;
-  std::vector<Index> which(pairs.size());
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    which[i] = static_cast<Index>(i);
-    thickness = std::max(thickness, pairs[i].thickness);
-  }
-  Candidates candidates(pairs, test);
-  const double margin = 0.5 * (thickness + added_approach * motion.step);  // around features [m]
+ApproachSearch::ApproachSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+                               BroadPhase& broad_phase, const Communicator& ranks)
+    : model_(model),
+      pairs_(pairs),
+      broad_phase_(broad_phase),
+      ranks_(ranks),
+      thickness_(model.surfaces.size(), 0.0),
+      motion_(model.n_vertices) {
+  for (const SurfacePair& pair : pairs)
+    for (const Index s : {pair.a, pair.b}) thickness_[s] = std::max(thickness_[s], pair.thickness);
+}
+
+Approach ApproachSearch::find(const Team& team, const ExpectedMotion& motion,
+                              const Tangle& tangle) {
+  x1_.resize(motion.x0.rows(), 3);
+  parallel_for(
+      team, static_cast<Index>(motion.x0.rows()),
+      [&](Index v) {
+        x1_.row(v) = motion.x0.row(v) + faster_approach * motion.step * motion.v0.row(v);
+        const double* const at = motion.x0.data() + 3 * static_cast<std::size_t>(v);
+        const double thickness = thickness_[model_.surface_of_vertex[v]];
+        motion_[v] = packed(slabs_of(at, x1_.data() + 3 * static_cast<std::size_t>(v),
+                                     0.5 * (thickness + added_reach(motion))));
+      },
+      2048);
+  const PairTest test{model_, pairs_, motion, tangle, motion_};
+  std::vector<Index> which(pairs_.size());
+  std::iota(which.begin(), which.end(), Index{0});
+  const double thickness =
+      thickness_.empty() ? 0.0 : *std::max_element(thickness_.begin(), thickness_.end());
+  const double margin = 0.5 * (thickness + added_reach(motion));  // of each feature [m]
+  Candidates<PairTest> candidates(test);
   Approach all;
-  all.pairs = gather_from_ranks(source.ranks, [&] {
-                source.broad_phase.swept_pairs(team, {motion.x0, x1, margin}, which, candidates);
+  all.pairs = gather_from_ranks(ranks_, [&] {
+                broad_phase_.swept_pairs(team, {motion.x0, x1_, margin}, which, candidates);
                 Approach own = candidates.take_all();
                 all.candidates = own.candidates;
                 return std::move(own.pairs);
               }).elements;
-  const std::vector<std::int64_t> counts =
-      results_of_ranks(source.ranks, [&] { return all.candidates; });
+  const std::vector<std::int64_t> counts = results_of_ranks(ranks_, [&] { return all.candidates; });
   all.candidates = std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
   std::sort(all.pairs.begin(), all.pairs.end(), [](const auto& a, const auto& b) {
     return std::tie(a.kind, a.key) < std::tie(b.kind, b.key);

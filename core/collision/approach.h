@@ -3,9 +3,12 @@
 // is the first stage of [Thomaszewski2010], 4.3.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <vector>
 
 #include "core/collision/broad_phase/broad_phase.h"
+#include "core/collision/narrow_phase/distance.h"
 #include "core/collision/tangle/tangle.h"
 
 namespace loomstone {
@@ -13,25 +16,39 @@ namespace loomstone {
 struct ApproachingPair {
   ContactKind kind;
   PairKey key;
-  Index pair;  // index of the surface pair
+  Index pair;            // index of the surface pair
+  bool contact;          // the pair is a contact at the start of the step, see ApproachSearch
+  double wake = 0.0;     // time after the start of the step from which it may be too close [s]
+  std::int8_t side = 0;  // side_of() at the start if the closest points are interior; 0: unknown
 };
 
 struct Approach {
   std::vector<ApproachingPair> pairs;  // sorted by (kind, a, b)
-  std::int64_t candidates = 0;         // number of pairs tested, including culled ones
-};
-
-struct PairSource {
-  const CollisionModel& model;
-  const std::vector<SurfacePair>& pairs;
-  BroadPhase& broad_phase;
-  const Communicator& ranks;  // ranks that divide the tasks of the broad phase
+  std::int64_t candidates = 0;         // number of pairs that come within reach, with culled ones
 };
 
 // Allowance for velocities that change within a step. Our choice: features are assumed to approach
 // at no more than 1.5 times their relative velocity plus 0.3 m/s. The few pairs that approach
 // faster are left to certification.
 inline constexpr double faster_approach = 1.5, added_approach = 0.3;
+
+// Returns the sign of the volume that the four points span. It shows on which side of the face the
+// vertex lies, or on which side of the second edge the first edge lies.
+std::int8_t side_of(ContactKind kind, const FourPoints& points);
+
+// Returns the largest speed at which a corner of feature a approaches one of feature b [m/s]. Two
+// features that are `distance` apart along `normal` stay farther apart than `distance` minus this
+// speed times the time, if their velocities are constant. `speeds` are those of the four vertices
+// along `normal`, which points from b to a.
+inline double largest_approach(ContactKind kind, const std::array<double, 4>& speeds) {
+  if (kind == ContactKind::VertexFace)
+    return std::max({speeds[1], speeds[2], speeds[3]}) - speeds[0];
+  return std::max(speeds[2], speeds[3]) - std::min(speeds[0], speeds[1]);
+}
+// Returns the time in which a pair may lose the distance `gap` [s].
+inline double time_to_close(double gap, double approach) {
+  return gap / (faster_approach * std::max(0.0, approach) + added_approach);
+}
 
 // Expected motion of all vertices in a step, at constant velocity.
 struct ExpectedMotion {
@@ -40,11 +57,32 @@ struct ExpectedMotion {
   double step;       // [s]
 };
 
-// Collective. Finds the pairs that may come closer than their thickness, allowing for velocities
-// that change within the step. Culls pairs whose distance stays above the thickness along the
-// normal of the face, or along the common normal of the two edges. Does not use neighbour lists:
-// they may lack pairs that are far apart, depending on when they were made.
-Approach find_approach(const Team& team, const PairSource& source, const ExpectedMotion& motion,
-                       const Tangle& tangle);
+// Finds the pairs that may come closer than their thickness, allowing for velocities that change
+// within the step. Candidates are pairs whose distance at the start is within the reach of their
+// relative motion and whose 18-DOPs overlap; the 18-DOPs enclose the motion at the assumed speed.
+// Candidates are culled if their distance stays above the thickness along a direction: that between
+// the closest points at the start, the normal of the face, or the common normal of the two edges.
+// A pair is a contact if it is closer than its thickness; edges must be closest inside both edges
+// of surfaces that are not smooth.
+class ApproachSearch {
+ public:
+  // The ranks of `ranks` divide the tasks of the broad phase.
+  ApproachSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+                 BroadPhase& broad_phase, const Communicator& ranks);
+
+  // Collective.
+  Approach find(const Team& team, const ExpectedMotion& motion, const Tangle& tangle);
+
+ private:
+  struct PairTest;
+
+  const CollisionModel& model_;
+  const std::vector<SurfacePair>& pairs_;
+  BroadPhase& broad_phase_;
+  const Communicator& ranks_;
+  std::vector<double> thickness_;    // largest thickness of the pairs of each surface [m]
+  std::vector<PackedSlabs> motion_;  // scratch: boxes of the motion of the vertices
+  Points x1_;                        // scratch: positions at the end, at the assumed speed [m]
+};
 
 }  // namespace loomstone

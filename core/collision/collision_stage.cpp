@@ -26,7 +26,8 @@ struct CollisionStage::Data {
         broad_phase(model, pairs, {ranks.rank(), ranks.size()}),
         lists(model, pairs, broad_phase, ranks),
         tangles(model),
-        search(model, broad_phase, lists) {
+        search(model, broad_phase, lists),
+        approaches(model, pairs, broad_phase, ranks) {
     if (decomposition != Decomposition::Predicted)
       shared =
           std::make_unique<SharedSearch>(model, pairs, broad_phase, decomposition, communicator);
@@ -43,6 +44,7 @@ struct CollisionStage::Data {
   NeighbourLists lists;
   TangleFinder tangles;
   ImpactSearch search;
+  ApproachSearch approaches;
   std::unique_ptr<SharedSearch> shared;  // null: searches use the lists
   bool keeps_motion = false;
   CollisionRecord motion;
@@ -108,8 +110,7 @@ const CollisionRecord& CollisionStage::motion() const { return data_->motion; }
 
 Approach CollisionStage::approach(const Team& team, const ExpectedMotion& motion,
                                   const Tangle& tangle) {
-  return find_approach(team, {data_->model, data_->pairs, data_->broad_phase, data_->ranks}, motion,
-                       tangle);
+  return data_->approaches.find(team, motion, tangle);
 }
 
 const std::vector<SurfacePair>& CollisionStage::pairs() const { return data_->pairs; }

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "core/collision/narrow_phase/distance.h"
-
 namespace loomstone {
 
 namespace {
@@ -13,14 +11,6 @@ namespace {
 // Fraction of the missing distance (thickness minus distance) that a pair regains in a step
 // [Bridson2002].
 constexpr double restored = 0.1;
-
-// Returns the sign of the volume that the four points span. It shows on which side of the face the
-// vertex lies, or on which side of the second edge the first edge lies.
-std::int8_t side_of(bool vertex_face, const FourPoints& p) {
-  const double volume = vertex_face ? (p[0] - p[1]).dot((p[2] - p[1]).cross(p[3] - p[1]))
-                                    : (p[2] - p[0]).dot((p[1] - p[0]).cross(p[3] - p[2]));
-  return static_cast<std::int8_t>((volume > 0.0) - (volume < 0.0));
-}
 
 }  // namespace
 
@@ -37,15 +27,20 @@ void EventContacts::set_pairs(const ExpectedMotion& motion, std::vector<Approach
 void EventContacts::begin(Index n_ticks) {
   n_ticks_ = n_ticks;
   work_ = {};
-  side_.assign(pairs_.size(), 0);
+  side_.clear();
+  for (const ApproachingPair& pair : pairs_) side_.push_back(pair.side);
   if (n_ticks == 0) return begin_queue();
   due_.assign(n_ticks + 1, {});
-  due_[0].resize(pairs_.size());
-  for (std::size_t i = 0; i < pairs_.size(); ++i) due_[0][i] = static_cast<Index>(i);
+  const double length = motion_->step / static_cast<double>(n_ticks);
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const auto tick = static_cast<Index>(std::min(pairs_[i].wake / length, 1.0 * n_ticks));
+    due_[tick].push_back(static_cast<Index>(i));
+  }
 }
 
 void EventContacts::begin_queue() {
-  wake_.assign(pairs_.size(), 0.0);
+  wake_.clear();
+  for (const ApproachingPair& pair : pairs_) wake_.push_back(pair.wake);
   pairs_of_.assign(inverse_mass_.size(), {});
   for (std::size_t i = 0; i < pairs_.size(); ++i)
     for (const Index vertex : pair_vertices(model_, pairs_[i].kind, pairs_[i].key))
@@ -94,7 +89,7 @@ EventContacts::Event EventContacts::evaluate(Index pair, double time, const Even
   event.normal = vertex_face ? contact_normal_vertex_face(points, closest, Vec3::Zero())
                              : contact_normal_edge_edge(points, closest, Vec3::Zero());
   // If the features have passed through each other, they are pushed back to their previous side.
-  const std::int8_t side = closest.interior ? side_of(vertex_face, points) : std::int8_t{0};
+  const std::int8_t side = closest.interior ? side_of(which.kind, points) : std::int8_t{0};
   if (side_[pair] != 0 && side == -side_[pair])
     event.normal = -event.normal, event.distance = -event.distance;
   else
@@ -129,6 +124,8 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& moti
   const double speed = sliding.norm(), limit = surfaces.friction * lack;
   const double stopped = speed > 0.0 ? std::min(1.0, limit / speed) : 0.0;
   change -= stopped * sliding;
+  const double apart = std::max(0.0, along), restoring = along + lack;
+  work_.restored += 0.5 * (restoring * restoring - apart * apart) / event.inverse_mass;
   work_.friction += stopped * (1.0 - 0.5 * stopped) * speed * speed / event.inverse_mass;
   add_work(event, change / event.inverse_mass, motion);
   for (int k = 0; k < 4; ++k) {
@@ -161,11 +158,15 @@ void EventContacts::add_work(const Event& event, const Vec3& impulse, const Even
 double EventContacts::next_time(const Event& event, Index pair, double time,
                                 const EventMotion& motion) const {
   double shortest = motion_->step;
-  for (const Index i : event.vertices)
+  std::array<double, 4> speeds;
+  for (int k = 0; k < 4; ++k) {
+    const Index i = event.vertices[k];
     if (i < motion.v.rows()) shortest = std::min(shortest, motion.step(i));
+    speeds[k] = event.normal.dot(velocity(i, event, motion));
+  }
+  const ContactKind kind = pairs_[pair].kind;
   const double gap = event.distance - surface_pairs_[pairs_[pair].pair].thickness;
-  const double speed = faster_approach * relative_velocity(event, motion).norm() + added_approach;
-  return time + std::max(shortest, gap / speed);
+  return time + std::max(shortest, time_to_close(gap, largest_approach(kind, speeds)));
 }
 
 void EventContacts::place_bodies(const EventMotion& motion) {

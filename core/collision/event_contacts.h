@@ -20,6 +20,7 @@ namespace loomstone {
 struct EventWork {
   double prescribed = 0.0;  // done by vertices of prescribed motion
   double friction = 0.0;    // done against friction
+  double restored = 0.0;  // done by impulses that separate pairs until they regain their thickness
 };
 
 class EventContacts {

@@ -374,7 +374,7 @@ class ContactReport:
     @property
     def candidates(self) -> int:
         """
-        pairs that may come close within an asynchronous step [1]
+        pairs within reach of each other in an asynchronous step [1]
         """
     @property
     def evaluated(self) -> int:
@@ -409,7 +409,7 @@ class ContactReport:
     @property
     def registered(self) -> int:
         """
-        candidates for events; the others are culled because they stay off a common plane [1]
+        candidates for events; the others are culled because they stay apart in a direction [1]
         """
     @property
     def unresolved(self) -> int:
@@ -496,7 +496,7 @@ class AccountReport:
     @property
     def loads(self) -> float:
         """
-        work of air, external forces and forces that untangle on cloth [J]
+        work of air, external forces, forces that untangle, and asynchronous contacts that restore their gaps, on cloth [J]
         """
     @property
     def lost(self) -> float:

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <random>
 
 #include <Eigen/Eigenvalues>
 
@@ -230,4 +231,58 @@ TEST_CASE("limits keep linear momentum to rounding, and as a potential angular m
   CHECK((momenta() - before).head<3>().norm() < 1e-12 * before.norm());
   if (method == Limiting::Potential)
     CHECK((momenta() - before).tail<3>().norm() < 1e-12 * before.norm());
+}
+
+namespace {
+
+// A triangle with two edges of 5 cm that enclose `angle` [rad], with limits of 7.5 % on its edges.
+ClothRun triangle_with_angle(double angle) {
+  Points corners = Points::Zero(3, 3);
+  corners(1, 0) = 0.05;
+  corners.row(2) << 0.05 * std::cos(angle), 0.05 * std::sin(angle), 0.0;
+  Triangles triangles(1, 3);
+  triangles << 0, 1, 2;
+  const Asynchronous options = limiting(Limiting::Potential);
+  ClothRun run = make_run({corners, triangles}, swinging(), options);
+  set_limit(run, limit_of(0.075), true);
+  start(run, options);
+  return run;
+}
+
+double stretch_of(const ClothRun& run) {
+  Points green;
+  Vector stretch;
+  run.elasticity->strain({}, run.state.x, green, stretch);
+  return stretch[0];
+}
+
+}  // namespace
+
+TEST_CASE("limits of edges bound the stretch of a triangle only by its largest angle") {
+  for (const double degrees : {60.0, 75.0, 90.0, 120.0}) {
+    CAPTURE(degrees);
+    const double angle = degrees * M_PI / 180.0, bound = 1.075 / std::cos(0.5 * angle);
+    ClothRun run = triangle_with_angle(angle);
+    // The edges of the largest angle fold together along its bisector and keep within their limits.
+    // No force opposes this but that of the membrane without limits.
+    const double length = 0.05 * 1.0749;
+    Points& x = run.state.x;
+    x.setZero();
+    for (const int i : {1, 2}) x.row(i) << length, (i == 1 ? 1e-3 : -1e-3) * length, 0.0;
+    CHECK(stretch_of(run) > 0.999 * bound);
+    Membrane limited = limited_membrane(run);
+    Membrane free(3, run.model.triangles, run.model.corners, run.model.constants);
+    CHECK(force_at(limited, x) == force_at(free, x));
+    // No other motion that keeps the limits of the edges stretches the triangle more.
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> place(-0.1, 0.1);
+    int n_allowed = 0;
+    for (int i = 0; i < 20000; ++i) {
+      for (Index k = 1; k < 3; ++k) x.row(k) << place(random), place(random), 0.0;
+      if (longest_edge(run) > 1.075) continue;
+      ++n_allowed;
+      CHECK(stretch_of(run) < bound * (1.0 + 1e-9));
+    }
+    CHECK(n_allowed > 100);
+  }
 }

@@ -20,11 +20,12 @@ struct EnergyAccount {
   double start = 0.0;              // energy when the account began, without that of contacts
   double start_of_contacts = 0.0;  // energy of contacts when the account began
   double scripts = 0.0;            // work done by scripted motion
-  double loads = 0.0;              // work done by air, the user's forces and untangling
-  double friction = 0.0;           // work done against friction of contacts in the solve
-  double damping = 0.0;            // work done against viscosity and damping of bending
-  double limits = 0.0;             // energy lost to strain limits after the solve
-  double withheld = 0.0;           // energy lost to motion that certification withheld
+  // Work done by air, the user's forces, untangling and gaps that are restored at events.
+  double loads = 0.0;
+  double friction = 0.0;  // work done against friction of contacts in the solve
+  double damping = 0.0;   // work done against viscosity and damping of bending
+  double limits = 0.0;    // energy lost to strain limits after the solve
+  double withheld = 0.0;  // energy lost to motion that certification withheld
   double largest_kinetic = 0.0;
 };
 

@@ -111,9 +111,12 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, const N
   const Model& model = engines.model;
   const Index n = model.cloth.n_vertices;
   state.obstacle_vertices = loads.next_obstacles;
-  for (const Contact& contact : near.contacts)
-    for (const Index vertex : contact.vertices)
+  const auto mark = [&](const std::array<Index, 4>& vertices) {
+    for (const Index vertex : vertices)
       if (vertex < n) outcome.contact[vertex] = 1;
+  };
+  for (const Contact& contact : near.contacts) mark(contact.vertices);
+  for (const std::array<Index, 4>& vertices : near.touching) mark(vertices);
   StrainLimiter* const limiter = engines.limits_after_solve ? engines.limiter.get() : nullptr;
   if (n == 0 || (!engines.collision && !limiter)) return {};
   Points x1;

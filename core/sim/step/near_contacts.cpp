@@ -83,6 +83,11 @@ void register_events(const StepContext& part, const Loads& loads, const State& s
   Approach approach = engines.collision->approach(engines.collision_team, motion, near.tangle);
   report.contacts.candidates += approach.candidates;
   report.contacts.registered += static_cast<std::int64_t>(approach.pairs.size());
+  for (const ApproachingPair& pair : approach.pairs)
+    if (pair.contact)
+      near.touching.push_back(pair_vertices(engines.model.collision, pair.kind, pair.key));
+  report.contacts.near =
+      std::max(report.contacts.near, static_cast<std::int64_t>(near.touching.size()));
   engines.event_contacts->set_pairs(motion, std::move(approach.pairs));
 }
 
@@ -91,9 +96,9 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
   CollisionStage& collision = *engines.collision;
   const Index n = engines.model.cloth.n_vertices;
   if (state.tangled) near.tangle = collision.find_tangle(loads.x0);
+  if (engines.event_contacts) return register_events(part, loads, state, engines, near, report);
   near.contacts = collision.proximity(engines.collision_team, loads.x0, near.tangle);
-  if (engines.event_contacts) register_events(part, loads, state, engines, near, report);
-  if (!engines.contacts_in_solve && !engines.event_contacts) near.repelled = near.contacts;
+  if (!engines.contacts_in_solve) near.repelled = near.contacts;
   if (!engines.contacts_in_solve) return;
   expect_motion(part, loads, state, engines, near);
   const Points forces = pressing_forces(loads, near.contacts, engines);
@@ -109,6 +114,7 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
                         Engines& engines, NearContacts& near, StepReport& report) {
   near.contacts.clear();
   near.repelled.clear();
+  near.touching.clear();
   near.terms.clear();
   near.contact_terms = {};
   near.tangle = {};

@@ -9,10 +9,11 @@
 namespace loomstone {
 
 struct NearContacts {
-  std::vector<Contact> contacts;  // pairs closer than their thickness
-  // Contacts that receive impulses after the solve; none if the integrator handles collisions at
-  // events.
-  std::vector<Contact> repelled;
+  // Pairs closer than their thickness; none if the integrator handles collisions at events.
+  std::vector<Contact> contacts;
+  std::vector<Contact> repelled;  // contacts that receive impulses after the solve
+  // Vertices of the pairs closer than their thickness, if the integrator handles them at events.
+  std::vector<std::array<Index, 4>> touching;
   ExtraTerms terms;  // in this order: contacts, intersections to untangle, attachments
   std::size_t n_attachments = 0;
   ContactTerms contact_terms;  // evaluates the terms of contacts during the solve

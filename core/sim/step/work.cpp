@@ -188,6 +188,7 @@ PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts&
   if (engines.event_contacts) {
     work.scripts += engines.event_contacts->work().prescribed;
     work.friction += engines.event_contacts->work().friction;
+    work.loads += engines.event_contacts->work().restored;
   }
   const Points viscous = viscous_forces(part, loads, solved, engines);
   work.loads += work_of_loads(loads, state, engines) + on_bodies;
