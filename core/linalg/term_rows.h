@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/linalg/extra_terms.h"
 #include "core/parallel/row_layout.h"
 #include "core/parallel/team.h"
@@ -34,6 +35,10 @@ class TermRows {
   Vec3 force(Index row) const;
   // Returns the sum of scale J^T H J over the terms of a row.
   Mat3 diagonal(Index row) const;
+
+  std::size_t bytes() const {
+    return bytes_of(hessians_, part_start_, parts_, arms_, forces_, row_start_, slots_, touched_);
+  }
 
  private:
   // An entry of a term. Most entries need no arm.
