@@ -133,7 +133,7 @@ LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limit
   for (Index b = 0; b < membrane.n_batches(); ++b) {
     Rows rows;
     for (int l = 0; l < n_lanes; ++l)
-      rows[l] = limit_of[std::min(b * n_lanes + l, membrane.n_triangles() - 1)];
+      rows[l] = limit_of[std::min(membrane.batch_at(b) * n_lanes + l, membrane.n_triangles() - 1)];
     const auto [found, is_new] = known.try_emplace(rows, static_cast<Index>(known.size()));
     bounds_of_[b] = found->second;
     if (!is_new) continue;

@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/base/types.h"
 #include "core/parallel/shared_work.h"
 
@@ -23,6 +24,7 @@ class ClusterOwners {
   std::size_t own_index(Index pair, Index cluster) const {
     return first_[pair] + cluster - own_begin();
   }
+  std::size_t bytes() const { return bytes_of(first_, cut_); }
   std::size_t n_own() const { return cut_[part_ + 1] - cut_[part_]; }
 
   // Collective. `own_costs` has one entry for each first cluster in the range of this rank. Cuts
