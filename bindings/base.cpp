@@ -91,8 +91,7 @@ void bind_reports(py::module_& m) {
   bind_report<WithheldReport>(m, "WithheldReport", "Report on motion withheld by certification.");
   bind_report<AccountReport>(
       m, "AccountReport",
-      "Work and losses since the start, or since the user wrote positions or velocities.\n\nWork "
-      "that scripted obstacles do on rigid bodies is not included.");
+      "Work and losses since the start, or since the user wrote positions or velocities.");
   bind_report<StrainLimitReport>(m, "StrainLimitReport",
                                  "Report on the enforcement of strain limits.");
   bind_report<StrainReport>(m, "StrainReport",

@@ -168,7 +168,7 @@ void bind_queries(py::module_& m) {
       py::arg("point"), "True if the point (3) [m] lies inside a closed surface.");
 }
 
-// Rows of bytes (n x 3), none for None.
+// Returns the rows of an array of bytes (n x 3), or no rows for None.
 std::vector<std::array<std::uint8_t, 3>> colors_of_rows(
     const std::optional<py::array_t<std::uint8_t, py::array::c_style>>& rows) {
   if (!rows) return {};

@@ -119,7 +119,7 @@ void bind_lists(py::module_& m) {
   py::class_<OrderedWork> c(
       m, "RecordedLists",
       "Work of one search on neighbour lists, which ranks divide by the costs "
-      "of a step before.");
+      "of an earlier step.");
   c.def_property_readonly("work", &OrderedWork::work, "sum of all costs [s]");
   c.def("__len__", [](const OrderedWork& self) { return self.seconds.size(); });
   c.def(

@@ -21,7 +21,8 @@ void bind_scene(py::module_& m) {
                              "keyframes, or is deformed by a vertex sequence.");
   bind_description<Attachment>(m, "Attachment",
                                "Two-way coupling that ties cloth vertices to a rigid body. It "
-                               "needs an implicit integrator; others raise Unsupported.");
+                               "needs an implicit or asynchronous integrator; others raise "
+                               "Unsupported.");
   bind_description<Magnet>(m, "Magnet",
                            "A magnet or magnetisable body that is carried by a rigid body or an "
                            "obstacle, which may carry several.");

@@ -136,7 +136,7 @@ void bind_stepping(py::class_<S>& c) {
                           "length of a step, or largest length of automatic steps [s]");
   c.def_property_readonly("report", &S::report, "StepReport of the last step");
   c.def("keep_collision_motion", &S::keep_collision_motion, py::arg("keep"),
-        "Tells whether the motion that certification receives in each step is kept for "
+        "Sets whether the motion that certification receives in each step is kept for "
         "collision_motion().");
   c.def("collision_motion", &S::collision_motion,
         "Returns the CollisionRecord of the last certification; without vertices if nothing "

@@ -115,9 +115,9 @@ class Support {
   Vec3 axis_, centre_;
 };
 
-// Linear functionals whose largest values over all points bound the position of the eye along
-// `axis` and its depth. No point may then be further from the middle of the picture than `slope`,
-// the distance across the view divided by depth.
+// Linear functionals of a point. Their largest values over all points bound the position of the eye
+// along `axis` and its depth, such that no point is farther from the middle of the picture than
+// `slope`, the distance across the view divided by the depth.
 std::array<Vec3, 2> functionals(const Vec3& axis, const Vec3& forward, double slope) {
   return {axis - slope * forward, -axis - slope * forward};
 }

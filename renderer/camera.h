@@ -23,7 +23,7 @@ View make_view(const Camera& camera, double aspect, const Framing& framing, doub
 // from above.
 Vec3 viewing_direction(const Camera& camera);
 
-// Whether a fit moves the eye.
+// Returns whether a fit moves the eye.
 inline bool fits(const Camera& camera) { return camera.fit && camera.times.empty(); }
 
 }  // namespace loomstone

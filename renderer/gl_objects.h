@@ -39,7 +39,7 @@ struct Texture {
   int width, height;           // pixels
   GLenum filter = GL_NEAREST;  // or GL_LINEAR
   const void* pixels = nullptr;
-  GLenum pixel_format = GL_RGBA, pixel_type = GL_FLOAT;  // of `pixels`
+  GLenum pixel_format = GL_RGBA, pixel_type = GL_FLOAT;  // format and type of `pixels`
 };
 GlObject make_texture(const GL& gl, const Texture& texture);
 GlObject make_renderbuffer(const GL& gl, GLenum format, int width, int height, int samples);

@@ -18,8 +18,8 @@ struct SurfaceImages {
   int width = 0, height = 0;
   std::vector<float> depth;   // distance along the viewing direction [m]; infinity: no surface
   std::vector<float> normal;  // unit normal towards the eye, world frame, 3 values per pixel
-  // 0: no surface; from 1: cloths, then bodies and obstacles in the order of the topology; last:
-  // curves
+  // Number of the surface, or 0 if there is none. Cloths have the numbers from 1 on, followed by
+  // bodies and obstacles in the order of the topology, and by the curves.
   std::vector<std::int32_t> id;
 };
 

@@ -15,7 +15,7 @@ void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 -
 
 const char* light_fragment_shader = R"(
 uniform sampler2D surface, shadow_map;
-uniform mat4 light_from_eye;    // eye space to the light's cube [-1, 1]^3
+uniform mat4 light_from_eye;    // from eye space to the light's cube [-1, 1]^3
 uniform vec3 towards_light;     // unit vector in eye space
 uniform vec2 tangent, size;     // tangents of half the angles of view; picture size in pixels
 uniform float scale, light_radius;
@@ -37,7 +37,7 @@ vec2 spiral(int i, int n, float turn) {
 float light_seen(vec3 p, vec3 n, float turn) {
   float facing = dot(n, towards_light);
   vec3 lit_side = facing < 0.0 ? -n : n;
-  float texel = 2.0 / float(textureSize(shadow_map, 0).x);   // width in the cube [-1, 1]^3
+  float texel = 2.0 / float(textureSize(shadow_map, 0).x);   // texel width in the cube [-1, 1]^3
   p += lit_side * light_radius * texel * 1.5;
   vec3 q = (light_from_eye * vec4(p, 1.0)).xyz * 0.5 + 0.5;
   if (abs(q.x - 0.5) > 0.5 || abs(q.y - 0.5) > 0.5) return 1.0;
@@ -48,7 +48,7 @@ float light_seen(vec3 p, vec3 n, float turn) {
   float bias = 0.75 * texel;
   float deepest = 0.9999;   // less than the depth 1 of empty texels, which thus cast no shadow
 
-  const float softness = 0.11;   // penumbra width over blocker distance (a lamp of 6 degrees)
+  const float softness = 0.11;   // penumbra width / blocker distance (for a lamp of 6 degrees)
   float search = 0.022;
   float blockers = 0.0, depth_sum = 0.0;
   for (int i = 0; i < blocker_samples; ++i) {
@@ -71,7 +71,7 @@ float light_seen(vec3 p, vec3 n, float turn) {
 
 float surroundings_seen(vec3 p, vec3 n, float turn) {
   float radius = 0.16 * scale;
-  float reach = radius / (-p.z * tangent.y) * 0.5 * size.y;   // pixels
+  float reach = radius / (-p.z * tangent.y) * 0.5 * size.y;   // `radius` in pixels
   reach = clamp(reach, 2.0, 0.2 * size.y);
   float sum = 0.0;
   for (int i = 0; i < occlusion_samples; ++i) {

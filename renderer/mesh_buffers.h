@@ -65,8 +65,8 @@ class SquareBuffers {
   GlObject vertex_array_, vertices_;
 };
 
-// An affine function of the place on a square: centre + a * side_a + b * side_b, with a and b from
-// -1 to 1.
+// Affine function that gives the uv at the point (a, b) of a square: centre + a * side_a + b *
+// side_b, with a and b from -1 to 1.
 struct SquareUv {
   Eigen::Vector2f centre = Eigen::Vector2f::Zero(), side_a = centre, side_b = centre;  // [m]
 };

@@ -39,7 +39,8 @@ class Renderer {
   // Minimum and maximum of the values that each row of color_by shows in a frame; 0 and 0 for
   // "cloth".
   std::vector<ColorRange> value_ranges(const Frame& frame) const;
-  // Range that the colours of each row of color_by span in a frame. `values` is as in render().
+  // Range that the colours of each row of color_by span in a frame. `values` has the same meaning
+  // as in render().
   std::vector<ColorRange> color_ranges(const Frame& frame,
                                        const std::vector<ColorRange>* values = nullptr) const;
   // Draws a frame. `values` contains the range of automatic colours for each row of color_by, for

@@ -13,7 +13,7 @@ layout(location = 2) in vec2 uv;
 layout(location = 3) in float value;
 layout(location = 4) in float other;
 uniform mat4 view, projection;
-uniform float towards_eye;   // fraction of their distance by which lines are moved towards the eye
+uniform float towards_eye;   // lines move towards the eye by this fraction of their distance
 out vec3 eye_position, eye_normal;
 out vec2 surface_uv;
 out float surface_value, surface_other;
@@ -32,15 +32,15 @@ void main() {
 // Declarations and functions used by all materials.
 const char* common = R"(
 out vec4 color;
-uniform vec2 size;                 // of the picture in pixels
-uniform sampler2D light_seen;      // half size: visible fractions of light and surroundings; depth
+uniform vec2 size;                 // size of the picture in pixels
+uniform sampler2D light_seen;      // half size: visible light (x), surroundings (y), depth (z)
 uniform vec3 towards_light, up;    // unit vectors in eye space
 
 const vec3 sun = vec3(1.06, 0.99, 0.89);
 const vec3 sky = vec3(0.31, 0.335, 0.38);
 const vec3 ground = vec3(0.19, 0.175, 0.16);
 
-vec4 encode(vec3 linear) {   // to sRGB, dithered by up to half an 8-bit step to avoid banding
+vec4 encode(vec3 linear) {   // to sRGB, with noise of up to half an 8-bit step to avoid banding
   vec3 c = clamp(linear, 0.0, 1.0);
   c = mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
   float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715)))) - 0.5;
@@ -60,9 +60,9 @@ vec3 backdrop() {
   return c * (1.0 - 0.55 * dot(d, d));
 }
 
-// Visible fractions of light and surroundings at a depth: a mean over the four nearest pixels of
-// the half-size picture, in which pixels of a different depth (other surfaces) have almost no
-// weight.
+// Returns the visible fractions of light and surroundings at a depth: the mean over the four
+// nearest pixels of the half-size picture. Pixels of a different depth belong to other surfaces and
+// have almost no weight.
 vec2 seen_at(float depth) {
   vec2 half_size = vec2(textureSize(light_seen, 0));
   vec2 at = gl_FragCoord.xy * half_size / size - 0.5;
@@ -99,9 +99,10 @@ vec3 with_texture(vec3 albedo, vec2 uv) {
   return mix(albedo, t.rgb, t.a);
 }
 
-// Light that the surface mirrors: that of the sun by the distribution of B. Walter et al.,
-// "Microfacet models for refraction through rough surfaces", 2007, with visibility and Fresnel
-// reflectance as in C. Schlick, "An inexpensive BRDF model", 1994, and that of the surroundings.
+// Returns the light that the surface mirrors. Light of the sun has the distribution of B. Walter et
+// al., "Microfacet models for refraction through rough surfaces", 2007, with visibility and Fresnel
+// reflectance as in C. Schlick, "An inexpensive BRDF model", 1994. Light of the surroundings is
+// added.
 vec3 mirrored(vec3 n, vec3 v, vec2 seen) {
   float a = max(roughness * roughness, 0.004);
   vec3 h = normalize(towards_light + v);
@@ -124,7 +125,7 @@ in float surface_value, surface_other;
 // The inputs of the material shaders, moved from the sample to the centre of its pixel. An input
 // divided by its depth is a linear function of the position in the picture.
 const char* moved_inputs = R"(
-uniform vec2 to_centre;   // [pixels]
+uniform vec2 to_centre;   // vector from the sample to the centre of the pixel [pixels]
 in vec3 eye_position, eye_normal;
 in vec2 surface_uv;
 in float surface_value, surface_other;
@@ -143,15 +144,15 @@ void main() { color = encode(backdrop()); }
 )";
 
 // A floor without colour and texture shows the backdrop, darkened by shadows and occlusion, so its
-// border is invisible. Others fade into the backdrop.
+// border is invisible. Floors with a colour or texture fade into the backdrop.
 const char* floor_text = R"(
-uniform int transparent;   // draw only shadows
-uniform int colored;       // the floor has a colour or texture of its own
+uniform int transparent;   // 1: draw only shadows
+uniform int colored;       // 1: the floor has a colour or texture of its own
 uniform vec2 centre_uv, side_a_uv, side_b_uv;   // uv at the centre of the square and along its sides
 void main() {
   vec3 albedo =
       with_texture(front_color, centre_uv + surface_uv.x * side_a_uv + surface_uv.y * side_b_uv);
-  float distance = length(surface_uv) * 6.0;   // from the centre, in radii of the framed region
+  float distance = length(surface_uv) * 6.0;   // from the centre [radii of the framed region]
   float fade = 1.0 - smoothstep(2.6, 5.0, distance);
   float pool = 1.0 + 0.10 * exp(-0.8 * distance * distance);
   if (fade == 0.0) { color = transparent == 1 ? vec4(0.0) : encode(backdrop()); return; }
@@ -180,10 +181,10 @@ void main() {
   vec3 v = normalize(-eye_position);
   vec2 seen = seen_at(-eye_position.z);
   vec3 albedo = with_texture(front_color, surface_uv);
-  // Poles: north red, south blue.
+  // North poles are red, and south poles are blue.
   albedo = mix(albedo, vec3(0.55, 0.05, 0.04), smoothstep(0.02, 0.04, surface_value));
   albedo = mix(albedo, vec3(0.04, 0.12, 0.50), smoothstep(0.02, 0.04, -surface_value));
-  // Curves: red through yellow to blue.
+  // Curves are red at the value 1, yellow at 0 and blue at -1.
   if (curves == 1) {
     vec3 end = surface_value > 0.0 ? vec3(0.60, 0.07, 0.04) : vec3(0.05, 0.16, 0.58);
     albedo = mix(vec3(0.72, 0.56, 0.22), end, surface_value * surface_value);

@@ -18,8 +18,8 @@ struct Plane {
 };
 Plane floor_plane(const FrameTopology& topology, const Points& x, Index body);
 
-// The affine function of the place that is closest to the uv of a floor, in least squares over the
-// corners of its triangles.
+// Affine function of position that best fits the uv of a floor, by least squares over the corners
+// of its triangles.
 struct PlaneUv {
   Vec3 point = Vec3::Zero();  // mean of the corners [m]
   Vec2 at_point = Vec2::Zero();
@@ -27,7 +27,7 @@ struct PlaneUv {
 
   Vec2 at(const Vec3& place) const { return at_point + gradient * (place - point); }
 };
-// Zero for floors without uv.
+// Returns zeros for floors without uv.
 PlaneUv floor_uv(const FrameTopology& topology, const Points& x, Index body);
 
 struct Rectangle {

@@ -55,7 +55,7 @@ LIBRARIES = [
 
 
 class Incomplete(Exception):
-    """A library has no entry in LIBRARIES, or no text of its licence is at hand."""
+    """A library has no entry in LIBRARIES, or no text of its licence is found."""
 
 
 def contained(wheel: Path) -> dict[Library, list[Path]]:

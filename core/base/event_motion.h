@@ -13,7 +13,7 @@ struct EventBody {
   RigidPose start;                                                // pose at the start of the step
   Vec3 velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();  // world axes [m/s], [rad/s]
   double mass = 0.0;                                              // [kg]
-  Mat3 inertia = Mat3::Zero();  // about the centre, in body axes [kg m^2]
+  Mat3 inertia = Mat3::Zero();  // inertia about the centre, in body axes [kg m^2]
   int level = 0;                // level of the body's events, see EventMotion
 
   Mat3 world_inertia(const Vec4& orientation) const {

@@ -43,7 +43,7 @@ struct Look {
   }
 };
 
-// Values that a Look leaves to the renderer.
+// Roughness of cloth and of bodies if Look::roughness is not set [1].
 constexpr double cloth_roughness = 0.9, body_roughness = 0.6;
 
 // Throws InvalidInput unless all values are within their limits. `where` names the owner.

@@ -13,7 +13,7 @@
 
 namespace loomstone {
 
-// Wall time of each stage of a step [s], in the order of core/sim/step/stepper.cpp.
+// Wall time of each stage of a step [s].
 struct StageSeconds {
   double loads = 0.0, proximity = 0.0, integrate = 0.0, bodies = 0.0;
   double certify = 0.0, limit = 0.0, check = 0.0;
@@ -134,7 +134,7 @@ struct ContactReport {
         field("event_impulses", &R::event_impulses, "1", unlimited(),
               "impulses on registered pairs at events"),
         field("unresolved", &R::unresolved, "1", unlimited(),
-              "impacts that certification leaves, even at 1/64 of the step"),
+              "impacts that certification leaves after the step has been divided into 1/64"),
         field("intersections", &R::intersections, "1", unlimited(),
               "intersecting triangle pairs at the end; counted from a step with unresolved impacts "
               "until none remain"),
@@ -264,10 +264,10 @@ struct AccountReport {
               "remaining loss: by contacts, contacts between bodies, limit impulses and the "
               "integrator"),
         field("balance", &R::balance, "1", unlimited(),
-              "energy without that of contacts, less work, less its value at the start; in parts "
-              "of the largest kinetic energy so far"),
+              "increase since the start of the energy (without that of contacts) minus the work, "
+              "relative to the largest kinetic energy so far"),
         field("contact_balance", &R::contact_balance, "1", unlimited(),
-              "the balance with the energy of contacts, less that at the start"),
+              "the same balance with the energy of contacts"),
         field("largest_kinetic", &R::largest_kinetic, "J", unlimited(),
               "largest kinetic energy of cloth and bodies so far"));
   }

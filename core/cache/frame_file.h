@@ -19,7 +19,7 @@ class FrameWriter {
   // slower.
   FrameWriter(const std::string& directory, const FrameTopology& topology,
               const std::string& metadata, int compression = 0);
-  // Continues a run. Copies its complete frames and reports up to and including `after_time` [s] to
+  // Continues a run. Copies its complete frames up to and including `after_time` [s] to
   // new files, which then replace the old ones.
   static FrameWriter reopen(const std::string& directory, double after_time);
   ~FrameWriter();
@@ -28,12 +28,6 @@ class FrameWriter {
   // Writes a frame. Throws CacheError, for example if the disk is full. Earlier frames remain
   // readable.
   void write(const Frame& frame);
-  // Records the report of a step, which is written with the next frame or by flush(). Must be
-  // called for every step.
-  void record(const StepReport& report);
-  // Writes all recorded reports. Must be called before a checkpoint, so that a resumed run has all
-  // reports up to the checkpoint.
-  void flush();
   int n_frames() const;
 
  private:
@@ -56,7 +50,6 @@ class FrameReader {
   int compression() const;
   const std::vector<double>& times() const;
   Frame frame(int index) const;
-  std::vector<StepReport> reports() const;  // one for each recorded step, in order
 
  private:
   struct Data;

@@ -1,5 +1,5 @@
 // Contents of the frame files in addition to the VTKHDF layout: the group /loomstone with format,
-// names, metadata and reports.
+// names and metadata.
 #pragma once
 
 #include <cstddef>
@@ -43,7 +43,7 @@ constexpr Number number_of() {
 }
 
 // One column for each number of a report, named by its path.
-inline std::vector<Column> report_columns(std::size_t start = 0) {
+inline std::vector<Column> report_columns(std::size_t start) {
   std::vector<Column> columns;
   const StepReport report;
   for_each_number(report, [&](const std::string& path, const auto& each, const auto& value) {
@@ -53,10 +53,6 @@ inline std::vector<Column> report_columns(std::size_t start = 0) {
                        start + static_cast<std::size_t>(offset), each.unit, each.meaning});
   });
   return columns;
-}
-
-inline RowFormat report_format() {
-  return {.columns = report_columns(), .bytes = sizeof(StepReport)};
 }
 
 inline RowFormat frame_format() {

@@ -164,15 +164,4 @@ Frame FrameReader::frame(int index) const {
   return frame;
 }
 
-std::vector<StepReport> FrameReader::reports() const {
-  const Hdf5Rows rows = data_->run_file.open_rows(group + "/reports", report_format());
-  const std::int64_t count = data_->run_file.attribute(group, "n_reports");
-  if (count < 0 || count > rows.size() || count > data_->run_file.length() / 8)
-    fail<CacheError>("{}: the file is damaged: it has fewer reports than it says.",
-                     data_->run_file.name());
-  std::vector<StepReport> reports(static_cast<std::size_t>(count));
-  rows.read(0, count, reports.data());
-  return reports;
-}
-
 }  // namespace loomstone

@@ -98,7 +98,6 @@ PolyDataWriter create_run(const std::string& path, const FrameTopology& topology
   write_description(writer.file(), run_kind, topology.cloth_names);
   const std::int64_t has_bodies = !topology.body_names.empty();
   writer.file().write_attribute(group, "has_bodies", {&has_bodies, 1});
-  writer.file().write_attribute(group, "n_reports", std::array<std::int64_t, 1>{0});
   writer.file().write_attribute(group, "compression", std::array<std::int64_t, 1>{compression});
   writer.file().write_text(group + "/metadata", metadata);
   write_looks(writer.file(), looks, topology.cloth_looks);
@@ -152,10 +151,9 @@ struct FrameWriter::Data {
   Parts parts;
   PolyDataWriter run;
   std::optional<PolyDataWriter> bodies;
-  Hdf5Rows frame_rows, report_rows, current_rows;
+  Hdf5Rows frame_rows, current_rows;
   Eigen::Index n_vertices, n_triangles, n_body_vertices, n_coils = 0;
-  std::int64_t n_frames = 0, n_reports = 0;
-  std::vector<StepReport> pending;  // recorded but not yet written
+  std::int64_t n_frames = 0;
 
   // Creates both files under temporary names. publish() renames them.
   Data(const std::string& into, const FrameTopology& topology, const std::string& metadata,
@@ -166,7 +164,6 @@ struct FrameWriter::Data {
     if (!topology.body_names.empty())
       bodies = create_bodies(into + "/" + bodies_file + ".part", topology, compression);
     frame_rows = create_table("frames", frame_format());
-    report_rows = create_table("reports", report_format());
     n_vertices = static_cast<Eigen::Index>(topology.cloth_of_vertex.size());
     n_triangles = topology.triangles.rows();
     n_body_vertices = static_cast<Eigen::Index>(topology.body_of_vertex.size());
@@ -228,13 +225,6 @@ struct FrameWriter::Data {
     current_rows.write(n_frames, 1, frame.coil_currents.data());
   }
 
-  void stage_reports() {
-    if (pending.empty()) return;
-    const auto count = static_cast<std::int64_t>(pending.size());
-    report_rows.resize(n_reports + count);
-    report_rows.write(n_reports, count, pending.data());
-  }
-
   // Commits to the bodies file first, so that it may be one frame ahead of the run file but never
   // behind it.
   void commit(const Frame& frame) {
@@ -243,17 +233,6 @@ struct FrameWriter::Data {
       bodies->file().flush();
     }
     run.commit(n_frames, frame.time);
-  }
-
-  void commit_reports() {
-    if (pending.empty()) return;
-    const auto count = static_cast<std::int64_t>(pending.size());
-    run.file().update_attribute(group, "n_reports", n_reports + count);
-  }
-
-  void reports_are_written() {
-    n_reports += static_cast<std::int64_t>(pending.size());
-    pending.clear();
   }
 };
 
@@ -287,11 +266,6 @@ FrameWriter FrameWriter::reopen(const std::string& directory, double after_time)
     data.commit(frame);
     ++data.n_frames;
   }
-  for (const StepReport& report : old.reports())
-    if (report.time <= after_time) data.pending.push_back(report);
-  data.stage_reports();
-  data.commit_reports();
-  data.reports_are_written();
   data.publish(true);
   return writer;
 }
@@ -300,24 +274,10 @@ void FrameWriter::write(const Frame& frame) {
   Data& data = *data_;
   data.check(frame);
   data.stage(frame);
-  data.stage_reports();
   data.flush();
   data.commit(frame);
-  data.commit_reports();
   data.run.file().flush();
   ++data.n_frames;
-  data.reports_are_written();
-}
-
-void FrameWriter::record(const StepReport& report) { data_->pending.push_back(report); }
-
-void FrameWriter::flush() {
-  Data& data = *data_;
-  data.stage_reports();
-  data.run.file().flush();
-  data.commit_reports();
-  data.run.file().flush();
-  data.reports_are_written();
 }
 
 int FrameWriter::n_frames() const { return static_cast<int>(data_->n_frames); }

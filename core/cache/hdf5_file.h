@@ -104,7 +104,7 @@ class Hdf5File {
   bool has(const std::string& path) const;
   std::vector<std::string> children(const std::string& group) const;  // sorted by name
 
-  // Attributes of a group or dataset.
+  // The functions below write or read attributes of a group or dataset.
   void write_text_attribute(const std::string& object, const std::string& name,
                             const std::string& text);
   void write_text_attribute(const std::string& object, const std::string& name,
@@ -120,7 +120,7 @@ class Hdf5File {
   std::string text_attribute(const std::string& object, const std::string& name) const;
   std::int64_t attribute(const std::string& object, const std::string& name) const;
 
-  // Arrays of fixed shape ({} for a single number).
+  // Write or read an array of fixed shape ({} for a single number).
   void write_array(const std::string& path, Number type, const std::vector<std::int64_t>& shape,
                    const void* values);
   template <class T>

@@ -40,7 +40,8 @@ class DisplacementError {
   // 1/2 m (v1 - v0)^2. The energy of the cloth is the sum of its kinetic energy, its membrane
   // energy and 1/2 m g L, where L is the square root of its area. Cloths whose motion the step does
   // not resolve, such as snapping wrinkles, are left out. x1 (n x 3) are the positions at the end,
-  // and v0 and v1 (n x 3) the velocities at the start and at the end. Collective.
+  // and v0 and v1 (n x 3) the velocities at the start and at the end. The membrane energy is that
+  // of the last call of over() if it ended at x1. Collective.
   double dissipation(const Team& team, const Points& x1, const Points& v0, const Points& v1,
                      double h);
 
@@ -54,8 +55,9 @@ class DisplacementError {
   // Results of a block for a displacement u. dissipation() uses velocities in place of u.
   struct Sums {
     // Neglected strain [1], and its membrane energy [J]. In dissipation(), `energy` is the energy
-    // that implicit Euler removes, and `elastic` is the membrane energy at x1 [J].
-    double strain = 0.0, energy = 0.0, elastic = 0.0;
+    // that implicit Euler removes.
+    double strain = 0.0, energy = 0.0;
+    double elastic = 0.0;            // membrane energy at the end of the motion [J]
     double squares = 0.0;            // sum of m u^2 [kg m^2]
     Vec3 moment = Vec3::Zero();      // sum of m u [kg m]
     Vec3 prescribed = Vec3::Zero();  // sum of m u over prescribed vertices [kg m]
@@ -85,6 +87,7 @@ class DisplacementError {
   std::vector<std::size_t> offsets_;  // (ranks + 1) start of the blocks of each rank [byte]
   std::vector<Scales> scales_;        // (cloths)
   std::vector<Sums> sums_;            // (blocks)
+  Points end_;  // positions of Sums::elastic of the blocks of this rank; no rows: none
 };
 
 }  // namespace loomstone

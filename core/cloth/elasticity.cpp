@@ -1,6 +1,7 @@
 #include "core/cloth/elasticity.h"
 
 #include <algorithm>
+#include <cstring>
 #include <numeric>
 
 #include "core/cloth/bending/bending_subset.h"
@@ -46,6 +47,10 @@ Membrane make_membrane(const ClothModel& model, const RowLayout* layout,
                   layout ? part_of_rank(*layout, first) : all);
 }
 
+bool same_positions(const Points& a, const Points& b) {
+  return a.rows() == b.rows() && std::memcmp(a.data(), b.data(), sizeof(double) * a.size()) == 0;
+}
+
 }  // namespace
 
 Elasticity::Elasticity(const ClothModel& model, BendingTreatment bending)
@@ -72,6 +77,7 @@ Elasticity::Elasticity(const ClothModel& model, BendingTreatment bending, const 
       couplings.emplace_back(model.triangles(t, k), model.triangles(t, (k + 1) % 3));
   for (const auto& part : model.bending) {
     add_bending_part(part);
+    damped_bending_ = damped_bending_ || part.damping > 0.0;
     if (!implicit_bending()) continue;
     const auto more = bending_.back().element->couplings();
     couplings.insert(couplings.end(), more.begin(), more.end());
@@ -114,19 +120,50 @@ Elasticity::LimitPhaseScope Elasticity::limit_phase(const Team& team, const Poin
   return LimitPhaseScope(membrane_);
 }
 
+template <class Add>
+void Elasticity::add_known(const Team& team, const Points& x, Index begin, Index end, Known& known,
+                           Add&& add, Points& force) const {
+  if (begin != known.begin || end != known.end || !same_positions(x, known.x)) {
+    known.x = x, known.begin = begin, known.end = end;
+    known.force.setZero(x.rows(), 3);
+    add(known.force);
+  }
+  parallel_for(team, end - begin,
+               [&](Index i) { force.row(begin + i) += known.force.row(begin + i); });
+}
+
 void Elasticity::add_implicit_forces(const Team& team, const Points& x, const Points* v,
                                      Index begin, Index end, Points& force) {
-  membrane_.add_forces(team, x, v, begin, end, force);
-  if (!implicit_bending()) return;
-  if (!v && zero_velocity_.rows() == 0) zero_velocity_.setZero(model_.n_vertices, 3);
-  for (const auto& of_part : bending_)
-    of_part.element->add_forces(team, x, v ? *v : zero_velocity_, begin, end, force);
+  const auto add = [&](Points& to) { membrane_.add_forces(team, x, v, begin, end, to); };
+  if (membrane_.in_phase() || (v && membrane_.viscous()))
+    add(force);
+  else
+    add_known(team, x, begin, end, membrane_force_, add, force);
+  if (implicit_bending()) add_bending_forces(team, x, v, begin, end, force);
 }
 
 void Elasticity::add_explicit_bending(const Team& team, const Points& x, const Points& v,
                                       Index begin, Index end, Points& force) {
-  if (implicit_bending()) return;
-  for (const auto& of_part : bending_) of_part.element->add_forces(team, x, v, begin, end, force);
+  if (!implicit_bending()) add_bending_forces(team, x, &v, begin, end, force);
+}
+
+void Elasticity::add_bending_forces(const Team& team, const Points& x, const Points* v, Index begin,
+                                    Index end, Points& force) {
+  if (bending_.empty()) return;
+  if (!v && zero_velocity_.rows() == 0) zero_velocity_.setZero(model_.n_vertices, 3);
+  const auto add = [&](Points& to) {
+    for (const auto& of_part : bending_)
+      of_part.element->add_forces(team, x, v ? *v : zero_velocity_, begin, end, to);
+  };
+  if (v && damped_bending_)
+    add(force);
+  else
+    add_known(team, x, begin, end, bending_force_, add, force);
+}
+
+void Elasticity::add_limits(const std::vector<LimitModes>& modes) {
+  membrane_.add_limits(modes);
+  membrane_force_ = membrane_energy_ = {};
 }
 
 // If bending is not implicit, each chunk of rows is completed while it is in the cache.
@@ -182,6 +219,13 @@ void Elasticity::finish_rows(Index begin, Index end, Product product) {
 }
 
 double Elasticity::membrane_energy(const Team& team, const Points& x) {
+  if (membrane_.in_phase()) return sum_of_membrane(team, x);
+  if (!same_positions(x, membrane_energy_.x))
+    membrane_energy_.energy = sum_of_membrane(team, x), membrane_energy_.x = x;
+  return membrane_energy_.energy;
+}
+
+double Elasticity::sum_of_membrane(const Team& team, const Points& x) {
   if (!divided()) return membrane_.energy(team, x);
   const auto block = [&](Index triangle) {
     return (triangle + rows_per_block - 1) / rows_per_block;
@@ -193,7 +237,8 @@ double Elasticity::membrane_energy(const Team& team, const Points& x) {
   return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
-double Elasticity::bending_energy(const Team& team, const Points& x) const {
+double Elasticity::bending_energy(const Team& team, const Points& x) {
+  if (same_positions(x, bending_energy_.x)) return bending_energy_.energy;
   double sum = 0.0;
   for (const BendingElements& of_part : bending_) {
     if (of_part.first.empty()) {
@@ -208,6 +253,7 @@ double Elasticity::bending_energy(const Team& team, const Points& x) const {
     gather_block_sums(*layout_, first, sums);
     sum += std::accumulate(sums.begin(), sums.end(), 0.0);
   }
+  bending_energy_.x = x, bending_energy_.energy = sum;
   return sum;
 }
 
@@ -240,7 +286,8 @@ void Elasticity::strain(const Team& team, const Points& x, Points& green, Vector
 }
 
 std::size_t Elasticity::bending_bytes() const {
-  std::size_t sum = bytes_of(zero_velocity_);
+  std::size_t sum = bytes_of(zero_velocity_, bending_force_.x, bending_force_.force) +
+                    bytes_of(bending_energy_.x);
   for (const BendingElements& of_part : bending_) sum += of_part.element->bytes();
   return sum;
 }

@@ -79,11 +79,11 @@ class Elasticity {
 
   // Adds a strain-limiting potential to the energy and to explicit forces (see
   // Membrane::add_limits).
-  void add_limits(const std::vector<LimitModes>& modes) { membrane_.add_limits(modes); }
+  void add_limits(const std::vector<LimitModes>& modes);
 
   // Energies of all cloths [J]. Collective if elements are divided among ranks.
   double membrane_energy(const Team& team, const Points& x);
-  double bending_energy(const Team& team, const Points& x) const;
+  double bending_energy(const Team& team, const Points& x);
   const Membrane& membrane() const { return membrane_; }
   // Returns whether this rank stores only a part of the elements.
   bool divided() const { return layout_ != nullptr; }
@@ -97,12 +97,30 @@ class Elasticity {
   void strain_of_rank(const Team& team, const Points& x, Points& green, Vector& stretch);
 
   // Memory of membrane, bending, and matrix [bytes].
-  std::size_t membrane_bytes() const { return bytes_of(membrane_, limit_phase_); }
+  std::size_t membrane_bytes() const {
+    return bytes_of(membrane_, limit_phase_, membrane_force_.x, membrane_force_.force,
+                    membrane_energy_.x);
+  }
   std::size_t bending_bytes() const;
   std::size_t matrix_bytes() const { return bytes_of(matrix_, wide_in_); }
 
  private:
   Elasticity(const ClothModel& model, BendingTreatment bending, const RowLayout* layout);
+  // Elastic forces on the rows [begin, end), or an energy, at the positions x. A part of a step
+  // asks for them several times at the same positions.
+  struct Known {
+    Points x;  // no rows: nothing is known
+    Index begin = 0, end = 0;
+    Points force;         // (n x 3) [N]
+    double energy = 0.0;  // [J]
+  };
+  // Adds the force that `add` adds to rows without force.
+  template <class Add>
+  void add_known(const Team& team, const Points& x, Index begin, Index end, Known& known, Add&& add,
+                 Points& force) const;
+  void add_bending_forces(const Team& team, const Points& x, const Points* v, Index begin,
+                          Index end, Points& force);
+  double sum_of_membrane(const Team& team, const Points& x);
   void add_bending(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end);
   void finish_rows(Index begin, Index end, Product product);
 
@@ -123,6 +141,9 @@ class Elasticity {
   BlockMatrix matrix_;
   std::vector<double> wide_in_;  // vector padded to 4 doubles per row
   Points zero_velocity_;         // made at first use
+  bool damped_bending_ = false;
+  // They are not used while the membrane includes stiff phases, nor for viscous forces.
+  Known membrane_force_, bending_force_, membrane_energy_, bending_energy_;
 };
 
 }  // namespace loomstone

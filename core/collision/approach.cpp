@@ -111,7 +111,7 @@ Approach find_approach(const Team& team, const PairSource& source, const Expecte
     thickness = std::max(thickness, pairs[i].thickness);
   }
   Candidates candidates(pairs, test);
-  const double margin = 0.5 * (thickness + added_approach * motion.step);  // of each feature [m]
+  const double margin = 0.5 * (thickness + added_approach * motion.step);  // around features [m]
   Approach all;
   all.pairs = gather_from_ranks(source.ranks, [&] {
                 source.broad_phase.swept_pairs(team, {motion.x0, x1, margin}, which, candidates);

@@ -25,7 +25,7 @@ struct PairSource {
   const CollisionModel& model;
   const std::vector<SurfacePair>& pairs;
   BroadPhase& broad_phase;
-  const Communicator& ranks;  // among which the tasks of the broad phase are divided
+  const Communicator& ranks;  // ranks that divide the tasks of the broad phase
 };
 
 // Allowance for velocities that change within a step. Our choice: features are assumed to approach

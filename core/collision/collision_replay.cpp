@@ -106,8 +106,8 @@ struct ListsOfStep {
     });
     return costs;
   }
-  // Stores in `work` the times since the last call [s]. Keeps times of earlier calls that are
-  // smaller.
+  // Stores in `work` the times of the work on lists since the last call [s]. If an earlier call
+  // stored a smaller time for the same work, this time is kept.
   void take_work(OrderedWork& work) {
     const double pass = lists.take_pass_seconds() / static_cast<double>(lists.lists().size());
     std::vector<double> seconds;

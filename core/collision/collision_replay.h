@@ -19,7 +19,7 @@ class SharedSearch;
 struct CollisionRecord {
   std::vector<CollisionSurface> surfaces;
   Triangles triangles;
-  double gap_floor = 0.0;  // see CollisionModel [m]
+  double gap_floor = 0.0;  // largest gap that certification keeps open [m]; see CollisionModel
   Points x0, x1;           // [m]
 };
 

@@ -46,7 +46,7 @@ struct CollisionStage::Data {
   std::unique_ptr<SharedSearch> shared;  // null: searches use the lists
   bool keeps_motion = false;
   CollisionRecord motion;
-  std::unique_ptr<BroadPhase> own_broad_phase;  // searches tasks of all ranks; made at first use
+  std::unique_ptr<BroadPhase> own_broad_phase;  // performs tasks of all ranks; made at first use
   // Positions x0 of the last call of proximity(), and the contacts at x0. A part of a step begins
   // where the last one ended, so contacts found at its end are used again. `known` also contains
   // the contacts that proximity() omits because of a tangle. Both members are the same on all

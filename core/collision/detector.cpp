@@ -45,7 +45,8 @@ std::vector<Element> joined(const Team& team, std::size_t n_tasks, Member&& memb
   return all;
 }
 
-// Sorts pairs lexicographically: counting sort by the first id, then std::sort of each run.
+// Sorts pairs lexicographically: counting sort by the first id, then std::sort of the pairs with
+// the same first id.
 void sort_pairs(const Team& team, Pairs& pairs, Index n_first) {
   std::vector<std::size_t> start(n_first + 1, 0);
   for (const auto& pair : pairs) ++start[pair[0] + 1];

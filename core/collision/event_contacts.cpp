@@ -67,8 +67,8 @@ Vec3 EventContacts::place(Index vertex, double time, const EventMotion& motion) 
   return start + time * motion_->v0.row(vertex).transpose();
 }
 
-// For each vertex of a rigid body, returns the velocity of the body at the contact point. It equals
-// the weighted mean of the velocities of these vertices.
+// For a vertex of a rigid body, returns the velocity of the body at the contact point. The weighted
+// mean of the velocities of the body's vertices in the pair would give the same velocity.
 Vec3 EventContacts::velocity(Index vertex, const Event& event, const EventMotion& motion) const {
   if (vertex < motion.v.rows()) return motion.v.row(vertex).transpose();
   if (const Index b = body_of(vertex); b >= 0) return bodies_[b].body.velocity_at(event.touched);
@@ -140,7 +140,9 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& moti
   }
   if (event.body < 0) return true;
   EventBody& body = bodies_[event.body].body;
-  const bool first = body_of(event.vertices[0]) == event.body;  // the first feature has weights > 0
+  // The first feature, whose weights are positive, receives the impulse along `change`. The second
+  // feature receives the opposite impulse.
+  const bool first = body_of(event.vertices[0]) == event.body;
   const Vec3 impulse = (first ? 1.0 : -1.0) / event.inverse_mass * change;
   body.push(impulse, (event.touched - body.pose.position).cross(impulse));
   return true;

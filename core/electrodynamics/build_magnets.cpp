@@ -29,8 +29,9 @@ void carry_hard(const MagneticBody& magnet, const std::string& where, CarriedMag
   carried.source = magnet.source;
 }
 
-// Spheres whose magnetisation is expanded to degree 1, or to degree 0 (automatic), are treated as
-// point dipoles, unless they have saturation or an explicit response.
+// Sets the data of a body that the field magnetises. A sphere is treated as a point dipole if its
+// solid harmonics have degree 1 or their degree is automatic (0), unless it has a saturation or an
+// explicit response.
 void carry_soft(const Magnet& magnet, const std::string& where, CarriedMagnet& carried) {
   const SoftBody& body = std::get<SoftBody>(magnet.source);
   const bool cells = magnet.response == "explicit";
@@ -71,7 +72,7 @@ void check_response(const Magnet& magnet, const std::string& where) {
 }
 
 // Replaces the exact fields of meshes and cells by expansions if the scene has many spheres. An
-// expansion pays off only if the field at all spheres is evaluated many times. If the number of
+// expansion saves time only if the field at all spheres is evaluated many times. If the number of
 // triangles times the number of spheres is `most_exact`, building the expansion of a mesh takes as
 // long as about twenty exact evaluations at all spheres. With 100 spheres, building the expansion
 // of cells takes as long as about 1,400 such evaluations, for any number of cells.

@@ -36,7 +36,7 @@ class MutualInductances {
     double value = 0.0;
   };
   const MagneticModel& model_;
-  std::map<std::pair<std::size_t, std::size_t>, Known> known_;  // by coil indices
+  std::map<std::pair<std::size_t, std::size_t>, Known> known_;  // key: indices of the two coils
 };
 
 }  // namespace loomstone

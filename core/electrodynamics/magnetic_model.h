@@ -57,7 +57,7 @@ struct CarriedMagnet {
 struct CarriedCoil {
   Coil coil;
   SourcePtr source;  // carries one ampere
-  RigidPose local;   // as in CarriedMagnet
+  RigidPose local;   // see CarriedMagnet::local
   Index carrier = 0;
 
   bool circuit() const { return coil.resistance > 0.0; }  // false: given current
@@ -75,7 +75,7 @@ struct MagneticRotor {
 
 struct MagneticModel {
   Vec3 gravity = Vec3::Zero(), field = Vec3::Zero();  // [m/s^2], [T]
-  double tolerance = 1e-4, substep = 0.15;            // as in MagneticScene
+  double tolerance = 1e-4, substep = 0.15;            // see MagneticScene
   std::vector<CarriedMagnet> magnets;
   std::vector<CarriedCoil> coils;
   // Indices of the coils with given currents, and of the coils in circuits.

@@ -18,7 +18,7 @@ namespace loomstone {
 struct MagneticStep {
   double start = 0.0, length = 0.0;           // [s]
   const Points &impulses, &angular_impulses;  // (b x 3), applied at the start [N s], [N m s]
-  const ObstaclePlaces &obstacles, &moved_obstacles;  // at the start and end
+  const ObstaclePlaces &obstacles, &moved_obstacles;  // positions at the start and at the end
 };
 
 // Cost and error of a step.

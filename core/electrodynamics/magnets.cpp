@@ -161,7 +161,7 @@ std::vector<MagneticBody> shown_magnets(const Team& team, const MagneticModel& m
   std::vector<MagneticBody> magnets = Magnets(model).at(team, places, coils).magnets;
   for (std::size_t i = 0; i < magnets.size(); ++i) {
     if (model.magnets[i].source || model.magnets[i].soft) continue;
-    const double radius = model.magnets[i].radius;  // of a sphere treated as a dipole
+    const double radius = model.magnets[i].radius;  // of a sphere treated as a point dipole [m]
     const Vec3 polarization =
         mu0 / (4.0 / 3.0 * pi * radius * radius * radius) * magnets[i].moment();
     magnets[i].source = std::make_shared<Sphere>(radius, polarization);

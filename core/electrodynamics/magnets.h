@@ -39,7 +39,8 @@ class Magnets {
   // Returns MagneticModel::group() of each magnet.
   const std::vector<Index>& groups() const { return groups_; }
   bool dipoles_only() const { return !soft_; }  // whether all induced magnets are dipoles
-  const Vector& polarizabilities() const { return polarizabilities_; }  // of induced dipoles
+  // Returns the polarizability of each induced dipole [A m^2/T].
+  const Vector& polarizabilities() const { return polarizabilities_; }
 
  private:
   std::vector<MagneticBody> hard(const std::vector<MagneticBody>& magnets) const;

@@ -18,7 +18,7 @@ class EventCollisions {
   // Changes the velocities of vertices and bodies at a tick. The positions are those predicted for
   // their next events, so they change with the velocities.
   virtual void act(const Team& team, Index tick, const EventMotion& motion) = 0;
-  // Does the same in an event of a queue, for the pairs that contain a listed vertex.
+  // Like act(), but in an event of a queue, and only for the pairs that contain a listed vertex.
   virtual void act_on(const std::vector<Index>& vertices, const EventMotion& motion) = 0;
 };
 

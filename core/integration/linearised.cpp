@@ -82,7 +82,7 @@ class LinearisedIntegrator final : public Integrator {
     StepInputs inputs;
     Scheme scheme;
     SchemeCoefficients c;
-    Index n;  // cloth vertices
+    Index n;  // number of cloth vertices
 
     bool has_terms() const { return inputs.terms && !inputs.terms->empty(); }
     // True if friction must be updated after a solve, because it depends on slip and normal force

@@ -70,7 +70,7 @@ class NewtonIntegrator final : public Integrator {
     const RowLayout& layout;
     StepInputs inputs;
     SchemeCoefficients c;
-    Index n;  // cloth vertices
+    Index n;  // number of cloth vertices
 
     double h() const { return inputs.step; }
     // [begin, end): cloth rows of this rank
@@ -119,8 +119,9 @@ class NewtonIntegrator final : public Integrator {
     return now_.norm;
   }
 
-  // Iterates until the residual relative to `scale` is below the tolerance. Friction limits use
-  // the normal forces at the start until the residual has fallen to the fraction roughly_known.
+  // Iterates until the residual relative to `scale` is below the tolerance. Friction limits use the
+  // normal forces at the start of the step until the residual has fallen to the fraction
+  // roughly_known.
   IntegrationReport iterate_to_tolerance(const Step& step, double scale) {
     const auto relative = [&] { return scale > 0.0 ? now_.norm / scale : 0.0; };
     IntegrationReport report;

@@ -130,7 +130,8 @@ void AggregationMultigrid::lay_out(const RowLayout& layout) {
   lay_out_ranks(layout);
 }
 
-// Sets the halo of nodes of other ranks and the layout of the message of gather_residual().
+// Sets the halo, which consists of nodes of other ranks, and the layout of the message of
+// gather_residual().
 void AggregationMultigrid::lay_out_ranks(const RowLayout& layout) {
   const int n_ranks = layout.communicator().size();
   std::vector<Index> first_nodes;
@@ -182,8 +183,9 @@ void AggregationMultigrid::prepare(const Team& team, const LinearSystem& system,
   factorise();
 }
 
-// Inverts the diagonal blocks of all levels. Must follow the summation of blocks, because the
-// identity blocks that it sets must not enter coarser levels. Collective.
+// Inverts the diagonal blocks of all levels. Blocks must have been summed to all levels before,
+// because this function replaces some blocks by the identity, which must not enter coarser levels.
+// Collective.
 bool AggregationMultigrid::invert(const RowLayout& layout) {
   const bool mine = std::all_of(levels_.begin(), levels_.end(),
                                 [](MultigridLevel& level) { return level.invert_diagonal(); });
@@ -237,7 +239,7 @@ void AggregationMultigrid::sum_rows(const Team& team, const LinearSystem& system
       4);
 }
 
-// Gathers the rows of the first replicated matrix.
+// Gathers the rows of the matrix of the first replicated level.
 void AggregationMultigrid::gather_matrix(const RowLayout& layout) {
   if (layout.single()) return;
   BlockMatrix& matrix = levels_[replicated_].matrix;
@@ -273,8 +275,8 @@ AggregationMultigrid::TermNodes AggregationMultigrid::nodes_of(const ExtraTerm& 
   return nodes;
 }
 
-// Returns the couplings between aggregates that only terms on owned rows couple, for example where
-// layers touch.
+// Returns the pairs of aggregates that terms on owned rows couple but the matrix does not, for
+// example where layers touch.
 AggregationMultigrid::Couplings AggregationMultigrid::couplings_of_terms(
     const LinearSystem& system) const {
   Couplings wanted;
@@ -297,7 +299,8 @@ AggregationMultigrid::Couplings AggregationMultigrid::couplings_of_terms(
 
 // Adds the couplings of terms. Couplings whose terms have vanished are kept until they are the
 // majority, because separated layers often touch again. Their blocks are zero, so they do not
-// change results. The ranks exchange couplings only if one of them needs other couplings.
+// change results. The ranks exchange couplings only if one of them lacks a coupling or has too many
+// couplings without terms.
 void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   if (!system.terms) return;
   const Communicator& ranks = system.layout->communicator();

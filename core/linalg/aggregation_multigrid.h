@@ -52,7 +52,7 @@ class AggregationMultigrid {
   // Number of slots. Each aggregate has one slot. Each block has one additional slot for rows
   // without an aggregate (fixed rows, bodies).
   Index n_slots() const { return n_nodes_ + n_blocks_; }
-  Index slot(Index row) const { return slot_[row]; }  // of an owned row or a row of the halo
+  Index slot(Index row) const { return slot_[row]; }  // row: owned or in the halo
   Index unused_slot(Index block) const { return n_nodes_ + block; }
 
   // Sums a vector v, stored by slices, over the rows of each slot of one block. The slices [first,
@@ -78,8 +78,8 @@ class AggregationMultigrid {
 
   // Computes the correction for the residual r. Returns the dot product of r and the correction,
   // computed as a sum over the levels: r . C r on the first level, with its symmetric smoother C,
-  // plus the dot product of residual and solution on the next. Adds `sum` over all ranks in the
-  // same exchange. Collective.
+  // plus the dot product of residual and solution on the next level. Adds `sum` over all ranks in
+  // the same exchange. Collective.
   template <class Scalar>
   double solve(const Team& team, const RowLayout& layout, BinnedSum& sum);
   std::size_t bytes() const {
@@ -96,7 +96,7 @@ class AggregationMultigrid {
   using Couplings = std::vector<std::pair<Index, Index>>;
   struct TermNodes;
 
-  static constexpr int n_sums = 2;  // number of sums sent with the residual of the blocks
+  static constexpr int n_sums = 2;  // number of sums that gather_residual() adds
 
   void lay_out(const RowLayout& layout);
   void lay_out_ranks(const RowLayout& layout);
@@ -117,7 +117,8 @@ class AggregationMultigrid {
 
   Aggregates aggregates_;  // of all rows
   Index n_nodes_ = 0, n_blocks_ = 0;
-  BlockMatrix plain_;  // matrix of the aggregates without terms; stores only the rows of owned_
+  // Matrix of the aggregates, without blocks of terms. It stores only the rows of owned_.
+  BlockMatrix plain_;
   // Pairs (first < second) of aggregates that only terms couple, in ascending order.
   Couplings couplings_;
   std::size_t n_owned_couplings_ = 0;  // number of couplings_ with an aggregate of this rank

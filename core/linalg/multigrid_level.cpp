@@ -21,7 +21,8 @@ constexpr double damping = 0.5;
 
 std::size_t node_at(Index node) { return 4 * static_cast<std::size_t>(node); }
 
-// Damped Jacobi sweep: z = B r with the blocks B, or z += B (r - t) if t is not null.
+// Damped Jacobi sweep with the damped inverse diagonal blocks B: z = B r, or z += B (r - t) if t is
+// not null.
 template <class>
 LOOMSTONE_INLINE void sweep(Index first, Index last, const float* inverse, const float* r,
                             const float* t, float* z) {
@@ -34,7 +35,7 @@ LOOMSTONE_INLINE void sweep(Index first, Index last, const float* inverse, const
   }
 }
 
-// Returns the sum of z . (2 r - t).
+// Returns the sum of z . (2 r - t) over the nodes [first, last).
 template <class>
 LOOMSTONE_INLINE double smoothed_dots(Index first, Index last, const float* r, const float* t,
                                       const float* z) {

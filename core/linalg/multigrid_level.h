@@ -28,7 +28,7 @@ struct MultigridLevel {
   std::vector<Index> child_start;
   std::vector<Index> target;        // (blocks) block of the next level that receives each block
   SlicedEllpack slices;             // layout of the rows of `owned`
-  CouplingMatrix<float> couplings;  // copy of these rows for the kernels
+  CouplingMatrix<float> couplings;  // copy of the rows of `owned` for the kernels
   // (nodes x 12) Damped inverse diagonal blocks. Columns are padded to four numbers.
   std::vector<float> inverse;
   // ((nodes + n_spare) x 4) The empty lanes of the slices refer to row n_nodes() of the solution,

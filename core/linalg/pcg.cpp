@@ -31,7 +31,7 @@ namespace {
 constexpr double trusted_fall = 3e-5;
 
 // Sets the inner and outer blocks. An outer block contains rows that terms or the matrix couple to
-// rows of other ranks, or other rows of terms.
+// rows of other ranks, or other rows on which terms act.
 void divide_blocks(PcgSolve& solve) {
   const RowLayout& layout = solve.loops.layout();
   PcgMemory& m = solve.memory;

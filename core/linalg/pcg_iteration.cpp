@@ -129,7 +129,8 @@ double iterate(PcgSolve& solve, Krylov<Scalar>& k, Start start, const StoppingRu
                int& iterations) {
   PcgMemory& m = solve.memory;
   if (start != Start::Resume) begin(solve, k, start == Start::Conjugate);
-  double length = 0.0;  // length of the last step along p, which is added to x when p changes
+  // Last step along p, in multiples of p. It is added to x when p changes, or at the end.
+  double length = 0.0;
   while (k.norm * m.b_norm > stop.norm && iterations < stop.max_iterations) {
     update_direction(solve, k, length);
     length = 0.0;

@@ -45,9 +45,9 @@ struct PcgMemory {
   TermRows terms;
   Halo halo;  // rows of other ranks that a product needs
   HaloExchange halo_exchange;
-  // Owned blocks whose products need only the matrix and owned rows, and the other owned blocks.
-  // The halo is exchanged during the products of the former. On one rank, all blocks are outer
-  // blocks.
+  // Inner blocks are owned blocks whose products need only the matrix and owned rows. Outer blocks
+  // are the other owned blocks. The halo is exchanged during the products of inner blocks. On one
+  // rank, all blocks are outer blocks.
   std::vector<Index> inner_blocks, outer_blocks;
   Preconditioner preconditioner;
   Krylov<float> single;

@@ -1,6 +1,17 @@
 #include "core/linalg/term_rows.h"
 
+#include "core/linalg/quad.h"
+
 namespace loomstone {
+
+namespace {
+
+LOOMSTONE_INLINE Quad quad_of(const Vec3& v) { return Quad{v[0], v[1], v[2], 0.0}; }
+
+LOOMSTONE_INLINE Quad wide(const Quad& a) { return a; }
+LOOMSTONE_INLINE Quad wide(const FloatQuad& a) { return __builtin_convertvector(a, Quad); }
+
+}  // namespace
 
 void TermRows::build(const ExtraTerms* terms, double scale, const RowLayout& layout) {
   scale_ = scale;
@@ -35,38 +46,64 @@ void TermRows::build(const ExtraTerms* terms, double scale, const RowLayout& lay
   // Filling has moved each start to the start of the next row. This loop restores the starts.
   for (Index row = layout.n_rows(); row > 0; --row) row_start_[row] = row_start_[row - 1];
   row_start_[0] = 0;
-  forces_.resize(hessians_.size());
+  forces_.resize(4 * hessians_.size());
+  // find_forces() adds the products of the first three columns in order. In row 2, the columns are
+  // rotated, so that products are added in the same order as by Eigen.
+  scaled_.assign(12 * hessians_.size(), 0.0);
+  for (std::size_t t = 0; t < hessians_.size(); ++t)
+    for (int column = 0; column < 3; ++column)
+      for (int row = 0; row < 3; ++row)
+        scaled_[12 * t + 4 * column + row] =
+            scale * hessians_[t](row, row < 2 ? column : (column + 1) % 3);
+}
+
+template <class Lanes, class Scalar>
+LOOMSTONE_INLINE void TermRows::find_forces(TermRows& rows, Index begin, Index end,
+                                            const Scalar* x) {
+  for (Index t = begin; t < end; ++t) {
+    Quad u{};
+    for (Index p = rows.part_start_[t]; p < rows.part_start_[t + 1]; ++p) {
+      const Part& part = rows.parts_[p];
+      const Quad v = wide(quad_load(x + 4 * static_cast<std::size_t>(part.row)));
+      u += part.arm < 0
+               ? part.weight * v
+               : quad_of(rows.entry(part.row, part.arm, part.weight).apply(Vec3(v[0], v[1], v[2])));
+    }
+    const double* const h = rows.scaled_.data() + 12 * static_cast<std::size_t>(t);
+    const Quad force = quad_load(h) * Quad{u[0], u[0], u[1], 0.0} +
+                       quad_load(h + 4) * Quad{u[1], u[1], u[2], 0.0} +
+                       quad_load(h + 8) * Quad{u[2], u[2], u[0], 0.0};
+    quad_store(rows.forces_.data() + 4 * static_cast<std::size_t>(t), force);
+  }
 }
 
 template <class Scalar>
 void TermRows::evaluate(const Team& team, const Scalar* x) {
   if (empty()) return;
-  parallel_for(
-      team, static_cast<Index>(hessians_.size()),
-      [&](Index t) {
-        Vec3 u = Vec3::Zero();
-        for (Index p = part_start_[t]; p < part_start_[t + 1]; ++p) {
-          const Part& part = parts_[p];
-          const Vec3 v =
-              Eigen::Map<const Eigen::Vector3<Scalar>>(x + 4 * static_cast<std::size_t>(part.row))
-                  .template cast<double>();
-          u += part.arm < 0 ? Vec3(part.weight * v)
-                            : entry(part.row, part.arm, part.weight).apply(v);
-        }
-        forces_[t] = scale_ * (hessians_[t] * u);
-      },
-      128);
+  parallel_ranges(team, static_cast<Index>(hessians_.size()), 128, [&](Index begin, Index end) {
+    LOOMSTONE_WIDEST(find_forces)(*this, begin, end, x);
+  });
 }
 
+// Not compiled for several instruction sets, because rows have too few terms for a call. The first
+// two components are added as a vector, which every x86-64 processor has.
 Vec3 TermRows::force(Index row) const {
-  Vec3 sum = Vec3::Zero();
+  QuarterLanes sum{};
+  double sum_z = 0.0;
   for (Index k = row_start_[row]; k < row_start_[row + 1]; ++k) {
     const Slot& slot = slots_[k];
-    const Vec3& force = forces_[slot.term];
-    sum += slot.arm < 0 ? Vec3(slot.weight * force)
-                        : entry(row, slot.arm, slot.weight).apply_transposed(force);
+    const double* const force = forces_.data() + 4 * static_cast<std::size_t>(slot.term);
+    if (slot.arm >= 0) {
+      const Vec3 of_body =
+          entry(row, slot.arm, slot.weight).apply_transposed(Vec3(force[0], force[1], force[2]));
+      sum += QuarterLanes{of_body[0], of_body[1]}, sum_z += of_body[2];
+      continue;
+    }
+    QuarterLanes first;
+    __builtin_memcpy(&first, force, sizeof first);
+    sum += slot.weight * first, sum_z += slot.weight * force[2];
   }
-  return sum;
+  return {sum[0], sum[1], sum_z};
 }
 
 template void TermRows::evaluate(const Team&, const double*);
@@ -77,6 +114,12 @@ Mat3 TermRows::diagonal(Index row) const {
   for (Index k = row_start_[row]; k < row_start_[row + 1];) {
     // A row can occur in a term more than once.
     const Index t = slots_[k].term;
+    const bool once = k + 1 == row_start_[row + 1] || slots_[k + 1].term != t;
+    if (once && slots_[k].arm < 0) {
+      const double weight = slots_[k++].weight;
+      sum += scale_ * weight * hessians_[t] * weight;
+      continue;
+    }
     Mat3 jacobian = Mat3::Zero();
     for (; k < row_start_[row + 1] && slots_[k].term == t; ++k)
       jacobian += entry(row, slots_[k].arm, slots_[k].weight).jacobian();

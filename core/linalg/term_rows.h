@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/base/aligned.h"
 #include "core/base/bytes.h"
 #include "core/linalg/extra_terms.h"
 #include "core/parallel/row_layout.h"
@@ -37,11 +38,12 @@ class TermRows {
   Mat3 diagonal(Index row) const;
 
   std::size_t bytes() const {
-    return bytes_of(hessians_, part_start_, parts_, arms_, forces_, row_start_, slots_, touched_);
+    return bytes_of(hessians_, part_start_, parts_, arms_, scaled_, forces_, row_start_, slots_) +
+           bytes_of(touched_);
   }
 
  private:
-  // An entry of a term. Most entries need no arm.
+  // An entry of a term. Only entries of rotation rows have an arm (see TermEntry).
   struct Part {
     Index row, arm;  // arm: index in arms_, or -1
     double weight;
@@ -54,12 +56,17 @@ class TermRows {
   TermEntry entry(Index row, Index arm, double weight) const {
     return {row, arm >= 0, weight, arm >= 0 ? arms_[arm] : Vec3(Vec3::Zero())};
   }
+  // Computes the forces of terms [begin, end). The results do not depend on Lanes.
+  template <class Lanes, class Scalar>
+  static void find_forces(TermRows& rows, Index begin, Index end, const Scalar* x);
 
   double scale_ = 0.0;
   std::vector<Mat3> hessians_;     // (copied terms), in ascending order
   std::vector<Index> part_start_;  // (terms + 1) first part of each term
   std::vector<Part> parts_;
-  std::vector<Vec3> arms_, forces_;
+  std::vector<Vec3> arms_;
+  AlignedDoubles scaled_;         // (terms x 3 x 4) scaled H, see build()
+  AlignedDoubles forces_;         // (terms x 4) force and a zero
   std::vector<Index> row_start_;  // (rows + 1) first slot of each row
   std::vector<Slot> slots_;       // slots of owned rows, sorted by row and term
   std::vector<Index> touched_;    // owned rows with slots, in ascending order

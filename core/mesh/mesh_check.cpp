@@ -29,7 +29,7 @@ std::string corners(const Triangles& triangles, Index t) {
 struct Side {
   Index low, high;
   Index triangle;
-  bool ascending;  // runs from low to high
+  bool ascending;  // true: the side runs from low to high
 
   bool same_edge(const Side& other) const { return low == other.low && high == other.high; }
 };

@@ -225,7 +225,7 @@ TriangleMesh funnel(double top_radius, double bottom_radius, double height, doub
   // surfaces of cone and tube meet in a mitre below the inner corner.
   const double slant = std::hypot(top_radius - bottom_radius, height);
   const double normal_r = height / slant, normal_z = -(top_radius - bottom_radius) / slant;
-  const double turn = std::atan2(normal_z, normal_r);  // in (-pi/2, 0)
+  const double turn = std::atan2(normal_z, normal_r);  // angle of the normal, in (-pi/2, 0) [rad]
   const double mitre = wall * std::tan(0.5 * turn);
   if (!(-mitre < tube_length)) {
     fail<InvalidInput>(

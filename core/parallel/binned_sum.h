@@ -1,6 +1,6 @@
-// Sum of numbers with bits that do not depend on the order of the additions [Ahrens2020]. Numbers
-// are split at fixed powers of 2^32. The parts of each power are added as integers, which is exact,
-// and only the four highest powers are kept. Ranks can therefore add their sums in any order.
+// Sum whose bits do not depend on the order in which numbers are added [Ahrens2020]. Numbers are
+// split at fixed powers of 2^32. The parts of each power are added as integers, which is exact, and
+// only the four highest powers are kept. Ranks can therefore add their sums in any order.
 #pragma once
 
 #include <array>

@@ -38,8 +38,8 @@ constexpr int host_length = 64;
 // Answer of a rank about itself.
 struct Answer {
   int call;        // number of the roll call; late answers may arrive during the next one
-  int waiting;     // 1 if it waits for other ranks, 0 if it computes
-  double seconds;  // duration of this wait or computation
+  int waiting;     // 1 if the rank waits for other ranks, 0 if it computes
+  double seconds;  // duration of this wait or computation [s]
 };
 
 std::int64_t ticks_now() { return Clock::now().time_since_epoch().count(); }
@@ -79,7 +79,7 @@ class MpiWatch::Thread {
   }
 
   ~Thread() {
-    if (!thread_.joinable()) return;  // MPI is finalised
+    if (!thread_.joinable()) return;  // MPI_Finalize has stopped the thread
     MPI_Comm_delete_attr(MPI_COMM_SELF, key_);
     MPI_Comm_free(&comm_);
   }
@@ -151,7 +151,8 @@ class MpiWatch::Thread {
     for (int other = 0; other < size_; ++other)
       if (other != rank_) ask(other);
     // Several ranks may exceed the time-out and call the roll at about the same time. The lowest of
-    // them ends the job. The others do so only if it has not done so after twice the patience.
+    // them ends the job. The others end it only if the lowest rank has not done so after twice
+    // `patience_`.
     for (const auto begin = Clock::now(); same_wait() && pause();) {
       answer_questions();
       collect(answers);

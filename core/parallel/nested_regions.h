@@ -1,4 +1,5 @@
-// Disables OpenMP parallel regions, for example those of other libraries, during its lifetime.
+// Disables OpenMP parallel regions, for example those of other libraries, during the lifetime of an
+// object.
 #pragma once
 
 namespace loomstone {

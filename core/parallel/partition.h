@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// Graph in compressed sparse row (CSR) format. The neighbours of vertex i are adjacent[start[i] ..
-// start[i+1]).
+// Graph in compressed sparse row (CSR) format. The neighbours of vertex i are the entries start[i]
+// to start[i + 1] - 1 of `adjacent`.
 struct Graph {
   std::vector<Index> start;
   std::vector<Index> adjacent;

@@ -12,7 +12,8 @@ namespace loomstone {
 
 namespace {
 
-// If each rank has a processor of its own, waits within a linear solve are shorter than this.
+// Polling time if LOOMSTONE_MPI_SPIN is not set. If each rank has a processor of its own, waits
+// within a linear solve are shorter than this time.
 constexpr WaitTime default_polling{100.0};
 // Waking up takes about 20 us, so shorter sleeps would save no processor time.
 constexpr WaitTime shortest_sleep{20.0};
@@ -20,7 +21,8 @@ constexpr WaitTime shortest_sleep{20.0};
 // processor.
 constexpr WaitTime longest_sleep{200.0};
 constexpr double sleep_share = 0.25;  // length of a sleep, as a fraction of the time waited
-// Waits for the next message of a linear solve are shorter than this.
+// If ranks share processors, a thread yields for at most this time before it sleeps. Waits for the
+// next message of a linear solve are shorter than this time.
 constexpr WaitTime longest_yielding{1000.0};
 
 std::atomic<bool> processors_are_shared = false;

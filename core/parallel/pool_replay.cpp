@@ -213,7 +213,7 @@ class Simulated {
 
   double answer(int rank, int to, double time) {
     Rank& own = ranks_[rank];
-    const std::size_t kept = own.stack.empty() ? 1 : 0;  // as in TaskPool
+    const std::size_t kept = own.stack.empty() ? 1 : 0;  // idle ranks keep one task
     if (own.pool.size() <= kept) {
       ++report_.refusals;
       return send(to, {0.0, Kind::Refusal, rank}, time);

@@ -32,7 +32,7 @@ struct Network {
 };
 
 struct ReplayReport {
-  double seconds = 0.0;   // until all ranks have all results [s]
+  double seconds = 0.0;   // time until all ranks have all results [s]
   double exchange = 0.0;  // part of `seconds` in which the ranks exchange results [s]
   double least_busy = 0.0, mean_busy = 0.0, most_busy = 0.0;  // time that ranks spend on tests [s]
   std::int64_t requests = 0, transfers = 0, refusals = 0, waves = 0;  // sums over ranks

@@ -8,7 +8,8 @@ namespace loomstone {
 
 bool threads_sleep() {
   static const bool sleep = [] {
-    const char* policy = std::getenv("OMP_WAIT_POLICY");  // libgomp reads it when it is loaded
+    // libgomp reads this variable once, when the library is loaded.
+    const char* policy = std::getenv("OMP_WAIT_POLICY");
     return policy && strcasecmp(policy, "passive") == 0;
   }();
   return sleep;

@@ -39,8 +39,8 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
     if (contacts[k].gap < deepest + (old[k] ? 2.0 : 1.0) * bearing * near) swap(n++, k);
   Vec3 mean = Vec3::Zero();
   for (std::size_t k = 0; k < n; ++k) mean += contacts[k].point / static_cast<double>(n);
-  // Moves the contact with the largest value to `place`. Among values within a fraction `ties` of
-  // each other, the first one wins.
+  // Moves the contact with the largest value to `place`. Values within a fraction `ties` of each
+  // other count as equal. Of equal values, the first is chosen.
   const auto bring = [&](std::size_t place, std::size_t end, double ties, const auto& value) {
     std::size_t chosen = place;
     double most = 0.0;
@@ -245,10 +245,10 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
   return farthest;
 }
 
-// A triangle's axis of least overlap is inadmissible if other triangles extend farther along it. It
-// still yields one contact if all triangles together overlap along it by no more than this triangle
-// does along its best admissible axis. Otherwise, the contacts have the direction of that
-// admissible axis.
+// The axis of least overlap of a triangle is not admissible if other triangles extend farther along
+// this axis. If the overlap of all triangles together along this axis is not larger than the
+// overlap of the triangle along its best admissible axis, the axis of least overlap still gives one
+// contact. Otherwise, the contacts have the direction of the best admissible axis.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

@@ -9,9 +9,9 @@
 namespace loomstone {
 
 struct HullContact {
-  Vec3 point;   // on the triangle [m]
-  Vec3 normal;  // from the triangle to the hull, unit length
-  double gap;   // along the normal, negative for overlaps [m]
+  Vec3 point;   // point on the triangle [m]
+  Vec3 normal;  // unit vector from the triangle to the hull
+  double gap;   // gap along the normal, negative for overlaps [m]
 
   Vec3 on_hull() const { return point + gap * normal; }
 };
@@ -45,8 +45,8 @@ class HullOnTriangles {
   struct Axis {
     Vec3 direction;
     double gap;
-    Index face = -1, edge = -1;  // of the hull; both -1 if the axis is the triangle's normal
-    bool met = true;             // false if a neighbouring triangle extends farther
+    Index face = -1, edge = -1;  // on the hull; both -1 if the axis is the triangle's normal
+    bool met = true;             // false if a neighbouring triangle extends farther along the axis
     Vec3 point = Vec3::Zero();   // contact point on the triangle; unused if the axis is its normal
   };
   // Returns the unit normal of a triangle, pointing to the side on which the hull is.

@@ -48,7 +48,7 @@ struct RigidBody {
         field("shape", &RigidBody::shape, "collision shape towards bodies and obstacles"),
         field("parts", &RigidBody::parts, "convex parts, for the shape parts"),
         field("density", &RigidBody::density, "kg/m^3", positive(),
-              "density, which counts if the mass is 0"),
+              "density, used if the mass is 0"),
         field("mass", &RigidBody::mass, "kg", non_negative(),
               "mass, spread evenly over the volume; 0: density times volume"),
         field("position", &RigidBody::position, "world position of the mesh's origin [m]"),

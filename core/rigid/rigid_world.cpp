@@ -27,15 +27,15 @@ struct RigidWorld::Data {
   std::vector<MassProperties> masses;
   std::vector<Mat3> principal;      // columns: Bullet's body axes in mesh axes
   std::vector<Vec3> moments;        // moments of inertia about these axes [kg m^2]
-  std::vector<Shapes> shapes;       // of each body
+  std::vector<Shapes> shapes;       // shapes of each body
   std::vector<double> inner_radii;  // half the smallest side of each body's bounding box [m]
   std::vector<std::size_t> stiff;   // indices of the obstacles of constant shape
-  std::vector<std::unique_ptr<ObstacleMesh>> obstacle_meshes;  // of the obstacles in `stiff`
-  std::vector<Facet> facets;                                   // of deforming obstacles
+  std::vector<std::unique_ptr<ObstacleMesh>> obstacle_meshes;  // meshes of the obstacles in `stiff`
+  std::vector<Facet> facets;                                   // facets of deforming obstacles
   ObstaclePlaces start_places, places;  // initial and current positions of obstacles
   std::unique_ptr<BulletEngine> engine;
   RigidState known;            // last state of the bodies, without contact points
-  double obstacle_work = 0.0;  // in the last step [J]
+  double obstacle_work = 0.0;  // work of obstacles in the last step [J]
 
   void add_body(const RigidBody& body, const std::string& where);
   void add_obstacle(const RigidObstacle& obstacle, const std::string& where);

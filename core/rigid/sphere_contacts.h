@@ -11,9 +11,9 @@
 namespace loomstone {
 
 struct SphereContact {
-  Vec3 on_sphere, on_other;  // [m]
-  Vec3 normal;               // from the other surface to the sphere, unit length
-  double gap;                // along the normal, negative for overlaps [m]
+  Vec3 on_sphere, on_other;  // points on the two surfaces [m]
+  Vec3 normal;               // unit vector from the other surface to the sphere
+  double gap;                // gap along the normal, negative for overlaps [m]
 };
 
 // Returns the contact of a sphere with another sphere.
@@ -49,7 +49,7 @@ class SphereOnTriangles {
   struct Near {
     Index triangle;
     Vec3 point;
-    double distance;   // from the centre of the sphere [m]
+    double distance;   // distance from the centre of the sphere [m]
     unsigned closest;  // bit k: corner k belongs to the closest feature of the triangle
   };
   // Fills near_ with the triangles within `reach` of the position `centre`.

@@ -39,7 +39,7 @@ class Stepping {
 }  // namespace
 
 struct Simulation::Data {
-  IntegratorOptions options;  // their step is a number, StepChoice::largest
+  IntegratorOptions options;  // step() is StepChoice::largest, even if steps are automatic
   StepChoice steps;
   std::map<std::string, std::string> digests;  // hashes of the fields of scene and options, by name
   Team team;

@@ -414,7 +414,7 @@ class ContactReport:
     @property
     def unresolved(self) -> int:
         """
-        impacts that certification leaves, even at 1/64 of the step [1]
+        impacts that certification leaves after the step has been divided into 1/64 [1]
         """
 
 class WithheldReport:
@@ -456,8 +456,6 @@ class WithheldReport:
 class AccountReport:
     """
     Work and losses since the start, or since the user wrote positions or velocities.
-
-    Work that scripted obstacles do on rigid bodies is not included.
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
@@ -468,12 +466,12 @@ class AccountReport:
     @property
     def balance(self) -> float:
         """
-        energy without that of contacts, less work, less its value at the start; in parts of the largest kinetic energy so far [1]
+        increase since the start of the energy (without that of contacts) minus the work, relative to the largest kinetic energy so far [1]
         """
     @property
     def contact_balance(self) -> float:
         """
-        the balance with the energy of contacts, less that at the start [1]
+        the same balance with the energy of contacts [1]
         """
     @property
     def damping(self) -> float:
@@ -1221,7 +1219,7 @@ class RigidBody:
     mesh : closed surface in the body's own frame
     shape : collision shape towards bodies and obstacles: sphere | box | convex (convex hull of the mesh) | parts (the convex meshes of parts); default 'convex'
     parts : convex parts, for the shape parts
-    density : density, which counts if the mass is 0 [kg/m^3]; > 0; default 1000.0
+    density : density, used if the mass is 0 [kg/m^3]; > 0; default 1000.0
     mass : mass, spread evenly over the volume; 0: density times volume [kg]; >= 0; default 0.0
     position : world position of the mesh's origin [m]
     orientation : unit quaternion (w, x, y, z), body to world
@@ -1303,7 +1301,7 @@ class RigidBody:
     @property
     def density(self) -> float:
         """
-        density, which counts if the mass is 0 [kg/m^3]; > 0; default 1000.0
+        density, used if the mass is 0 [kg/m^3]; > 0; default 1000.0
         """
     @property
     def friction(self) -> float:
@@ -1642,7 +1640,7 @@ class StrainLimit:
     weft_min : smallest strain along weft; -1: unlimited compression [1]; in [-1, 0]; default -1.0
     warp_min : smallest strain along warp; -1: unlimited compression [1]; in [-1, 0]; default -1.0
     shear_min : smallest shear strain e12; None: -shear [1]; <= 0
-    edge : largest elongation of an edge; if given, edges limit this cloth with every method; None: the smaller of weft and warp, with the method edges only [1]; >= 0
+    edge : largest elongation of an edge; if given, the edges of this cloth are limited with every method; None: with the method edges, the smaller of weft and warp [1]; >= 0
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1689,7 +1687,7 @@ class StrainLimit:
     @property
     def edge(self) -> float | None:
         """
-        largest elongation of an edge; if given, edges limit this cloth with every method; None: the smaller of weft and warp, with the method edges only [1]; >= 0
+        largest elongation of an edge; if given, the edges of this cloth are limited with every method; None: with the method edges, the smaller of weft and warp [1]; >= 0
         """
     @property
     def shear(self) -> float:
@@ -1831,7 +1829,7 @@ class Cloth:
     material : ClothMaterial
     rest : rest lengths: uv (lengths of the pattern: uv in metres [m]) | mesh (lengths of the mesh: uv give only the directions); default 'uv'
     rest_angles : rest angles between triangles: flat | mesh (those of the mesh as given); default 'flat'
-    bending : bending element: mid-edge (beam theory within 1 % along any direction) | hinge (off by up to 25 % along the axes of grids, 12 to 18 % in strips of 16 to 6 elements across on smoothed irregular meshes, a factor 2 at 45 degrees); default 'mid-edge'
+    bending : bending element: mid-edge (beam theory within 1 % along any direction) | hinge (wrong by up to 25 % along the axes of grids, by 12 to 18 % on smoothed irregular meshes, and by a factor of 2 at 45 degrees to a grid); default 'mid-edge'
     pins : indices of prescribed vertices: at rest, or moved by a script
     script_times : times of the script [s], ascending; empty: pins at rest
     script_positions : (times * pins x 3) positions of the pins [m], linearly interpolated
@@ -1911,7 +1909,7 @@ class Cloth:
     @property
     def bending(self) -> typing.Literal["mid-edge", "hinge"]:
         """
-        bending element: mid-edge (beam theory within 1 % along any direction) | hinge (off by up to 25 % along the axes of grids, 12 to 18 % in strips of 16 to 6 elements across on smoothed irregular meshes, a factor 2 at 45 degrees); default 'mid-edge'
+        bending element: mid-edge (beam theory within 1 % along any direction) | hinge (wrong by up to 25 % along the axes of grids, by 12 to 18 % on smoothed irregular meshes, and by a factor of 2 at 45 degrees to a grid); default 'mid-edge'
         """
     @property
     def friction(self) -> float:
@@ -2107,7 +2105,7 @@ class Obstacle:
 
 class Attachment:
     """
-    Two-way coupling that ties cloth vertices to a rigid body. It needs an implicit integrator; others raise Unsupported.
+    Two-way coupling that ties cloth vertices to a rigid body. It needs an implicit or asynchronous integrator; others raise Unsupported.
 
     Immutable; compared by value.
 
@@ -3610,7 +3608,7 @@ class RecordedTests:
 
 class RecordedLists:
     """
-    Work of one search on neighbour lists, which ranks divide by the costs of a step before.
+    Work of one search on neighbour lists, which ranks divide by the costs of an earlier step.
     """
     def __len__(self) -> int: ...
     def replay(
@@ -4303,7 +4301,7 @@ class Simulation:
         """
     def keep_collision_motion(self, keep: bool) -> None:
         """
-        Tells whether the motion that certification receives in each step is kept for collision_motion().
+        Sets whether the motion that certification receives in each step is kept for collision_motion().
         """
     def magnetic_forces(
         self,

@@ -73,7 +73,7 @@ COLUMNS = (
     "withheld",
     "stretch",
     "excess",
-    "substeps",
+    "parts",
     "seconds",
     "failure",
 )
@@ -122,7 +122,7 @@ def run(job: tuple[str, Step, float, int, float | None]) -> dict[str, object]:
     duration = given or duration
     sim = ls.Simulation(perturbed(scene, seed), integrator=integrator.replace(step=step), threads=1)
     frames = intersecting = unresolved = 0
-    withheld, stretch, excess, substeps, failure = 0.0, 1.0, 0.0, 1, ""
+    withheld, stretch, excess, parts, failure = 0.0, 1.0, 0.0, 1, ""
     start = time.perf_counter()
     try:
         for frame in sim.frames(duration=duration, rate=rate):
@@ -132,7 +132,7 @@ def run(job: tuple[str, Step, float, int, float | None]) -> dict[str, object]:
             withheld = max(withheld, frame.report.withheld.share)
             stretch = max(stretch, float(frame.stretch.max()))
             excess = max(excess, frame.report.limits.excess)
-            substeps = max(substeps, frame.report.parts)
+            parts = max(parts, frame.report.parts)
     except ls.SolverFailure as error:
         failure = str(error)
     seconds = time.perf_counter() - start
@@ -147,7 +147,7 @@ def run(job: tuple[str, Step, float, int, float | None]) -> dict[str, object]:
         withheld,
         stretch,
         excess,
-        substeps,
+        parts,
         round(seconds, 2),
         failure,
     )

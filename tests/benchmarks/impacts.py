@@ -4,7 +4,7 @@
     python tests/benchmarks/impacts.py --swing
 
 The first table has a row for each towel and step. `ratio` compares the largest stretch with that of
-steps of 0.25 ms. `gain` is the largest increase of the energy since the start, less the work done,
+steps of 0.25 ms. `gain` is the largest increase of the energy since the start, minus the work done,
 divided by the largest kinetic energy. It leaves out the energy of contacts, which `contact`
 includes. `end` is like `gain`, but at the end of the run. `parts` is the number of parts of steps,
 `shortest` the length of the shortest part [ms], and `cpu` the processor time [s].

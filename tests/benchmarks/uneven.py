@@ -3,12 +3,13 @@
     python tests/benchmarks/uneven.py [--triangles 2304 --fine 0.003 0.00166 --bending 1e-3
     --damping 1e-5 --duration 4]
 
-The first tables have the hat hung from a point of its brim, without collisions: updates of
-triangles and processor time of stepping per second of motion, and the factors by which both are
-larger with symplectic Euler at a step that is the same share of its limit of stability. With
-the default rigidity bending limits the steps at the tip; with `--bending 1e-5 --damping 0` the
-membrane does. The last table has the fall on the floor: processor time of stepping and of collision
-handling. Stepping of the nested schedule includes the contacts at events.
+In the first tables, the hat hangs from a point of its brim, without collisions. They list updates
+of triangles and processor time of stepping, both per second of motion. They also list by which
+factors both are larger with symplectic Euler, whose step is the same share of its limit of
+stability. With the default rigidity, bending limits the steps at the tip; with `--bending 1e-5
+--damping 0`, the membrane does. In the last table, the hat falls on the floor. It lists the
+processor time of stepping and of collision handling. Stepping of the nested schedule includes the
+contacts at events.
 """
 
 import argparse

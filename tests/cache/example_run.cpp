@@ -66,6 +66,10 @@ FrameTopology example_topology(int side, bool with_bodies) {
   return topology;
 }
 
+namespace {
+
+constexpr int steps_per_frame = 4;
+
 StepReport example_report(std::int64_t step) {
   const double x = static_cast<double>(step);
   StepReport report;
@@ -83,6 +87,8 @@ StepReport example_report(std::int64_t step) {
   report.time = 1e-3 * x;
   return report;
 }
+
+}  // namespace
 
 Frame example_frame(const FrameTopology& topology, int index) {
   const auto n_vertices = static_cast<Eigen::Index>(topology.cloth_of_vertex.size());
@@ -110,8 +116,6 @@ Frame example_frame(const FrameTopology& topology, int index) {
 }
 
 void write_example(FrameWriter& writer, const FrameTopology& topology, int index) {
-  for (int step = (index - 1) * steps_per_frame + 1; step <= index * steps_per_frame; ++step)
-    if (step > 0) writer.record(example_report(step));
   writer.write(example_frame(topology, index));
 }
 
@@ -151,6 +155,8 @@ bool same(const FrameTopology& a, const FrameTopology& b) {
          same_matrix(a.body_corner_uv, b.body_corner_uv);
 }
 
+namespace {
+
 bool same(const StepReport& a, const StepReport& b) {
   std::vector<double> numbers[2];
   for (const int i : {0, 1})
@@ -159,6 +165,8 @@ bool same(const StepReport& a, const StepReport& b) {
     });
   return same_bits(numbers[0], numbers[1]);
 }
+
+}  // namespace
 
 bool same(const Frame& a, const Frame& b) {
   return same_number(a.time, b.time) && a.step == b.step && same_matrix(a.positions, b.positions) &&

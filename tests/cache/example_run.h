@@ -26,15 +26,12 @@ class TemporaryDirectory {
 // a floor.
 FrameTopology example_topology(int side, bool with_bodies);
 Frame example_frame(const FrameTopology& topology, int index);
-StepReport example_report(std::int64_t step);
-inline constexpr int steps_per_frame = 4;
 
-// Writes frame `index` and the reports of its steps, which are those since the previous frame.
+// Writes the example frame `index`.
 void write_example(FrameWriter& writer, const FrameTopology& topology, int index);
 
 // Bitwise comparison.
 bool same(const FrameTopology& a, const FrameTopology& b);
 bool same(const Frame& a, const Frame& b);
-bool same(const StepReport& a, const StepReport& b);
 
 }  // namespace loomstone::testing

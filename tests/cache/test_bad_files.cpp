@@ -29,7 +29,6 @@ std::string message_of(const std::string& path) {
   try {
     FrameReader reader(path);
     for (int index = 0; index < reader.n_frames(); ++index) reader.frame(index);
-    reader.reports();
   } catch (const CacheError& error) {
     return error.what();
   }

@@ -31,10 +31,6 @@ TEST_CASE("a run is read back bit for bit, with and without bodies") {
     CHECK(same(reader.frame(index), example_frame(topology, index)));
     CHECK(reader.times()[static_cast<std::size_t>(index)] == example_frame(topology, index).time);
   }
-  const auto reports = reader.reports();
-  REQUIRE(reports.size() == (n_frames - 1) * steps_per_frame);
-  for (std::size_t i = 0; i < reports.size(); ++i)
-    CHECK(same(reports[i], example_report(static_cast<std::int64_t>(i) + 1)));
 }
 
 // tests/python/runs/test_cache_vtk.py reads this run with VTK's own reader and compares its values

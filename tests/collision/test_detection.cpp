@@ -139,6 +139,28 @@ TEST_CASE(
   CHECK(lists.n_made() <= 6 * static_cast<std::int64_t>(lists.lists().size()));
 }
 
+TEST_CASE(
+    "a sheet that falls freely in steps of 10 ms needs a search in at most every other step") {
+  const TestScene scene =
+      make_scene({{grid_cells(0.5, 0.5, 40, 40).moved(Vec3(0, 0, 1)), Kind::Cloth, 1.2e-3},
+                  {grid_cells(1.0, 1.0, 1, 1), Kind::Script, 1.2e-3}});
+  const std::vector<SurfacePair> pairs = surface_pairs(scene.model);
+  BroadPhase broad_phase(scene.model, pairs);
+  NeighbourLists lists(scene.model, pairs, broad_phase, *single_communicator());
+  const Index n = scene.model.surfaces[0].n_vertices;
+  const auto place = [&](int step) {
+    Points x = scene.x;
+    x.topRows(n).col(2).array() -= 0.5 * 9.81 * 1e-4 * step * step;
+    return x;
+  };
+  constexpr int steps = 40;
+  for (int step = 0; step < steps; ++step) {
+    lists.update(Team{1}, place(step));
+    lists.cover(Team{1}, place(step + 1));
+  }
+  CHECK(lists.n_searches() <= steps / 2);
+}
+
 TEST_CASE("impacts agree with a test of all pairs, with lists and without") {
   const TestScene scene = crowd();
   const CollisionModel& model = scene.model;

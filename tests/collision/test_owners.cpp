@@ -164,5 +164,5 @@ TEST_CASE("each neighbour list is on one rank, and costs are balanced after some
   }
   CHECK(all.size() == n_lists);
   CHECK(n_lists > 1000);
-  CHECK(4.0 * most < 1.3 * sum);  // above 1.25, lists are distributed again
+  CHECK(4.0 * most < 1.3 * sum);  // lists are distributed again above a ratio of 1.25
 }

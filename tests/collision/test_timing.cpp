@@ -14,8 +14,8 @@ using Kind = CollisionSurface::Kind;
 
 namespace {
 
-// Returns the processor time with one thread, because other programs hardly affect it, and the wall
-// time with several threads [ms].
+// Returns the wall time if there are several threads [ms]. For one thread, returns the processor
+// time [ms], which other programs hardly affect.
 double milliseconds(int threads) {
   if (threads == 1) {
     timespec t;

@@ -46,7 +46,6 @@ void read(const std::string& path, std::string_view bytes) {
   write(path, bytes);
   const FrameReader reader(path);
   for (int index = 0; index < reader.n_frames() && index < 4; ++index) reader.frame(index);
-  reader.reports();
 #else
   write(path, bytes);
   read_mesh(path);

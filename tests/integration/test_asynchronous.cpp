@@ -21,7 +21,8 @@ namespace {
 struct Springs {
   std::array<double, 2> mass = {2.0, 1.0}, x = {1.0, 2.0}, v = {0.0, 0.0};
 
-  // Force of a spring and of gravity on its masses of 1 kg at each vertex [N].
+  // Returns the forces on the two vertices [N]: the force of a spring, and gravity on the mass of 1
+  // kg that the spring contributes to each of its vertices.
   std::array<double, 2> force_of(int spring) const {
     const double gravity = -10.0;
     if (spring == 0) return {-100.0 * (x[0] - 1.0) + gravity, 0.0};
@@ -31,8 +32,8 @@ struct Springs {
 };
 
 struct NestedChain : Springs {
-  std::array<double, 2> step;  // of each level [s]
-  std::array<int, 2> level;    // of each spring
+  std::array<double, 2> step;  // step of each level [s]
+  std::array<int, 2> level;    // level of each spring
   std::array<std::array<double, 2>, 2> force = {};
 
   void measure(int first, bool) {
@@ -52,7 +53,7 @@ struct NestedChain : Springs {
 };
 
 struct QueueChain : Springs {
-  std::array<double, 2> steps;  // of each spring [s]
+  std::array<double, 2> steps;  // step of each spring [s]
   std::array<double, 2> time = {0.0, 0.0};
   std::vector<std::pair<Index, double>> events = {};
 

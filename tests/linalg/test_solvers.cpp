@@ -219,7 +219,8 @@ TEST_CASE("symmetric Gauss-Seidel needs fewer iterations than block-Jacobi") {
 namespace {
 
 // A grid of tiles x tiles patches of 11 x 11 rows. Rows are ordered patch by patch, as in a model.
-// Coarse levels pay off here, because springs and masses are equal and the load varies slowly.
+// Coarse levels are effective here, because springs and masses are equal and the load varies
+// slowly.
 RandomSystem smooth_system(Index tiles, double stiffness) {
   const Index side = 11 * tiles;
   const auto row_of = [&](Index r, Index c) {

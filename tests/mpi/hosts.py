@@ -60,7 +60,7 @@ class Hosts:
         return f"{self._prefix}n{node}"
 
     def inside(self, node):
-        """Returns words that run the command behind them on a host, without a further process."""
+        """Returns the words that, put before a command, run it on a host in the same process."""
         enter = ["nsenter", f"--net=/run/netns/{self.name(node)}", "unshare", "--uts"]
         return [*enter, "/bin/sh", "-c", f'hostname node{node}; exec "$0" "$@"']
 

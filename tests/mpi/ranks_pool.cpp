@@ -1,5 +1,5 @@
 // Task pools on real ranks: every test is performed once in each of 1,000 rounds, and every rank
-// asks for work, gives work away and refuses to.
+// requests work, gives work to others, and refuses requests.
 #include <chrono>
 
 #include "core/parallel/task_pool.h"

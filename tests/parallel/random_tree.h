@@ -23,7 +23,7 @@ class RandomTree {
   }
 
   Index size() const { return static_cast<Index>(children_.size()); }
-  // Deals out the roots: rank r starts with the roots r, r + n_ranks, ...
+  // Returns the roots with which a rank starts: r, r + n_ranks, ... for rank r.
   std::vector<NodeTest> roots(int rank, int n_ranks) const {
     std::vector<NodeTest> tests;
     for (Index root = rank; root < n_roots_; root += n_ranks) tests.push_back(test(root));

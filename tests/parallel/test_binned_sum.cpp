@@ -72,7 +72,7 @@ TEST_CASE("a binned sum of numbers of similar size is exact up to one rounding")
   for (const int scale : {-900, -30, 0, 900}) {
     const std::vector<double> numbers = numbers_of(1000, 10, 3);
     BinnedSum sum;
-    __int128 exact = 0;  // in units of 2^-74
+    __int128 exact = 0;  // exact sum in units of 2^-74
     for (const double number : numbers) {
       sum.add(std::ldexp(number, scale));
       exact += static_cast<__int128>(std::ldexp(number, 74));
@@ -86,7 +86,7 @@ TEST_CASE("the error of a binned sum is below n m 2^-95 plus one rounding") {
   std::mt19937 random(5);
   for (int round = 0; round < 200; ++round) {
     std::vector<double> numbers;
-    __int128 exact = 0;  // in units of 2^-120
+    __int128 exact = 0;  // exact sum in units of 2^-120
     for (int i = 0; i < 20; ++i) {
       const double large = numbers_of(1, 0, random())[0];
       const double small = std::ldexp(numbers_of(1, 0, random())[0], -static_cast<int>(i));

@@ -47,7 +47,7 @@ TEST_CASE("the time that threads spend in loops is reported for each thread") {
     double sum = 0.0;
     for (const double each : busy) {
       sum += each;
-      CHECK(each >= (threads == 1 ? 18e-3 : 2e-3));  // 2 ms: a third of the second loop
+      CHECK(each >= (threads == 1 ? 18e-3 : 2e-3));  // 2 ms: a third of the second loop's work
     }
     CHECK(sum >= 18e-3);
   }

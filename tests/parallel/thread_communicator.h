@@ -25,7 +25,7 @@ class ThreadCommunicators {
   std::shared_ptr<const Communicator> operator[](int rank) { return ends_[rank]; }
 
  private:
-  // Passes the messages of a mailbox that this object owns.
+  // Sends and receives through a mailbox that ThreadCommunicators owns.
   class Borrowed final : public Mailbox {
    public:
     explicit Borrowed(Mailbox& mailbox) : mailbox_(mailbox) {}

@@ -44,7 +44,8 @@ struct Forced {
   ~Forced() { unsetenv("LOOMSTONE_GL"); }
 };
 
-// Creates a renderer by "osmesa" or "egl". Returns null if this machine lacks the library.
+// Creates a renderer with the backend "osmesa" or "egl". Returns null if this machine cannot use
+// it.
 std::unique_ptr<Renderer> renderer_by(const char* backend, const DrapedScene& scene) {
   const Forced forced(backend);
   try {

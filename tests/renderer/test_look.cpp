@@ -34,7 +34,8 @@ RenderOptions square_options() {
   return options;
 }
 
-// Two by two pixels: red, green; blue, transparent.
+// Image of two by two pixels: red and green in the upper row, blue and transparent in the lower
+// row.
 std::shared_ptr<const TextureImage> four_colors() {
   return std::make_shared<const TextureImage>(
       TextureImage{2, 2, {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 0}});
@@ -106,8 +107,8 @@ TEST_CASE("a texture lies where its uv say, repeats by its width, and shows the 
 }
 
 TEST_CASE("a body has a texture by its uv", "[renderer]") {
-  // A square of two triangles, as a body. Its uv place the lower left pixel of the image, which is
-  // blue, on all of it.
+  // A square of two triangles, as a body. Its texture coordinates cover the whole square with the
+  // lower left pixel of the image, which is blue.
   DrapedScene scene;
   scene.topology.corner_uv.resize(0, 2);
   scene.topology.body_names = {"board"};
@@ -209,7 +210,7 @@ TEST_CASE("the depth of a plane is its analytic distance along the viewing direc
         continue;
       }
       ++floors;
-      CHECK(seen.id[at] == 3);  // after the cloth and the hidden ball
+      CHECK(seen.id[at] == 3);  // 1 is the cloth and 2 the hidden ball
       const Vec3 ray =
           forward + tangent * ((x + 0.5 - 160.0) / 90.0 * right + (90.0 - y - 0.5) / 90.0 * up);
       const double depth = (-0.30 - options.camera.eye.z()) / ray.z();

@@ -154,7 +154,7 @@ TEST_CASE("ambient occlusion only darkens", "[renderer]") {
       brighter += brightness(with, x, y) > brightness(without, x, y) + 3;
     }
   }
-  CHECK(darker > 200);  // in the hollow under the cloth and in its folds
+  CHECK(darker > 200);  // the hollow under the cloth and its folds
   CHECK(brighter == 0);
 }
 
@@ -174,7 +174,7 @@ TEST_CASE("every pattern, the wireframe, the floor and the number of samples cha
   CHECK(changed([](RenderOptions& o) { o.wireframe = true; }) > 1000);
   CHECK(changed([](RenderOptions& o) { o.floor = false; }) > 1000);
   CHECK(changed([](RenderOptions& o) { o.light_direction = Vec3(1, 0, 1); }) > 1000);
-  CHECK(changed([](RenderOptions& o) { o.samples = 1; }) > 100);  // at edges
+  CHECK(changed([](RenderOptions& o) { o.samples = 1; }) > 100);  // pixels at edges
 }
 
 TEST_CASE("a floor does not block the view: from below it is not drawn", "[renderer]") {

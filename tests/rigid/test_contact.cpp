@@ -67,8 +67,8 @@ TEST_CASE(
   CHECK(world.touching() == std::vector<std::uint8_t>{0, 0, 0, 0, 0});
   run(world, state, 1e-3, 1, 1);
   CHECK(world.touching() == std::vector<std::uint8_t>{1, 1, 0, 0, 0});
-  run(world, state, 1e-3, 9, 1);  // the third has fallen 0.5 mm, to 9.5 mm above the floor
-  CHECK(state.velocities(3, 2) < state.velocities(2, 2) + 0.05);  // the fifth stops the fourth
+  run(world, state, 1e-3, 9, 1);  // the third cube has fallen 0.5 mm, to 9.5 mm above the floor
+  CHECK(state.velocities(3, 2) < state.velocities(2, 2) + 0.05);  // the fifth cube stops the fourth
   CHECK(world.supported() == std::vector<std::uint8_t>{1, 1, 0, 0, 0});
   run(world, state, 1e-3, 60, 1);
   CHECK(world.supported() == std::vector<std::uint8_t>{1, 1, 1, 0, 0});

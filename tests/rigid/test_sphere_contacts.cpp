@@ -55,7 +55,7 @@ TEST_CASE("a plane of triangles is touched once, right below the centre, whereve
 TEST_CASE(
     "each wall of a corner is touched, an edge and a tip once, and features out of reach are not") {
   const TriangleMesh cube = box(1.0, 1.0, 1.0);
-  CHECK(contacts_on(cube, Vec3(0.45, 0.44, 0.43), 0.1, 0.0).size() == 3);  // from inside the cube
+  CHECK(contacts_on(cube, Vec3(0.45, 0.44, 0.43), 0.1, 0.0).size() == 3);  // the sphere is inside
   CHECK(contacts_on(cube, Vec3(0.45, 0.44, 0.0), 0.1, 0.0).size() == 2);
   const auto edge = contacts_on(cube, Vec3(0.53, 0.54, 0.1), 0.06, 0.0);
   REQUIRE(edge.size() == 1);
@@ -170,7 +170,7 @@ TEST_CASE("balls that bounce are thrown back where they touch, no sooner, and ke
 }
 
 TEST_CASE("a ball that passes others closely is not slowed down by them") {
-  // The balls pass at a gap of 0.3 mm. If a plane tangent to the other ball stood in its place, the
+  // The balls pass at a gap of 0.3 mm. If contacts replaced the other ball by a tangent plane, the
   // moving ball would be slowed down.
   RigidWorld world(
       {ball_at(Vec3(-0.02, 0.0103, 0), Vec3(2, 0, 0)), ball_at(Vec3::Zero(), Vec3::Zero())}, {},

@@ -27,7 +27,7 @@ inline RigidObstacle floor_of(double size, Index cells, double friction = 0.3) {
           Points(0, 3)};
 }
 
-// The same obstacle as a deforming surface, given by its vertices instead of a pose.
+// Returns the obstacle as a deforming surface, given by its vertices instead of a pose.
 inline RigidObstacle deforming(RigidObstacle obstacle) {
   obstacle.vertices = obstacle.mesh->vertices();
   return obstacle;

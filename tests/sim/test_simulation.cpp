@@ -142,7 +142,7 @@ TEST_CASE(
                     Catch::Contains("differ: integrator.step)"));
   CHECK_THROWS_WITH(Simulation(scene, step_of(2e-3, "bdf2"), 1).restore(kept),
                     Catch::Contains("differ: integrator.method)"));
-  other = scene;  // values that another machine may round differently
+  other = scene;  // the changes below are as small as rounding errors on another machine
   other.gravity *= 1.0 + 1e-15;
   other.gravity[0] += 1e-17;
   CHECK_NOTHROW(Simulation(other, step_of(2e-3), 1).restore(kept));

@@ -12,8 +12,8 @@ constexpr auto choices(BendingElement) {
   return std::array{
       ChoiceName{BendingElement::MidEdge, "mid-edge", "beam theory within 1 % along any direction"},
       ChoiceName{BendingElement::Hinge, "hinge",
-                 "off by up to 25 % along the axes of grids, 12 to 18 % in strips of 16 to 6 "
-                 "elements across on smoothed irregular meshes, a factor 2 at 45 degrees"}};
+                 "wrong by up to 25 % along the axes of grids, by 12 to 18 % on smoothed irregular "
+                 "meshes, and by a factor of 2 at 45 degrees to a grid"}};
 }
 
 }  // namespace loomstone

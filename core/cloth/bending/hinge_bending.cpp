@@ -81,11 +81,12 @@ class HingeBending final : public Bending {
   }
 
   double energy(const Team& team, const Points& x) const override {
-    hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, false, values_);
+    // Gradients are evaluated too, so that forces at the same positions use these values.
+    hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, true, values_);
     return parallel_sum(team, hinges_.n_hinges(), [&](Index e) {
-      // Energy of a hinge with the angle theta: V = c [2 cos(rest / 2) - 2 cos(theta / 2) - (theta
-      // - rest) sin(rest / 2)]. The difference of cosines is written as a product to be accurate
-      // for small angles.
+      // Energy of a hinge with the angle theta:
+      //   V = c [2 cos(rest / 2) - 2 cos(theta / 2) - (theta - rest) sin(rest / 2)].
+      // The difference of cosines is written as a product to be accurate for small angles.
       const double rest = hinges_.rest_angles()[e], difference = values_.difference[e];
       const double cosines =
           2.0 * std::sin(0.5 * rest + 0.25 * difference) * std::sin(0.25 * difference);

@@ -24,7 +24,7 @@ bool second_derivative(const Vec3& a, const Vec3& e, Direction& d) {
   const double alpha = a.dot(along);
   Vec3 t = a - alpha * along;
   const double eta = t.norm();
-  if (!(eta > 1e-12 * a.norm())) return false;  // same threshold as in hinge::angles
+  if (!(eta > 1e-12 * a.norm())) return false;  // hinge::angles has the same threshold
   t /= eta;
   const Vec3 n = along.cross(t);
   const Mat3 s = n * t.transpose() + t * n.transpose(), mixed = along * n.transpose();

@@ -217,7 +217,8 @@ double MidedgeBending::energy(const Team& team, const Points& x) const {
 void MidedgeBending::sum_energies(const Team& team, const Points& x, IndexRange triangles,
                                   double* sums) const {
   if (hinges_.n_hinges() == 0) return;
-  hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, false, values_);
+  // Gradients are evaluated too, so that forces at the same positions use these values.
+  hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, true, values_);
   const std::vector<Index> batches = all_of((n_triangles_ + lanes - 1) / lanes);
   energy_.resize(batches.size() * lanes);
   parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range,

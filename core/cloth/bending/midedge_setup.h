@@ -18,7 +18,7 @@ namespace loomstone::midedge {
 struct Element {
   int n_hinges = 0;
   std::array<Index, 9> hinge{};
-  std::array<Vec3, 9> curvature{};  // (kxx, kyy, 2 kxy) per angle [1/m]
+  std::array<Vec3, 9> curvature{};  // (kxx, kyy, 2 kxy) per hinge angle [1/m]
   // Rest area times rigidity, condensed so that moments across boundary edges vanish [N m^3].
   Mat3 rigidity = Mat3::Zero();
 };

@@ -25,7 +25,7 @@ struct Tables {
 // hinge.
 void moment_gradients(const Tables& tables, const Index* list, Index n, double* out);
 
-// Hinges that contribute to one row of blocks.
+// One row of 3 x 3 blocks of the stiffness matrix, and the hinges that contribute to it.
 struct Row {
   const Index* items;    // (n_items) 4 e + j: the row's vertex is the j-th vertex of hinge e
   const Index* offsets;  // (n_items) start of the hinge's moment gradients, counted in vertices

@@ -8,8 +8,8 @@
 namespace loomstone {
 
 EdgeLimiter::EdgeLimiter(const LimitedCloth& cloth) {
-  // An edge of a triangle with its rest length and bound. An edge between two triangles gets the
-  // mean of their two lengths and the tighter of their two bounds.
+  // An edge of a triangle, with its rest length [m] and the bound of its strain. An edge between
+  // two triangles gets the mean of its rest lengths in them and the tighter of their bounds.
   struct Side {
     Index a, b;
     double length, bound;

@@ -82,7 +82,7 @@ void LimitCheck::add_to(LimitReport& report, const limit::Tables& tables,
   double most = 0.0;
   report.squares.assign(elements_.n_limits(), 0.0);
   for (Index b = 0; b < elements_.n_batches(); ++b) {
-    if (excess_[b] == 0.0) continue;  // no violation, the usual case
+    if (excess_[b] == 0.0) continue;  // no excess, the usual case
     const limit::Bounds& bounds = tables.bounds[tables.bounds_of[b]];
     const double* strain = this->strain(b);
     for (Index lane = 0; lane < 8; ++lane) {

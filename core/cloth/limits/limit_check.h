@@ -21,7 +21,7 @@ struct BrokenLimit {
   double excess;  // amount by which the strain exceeds the limit
 };
 
-// Cost of a call of the limiter, and the violations that remain.
+// Cost of a call of the limiter, and the excess that remains.
 struct LimitReport {
   int sweeps = 0;                   // sweeps over all elements or over the active set
   std::int64_t evaluations = 0;     // strain evaluations, as many as a single rank would need
@@ -55,7 +55,7 @@ class LimitCheck {
     return strains_.data() + 24 * static_cast<std::size_t>(batch);
   }
 
-  // Adds the violations to `report`. The factor `unit` converts them to strains: it is 1 for
+  // Adds the excesses to `report`. The factor `unit` converts them to strains: it is 1 for
   // strains, and the length of the step for strain rates.
   void add_to(LimitReport& report, const limit::Tables& tables, const limit::Motion& motion,
               double unit) const;

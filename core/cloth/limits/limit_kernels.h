@@ -27,7 +27,7 @@ inline constexpr std::uint8_t two_held = 8;
 struct Motion {
   double* x;
   double* v;
-  double tolerance;  // excess that is not corrected; strain, or strain rate [1/s]
+  double tolerance;  // smaller excesses are not corrected; unit: 1 for strain, 1/s for strain rate
 };
 
 // Corrects the elements of the listed batches, one batch after another. Bit l of corrected[batch]

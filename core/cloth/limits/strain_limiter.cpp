@@ -219,8 +219,8 @@ std::vector<Index> StrainLimiter::by_thread(const Team& team,
 }
 
 // Performs a Jacobi sweep. The correction of an element is divided by the largest number of
-// corrected elements at any of its vertices. The plain sum (3.17) diverges, and scaling per vertex
-// would not conserve momentum.
+// corrected elements at any of its vertices. The plain sum, (3.17) of [Thomaszewski2010], diverges,
+// and scaling per vertex would not conserve momentum.
 std::int64_t StrainLimiter::sweep_jacobi(const Team& team, const limit::Tables& tables,
                                          const limit::Motion& motion, ActiveSet& active) {
   std::vector<Index> batches;

@@ -48,7 +48,7 @@ class StrainLimiter {
   LimitReport enforce_rate(const Team& team, std::uint64_t key, const Points& x, double h,
                            Points& v, bool measured = true);
 
-  // Reports the violations at x without moving anything.
+  // Reports the excess at x without moving anything.
   LimitReport measure(const Team& team, const Points& x);
 
  private:

@@ -39,8 +39,8 @@ struct StrainLimit {
               Limits{-std::numeric_limits<double>::infinity(), 0.0, false, true},
               "smallest shear strain e12; None: -shear"),
         field("edge", &L::edge, "1", non_negative(),
-              "largest elongation of an edge; if given, edges limit this cloth with every method; "
-              "None: the smaller of weft and warp, with the method edges only"));
+              "largest elongation of an edge; if given, the edges of this cloth are limited with "
+              "every method; None: with the method edges, the smaller of weft and warp"));
   }
   double least_shear() const { return shear_min.value_or(-shear); }
   double edge_bound() const { return edge.value_or(weft < warp ? weft : warp); }

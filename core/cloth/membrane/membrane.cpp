@@ -32,7 +32,8 @@ MembraneConstants membrane_constants(const ClothMaterial& material, const std::s
         "got {1}; raise {0}.viscosity_dilation to {2} or more",
         where, material.viscosity_dilation, -material.viscosity_shear);
   }
-  // These are the constants of (2.22), with E1 along weft and a12 = nu12 E2 / (1 - nu12 nu21).
+  // These are the constants of (2.22) in [Thomaszewski2010], with E1 along weft and a12 = nu12 E2 /
+  // (1 - nu12 nu21).
   return {material.weft_stiffness / determinant,
           material.warp_stiffness / determinant,
           nu12 * material.warp_stiffness / determinant,
@@ -78,7 +79,7 @@ void Membrane::make_tables(const Triangles& triangles, const std::vector<Corners
     const Corners2& c = corners[source];
     const Vec2 e1 = (c.row(1) - c.row(0)).transpose(), e2 = (c.row(2) - c.row(0)).transpose();
     const double twice_area = e1.x() * e2.y() - e1.y() * e2.x();
-    // Gradients of linear shape functions (2.27)-(2.29). They sum to zero.
+    // Gradients of linear shape functions, (2.27)-(2.29) of [Thomaszewski2010]. They sum to zero.
     const Vec2 g1(e2.y() / twice_area, -e2.x() / twice_area),
         g2(-e1.y() / twice_area, e1.x() / twice_area);
     const Vec2 g0 = -(g1 + g2);

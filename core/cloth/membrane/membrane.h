@@ -81,6 +81,7 @@ class Membrane {
   void set_phase(const double* phase, const std::uint8_t* in_phase) {
     phase_ = phase, in_phase_ = in_phase;
   }
+  bool in_phase() const { return phase_ != nullptr; }
 
   // Adds the potential that limits the strain modes of each triangle (m) to energy and forces, but
   // not to the Jacobian.

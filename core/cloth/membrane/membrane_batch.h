@@ -1,5 +1,5 @@
 // A batch of eight triangles in the form that the membrane kernels read, with its strain and
-// stress.
+// stress. Equations are those of [Thomaszewski2010].
 #pragma once
 
 #include "core/base/lane_vectors.h"

@@ -1,4 +1,5 @@
-// SIMD kernels of the membrane, in batches of eight triangles.
+// SIMD kernels of the membrane, in batches of eight triangles. Equations are those of
+// [Thomaszewski2010].
 #pragma once
 
 #include <cstdint>

@@ -10,8 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Minimum number of tasks. Node pairs are expanded from the roots until there are this many. The
-// value is the same for any number of threads.
+// Minimum number of tasks. Node pairs are expanded from the roots until there are this many tasks.
+// The value does not depend on the number of threads.
 constexpr std::size_t enough_tasks = 256;
 
 // Maximum number of pairs in a batch that is passed to the sink.
@@ -109,8 +109,8 @@ struct BroadPhase::Task {
   PairSearch::Nodes nodes;
 };
 
-// Expands pairs of nodes from the roots. Omits pairs whose node of the first tree has no cluster in
-// `first`.
+// Expands pairs of nodes from the roots. `first` is a range of clusters of the first tree. Omits
+// pairs whose node of the first tree contains no cluster of this range.
 std::vector<BroadPhase::Task> BroadPhase::deal_out(const std::vector<Index>& which,
                                                    IndexRange first) const {
   std::vector<Task> tasks, next;
@@ -150,7 +150,8 @@ std::vector<PairKey> BroadPhase::cluster_pairs(const Team& team, Index surface_p
       if (own.size() <= most) own.push_back(pair_key(a, b));
     });
   });
-  // Counting sort by the first cluster, then std::sort of each run by the second.
+  // Counting sort by the first cluster. std::sort then orders pairs with the same first cluster by
+  // the second one.
   const Index n_clusters = first.end - first.begin;
   std::vector<Index> start(n_clusters + 1, 0);
   for (const std::vector<PairKey>& own : of_task)

@@ -24,7 +24,7 @@ class ClusterMembers {
   std::size_t bytes() const { return bytes_of(start_, vertices_); }
 
  private:
-  // Cluster c has entries start_[c] to start_[c + 1] - 1.
+  // The vertices of cluster c are the entries start_[c] to start_[c + 1] - 1 of vertices_.
   std::vector<Index> start_{0}, vertices_;
 };
 

@@ -8,8 +8,8 @@ namespace loomstone {
 
 namespace {
 
-// Ranges are cut again if the most expensive one costs this many times the mean. Each cut moves
-// lists to other ranks, which must make them again. Our choice.
+// The ranges are cut again if the cost of the most expensive range exceeds this multiple of the
+// mean cost. Each cut moves lists to other ranks, which must make them again. Our choice.
 constexpr double worth_a_cut = 1.1;
 
 }  // namespace

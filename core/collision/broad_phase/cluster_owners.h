@@ -44,7 +44,7 @@ class ClusterOwners {
   // Index of the first entry of each surface pair in the list of all first clusters, and the length
   // of that list.
   std::vector<std::size_t> first_;
-  std::vector<std::size_t> cut_;  // start of each range, and the number of all first clusters
+  std::vector<std::size_t> cut_;  // (ranges + 1) start of each range, and end of the last range
   const bool rotates_;
   // Rank r owns the range (r + turn_) modulo the number of ranks. This rank owns the range part_.
   int turn_ = 0, part_;

@@ -253,7 +253,7 @@ std::size_t ClusterTree::n_slots() const {
 void ClusterTree::find_boxes(const Team& team, const std::vector<PackedSlabs>& vertices,
                              Index begin, Index end, std::vector<PackedSlabs>& boxes) const {
   parallel_ranges(team, end - begin, refit_grain, [&](Index first, Index last) {
-    // A cluster has one group of faces.
+    // A cluster has exactly one group of faces, so numbers of clusters are also numbers of groups.
     const FeatureGroups groups = {faces_.corners.data(), faces_.n_corners, begin + first,
                                   begin + last};
     LOOMSTONE_WIDEST(refit_features)(vertices.data(), groups, nullptr, boxes.data());
@@ -299,7 +299,7 @@ std::vector<PackedSlabs> ClusterTree::refit_all(const Team& team,
         });
   };
   refit(edge_features_, nullptr);
-  refit(faces_, boxes.data());  // a cluster has one group of faces
+  refit(faces_, boxes.data());  // each cluster has exactly one group of faces
   vertex_boxes_ = vertices.data();
   cluster_boxes_.assign(boxes.begin(), boxes.begin() + n_clusters_);
   set_nodes(team, boxes);
@@ -329,7 +329,7 @@ void ClusterTree::refit_features_of(const Team& team, const std::vector<std::uin
       [&](Index c) {
         if (!marked[c]) return;
         refit(edge_features_, edge_features_.group[c], edge_features_.group[c + 1], nullptr);
-        refit(faces_, c, c + 1, cluster_boxes_.data());  // a cluster has one group of faces
+        refit(faces_, c, c + 1, cluster_boxes_.data());  // group c contains the faces of cluster c
       },
       64);
 }

@@ -19,7 +19,10 @@ constexpr double steps_to_last = 12.0;
 constexpr double least_slack = 0.2, most_slack = 2.5;  // as fractions of the thickness
 constexpr double most_slack_of_edge = 0.6;             // as a fraction of the mean edge length
 constexpr double steps_ahead = 3.0;
-constexpr double margin = 1.0;  // as a fraction of half the thickness
+// The margin is 0.4 times the mean edge length, within these bounds [multiples of half the
+// thickness]. Automatic steps are long, so accelerations move vertices far from their expected
+// motion.
+constexpr double margin_of_edge = 0.4, least_margin = 1.0, most_margin = 8.0;
 // Lists are distributed again if the cost of one rank exceeds this multiple of the mean cost, but
 // at most once in `least_updates` updates. Our choice.
 constexpr double unbalanced = 1.25;
@@ -66,6 +69,7 @@ NeighbourLists::NeighbourLists(const CollisionModel& model, const std::vector<Su
       refit_(model, broad_phase, ranks),
       owners_(n_first_clusters(pairs, broad_phase), ranks),
       inflation_(model.surfaces.size(), 0.0),
+      margin_(model.surfaces.size(), std::numeric_limits<double>::infinity()),
       still_(model.n_vertices),
       still_at_x_(model.n_vertices),
       vertices_(model.n_vertices),
@@ -80,13 +84,11 @@ NeighbourLists::NeighbourLists(const CollisionModel& model, const std::vector<Su
   }
 }
 
-double NeighbourLists::margin_of(Index surface) const { return margin * inflation_[surface]; }
-
 bool NeighbourLists::updated_at(const Points& x) const {
   return x_.rows() == x.rows() && std::memcmp(x_.data(), x.data(), sizeof(double) * x.size()) == 0;
 }
 
-void NeighbourLists::find_slacks(const Points& x) {
+void NeighbourLists::find_slacks_and_margins(const Points& x) {
   for (const SurfacePair& pair : pairs_) {
     double sum = 0.0;
     Index n = 0;
@@ -95,9 +97,12 @@ void NeighbourLists::find_slacks(const Points& x) {
         sum += (x.row(model_.edges(e, 0)) - x.row(model_.edges(e, 1))).norm();
         ++n;
       }
-    most_slack_.push_back(
-        std::max(most_slack * pair.thickness, n > 0 ? most_slack_of_edge * sum / n : 0.0));
+    const double mean = n > 0 ? sum / n : 0.0;
+    most_slack_.push_back(std::max(most_slack * pair.thickness, most_slack_of_edge * mean));
+    for (const Index s : {pair.a, pair.b}) margin_[s] = std::min(margin_[s], margin_of_edge * mean);
   }
+  for (std::size_t s = 0; s < margin_.size(); ++s)
+    margin_[s] = std::clamp(margin_[s], least_margin * inflation_[s], most_margin * inflation_[s]);
 }
 
 // Finds the motions of the clusters in the lists of this rank.
@@ -124,7 +129,7 @@ bool NeighbourLists::as_expected(const Team& team, const Points& x, double ahead
   std::atomic<bool> all{true};
   for (std::size_t s = 0; s < model_.surfaces.size(); ++s) {
     const CollisionSurface& surface = model_.surfaces[s];
-    const double most = margin_of(static_cast<Index>(s)) - rounding, most2 = most * most;
+    const double most = margin_[s] - rounding, most2 = most * most;
     const Index first = std::max(surface.first_vertex, share.begin),
                 last = std::min(surface.first_vertex + surface.n_vertices, share.end);
     if (first >= last) continue;
@@ -172,7 +177,7 @@ void NeighbourLists::search(const Team& team, const Points& x1) {
       team, x_,
       [&](Index s, Index v) {
         const std::size_t at = 3 * static_cast<std::size_t>(v);
-        return packed(slabs_of(from_.data() + at, to_.data() + at, inflation_[s] + margin_of(s)));
+        return packed(slabs_of(from_.data() + at, to_.data() + at, inflation_[s] + margin_[s]));
       },
       n_searches_ % 8 == 0);
   for (std::size_t s = 0; s < formed.size(); ++s) {
@@ -323,7 +328,7 @@ void NeighbourLists::update(const Team& team, const Points& x) {
   const bool first = x_.rows() != x.rows();
   bool again = first || refit_.other_trees();
   if (again) lists_.clear(), ended_.clear();
-  if (first) x_ = x, find_slacks(x);
+  if (first) x_ = x, find_slacks_and_margins(x);
   before_.swap(x_);
   x_ = x;
   still_at_x_.clear();

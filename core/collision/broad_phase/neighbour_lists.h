@@ -40,7 +40,7 @@ struct NeighbourList {
   // or to the expected step if cluster pairs have been searched. After cover(), it applies to the
   // motion from the last update() to x1.
   double change = 0.0;
-  double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` [m]
+  double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` in `near` [m]
   float cost = 0.0f;     // estimated cost of this list since lists were distributed [ns]
   float seconds = 0.0f;  // measured time of work on this list [s]; see time_work()
   std::vector<NearPair> near = {};
@@ -148,8 +148,7 @@ class NeighbourLists {
   void find_motions(const Team& team, const Points& x0, const Points& x1);
   double change_bound(const NeighbourList& list) const;
   bool as_expected(const Team& team, const Points& x, double ahead) const;
-  double margin_of(Index surface) const;
-  void find_slacks(const Points& x);
+  void find_slacks_and_margins(const Points& x);
   void search(const Team& team, const Points& x1);
   void distribute();
   void keep_or_add(const std::vector<std::vector<PairKey>>& found,
@@ -174,9 +173,12 @@ class NeighbourLists {
   // Base distance and largest slack of each surface pair [m].
   std::vector<double> base_, most_slack_;
   std::vector<double> inflation_;  // inflation of the vertex boxes of each surface [m]
-  Points x_, before_;              // positions of the last update() and of the one before it
-  Points from_, to_;               // expected motion in the last search for cluster pairs
-  // Boxes of vertices at rest at x_. Only those of the vertices in `still_at_x_` are up to date.
+  // Largest distance of the vertices of each surface from their expected motion [m].
+  std::vector<double> margin_;
+  Points x_, before_;  // positions of the last update() and of the one before it
+  Points from_, to_;   // expected motion in the last search for cluster pairs
+  // Box of each vertex at its position in x_, without motion. Only the boxes of the vertices in
+  // `still_at_x_` are up to date.
   std::vector<PackedSlabs> still_;
   VertexSet still_at_x_;
   VertexSet vertices_;

@@ -6,7 +6,7 @@ namespace loomstone {
 
 namespace {
 
-// Returns the number of cloth vertices, which come first.
+// Returns the number of cloth vertices. They are the first vertices of the model.
 Index n_cloth_vertices(const CollisionModel& model) {
   Index n = 0;
   for (const CollisionSurface& surface : model.surfaces)
@@ -139,8 +139,8 @@ void PartitionTrees::add_root_test(Index a, Index b, std::vector<NodeTest>& test
 
 std::vector<NodeTest> PartitionTrees::top_level(int rank, int n_ranks) const {
   std::vector<NodeTest> tests;
-  std::int64_t dealt = 0;  // top-level tests that have been dealt out
-  // Deals out the next `n` tests: calls add(i) for each test i that belongs to this rank.
+  std::int64_t dealt = 0;  // number of top-level tests that have been assigned to ranks
+  // Assigns the next `n` tests to ranks: calls add(i) for each test i that belongs to this rank.
   const auto deal = [&](Index n, auto&& add) {
     for (std::int64_t i = (rank - dealt % n_ranks + n_ranks) % n_ranks; i < n; i += n_ranks)
       add(static_cast<Index>(i));

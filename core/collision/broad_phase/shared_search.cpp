@@ -33,7 +33,7 @@ SharedSearch::SharedSearch(const CollisionModel& model, const std::vector<Surfac
 
 void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, const Take& take) {
   const bool still =
-      &motion.x0 == &motion.x1;  // boxes of motions do not show how compact trees are
+      &motion.x0 == &motion.x1;  // only boxes at rest show whether a tree is still compact
   trees_.refit(team, motion, still);
   scratch_.resize(std::max(1, team.threads));
   const TaskPool::Perform perform = [&](int thread, const NodeTest& test,

@@ -71,7 +71,7 @@ class SharedSearch {
   // Time of the last search on this rank, from the end of the update of boxes to the end of
   // gather() [s].
   double seconds() const { return seconds_; }
-  std::size_t result_bytes() const { return result_bytes_; }  // of the last gather() [bytes]
+  std::size_t result_bytes() const { return result_bytes_; }  // size of the last result [bytes]
   // Memory of the hierarchies, which every rank stores [bytes].
   std::size_t hierarchy_bytes() const { return trees_.bytes(); }
 

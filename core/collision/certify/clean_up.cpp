@@ -14,7 +14,7 @@ namespace {
 // targets, a strip twisted at six turns per second became tangled.
 constexpr double target_gap = 0.2, next_target = 0.25;
 constexpr int most_sweeps = 12;
-constexpr double tolerance = 1e-3;  // relative to the target gap
+constexpr double tolerance = 1e-3;  // largest gap change in the last sweep / target gap
 
 bool before(const ImpulseContact& a, const ImpulseContact& b) {
   return std::tie(a.kind, a.key) < std::tie(b.kind, b.key);

@@ -60,8 +60,9 @@ class Displacements {
   Points& x1_;
   const Vector& inverse_mass_;
   FreeBodies& bodies_;
-  // (n x 3) Requested displacement of each vertex, and displacement of each unit with its carrier
-  // [m]. For a body, the latter is the displacement of its centre.
+  // (n x 3) wanted_ contains the requested displacement of each vertex [m]. carry_ contains the
+  // displacement of each unit with its carrier [m], which is that of the centre if the unit is a
+  // body.
   Points wanted_, carry_;
   std::vector<double> share_;   // (n) fraction of relative motion that a unit keeps
   std::vector<Index> carrier_;  // (n) carrier of each unit: index of a surface, `none` or `local`

@@ -31,8 +31,8 @@ Vec3 weighted(const Contact& contact, const Points& field) {
 
 // Largest slope of a normal force, in units of the effective mass of the contact divided by the
 // square of the step. Our choice. With 1e6, cloth catches on pins that drag it along. Without a
-// bound, one in fifty of such runs ends because the system is not positive definite in single
-// precision.
+// bound, one in fifty simulations of such pins ends because the system is not positive definite in
+// single precision.
 constexpr double rigid = 1e8;
 
 // The signed gap at which the force law is evaluated, and the gap below which the law is extended

@@ -73,8 +73,8 @@ class ContactTerms {
 struct ContactEnergyInputs {
   const Points& x;             // (n x 3) [m]
   const Points& x0;            // (n x 3) start of the motion that ends at x, or x itself [m]
-  const Vector& inverse_mass;  // as in ContactInputs
-  const Points& forces;        // as in ContactInputs
+  const Vector& inverse_mass;  // (n) inverse masses of cloth vertices, 0 if prescribed [1/kg]
+  const Points& forces;        // see ContactInputs::forces
   int n_parts = 1;             // number of equal parts of the motion from x0 to x
 };
 

@@ -88,7 +88,7 @@ bool outdone(const CollisionModel& model, const Contact& contact, const Contact&
 }
 
 // Keeps only the nearest contact of each vertex with a smooth surface. Distance and interpolated
-// normal are then continuous across faces. The first face wins ties.
+// normal are then continuous across faces. Of several equally near contacts, the first is kept.
 void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& contacts) {
   const auto surface = [&](const Contact& c) { return model.surface_of_triangle[c.b]; };
   std::vector<Contact> kept;

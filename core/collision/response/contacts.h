@@ -18,13 +18,13 @@ inline constexpr std::size_t bytes_of_found_contact = 80;
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    NeighbourLists& lists);
-// Collective. Returns the same contacts. Uses no lists. Instead, the ranks divide the traversal of
-// the trees of `search` among themselves.
+// Collective. Returns the same contacts as the function above, but uses no lists. Instead, the
+// ranks divide the traversal of the trees of `search` among themselves.
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    SharedSearch& search);
-// Returns the same contacts. Not collective: the calling rank searches all surface pairs without
-// lists. `broad_phase` must search the tasks of all ranks.
+// Returns the same contacts as the functions above. Not collective: the calling rank searches all
+// surface pairs without lists. `broad_phase` must search the tasks of all ranks.
 std::vector<Contact> find_contacts_alone(const Team& team, const CollisionModel& model,
                                          const std::vector<SurfacePair>& pairs, const Points& x,
                                          BroadPhase& broad_phase);

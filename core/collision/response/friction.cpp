@@ -89,7 +89,8 @@ std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const Col
     if (exact != anchors.end() && !by_a(key, *exact)) {
       found = &*exact;
     } else {
-      // Selects the neighbour with the largest normal force. The first one wins ties.
+      // Selects the neighbour with the largest normal force, or the first of several such
+      // neighbours.
       const auto consider = [&](const Anchor& anchor, Index theirs, Index ours) {
         if (found && anchor.normal_force <= found->normal_force) return;
         if (neighbours(model, contact.kind, theirs, ours)) found = &anchor;

@@ -15,7 +15,8 @@ struct ContactInputs {
   double step;                 // h [s]
   Index n_cloth;               // number of cloth vertices; rows of bodies follow
   const Vector& inverse_mass;  // (n) inverse masses of cloth vertices, 0 if prescribed [1/kg]
-  // (n_cloth x 3) elastic and external forces on cloth at the start; 0 rows: not known [N]
+  // (n_cloth x 3) elastic and external forces on cloth at the start [N]; 0 rows if they are not
+  // known
   const Points& forces;
 };
 

@@ -9,8 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// Width of the zone around a contour, as a number of edges. In it, pairs with the part that has
-// passed through are ignored.
+// Width of the zone around a contour, as a number of edges. In this zone, pairs of a feature of the
+// part that has passed through and a feature of another part are ignored.
 constexpr int rounds_around = 2;
 // The surface of a part that has passed through is retracted as a whole if all of these hold:
 //   the contour is at least `least_length` times as long as the square root of the surface's area;
@@ -104,7 +104,8 @@ void TangleFinder::cut_along(const Points& x, std::span<Piercing* const> contour
   const bool open = separates_nothing(contour, cut.part) && are_disjoint(contour, cut.part);
   if (open) split_by_side(x, contour, area, cut);
   refine_sizes(x, contour, cut);
-  // The only part that moves back, or -1 if at each piercing the smaller of its parts moves back.
+  // The only part that moves back, or -1 if the smaller of the two parts at each piercing moves
+  // back.
   const int only = open ? smallest_part(contour, cut) : -1;
   std::vector<std::uint8_t> came_through(cut.size.size(), 0);
   for (Piercing* const p : contour) {
@@ -129,14 +130,15 @@ void TangleFinder::cut_along(const Points& x, std::span<Piercing* const> contour
   retract(x, contour, area, cut, tangle);
 }
 
-// Adds the retraction of the smallest part that the contour cuts off, if the three conditions at
-// `least_length` hold and the contour lies between two surfaces that are not connected.
+// Adds the retraction of the smallest part that the contour cuts off, if the three conditions in
+// the comment on `least_length` hold and the contour lies between two surfaces that are not
+// connected.
 void TangleFinder::retract(const Points& x, std::span<Piercing* const> contour,
                            const std::vector<double>& area, const Cut& cut, Tangle& tangle) const {
   const int part = smallest_part(contour, cut);
   if (part < 0 || !are_disjoint(contour, component_)) return;
   Retraction retraction;
-  Index inner = -1, outer = -1;  // components
+  Index inner = -1, outer = -1;  // the two connected surfaces of the retraction
   double length = 0.0, weight = 0.0;
   for (const Piercing* const p : contour) {
     length += p->segment;

@@ -19,7 +19,7 @@ class AttachedBodies {
   // Ends the interval: sets velocities of the bodies (2 b x 3) and their poses.
   void finish(const StepInputs& inputs, Points& body_velocity) const;
 
-  // Applies a fraction `share` of the impulses of the loads on the bodies in the interval.
+  // Applies to the bodies the fraction `share` of the impulses of their loads in the interval.
   void load(double share);
   // Transfers to a body the momentum that its vertices have received from impulses, and then sets
   // the velocities of the vertices to those of the body. The positions and the pose are those

@@ -130,7 +130,8 @@ ElementSteps::ElementSteps(const ClothModel& model, const Asynchronous& options,
     element.tension_eigenvalue =
         scale * Eigen::SelfAdjointEigenSolver<Mat2>(gradients).eigenvalues().maxCoeff();
     element.safety = options.given_safety();
-    if (options.limit == StepLimit::Inradius) {  // (4.26), as a fraction of the stability limit
+    if (options.limit == StepLimit::Inradius) {
+      // The bound (4.26) of [Thomaszewski2010], as a fraction of the stability limit.
       const double time = rest[t].inradius * std::sqrt(density / wave_stiffness(material));
       element.safety *= 0.5 * time * std::sqrt(element.eigenvalue);
     }

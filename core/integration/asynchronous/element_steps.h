@@ -71,7 +71,7 @@ class ElementSteps {
   Vector at_rest_, at_;
   Points x_, green_;  // positions at which strains were last computed, and these strains
   Vector stretch_, tension_;
-  std::vector<LimitPhases> phases_;  // (m) at x_
+  std::vector<LimitPhases> phases_;  // (m) phases at x_
   Points next_x_, next_green_;
   Vector next_stretch_;
 };

@@ -33,8 +33,8 @@ class BendingGroup {
   double damping() const { return damping_; }   // largest bending damping beta [s]
 
   // A change of velocities by the forces times h [s]. If `start` is true, damping acts on the
-  // present velocities. Otherwise, it acts on the mean velocities over the time `since` [s] since
-  // the last kick.
+  // present velocities. Otherwise, it acts on the mean velocities since the last kick, which took
+  // place `since` [s] ago.
   struct Kick {
     double h, since;
     bool start;

@@ -61,8 +61,7 @@ class LevelMembrane {
   Membrane membrane_;
   std::vector<Index> order_;      // triangles of the batches
   std::vector<Index> batches_;    // 0, 1, 2, ...
-  std::vector<Index> batch_end_;  // (levels) end of the batches of a level, which begin where those
-                                  // of the next finer level end
+  std::vector<Index> batch_end_;  // (levels) end of the batches of a level; the finest comes first
   std::vector<Index> slot_start_;
   std::vector<Slot> slots_;  // triangles at each vertex, finest level first
   std::vector<std::uint8_t> vertex_levels_;

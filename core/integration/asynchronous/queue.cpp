@@ -233,7 +233,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   Points rates_;
   std::vector<std::uint8_t> entered_;  // see membrane::Tables; empty without limits
   std::vector<BendingGroup> groups_;
-  Vector own_;                      // (m) steps of bending [s]; empty: it acts at membrane events
+  Vector own_;                      // (m) bending steps [s]; empty: bending acts at membrane events
   std::vector<Index> group_of_;     // (m) group that acts at the events of each triangle; -1: none
   std::vector<double> group_step_;  // steps of the groups with events of their own [s]
 
@@ -242,7 +242,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   ClothState* state_ = nullptr;
   Vector time_, body_time_, element_step_;
   std::vector<Index> corners_;
-  std::int64_t events_ = 0;  // of triangles
+  std::int64_t events_ = 0;  // number of events of triangles
 };
 
 }  // namespace

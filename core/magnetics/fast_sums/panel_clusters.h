@@ -12,7 +12,7 @@
 namespace loomstone {
 
 struct PanelCluster {
-  Vec3 centre;                   // of the bounding box [m]
+  Vec3 centre;                   // centre of the bounding box [m]
   double radius = 0.0;           // half the diagonal of the bounding box [m]
   double reach = 0.0;            // largest FlatPanel::reach of its panels [m]
   Index begin = 0, end = 0;      // range of its panels in the order of the clusters

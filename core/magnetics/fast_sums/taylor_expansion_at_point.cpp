@@ -9,7 +9,7 @@ namespace loomstone {
 namespace {
 
 constexpr int most_powers = TaylorExpansion::highest_order + 1;
-constexpr int below = 2;  // number of leading zeros, for powers -2 and -1
+constexpr int below = 2;  // number of zeros before x^0, in place of the powers -2 and -1
 
 // Writes x^k / k! to out[k + below].
 LOOMSTONE_INLINE void powers_of(double x, int n, double* out) {

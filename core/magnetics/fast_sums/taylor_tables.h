@@ -38,10 +38,10 @@ struct TaylorTables {
   std::vector<Power> powers;             // one for each place
   std::vector<int> next[3];              // place with the exponent of an axis raised by one
   std::vector<int> rows;                 // all places, sorted by powers of y, z, x
-  std::vector<Derivative> derivatives;   // for slim places
-  std::vector<Trace> derivative_traces;  // for places with a z exponent of 2
+  std::vector<Derivative> derivatives;   // one for each slim place
+  std::vector<Trace> derivative_traces;  // one for each place with a z exponent of 2
   std::vector<std::uint16_t> products;   // place of n + m for multi-indices n and m in `slim`
-  std::vector<Trace> traces;             // for all places that are not slim, sorted by z exponent
+  std::vector<Trace> traces;             // one for each non-slim place, sorted by z exponent
   std::vector<Shift> moment_shifts, local_shifts;
 };
 

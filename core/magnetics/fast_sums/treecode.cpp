@@ -14,7 +14,7 @@ namespace loomstone {
 namespace {
 
 constexpr double k = mu0 / (4.0 * pi);
-constexpr Index leaf_size = 32;  // at most points_per_block
+constexpr Index leaf_size = 32;  // must not exceed points_per_block
 constexpr Index n_samples = 128;
 
 // Two cells are far apart if the sum of their radii is less than `opening` times the distance
@@ -31,12 +31,12 @@ constexpr Setting settings[] = {{3, 0.7, 2e-2},  {4, 0.65, 7e-3},   {5, 0.6, 2.5
                                 {9, 0.52, 6e-5}, {9, 0.5, 4e-5},    {10, 0.45, 8e-6},
                                 {11, 0.4, 1e-6}, {13, 0.4, 1e-7},   {14, 0.35, 7e-9}};
 constexpr int n_settings = 12;
-constexpr double spare = 0.75;  // safety factor for dipole sets with slightly larger errors
+constexpr double spare = 0.75;  // safety factor, as other dipole sets can have larger errors
 // Minimum number of observers for which controlled() first tests a setting on the leaves that
 // contain samples. At 100,000 observers, the test takes a tenth of the time of a pass, and at more
 // observers a smaller share. In a tenth of the cases, the setting is not accurate enough, and the
-// test saves a whole pass. The test therefore pays off beyond 100,000 observers. The limit is twice
-// as large.
+// test saves a whole pass. On average, the test therefore saves time beyond 100,000 observers. The
+// minimum is twice as large.
 constexpr Index worth_a_look = 200000;
 
 // Marks the cells that contain any of the rows.

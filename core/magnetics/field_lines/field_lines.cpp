@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/message.h"
+#include "core/magnetics/forces/overlap.h"
 
 namespace loomstone {
 
@@ -30,13 +31,33 @@ constexpr std::array<std::array<double, 6>, 6> stages = {{
 constexpr std::array<double, 7> error_weights = {
     71.0 / 57600, 0.0, -71.0 / 16695, 71.0 / 1920, -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
 
+// Thickness of the layer around bodies with charged panels, as a fraction of their radius [1]. The
+// field so close to the surface shows the pattern of the panels, and lines would wind along their
+// borders. A line that enters the layer therefore ends at the nearest point of the surface.
+constexpr double layer_thickness = 2e-3;
+
 struct Solid {
   const Source* source;
   RigidPose pose;
   Mat3 rotation;
-  bool holds(const Vec3& point) const {
+  double layer = 0.0;  // [m]
+
+  explicit Solid(const MagneticBody& body)
+      : source(body.source.get()), pose(body.pose), rotation(rotation_matrix(pose.orientation)) {
+    if (source->charged_panels()) layer = layer_thickness * source->radius();
+  }
+  bool holds(const Vec3& point) const { return depth(point) > 0.0; }
+  bool nearly_holds(const Vec3& point) const { return layer > 0.0 && depth(point) > -layer; }
+  Vec3 on_surface(const Vec3& point) const {
     const Vec3 local = rotation.transpose() * (point - pose.position);
-    return local.norm() <= source->radius() * (1.0 + 1e-9) && source->depth(local) > 0.0;
+    return point + source->depth(local) * (rotation * outward_normal(*source, local));
+  }
+
+ private:
+  double depth(const Vec3& point) const {
+    const Vec3 local = rotation.transpose() * (point - pose.position);
+    const bool far = local.norm() > source->radius() * (1.0 + 1e-9) + layer;
+    return far ? -INFINITY : source->depth(local);
   }
 };
 
@@ -44,8 +65,9 @@ struct Solid {
 struct Tracer {
   Vec3 x = Vec3::Zero(), tangent = Vec3::Zero();  // current position, tangent at the seed
   double sign = 1.0, step = 0.0, length = 0.0;
-  Index origin = 0;                                 // index of the seed
-  bool inside = false, away = false, done = false;  // in a body, away from its seed, ended
+  Index origin = 0;                    // index of the seed
+  bool inside = false, close = false;  // in a body, in its layer or in it
+  bool away = false, done = false;     // away from its seed, ended
   LineEnd end = LineEnd::length;
   std::vector<Vec3> points;
   std::array<Vec3, 7> k = zeros();  // tangents at the stages
@@ -76,15 +98,15 @@ class LineTracing {
   LineTracing(const Team& team, const std::vector<MagneticBody>& bodies, const LineOptions& options)
       : team_(team), bodies_(bodies), options_(options) {
     for (const MagneticBody& body : bodies)
-      if (body.source->box())
-        solids_.push_back({body.source.get(), body.pose, rotation_matrix(body.pose.orientation)});
+      if (body.source->box()) solids_.emplace_back(body);
   }
 
   void run(std::vector<Tracer>& lines) {
     std::vector<Tracer*> active;
     for (Tracer& line : lines) {
       line.points.push_back(line.x);
-      line.inside = holder(line.x) != nullptr;
+      line.inside = holder(line.x, &Solid::holds) != nullptr;
+      line.close = holder(line.x, &Solid::nearly_holds) != nullptr;
       line.step = 1e-3 * options_.extent;
       active.push_back(&line);
     }
@@ -108,10 +130,24 @@ class LineTracing {
   }
 
  private:
-  const Solid* holder(const Vec3& point) const {
+  using Test = bool (Solid::*)(const Vec3&) const;
+  const Solid* holder(const Vec3& point, Test holds) const {
     for (const Solid& solid : solids_)
-      if (solid.holds(point)) return &solid;
+      if ((solid.*holds)(point)) return &solid;
     return nullptr;
+  }
+
+  // Ends a line at the first point at(t) that a body holds, where t is in (low, high]. A body holds
+  // at(high).
+  template <class At>
+  Vec3 end_at_body(Tracer& line, double low, double high, Test holds, At&& at) const {
+    for (int i = 0; i < 40; ++i) {
+      const double middle = 0.5 * (low + high);
+      (holder(at(middle), holds) ? high : low) = middle;
+    }
+    line.stop(LineEnd::body);
+    const Vec3 point = at(high);
+    return holds == &Solid::holds ? point : holder(point, holds)->on_surface(point);
   }
 
   // Evaluates one stage of all lines: the unit vector along or against the field at the position
@@ -155,18 +191,15 @@ class LineTracing {
     for (int part = 1; part <= parts && !line.done; ++part) {
       const auto at = [&](double t) { return hermite(line.x, line.k[0], y, line.k[6], h, t); };
       Vec3 point = part == parts ? y : at(static_cast<double>(part) / parts);
-      const bool inside = holder(point) != nullptr;
-      if (inside && !line.inside) {  // bisect to find the surface
-        double low = static_cast<double>(part - 1) / parts,
-               high = static_cast<double>(part) / parts;
-        for (int i = 0; i < 40; ++i) {
-          const double middle = 0.5 * (low + high);
-          (holder(at(middle)) ? high : low) = middle;
-        }
-        point = at(high);
-        line.stop(LineEnd::body);
-      }
-      line.inside = inside;
+      const bool inside = holder(point, &Solid::holds) != nullptr,
+                 close = holder(point, &Solid::nearly_holds) != nullptr;
+      const double from = static_cast<double>(part - 1) / parts,
+                   to = static_cast<double>(part) / parts;
+      if (close && !line.close)
+        point = end_at_body(line, from, to, &Solid::nearly_holds, at);
+      else if (inside && !line.inside)
+        point = end_at_body(line, from, to, &Solid::holds, at);
+      line.inside = inside, line.close = close;
       line.length += (point - before).norm();
       // The second term accounts for the deviation of chords from the curve.
       const double near = 20.0 * allowed + 0.2 * finest * (point - before).norm();

@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t most_cells = 4000000;
 
 const CellMagnet& checked_cells(const MagneticBody& body) {
-  const CellMagnet* magnet = cells_of(body);
+  const CellMagnet* magnet = body.source->cell_magnet();
   if (!magnet) throw InvalidInput("body must have cells, got one without; make it by cells()");
   return *magnet;
 }
@@ -153,10 +153,6 @@ std::vector<Index> CellMagnet::front(const Vec3& low, const Vec3& high,
       if (cell.children[k] >= 0) open.push_back(cell.children[k]);
   }
   return chosen;
-}
-
-const CellMagnet* cells_of(const MagneticBody& body) {
-  return dynamic_cast<const CellMagnet*>(body.source.get());
 }
 
 CellTable cell_level(const MagneticBody& body, Index level) {

@@ -49,8 +49,9 @@ class CellMagnet final : public Source {
     return {"cells", {{"density", density_}, {"separation", separation_}}, {}, magnet_};
   }
 
+  const CellMagnet* cell_magnet() const override { return this; }
   const std::vector<Cell>& cells() const { return cells_; }  // the first one is the root
-  double leaf_diameter() const { return diameter_; }         // v^(1/3) [m]
+  double leaf_diameter() const { return diameter_; }         // cube root of the leaf volume [m]
   // Returns the front towards a box whose pose is given in this body's axes. It consists of the
   // coarsest cells that are far enough from the box for their size.
   std::vector<Index> front(const Vec3& low, const Vec3& high, const RigidPose& pose) const;
@@ -65,9 +66,6 @@ class CellMagnet final : public Source {
   DipoleSet leaves_{Points(0, 3), Points(0, 3)};
   std::shared_ptr<const ExpandedField> expanded_;  // field of the leaves, or null
 };
-
-// Returns the cells of a body, or null if it has none.
-const CellMagnet* cells_of(const MagneticBody& body);
 
 // Positions and moments of cells in world axes.
 struct CellTable {

@@ -38,7 +38,7 @@ double calibrated(double difference, double force, double gap) {
 std::vector<Wrench> wrenches(const MagneticBody& induced, const MagneticBody& by,
                              const Vec3& centre) {
   if (const auto mine = mean_charges(induced), others = mean_charges(by); mine && others) {
-    const auto& panels = dynamic_cast<const ChargedPanels&>(*induced.source);
+    const ChargedPanels& panels = *induced.source->charged_panels();
     const Vec3 arm = induced.pose.position - centre;
     std::vector<Wrench> result =
         panel_wrenches(mine->set, induced.pose, {mine->charges, panels.panel_errors()}, *others);

@@ -66,7 +66,7 @@ LOOMSTONE_INLINE Lanes integral(const Arms<Lanes>& a, int i, int j, int k, int a
     return 0.25 * z * (z * z - y * y - 2.0 * x * x) * a.log[axis] - x * y * z * a.log[other] +
            0.5 * y * (z * z - x * x) * a.angle[i] + 0.75 * x * z * a.r;
   }
-  if (i != j && j != k && i != k) {  // axis is i
+  if (i != j && j != k && i != k) {  // `axis` is equal to i
     const Lanes &x = a.x[i], &y = a.x[j], &z = a.x[k];
     return x * y * z * a.log[i] + z * (0.5 * x * x - z * z / 6.0) * a.log[j] +
            y * (0.5 * x * x - y * y / 6.0) * a.log[k] -

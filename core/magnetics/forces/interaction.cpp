@@ -139,7 +139,7 @@ std::vector<bool> add_single_dipoles(const Team& team, const std::vector<Magneti
   std::vector<Index> rows;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const DipoleSet* set = bodies[i].source->dipoles();
-    single[i] = set && set->positions().rows() == 1 && !cells_of(bodies[i]);
+    single[i] = set && set->positions().rows() == 1 && !bodies[i].source->cell_magnet();
     if (single[i]) rows.push_back(static_cast<Index>(i));
   }
   Points x(rows.size(), 3), m(rows.size(), 3), arms(rows.size(), 3);
@@ -289,7 +289,7 @@ Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double to
                        double least) {
   check_tolerance(tolerance);
   check_pair(on, by);
-  if (cells_of(on) && cells_of(by)) {
+  if (on.source->cell_magnet() && by.source->cell_magnet()) {
     if (integrate_over_first(on, by)) return cell_wrench(on, by);
     return reaction(cell_wrench(by, on), by, on);
   }

@@ -12,8 +12,8 @@
 namespace loomstone {
 
 struct Wrench {
-  Vec3 force = Vec3::Zero();   // [N]
-  Vec3 torque = Vec3::Zero();  // about the centre of the body [N m]
+  Vec3 force = Vec3::Zero();   // force [N]
+  Vec3 torque = Vec3::Zero();  // torque about the centre of the body [N m]
   // Estimated error of the force and of torque / radius due to integration [N]; see also
   // charge_error.h.
   double error = 0.0;
@@ -29,7 +29,7 @@ Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double to
 struct KnownField {
   MagneticBody body;
   Points points;           // (n x 3) [m]
-  FieldAndGradient there;  // in world axes
+  FieldAndGradient there;  // field and gradient at the points, in world axes
 };
 
 // Returns the wrench on every body exerted by all others. The error of each pair is at most

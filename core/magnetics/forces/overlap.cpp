@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/message.h"
+#include "core/magnetics/forces/wires.h"
 
 namespace loomstone {
 
@@ -82,22 +83,26 @@ bool overlap(const MagneticBody& a, const MagneticBody& b) {
   return enters(a, b, rounding) || enters(b, a, rounding);
 }
 
+Vec3 outward_normal(const Source& solid, const Vec3& point) {
+  // The normal is minus the gradient of the depth, here by central differences.
+  const double reach = 1e-6 * solid.radius();
+  Vec3 outward;
+  for (int c = 0; c < 3; ++c) {
+    const Vec3 step = reach * Vec3::Unit(c);
+    outward[c] = solid.depth(point - step) - solid.depth(point + step);
+  }
+  return outward.isZero(0.0) ? outward : outward.normalized();
+}
+
 Vec3 moved_outside(const Source& solid, const Vec3& point) {
   const auto box = solid.box();
   if (!box || (point - box->first).minCoeff() < 0.0 || (box->second - point).minCoeff() < 0.0)
     return point;
   const double depth = solid.depth(point);
   if (depth < 0.0) return point;
-  // The outward normal is minus the gradient of the depth, here by central differences. `above` is
-  // far larger than rounding errors of the field's closed forms.
-  const double reach = 1e-6 * solid.radius(), above = 1e-9 * solid.radius();
-  Vec3 outward;
-  for (int c = 0; c < 3; ++c) {
-    const Vec3 step = reach * Vec3::Unit(c);
-    outward[c] = solid.depth(point - step) - solid.depth(point + step);
-  }
-  if (outward.isZero(0.0)) return point;
-  return point + (depth + above) * outward.normalized();
+  // Distance above the surface, far larger than rounding errors of the field's closed forms.
+  const double above = 1e-9 * solid.radius();
+  return point + (depth + above) * outward_normal(solid, point);
 }
 
 void check_no_overlap(const std::vector<MagneticBody>& bodies,
@@ -114,12 +119,19 @@ void check_no_overlap(const std::vector<MagneticBody>& bodies,
   std::vector<std::pair<std::size_t, std::size_t>> found;
   for (std::size_t i = 0; i < order.size(); ++i) {
     const MagneticBody& body = bodies[order[i]];
-    const double right = body.pose.position.x() + body.source->radius();
+    // The margin includes wires that touch each other.
+    const double right = body.pose.position.x() + (1.0 + 1e-5) * body.source->radius();
     for (std::size_t k = i + 1; k < order.size() && left[order[k]] < right; ++k)
-      if (overlap(body, bodies[order[k]])) found.push_back(std::minmax(order[i], order[k]));
+      if (overlap(body, bodies[order[k]]) || wires_meet(body, bodies[order[k]]))
+        found.push_back(std::minmax(order[i], order[k]));
   }
   if (found.empty()) return;
   const auto [first, second] = *std::min_element(found.begin(), found.end());
+  if (wires_meet(bodies[first], bodies[second]))
+    fail<InvalidInput>(
+        "thin wires must lie apart, because the force between them is infinite where they meet, but "
+        "{} meets {}; move one of them",
+        names[first], names[second]);
   fail<InvalidInput>("magnets must lie apart to exert forces, but {} overlaps {}; move one of them",
                      names[first], names[second]);
 }

@@ -15,11 +15,14 @@ namespace loomstone {
 // tested.
 bool overlap(const MagneticBody& a, const MagneticBody& b);
 
+// Returns the outward normal of the surface of a solid source next to a point that is close to it,
+// or zero in the centre of the source. Both are in the axes of the source.
+Vec3 outward_normal(const Source& solid, const Vec3& point);
 // Returns `point` if it lies outside a solid source, and otherwise the nearest point just above its
 // surface. Both are in the axes of the source [m].
 Vec3 moved_outside(const Source& solid, const Vec3& point);
 
-// Throws InvalidInput if two bodies overlap. The message names the first such pair. `names`
+// Throws InvalidInput if two bodies overlap or two thin wires meet. The message names the first such pair. `names`
 // contains the names of the bodies.
 void check_no_overlap(const std::vector<MagneticBody>& bodies,
                       const std::vector<std::string>& names);

@@ -113,7 +113,7 @@ Total total_of(const std::vector<Leaf>& leaves) {
 
 // Bisects leaves with more than their share of the error until the total meets the tolerance.
 Total adapt(const Integrand& integrand, double tolerance, double least) {
-  // `n` is the number of points in each direction. Higher orders pay off at small tolerances.
+  // `n` is the number of points in each direction. Higher orders are faster at small tolerances.
   const int n = tolerance >= 1e-3 ? 5 : tolerance >= 1e-6 ? 7 : 10;
   std::vector<Leaf> leaves(integrand.panels.size());
   Index evaluations = 0;

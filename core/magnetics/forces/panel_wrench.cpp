@@ -73,8 +73,7 @@ struct GridWrenches {
 
 std::optional<PlacedCharges> mean_charges(const MagneticBody& body) {
   const SourcePtr means = body.source->panel_means();
-  const Source* source = means ? means.get() : body.source.get();
-  const auto* panels = dynamic_cast<const ChargedPanels*>(source);
+  const ChargedPanels* panels = (means ? means : body.source)->charged_panels();
   if (!panels) return std::nullopt;
   return PlacedCharges{panels->set(), panels->uniform_charges(), body.pose};
 }

@@ -16,7 +16,7 @@ struct CoarseMagnet {
   std::shared_ptr<const Points> positions;  // (n x 3) dipoles in the axes of the source [m]
   double moment = 0.0;                      // moment of each dipole [A m^2]
   double size = 0.0;                        // edge of each part [m]; 0 for point dipoles
-  bool soft_sphere = false;                 // see SoftSphere
+  bool soft_sphere = false;                 // true: magnetises along the field; see SoftSphere
 };
 
 CoarseMagnet coarse_magnet(const Source& source);
@@ -45,7 +45,7 @@ struct SoftSphere {
   Vec3 position, moment;  // [m], [A m^2]
   double radius;          // [m]
 };
-// Adds the contribution of the forces between soft spheres.
+// Adds the contribution of the forces between soft spheres to `frequencies2`.
 void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres,
                              const std::vector<Carrier>& carriers,
                              std::vector<double>& frequencies2);

@@ -116,8 +116,9 @@ bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, cons
   if (polarization == 0.0) return false;
   const double chi = original.shape->susceptibility(), field = applied.dot(moment.normalized());
   // Let H_0 be the applied field, N the demagnetisation factor and M_s the saturation
-  // magnetisation. H = H_0 - N M and M = chi H / (1 + chi H / M_s) give N x^2 - (1/chi + N + h) x +
-  // h = 0, where x = M / M_s and h = H_0 / M_s.
+  // magnetisation. H = H_0 - N M and M = chi H / (1 + chi H / M_s) give
+  //   N x^2 - (1/chi + N + h) x + h = 0
+  // with x = M / M_s and h = H_0 / M_s.
   const double n = (field - polarization / now.shape->susceptibility()) / polarization;
   const double h = field / original.saturation, b = 1.0 / chi + n + h;
   const double x = 2.0 * h / (b + std::sqrt(std::max(b * b - 4.0 * n * h, 0.0)));
@@ -193,7 +194,7 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
 
 void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                  const std::vector<std::string>& names) {
-  constexpr double rounding = 1e-6;  // relative to the size, because bodies may touch
+  constexpr double rounding = 1e-6;  // tolerated depth / radius, because bodies may touch
   for (std::size_t i = 0; i < soft.size(); ++i) {
     const Points& samples = soft[i].shape->samples();
     Points world(samples.rows(), 3);

@@ -11,8 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// Number of levels of refinement. Each has twice the points of the previous one in both directions,
-// at most 512 around the winding.
+// Number of levels of refinement. Each level has twice as many points as the previous one along the
+// winding and around it, but at most 512 around it.
 constexpr int finest = 6;
 
 // A winding about its own z axis, with turns in |z| <= length / 2.
@@ -41,9 +41,10 @@ struct Path {
   Mat3 rotation;
 };
 
-// Adds the integral of the vector potential of `by` along one circle of the path at the height z.
-// The midpoint rule has `around` points. `share` is the current of the winding times the length
-// that each point represents [A m].
+// Adds to `sum` the integral of the vector potential of `by` along the circle of the path at the
+// height z. The circle is divided into `around` equal arcs, and the potential is evaluated at the
+// middle of each arc. `share` is the length of an arc times the current that the circle represents
+// [A m].
 void add_circle(const Path& path, double z, int around, double share, const Source& by,
                 Linkage& sum) {
   alignas(64) double x[3 * points_per_block], a[3 * points_per_block];
@@ -67,8 +68,9 @@ void add_circle(const Path& path, double z, int around, double share, const Sour
   }
 }
 
-// Returns the integral of the vector potential of `by` along the winding of `on`. There are 8
-// points in each of `parts` sections of its length and `around` points on each circle.
+// Returns the integral of the vector potential of `by` along the winding of `on`. The winding is
+// represented by circles: its length is divided into `parts` sections, and each section has circles
+// at 8 Gauss points. A loop is a single circle.
 Linkage linkage(const Winding& on, const RigidPose& pose, const Winding& by, int around,
                 int parts) {
   const Path path{on, pose, rotation_matrix(pose.orientation)};

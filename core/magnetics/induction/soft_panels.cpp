@@ -262,7 +262,7 @@ SoftShapePtr soft_cylinder(const Team& team, double radius, double height, doubl
                  {},
                  {}};
   check_cells(cells, "cylinder");
-  constexpr double thinnest = 0.02;  // in radii; panels on thinner walls would be far too wide
+  constexpr double thinnest = 0.02;  // limit [radii]; panels on thinner walls would be far too wide
   if (const double thin = std::min(height, radius - inner_radius); thin < thinnest * radius)
     fail<Unsupported>(
         "height and wall must be at least {} m, a fiftieth of the radius of a cylinder that "

@@ -71,8 +71,8 @@ int sphere_degree(double radius, double distance, double tolerance);
 int sphere_degree(double radius, double other_radius, double distance, double tolerance);
 
 // Returns a cuboid. Richardson extrapolation combines its responses on three grids of panels. The
-// finest grid has `cells` panels along the shortest edge, see check_cells(), and more along longer
-// edges, see cuboid_panels(). If focus > 0 [m], there are two grids, and all edges have `cells`
+// finest grid has `cells` panels along the shortest edge (see check_cells()) and more along longer
+// edges (see cuboid_panels()). If focus > 0 [m], there are two grids, and all edges have `cells`
 // panels on the finer one. These grids are refined near the middle of the wide faces, for a magnet
 // of half width `focus` there. Throws InvalidInput for more than 24,000 panels.
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,

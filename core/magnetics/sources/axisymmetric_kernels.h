@@ -181,7 +181,8 @@ LOOMSTONE_INLINE void cylinder_potential(Sheet sheet, const double* j, const dou
     const Lanes z_field = t.bz - lanes_select(s.inside, lanes_all<Lanes>(1.0), zero);
     const Lanes along = p.rho * ((t.t - t.bz) * jr + t.br * jz) + p.z * (t.br * jr + z_field * jz);
     // The field of a unit charge density on both end faces is minus the sum of the contributions of
-    // both ends of the current sheet. `below` and `above` cancel their jump at the side.
+    // both ends of the current sheet. `below` and `above` cancel the jump of these contributions at
+    // the side.
     const SheetEnd<Lanes> e1 = sheet_end(p.rho, s.beyond, s.z1),
                           e0 = sheet_end(p.rho, s.beyond, s.z0);
     const Lanes below =

@@ -29,8 +29,8 @@ struct LoopTerms {
 
 template <class Lanes>
 struct SheetTerms {
-  Lanes bz, br, br_over_rho, t;
-  Lanes dz_bz, dz_br, w;  // w: minus the derivative of t along rho
+  Lanes bz, br, br_over_rho, t;  // t = A_phi / rho
+  Lanes dz_bz, dz_br, w;         // w: minus the derivative of t along rho
 };
 
 template <class Lanes>

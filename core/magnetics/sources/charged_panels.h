@@ -89,6 +89,7 @@ class ChargedPanels final : public Source {
   std::vector<PanelSample> charges() const override;
   Vector charge_errors() const override;
   SourcePtr panel_means() const override { return fine_.panel_means; }
+  const ChargedPanels* charged_panels() const override { return this; }
   const PanelSet& set() const { return *set_; }
   const Vector& uniform_charges() const { return charges_; }  // mu0 sigma of each panel [T]
   // Returns the estimated errors of mu0 sigma on each panel [T], or an empty vector if they are

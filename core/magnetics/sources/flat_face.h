@@ -16,7 +16,7 @@ inline constexpr double on_face = 1e-12, on_edge = 1e-15;
 // Both are computed without cancellation on and near the line of the edge.
 template <class Lanes>
 struct EdgeTerms {
-  Lanes3<Lanes> r0, r1;  // from the two ends to the point
+  Lanes3<Lanes> r0, r1;  // vectors from the two ends to the point
   Lanes d0, d1;          // lengths of r0 and r1
   Lanes sum, defect;     // d0 + d1 + l and d0 + d1 - l, where l is the edge length
 };

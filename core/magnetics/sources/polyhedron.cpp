@@ -22,7 +22,7 @@ struct SurfaceTables {
   Index n_faces;
   const double* edges;
   Index n_edges;
-  double radius;  // of the body [m]
+  double radius;  // radius of the body [m]
 };
 
 template <class Lanes>

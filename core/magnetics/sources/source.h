@@ -26,6 +26,8 @@ inline constexpr Index points_per_block = 128;
 // B or mu0 H. Inside a magnet of polarisation J, B = mu0 H + J.
 enum class Quantity { flux_density, mu0_field_strength };
 
+class CellMagnet;
+class ChargedPanels;
 class DipoleSet;
 class Source;
 using SourcePtr = std::shared_ptr<const Source>;
@@ -94,6 +96,10 @@ class Source {
   // Returns dipoles that produce the same field everywhere outside the source (one for a sphere),
   // or null if there are none.
   virtual const DipoleSet* dipoles() const { return nullptr; }
+  // charged_panels() and cell_magnet() return the source itself if it consists of uniformly charged
+  // panels or of dipole cells, and null otherwise.
+  virtual const ChargedPanels* charged_panels() const { return nullptr; }
+  virtual const CellMagnet* cell_magnet() const { return nullptr; }
   // winding() and uniform_cuboid() have a value for shapes with closed-form forces or inductances.
   virtual std::optional<CircularWinding> winding() const { return std::nullopt; }
   virtual std::optional<UniformCuboid> uniform_cuboid() const { return std::nullopt; }

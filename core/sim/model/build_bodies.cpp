@@ -48,8 +48,8 @@ void build_attachments(const Scene& scene, Model& model, const State& state) {
   std::sort(model.attachments.begin(), model.attachments.end(), [](const auto& a, const auto& b) {
     return a.row != b.row ? a.row < b.row : a.body < b.body;
   });
-  // Our choice. Attachments are much stiffer than the membrane, so that an attached vertex stays
-  // within micrometres of its point on the body.
+  // The factor 100 is our choice. It makes attachments much stiffer than the membrane, so that an
+  // attached vertex stays within micrometres of its point on the body.
   model.attachment_stiffness = 100.0 * mean_membrane_stiffness(scene);
 }
 
@@ -174,9 +174,8 @@ void number_rows(Model& model) {
     collision.attached_surface[attached.row] = n_cloths + attached.body;
 }
 
-// Certification keeps gaps of at least gap_floor(). This is the upper limit of gap_floor(), as a
-// fraction of the smallest contact distance. Our choice: well above rounding errors, and too small
-// to be seen.
+// Upper limit of gap_floor(), the gap that certification keeps open, as a fraction of the smallest
+// contact distance. Our choice: well above rounding errors, and too small to be seen.
 constexpr double gap_floor_of_thickness = 0.004;
 
 double least_thickness(const CollisionModel& model) {

@@ -6,16 +6,16 @@
 
 namespace loomstone {
 
-// In these functions, `share` is the fraction of the motion from `state` to the targets and poses
-// set by the user that is complete at `time` [s]. It is 1 when they are reached (see
-// State::target_time).
+// In these functions, `time` [s] is a time within a step, and `share` [1] is the fraction of the
+// motion from `state` to the user's targets and poses that is complete at this time. `share` is 1
+// when the targets and poses are reached (see State::target_time).
 
 // Sets `target` (n x 3) to the positions of scripted pins at `time` and to the targets set by the
 // user. All other rows are the current positions.
 void pin_targets(const Model& model, const State& state, double time, double share, Points& target);
 
-// Returns the pose of an obstacle's mesh at `time`. It follows from the keyframes. If the user has
-// set a pose, it follows from that pose and `share` instead.
+// Returns the pose of an obstacle's mesh at `time`. The pose follows from the keyframes. If the
+// user has set a pose, the result is between the present pose and this pose, according to `share`.
 RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, double time,
                         double share);
 

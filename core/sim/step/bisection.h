@@ -19,9 +19,9 @@ struct StepPart {
 // The result of an attempt at a part.
 struct PartResult {
   bool solved = true;               // the solver found a solution
-  int longest = StepPart::whole;    // length that the error of the part allows
+  int longest = StepPart::whole;    // length that the error of the part allows [1/64 step]
   bool contacts_gain = false;       // contacts have created energy
-  std::int64_t impacts = 0;         // impacts that certification left
+  std::int64_t impacts = 0;         // impacts that remain after certification
   bool withheld_much = false;       // certification withheld much of the motion
   bool broke_limits = false;        // limits satisfied at the start are violated at the end
   bool stopped_for_limits = false;  // fallbacks withheld much of the motion

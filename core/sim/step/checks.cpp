@@ -36,8 +36,9 @@ void count_intersections(State& state, Engines& engines, StepOutcome& outcome) {
   collision_vertices(engines.model, state, x1);
   const std::vector<std::array<Index, 2>> pairs = cloth_intersections(surfaces, x1);
   outcome.report.contacts.intersections = static_cast<std::int64_t>(pairs.size());
-  // The state stays tangled until both functions find nothing. Only find_tangle() finds an edge
-  // that pierces a triangle sharing a vertex with one of the edge's triangles.
+  // The state stays tangled until neither cloth_intersections() nor find_tangle() finds anything.
+  // Only find_tangle() finds an edge that pierces a triangle sharing a vertex with one of the
+  // edge's triangles.
   if (pairs.empty() && engines.collision->find_tangle(x1).empty()) state.tangled = 0;
   if (state.tangled != 2) return;
   outcome.forced = pairs;

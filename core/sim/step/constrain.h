@@ -41,7 +41,8 @@ struct ConstrainInputs {
 
 struct ConstrainReport {
   LimitReport limits;  // report of the last limiting; sweeps and evaluations are totals
-  // Merged over all rounds, with each vertex listed once; `unresolved` is from the last round.
+  // Report merged over all rounds, with each vertex listed once; `unresolved` is from the last
+  // round.
   CertifyReport certified;
   int rounds = 0;                   // number of certifications
   int fallbacks = 0;                // number of fallbacks

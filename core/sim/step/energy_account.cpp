@@ -109,7 +109,6 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
   if (part.length <= least) return part.length;
   const EnergyAccount& account = state.account;
   const double tolerated = gain_tolerance * *engines.accuracy * account.largest_kinetic;
-  know_contacts(state, engines);
   Elasticity& elasticity = *engines.elasticity;
   const double energy = contact_energies(state, part.t1, engines, elasticity).back();
   if (energy - near.contact_terms.energy() <= tolerated) return part.length;

@@ -26,12 +26,13 @@ void add_to_account(const PartWork& work, const Solved& solved, const AfterSolve
 void report_account(const State& state, StepReport& report);
 
 // Returns the length to which the part must be shortened because contacts have created energy, or
-// the length of the part if they have not. Both are in units of StepPart. Contacts create energy if
-// surfaces approach each other within a part, because the contact force begins only at the end of
-// the part. By then, the surfaces may be much closer than their thickness. The tolerated energy is
-// a fraction of the largest kinetic energy so far. If the user has chosen the step and scripted
-// surfaces move, the length is at least a quarter of the step. In shorter parts, scripted surfaces
-// that close on cloth quickly leave impacts between them unresolved.
+// the length of the part if they have not. Both lengths are in 64ths of the step (see StepPart).
+// Contacts create energy if surfaces approach each other within a part, because the contact force
+// begins only at the end of the part. By then, the surfaces may be much closer than their
+// thickness. The tolerated energy is a fraction of the largest kinetic energy so far. If the user
+// has chosen the step and scripted surfaces move, the length is at least a quarter of the step. In
+// shorter parts, scripted surfaces that close on cloth quickly leave impacts between them
+// unresolved. Computes contacts again unless know_contacts() was called.
 int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
                         const Engines& engines, const State& state);
 

@@ -15,9 +15,11 @@ namespace loomstone {
 // Takes a part of a step. It must change the state and the outcome that take_parts() has received.
 using RunPart = std::function<PartResult(const StepContext& part)>;
 
-// Takes the whole step at once or, if this fails, in parts. If the error of an automatic step is
-// too large or contacts create energy in it, the whole step is shortened instead, as long as no
-// part of it is complete. outcome.start must contain the state at the start of the step.
+// Takes the whole step at once or in parts. A part is divided if an attempt at it fails, has too
+// large an error or lets contacts create energy. A given step is also divided before the first
+// attempt if its expected error is too large. An automatic step that has not been divided is
+// shortened instead if its error is too large or contacts create energy in it. outcome.start must
+// contain the state at the start of the step.
 StepSpan take_parts(const StepChoice& steps, Engines& engines, State& state, StepOutcome& outcome,
                     const RunPart& run);
 

@@ -8,7 +8,7 @@
 namespace loomstone {
 
 struct StepChoice {
-  double largest = 0.0;    // [s]
+  double largest = 0.0;    // largest length of a step [s]
   bool automatic = false;  // true: steps are shorter where their error requires it
 };
 

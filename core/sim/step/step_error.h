@@ -1,5 +1,6 @@
-// Error of a part of a step: the strain that the linear model of implicit integrators neglects over
-// the motion of the part.
+// Error of a part of a step, and the lengths of parts and of automatic steps that it allows. The
+// error is the strain that the linear model of an implicit integrator neglects in the motion of the
+// part, and the energy of this strain (see StepError).
 #pragma once
 
 #include "core/base/report.h"
@@ -11,7 +12,7 @@ namespace loomstone {
 // Returns the larger of error.strain and error.energy, each divided by its tolerance [1].
 double relative_error(const StepError& error);
 
-// Returns the error over the motion of cloth from the start of the part to its present positions.
+// Returns the error of the motion of cloth from the start of the part to the positions in `state`.
 StepError error_of_motion(const StepContext& part, const Loads& loads, const State& state,
                           Engines& engines);
 
@@ -22,20 +23,20 @@ bool too_large(const StepContext& part, const StepError& error, const Engines& e
 // the error allows.
 PartResult shorter(const StepContext& part, const StepError& error, const Engines& engines);
 
-// Returns the result of an attempt in which contacts created energy. `longest` is the length to
-// which the part must be shortened to avoid this, in units of StepPart.
+// Returns the result of an attempt in which contacts created energy. To avoid this, the part must
+// be shortened to the length `longest`, in 64ths of the step (see StepPart).
 PartResult shortened_for_contacts(int longest);
 
-// Returns the length that the error is expected to allow for the next part of a given step, in
-// units of StepPart. The error is that of the last part or, if it is unknown, that of a motion at
-// the present velocities.
+// Returns the length that the error probably allows for the next part of a step of given length, in
+// 64ths of the step (see StepPart). The error is estimated from the last part. If there is no last
+// part, it is that of a motion at the present velocities.
 int expected_part(const StepContext& part, const State& state, Engines& engines);
 
-// Sets the length that the error of `part` allows for the next part.
+// Stores in `cloth` the length that `error`, the error of `part`, allows for the next part.
 void expect_part(const StepContext& part, const StepError& error, const Engines& engines,
                  ClothState& cloth);
 
-// Length of the next automatic step, at most `largest` [s].
+// Returns the length of the next automatic step, at most `largest` [s].
 double automatic_step(double largest, const State& state, Engines& engines);
 
 // After an automatic step of length h [s] from `start`, limits the length of the next one by the

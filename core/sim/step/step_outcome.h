@@ -43,7 +43,7 @@ inline OutcomeMark mark(const StepOutcome& outcome) { return {outcome.report, ou
 
 // What a rank did in a step.
 struct RankWork {
-  double wall = 0.0;                                          // [s]
+  double wall = 0.0;                                          // wall time [s]
   double collision_computing = 0.0, collision_waiting = 0.0;  // see RankReport [s]
   Traffic traffic;
 };

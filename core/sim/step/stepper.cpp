@@ -109,13 +109,17 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
   });
   timed(seconds.check, [&] {
     if (certified.moved) error = error_of_motion(part, loads_, state, engines_);
+  });
+  if (too_large(part, error, engines_)) return shorter(part, error, engines_);
+  // The next part needs these contacts too.
+  collide(seconds.proximity, report, [&] { know_contacts(state, engines_); });
+  timed(seconds.check, [&] {
     note_error(part, error, engines_, report);
     after.untangles = !near_.tangle.empty(), after.surfaces_move = surfaces_move(loads_);
     add_to_account(work_of_part(part, loads_, near_, solved_, state, engines_), solved_, after,
                    engines_, state);
     longest = length_without_gain(part, loads_, near_, engines_, state);
   });
-  if (too_large(part, error, engines_)) return shorter(part, error, engines_);
   if (longest < part.length) return shortened_for_contacts(longest);
   state.cloth.previous_step = part.h;
   expect_part(part, error, engines_, state.cloth);
@@ -131,7 +135,6 @@ void Stepper::finish(const StepSpan& span, State& state, StepOutcome& outcome) {
   if (steps_.automatic) expect_step(steps_.largest, outcome.start, span.h, engines_, state);
   report.length = span.h;
   check_divergence(engines_.model, loads_.x0, state.cloth, "certify");
-  know_contacts(state, engines_);
   if (report.contacts.unresolved > 0) state.tangled = 2;
   if (engines_.collision && state.tangled) count_intersections(state, engines_, outcome);
   measure_contacts(engines_.model, state, span.h, outcome);

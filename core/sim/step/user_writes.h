@@ -10,7 +10,7 @@
 
 namespace loomstone {
 
-// Bookkeeping between two steps; not part of the state.
+// Records between two steps what users have written. A checkpoint does not contain this record.
 class UserWrites {
  public:
   // From now on, positions and velocities are compared before every step with those after the last
@@ -34,7 +34,7 @@ class UserWrites {
  private:
   bool watching_ = false;
   Kind written_ = Nothing;
-  Points x_, v_;  // (n x 3) values after the last step; only while watching
+  Points x_, v_;  // (n x 3) positions and velocities after the last step; empty unless watching()
 };
 
 // Gathers cloth rows (n x 3) from the ranks that own them. Collective.

@@ -1,6 +1,7 @@
 #include "core/sim/step/work.h"
 
 #include <algorithm>
+#include <array>
 
 #include "core/sim/step/energies.h"
 
@@ -101,34 +102,50 @@ double work_of_pins(const Loads& loads, const Points& viscous, const State& stat
   });
 }
 
+// Sets the terms of contacts to the forces of the solve. Returns the force on and the displacement
+// of each term but those of attachments.
+std::vector<std::array<Vec3, 2>> solved_terms(const StepContext& part, NearContacts& near,
+                                              const Points& displacement, const Engines& engines) {
+  // Forces are evaluated at the same time within the step as in the scheme.
+  const double time = engines.integrator->time_of_forces();
+  // Newton schemes solve with the exact law of contacts, and other schemes with a linearised law.
+  const bool newton = engines.integrator->asks_energy();
+  const Points moved = time * displacement;
+  if (newton)
+    terms_at(near, engines, moved, time * part.h, TermRequest::Derivative, near.terms);
+  else
+    near.contact_terms.friction_at(engines.team, moved, time * part.h, engines.model.inverse_mass,
+                                   near.terms);
+  std::vector<std::array<Vec3, 2>> terms(near.terms.size() - near.n_attachments);
+  parallel_for(
+      engines.team, static_cast<Index>(terms.size()),
+      [&](Index t) {
+        const ExtraTerm& term = near.terms[t];
+        const Vec3 d = term.relative_displacement(displacement, part.h);
+        Vec3 force = term.gradient;  // gradient of the energy [N]
+        if (!newton) force += time * term.hessian * d;
+        terms[t] = {force, d};
+      },
+      128);
+  return terms;
+}
+
 // Returns the work that scripted surfaces and prescribed vertices do through contacts, the work
-// done against friction, and the work of forces that untangle.
+// done against friction, and the work of forces that untangle. Changes the terms of contacts.
 PartWork work_of_contacts(const StepContext& part, const Loads& loads, NearContacts& near,
                           const Solved& solved, const State& state, const Engines& engines) {
   PartWork work;
   const std::size_t n_contacts = near.contact_terms.size();
-  const std::size_t n_terms = near.terms.size() - near.n_attachments;
-  if (n_terms == 0) return work;
+  if (near.terms.size() == near.n_attachments) return work;
   const Model& model = engines.model;
   const Index n = model.cloth.n_vertices;
   Points displacement(model.n_rows(), 3);
   displacement.topRows(n) = state.cloth.x - loads.x0.topRows(n);
   displacement.bottomRows(model.n_rows() - n) = part.h * solved.body_velocity;
-  ExtraTerms terms = near.terms;
-  // Forces are evaluated at the same time within the step as in the scheme.
-  const double time = engines.integrator->time_of_forces();
-  // Newton schemes solve with the exact law of contacts, and other schemes with a linearised law.
-  const bool newton = engines.integrator->asks_energy();
-  if (newton)
-    terms_at(near, engines, time * displacement, time * part.h, TermRequest::Derivative, terms);
-  else
-    near.contact_terms.friction_at(engines.team, time * displacement, time * part.h,
-                                   model.inverse_mass, terms);
-  for (std::size_t t = 0; t < n_terms; ++t) {
-    const ExtraTerm& term = terms[t];
-    const Vec3 d = term.relative_displacement(displacement, part.h);
-    Vec3 force = term.gradient;  // gradient of the energy [N]
-    if (!newton) force += time * term.hessian * d;
+  const std::vector<std::array<Vec3, 2>> terms = solved_terms(part, near, displacement, engines);
+  for (std::size_t t = 0; t < terms.size(); ++t) {
+    const ExtraTerm& term = near.terms[t];
+    const auto& [force, d] = terms[t];
     if (t >= n_contacts) {
       work.loads -= force.dot(d);
       continue;

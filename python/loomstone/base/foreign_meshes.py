@@ -15,7 +15,7 @@ from .._core import InvalidInput, TriangleMesh
 __all__ = ["converted", "triangles_of_cells"]
 
 _FACES = ("triangle", "quad", "polygon")
-_IGNORED = ("vertex", "line", "line3")  # cells without area, for instance physical groups of Gmsh
+_IGNORED = ("vertex", "line", "line3")  # cells without area, which Gmsh writes for groups
 
 
 def converted(value: Any) -> TriangleMesh | None:

@@ -22,7 +22,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"max_content_width": 100},
     rich_markup_mode=None,  # plain text, because units in brackets are not markup
-    help="""Simulates cloth and renders it.
+    help="""Simulates cloth, rigid bodies and magnets, and draws them.
 
     A scene file is Python with a function scene() that returns a loomstone.Scene. First steps:
 

@@ -100,7 +100,7 @@ def print_source(path: Path) -> None:
 def check_run(run: Run, *, trust: bool = False) -> bool:
     """Prints the intersecting pairs of every frame, and checks the claims of the scene file.
 
-    trust : run the program stored in the run even if it differs from the scene file at hand
+    trust : run the program stored in the run even if it differs from the scene file on disk
 
     Returns True if no triangles of cloth intersect. Raises AssertionError if a claim does not hold.
     """
@@ -235,7 +235,7 @@ def energy_lines(summary: dict[str, Any]) -> list[str]:
         lines.append(f"work: {listed(work)}")
     lines.append(f"losses: {listed(account) or '0 J'}")
     lines.append(
-        f"rise of energy less work: at most {summary['largest_energy_balance']:.2%}"
+        f"rise of energy minus work: at most {summary['largest_energy_balance']:.2%}"
         f" ({summary['largest_contact_balance']:.2%} with contacts),"
         f" {summary['energy_balance_at_end']:.2%} at the end, relative to the largest kinetic"
         f" energy, {summary['largest_kinetic_energy']:.3g} J"
@@ -251,8 +251,8 @@ def _gain_lines(report: dict[str, Any]) -> list[str]:
     ):
         if report.get(name, 0.0) > tolerated:
             lines.append(
-                f"energy{which} less work rose by {100 * report[name]:.3g} % of the largest kinetic"
-                " energy"
+                f"energy{which} minus work rose by {100 * report[name]:.3g} % of the largest"
+                " kinetic energy"
             )
     return lines
 

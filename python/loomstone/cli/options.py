@@ -60,6 +60,6 @@ Trust = Annotated[
     bool,
     typer.Option(
         "--trust",
-        help="run the program stored in the run even if it differs from the scene file at hand",
+        help="run the program stored in the run even if it differs from the scene file on disk",
     ),
 ]

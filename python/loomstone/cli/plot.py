@@ -42,7 +42,7 @@ def plot(
             help="closed mesh of a magnet [m]; if given twice: force on the first by the second"
         ),
     ] = [],  # noqa: B006
-    magnetization: Annotated[
+    polarization: Annotated[
         str, typer.Option(help="polarization J = mu0 M of the magnets [T]")
     ] = "0,0,1",
     axis: Annotated[
@@ -64,15 +64,15 @@ def plot(
     \b
         loomstone plot out/drape --what stages
         loomstone plot out/one out/two out/two-again --what parallel
-        loomstone plot force --mesh magnet.obj --magnetization 0,0,1.2 --out force.png
+        loomstone plot force --mesh magnet.obj --polarization 0,0,1.2 --out force.png
     """
     with session(parallel=False):
         run = _only_run(runs, what)
         if str(run) in ("force", "torque") and not run.is_dir():
             from ..magnetics.mesh_pictures import curve_of_meshes, numbers
 
-            jay, along = numbers(magnetization, "--magnetization"), numbers(axis, "--axis")
-            path = curve_of_meshes(str(run), mesh, jay, along, reach, out or Path(f"{run}.png"))
+            vector, along = numbers(polarization, "--polarization"), numbers(axis, "--axis")
+            path = curve_of_meshes(str(run), mesh, vector, along, reach, out or Path(f"{run}.png"))
         elif what not in KINDS:
             raise InvalidInput(f"plot must be one of {', '.join(KINDS)}, got {what!r}")
         else:
@@ -83,7 +83,7 @@ def plot(
 @app.command()
 def field(
     mesh: Annotated[Path, typer.Argument(help="closed mesh [m], OBJ or PLY")],
-    magnetization: Annotated[
+    polarization: Annotated[
         str, typer.Option(help="polarization J = mu0 M of the magnet [T]")
     ] = "0,0,1",
     lines: Annotated[
@@ -104,21 +104,21 @@ def field(
     """Draws the field of a magnet of any shape.
 
     \b
-        loomstone field horseshoe.obj --magnetization 0,0,1 --lines 200 --slice slice.png
+        loomstone field horseshoe.obj --polarization 0,0,1 --lines 200 --slice slice.png
     """
     with session(parallel=False):
         from ..magnetics import figures
         from ..magnetics import mesh_pictures as pictures
         from ..meshes import read
 
-        polarization = pictures.numbers(magnetization, "--magnetization")
+        vector = pictures.numbers(polarization, "--polarization")
         surface = read(mesh, with_uv=False)
         path, found = pictures.draw_field(
-            surface, polarization, out, n_lines=lines, eye=pictures.numbers(eye, "--eye")
+            surface, vector, out, n_lines=lines, eye=pictures.numbers(eye, "--eye")
         )
         print(f"{len(found.lines)} field lines of {sum(map(len, found.lines))} points: {path}")
         if slice_:
-            magnet = pictures.magnet_of(mesh, polarization)
+            magnet = pictures.magnet_of(mesh, vector)
             print(f"slice: {figures.plot_slice(magnet, slice_, plane=plane)}")  # type: ignore[arg-type]
 
 

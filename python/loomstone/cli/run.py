@@ -143,9 +143,9 @@ def resume(
     If frames/ contains pictures, drawing continues with their options. If it contains none,
     --render starts drawing. Missing pictures are drawn at the end.
 
-    A run contains the program of its scene file. This program is executed only if it equals the
-    scene file at hand, or with --trust. The program of a run from a stranger can do anything that
-    you can do.
+    A run contains the program of its scene file. This program is executed only if the scene file
+    at its original path equals it, or with --trust. The program of a run from a stranger can do
+    anything that you can do.
 
     \b
         loomstone resume out/drape

@@ -41,5 +41,5 @@ class Words:
             print(json.dumps(content, indent=1, default=str), flush=True)
 
     def observer(self) -> Observer:
-        """Returns the observer that shows the progress of a run."""
+        """Returns an observer that shows the progress of a run, or nothing if text is off."""
         return observer(self._rank) if self._text else Silence()

@@ -76,6 +76,8 @@ def strip_rigidity(material: ClothMaterial, *, angle_degrees: float = 0.0) -> fl
     """Returns the rigidity [N m] of a strip cut at an angle to weft.
 
     angle_degrees : 0 for weft, 90 for warp and 45 for the bias
+
+    Raises InvalidInput if the material does not resist bending in every direction.
     """
     d11, d22, d12, d33 = (
         material.bending_weft,

@@ -68,18 +68,18 @@ SOURCES = {
         "as is; publications that use the measurements shall cite the paper",
         "stiffness at zero strain as ARCSim simulates it (twice the tabulated values, negative"
         " coupling taken as 0); bending = hinge coefficient / 4 at small curvature; limit = strain"
-        " at 150 gf/cm (147 N/m) on the curve between the measurements at 0 and 16.7 % where it"
-        " gets there",
+        " at 150 gf/cm (147 N/m) on the curve between the measurements at 0 and 16.7 %, if it"
+        " reaches this load",
     ),
     "Codim-IPC": Source(
         "M. Li, D. M. Kaufman, C. Jiang: Codimensional Incremental Potential Contact, ACM Trans."
-        " Graph. 40(4):170, 2021 (program text); bending: median of fabrics of that weight among"
+        " Graph. 40(4):170, 2021 (source code); bending: median of fabrics of that weight among"
         " 618 of X. Feng, W. Huang, W. Xu, H. Wang: Learning-Based Bending Stiffness Parameter"
         " Estimation by a Drape Tester, ACM Trans. Graph. 41(6), 2022",
         "Apache-2.0; of the 618 fabrics only medians are used",
         "orthotropic moduli times thickness, coupling included; limits of Green strain as strains"
         " of U - I; bending along warp: the median, along weft 0.635 and on the bias 0.832 of it,"
-        " as the medians of all 618 are to one another",
+        " the ratios of the medians of all 618",
     ),
 }
 

@@ -100,7 +100,7 @@ class Edge:
 
 @takes(start="m", end="m")
 def line(name: str, start: ArrayLike, end: ArrayLike) -> Edge:
-    """Straight edge between two points [m].
+    """Straight edge between two points [m]. Raises InvalidInput if they coincide.
 
     >>> line("side", (0, 0), (0, 0.4)).length
     0.4
@@ -143,6 +143,8 @@ def arc(name: str, start: ArrayLike, through: ArrayLike, end: ArrayLike) -> Edge
 @takes(centre="m", radius="m")
 def circle(name: str, centre: ArrayLike, radius: float) -> Edge:
     """Full circle, clockwise from its topmost point, for round holes; lengths in [m].
+
+    Raises InvalidInput for a radius that is not positive.
 
     >>> round(circle("eyelet", (0, 0), 0.01).length, 4)
     0.0628

@@ -53,7 +53,10 @@ class Garment:
         return picture_of_scene(Scene(cloths=[Cloth(mesh=self.mesh)]))
 
     def group(self, *names: str) -> list[int]:
-        """Returns the vertices of one or several groups, for pins and attachments."""
+        """Returns the vertices of one or several groups, for pins and attachments.
+
+        Raises InvalidInput for an unknown name.
+        """
         for name in names:
             if name not in self.groups:
                 raise InvalidInput(
@@ -128,6 +131,10 @@ def garment(
     relax : number of iterations that bring triangles closer to their rest shapes. With 0, joined
         vertices meet halfway, and no other vertex moves.
     allow_intersections : whether a garment that intersects itself is accepted
+
+    Raises InvalidInput if the garment intersects itself or the panels cannot be sewn: an edge is
+    unknown or sewn twice, the lengths of sewn edges differ by more than `ease`, or panels are not
+    connected.
 
     >>> import loomstone as ls
     >>> names = ("hem", "right", "top", "left")

@@ -35,6 +35,8 @@ def read(path: str | os.PathLike[str], *, triangles: int | None = None, seed: in
     triangles : total number of triangles for a pattern, by default 6,000; not allowed for a sewn
         mesh, which keeps its triangles
     seed : seed of the triangulation of a pattern
+
+    Raises CacheError if the file cannot be read, and InvalidInput if it contains no garment.
     """
     path = Path(path)
     if path.suffix.lower() == ".json":

@@ -75,6 +75,8 @@ def dress_pattern(
 
     chord : length of the straps' mesh edges [m], at most 0.15. Straps start so high that mesh edges
         of this length clear the bar. If `chord` is large, the straps are slack at first.
+
+    The other lengths [m] are those of `dress`. Raises InvalidInput for values out of range.
     """
     if not 0.0 <= chord <= 0.15:
         raise InvalidInput(f"chord must be in [0, 0.15] m, got {chord}")

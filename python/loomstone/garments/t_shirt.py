@@ -57,7 +57,10 @@ def tshirt(
 
 @takes(chest="m", length="m", sleeve="m")
 def tshirt_pattern(*, chest: float = 1.04, length: float = 0.70, sleeve: float = 0.16) -> Pattern:
-    """Returns panels and seams of `tshirt`, which can be changed before they are sewn."""
+    """Returns panels and seams of `tshirt`, which can be changed before they are sewn.
+
+    Lengths are in [m], as in `tshirt`. Raises InvalidInput for values out of range.
+    """
     if not 0.6 <= chest <= 2.0 or not 0.5 <= length <= 1.5 or not 0.02 <= sleeve <= 0.6:
         raise InvalidInput(
             "chest must be in [0.6, 2], length in [0.5, 1.5], sleeve in [0.02, 0.6] m, got"

@@ -54,6 +54,8 @@ def force_over_distance(
 ) -> ForceCurve:
     """Returns force and torque on a body that is moved along an axis (3) by `distances` (n) [m].
 
+    The tolerance and the errors raised are those of `force`.
+
     >>> import loomstone as ls
     >>> a = ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1))
     >>> curve = ls.magnetics.force_over_distance(a.moved((0, 0, 0.01)), a, [0.0, 0.01])
@@ -79,7 +81,8 @@ def torque_over_angle(
 ) -> ForceCurve:
     """Returns force and torque on a body turned by `angles` (n) [rad].
 
-    The axis of rotation `axis` (3) passes through the centre of the body.
+    The axis of rotation `axis` (3) passes through the centre of the body. The tolerance and the
+    errors raised are those of `force`.
     """
     about = unit(axis)
     turns = np.ravel(np.asarray(angles, float))
@@ -128,6 +131,9 @@ def plot_slice(
     passes through `centre` (3) [m] (default: the centre of the bodies). extent [m]: half the side
     length of the slice (0: 0.9 times the longest edge of the bounding box). resolution, arrows:
     number of points and of arrows along a side. Returns the path of the picture (PNG).
+
+    Raises InvalidInput for values out of range, CacheError if the picture cannot be written, and
+    Unsupported without matplotlib.
     """
     sources = as_list(bodies)
     if plane not in PLANES:
@@ -218,7 +224,9 @@ def plot_curve(
 ) -> Path:
     """Plots force against distance or torque against angle.
 
-    Components that stay below 1e-3 of the largest one are omitted.
+    Components that stay below 1e-3 of the largest one are omitted. Returns the path of the picture
+    (PNG). Raises InvalidInput for another kind, CacheError if the picture cannot be written, and
+    Unsupported without matplotlib.
     """
     if kind not in ("force", "torque"):
         raise InvalidInput(f"kind must be force or torque, got {kind!r}")

@@ -113,7 +113,8 @@ def dipole_forces(
     additional term cross(point - x, force).
 
     tolerance as in `dipole_field`; both forces and torques meet it. Forces and torques within one
-    set conserve linear and angular momentum to rounding at any tolerance.
+    set conserve linear and angular momentum to rounding at any tolerance. Raises InvalidInput if
+    only one of by_points and by_moments is given.
     """
     if (by_points is None) != (by_moments is None):
         raise _core.InvalidInput("by_points and by_moments must be given together or not at all")

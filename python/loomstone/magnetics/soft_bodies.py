@@ -7,7 +7,7 @@ another, and returns them as magnets.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Literal, NamedTuple
 
 from numpy.typing import ArrayLike
@@ -187,7 +187,13 @@ def induce(
     >>> print(f"{ls.magnetics.force(on=induced.bodies[0], by=magnet).force[2]:.3f} N")
     1.314 N
     """
-    bodies = [soft] if isinstance(soft, SoftBody) else list(soft)
+    bodies = list(soft) if isinstance(soft, Iterable) else [soft]
+    for body in bodies:
+        if not isinstance(body, SoftBody):
+            raise TypeError(
+                "bodies that magnetise are expected, such as soft_cuboid() or soft_sphere(), got"
+                f" {body!r}; magnets belong in `by`"
+            )
     if response == "explicit":
         return Induced(
             [_core.explicit_response(body, density, as_list(by), field) for body in bodies], 0.0, 0

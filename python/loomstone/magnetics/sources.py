@@ -7,14 +7,16 @@ and `body.at(position, orientation)` return copies.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._core import MagneticBody, TriangleMesh
+from .._core import MagneticBody, SoftBody, TriangleMesh
 from ..base.arguments import takes
+from ..base.cautions import SceneWarning
 
 __all__ = [
     "Bodies",
@@ -34,9 +36,37 @@ Floats = NDArray[np.float64]
 Bodies = MagneticBody | Sequence[MagneticBody]
 
 
+# Polarizations above this value are reported, because no material exceeds 2.5 T [T]. The margin
+# allows for magnets that stand for windings.
+LARGEST_POLARIZATION = 5.0
+
+
 def as_list(bodies: Bodies) -> list[MagneticBody]:
-    """Returns one or several bodies as a list."""
-    return [bodies] if isinstance(bodies, MagneticBody) else list(bodies)
+    """Returns one or several bodies as a list; raises TypeError if they are of another kind."""
+    found = list(bodies) if isinstance(bodies, Iterable) else [bodies]
+    for body in found:
+        if isinstance(body, SoftBody):
+            raise TypeError(
+                f"magnets or currents are expected, got {body!r}, which has no field until induce()"
+                " magnetises it"
+            )
+        if not isinstance(body, MagneticBody):
+            raise TypeError(
+                f"magnets or currents are expected, such as cuboid() or loop(), got {body!r}"
+            )
+    return found
+
+
+def _check_polarization(polarization: ArrayLike) -> None:
+    """Warns of a polarization that looks as if it were in mT or A/m."""
+    value = float(np.max(np.abs(np.asarray(polarization, float)), initial=0.0))
+    if value > LARGEST_POLARIZATION:
+        warnings.warn(
+            f"a polarization of {value:g} T is larger than that of any material (2.5 T); it is"
+            " J = mu0 M in tesla, neither in mT nor the magnetization M in A/m",
+            SceneWarning,
+            stacklevel=4,  # the caller of the decorated function
+        )
 
 
 def box_of(bodies: list[MagneticBody]) -> tuple[Floats, Floats]:
@@ -48,6 +78,7 @@ def box_of(bodies: list[MagneticBody]) -> tuple[Floats, Floats]:
 @takes(size="m", polarization="T")
 def cuboid(*, size: ArrayLike, polarization: ArrayLike) -> MagneticBody:
     """Cuboid magnet: edges `size` (3) [m], polarization J = mu0 M (3) [T] in its own axes."""
+    _check_polarization(polarization)
     return _core.magnetic_cuboid(size=size, polarization=polarization)
 
 
@@ -59,6 +90,7 @@ def cylinder(
 
     Lengths are in [m]. The polarization J (3) [T] may have any direction.
     """
+    _check_polarization(polarization)
     return _core.magnetic_cylinder(
         radius=radius, height=height, polarization=polarization, inner_radius=inner_radius
     )
@@ -67,6 +99,7 @@ def cylinder(
 @takes(radius="m", polarization="T")
 def sphere(*, radius: float, polarization: ArrayLike) -> MagneticBody:
     """Spherical magnet: radius [m], polarization J (3) [T]."""
+    _check_polarization(polarization)
     return _core.magnetic_sphere(radius=radius, polarization=polarization)
 
 
@@ -76,6 +109,7 @@ def mesh(mesh: TriangleMesh, *, polarization: ArrayLike) -> MagneticBody:
 
     The centre of the body is the centroid of its volume.
     """
+    _check_polarization(polarization)
     return _core.magnetic_mesh(mesh, polarization=polarization)
 
 

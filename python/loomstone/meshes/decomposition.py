@@ -23,6 +23,8 @@ def convex_parts(
 
     The result depends on the version of coacd. To repeat a run on another machine, save the parts
     in a file.
+
+    Raises InvalidInput if the mesh is not closed, and Unsupported without the package coacd.
     """
     if not mesh.closed:
         raise InvalidInput(

@@ -52,7 +52,11 @@ def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
 
 @takes()
 def write(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
-    """Writes a file in the format of its suffix. Formats other than OBJ and PLY need meshio."""
+    """Writes a mesh in the format of the file's suffix. Formats other than OBJ and PLY need meshio.
+
+    Raises InvalidInput for an unknown suffix, Unsupported if meshio is missing, and CacheError if
+    the file cannot be written.
+    """
     path = Path(path)
     if path.suffix.lower() in (".obj", ".ply"):
         _core.write_mesh(str(path), mesh)

@@ -44,7 +44,7 @@ def baked(
     name : name in reports and files; default: that of the file
     friction : friction coefficient [1]
     thickness : contact distance [m], 0: that of the cloth
-    look : its colour in pictures
+    look : Look, the colour and texture of the obstacle in pictures
 
     All samples are kept in memory, with 24 bytes per vertex and sample. Coinciding vertices are
     joined. USD needs the extra `usd`, glTF the extra `gltf`.

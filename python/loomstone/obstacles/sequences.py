@@ -47,13 +47,16 @@ def sequence(
     start : time of the first frame [s]; default: that of the file, or else 0
     friction : friction coefficient [1]
     thickness : contact distance [m], 0: that of the cloth
-    look : Look, its colour and texture in pictures
+    look : Look, the colour and texture of the obstacle in pictures
 
     All frames are kept in memory, with 24 bytes per vertex and frame.
 
-    >>> waving = sequence("out/body-*.obj", rate=25)    # doctest: +SKIP
-    >>> body = ls.meshes.read("body.obj")                          # doctest: +SKIP
-    >>> waving = sequence("body.pc2", mesh=body)        # doctest: +SKIP
+    Raises CacheError if a file cannot be read or no file matches the pattern, and InvalidInput if
+    the frames do not have the same vertices and triangles, or if no times and no rate are given.
+
+    >>> waving = sequence("out/body-*.obj", rate=25)           # doctest: +SKIP
+    >>> body = ls.meshes.read("body.obj")                      # doctest: +SKIP
+    >>> waving = sequence("body.pc2", mesh=body, rate=25)      # doctest: +SKIP
     """
     one = Path(source) if isinstance(source, (str, os.PathLike)) else None
     if one is not None and one.suffix.lower() in _CACHES:

@@ -37,12 +37,14 @@ def mesh(
     axis_angles : (k x 3) rotation vectors at these times [rad]
     friction : friction coefficient [1]
     thickness : contact distance [m], 0: that of the cloth
-    look : Look, its colour and texture in pictures
+    look : Look, the colour and texture of the obstacle in pictures
 
     Without `times`, the vertices themselves are moved to `centre`, and the frame of the obstacle is
     the world frame, so magnets on it are placed relative to the world's origin. With a single
     keyframe, the frame of the obstacle has the pose of the keyframe, and magnets on it are placed
     relative to this frame.
+
+    Raises InvalidInput if positions or axis_angles are given without times.
     """
     times = np.asarray(times, float).ravel()
     settings: dict[str, Any] = {
@@ -69,7 +71,15 @@ def mesh(
 _moving = mesh  # alias, because parameters named `mesh` hide the function
 
 
-@takes(radius="m", centre="m", times="s", positions="m", friction="1", thickness="m")
+@takes(
+    radius="m",
+    centre="m",
+    times="s",
+    positions="m",
+    axis_angles="rad",
+    friction="1",
+    thickness="m",
+)
 def sphere(
     *,
     radius: float,
@@ -78,6 +88,7 @@ def sphere(
     name: str = "sphere",
     times: ArrayLike = (),
     positions: ArrayLike | None = None,
+    axis_angles: ArrayLike | None = None,
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
     look: Look | None = None,
@@ -94,6 +105,7 @@ def sphere(
         centre=centre,
         times=times,
         positions=positions,
+        axis_angles=axis_angles,
         friction=friction,
         thickness=thickness,
         look=look,
@@ -136,6 +148,7 @@ def box(
     axis="1",
     times="s",
     positions="m",
+    axis_angles="rad",
     friction="1",
     thickness="m",
 )
@@ -149,6 +162,7 @@ def capsule(
     name: str = "capsule",
     times: ArrayLike = (),
     positions: ArrayLike | None = None,
+    axis_angles: ArrayLike | None = None,
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
     look: Look | None = None,
@@ -165,6 +179,7 @@ def capsule(
         centre=centre,
         times=times,
         positions=positions,
+        axis_angles=axis_angles,
         friction=friction,
         thickness=thickness,
         look=look,

@@ -31,7 +31,7 @@ from .renderer import Renderer
 __all__ = ["framed", "painter_of", "render_run"]
 
 
-_ADVICE = "give another directory by --out, or draw all anew by --again"
+_ADVICE = "give another directory by --out, or draw all pictures again by --again"
 
 
 @takes()

@@ -39,7 +39,7 @@ class Replayed:
 class ParallelRun:
     """How the ranks of one run shared its work.
 
-    name : of its directory
+    name : name of its directory
     frames (f) : times of the frames [s]
     collision, collision_waiting (f) : wall time of collision handling in the steps up to each
         frame, and its part in which a rank waits for others, means of the ranks [s]

@@ -62,6 +62,9 @@ def plot_steps(
     title : title of the picture, for instance the name of the run
 
     Columns that are always 0 are left out, and stages that take less than 0.1 % of the time.
+
+    Raises InvalidInput for another kind, CacheError if the picture cannot be written, and
+    Unsupported without matplotlib.
     """
     if kind not in KINDS:
         raise InvalidInput(f"plot must be one of {', '.join(KINDS)}, got {kind!r}")
@@ -116,7 +119,7 @@ def _energy(axes: Any, steps: Steps) -> None:
     work = steps["account.scripts"] + steps["account.loads"]
     if work.any():
         axes.plot(steps["time"], work, "k:", label="work of scripts, air and external forces")
-        axes.plot(steps["time"], sum(energies.values()) - work, "k--", label="sum less work")
+        axes.plot(steps["time"], sum(energies.values()) - work, "k--", label="sum minus work")
     losses = ("friction", "damping", "limits", "withheld", "lost")
     _lines(axes, steps, [f"account.{name}" for name in losses], linestyle=":")
     kinetic = steps["account.largest_kinetic"]
@@ -124,7 +127,7 @@ def _energy(axes: Any, steps: Steps) -> None:
         gain = steps["account.balance"] * kinetic / kinetic.max()
         with_contacts = steps["account.contact_balance"] * kinetic / kinetic.max()
         axes.set_title(
-            f"rise of energy less work: at most {gain.max():.1%} ({with_contacts.max():.1%}"
+            f"rise of energy minus work: at most {gain.max():.1%} ({with_contacts.max():.1%}"
             f" with contacts), {gain[-1]:.1%} at the end,\nrelative to the largest kinetic energy",
             fontsize="small",
         )

@@ -18,6 +18,8 @@ def encode(directory: Path, target: Path, *, frames: int, rate: float = 25.0) ->
 
     frames : number of pictures the directory must contain
     rate : pictures per second [1/s]
+
+    Raises CacheError if a picture is missing or ffmpeg fails.
     """
     import imageio_ffmpeg
 

@@ -30,6 +30,8 @@ class Run:
 
     path : directory of the run, or its run.vtkhdf
 
+    Raises CacheError if there is no run, or if its file cannot be read.
+
     `positions` and similar properties stack an array over the frames, (frames x n x 3), and read
     only the requested frames. Pickling a Run stores only its path. A Run can be used in a `with`
     statement, which closes its files.
@@ -160,7 +162,7 @@ class Run:
     def scene(self, *, trust: bool = False) -> Scene:
         """Returns the scene as it was when the run began.
 
-        trust : run the program stored in the run even if it differs from the scene file at hand.
+        trust : run the program stored in the run even if it differs from the scene file on disk.
             The program of a run from a stranger can do anything that you can do.
 
         Raises CacheError if the run has stored neither a scene file nor a scene, or if its program
@@ -174,7 +176,8 @@ class Run:
         """Returns the bodies, obstacles, magnets and coils of the scene.
 
         The result is None if there are neither magnets nor coils. It is read from stored numbers,
-        so no program of the run is executed. Obstacles are at rest.
+        so no program of the run is executed. Obstacles are at rest. Raises CacheError if these
+        numbers are damaged.
         """
         record = self.metadata.get("magnetic_scene")
         if record is None:

@@ -84,7 +84,7 @@ class SceneFile:
     def of_run(cls, run: Stored, *, trust: bool = False) -> SceneFile:
         """Restores the scene file as it was when a run began, from the metadata of its cache.
 
-        trust : run the stored program even if it differs from the scene file at hand; see
+        trust : run the stored program even if it differs from the scene file on disk; see
             `stored_program`
         """
         program = stored_program(run)

@@ -34,7 +34,7 @@ class Program:
     parameters: dict[str, Any]
 
     def require_same_file(self, directory: Path) -> None:
-        """Raises CacheError unless the scene file at hand has this source.
+        """Raises CacheError unless the scene file at `path` has this source.
 
         A file in the directory of the run does not count, because it may have come with the run.
         """

@@ -59,7 +59,7 @@ class _Spring:
         self._carried = np.zeros(3)
 
     def force(self, way: Floats, velocity: Floats, length: float) -> Floats:
-        """Returns the force [N] on a thing that is `way` [m] short of the goal."""
+        """Returns the force (3) [N] on a held part from which `way` (3) [m] leads to the goal."""
         stiffness = self._mass / self._time**2
         force = stiffness * way - self._mass / self._time * velocity + self._carried
         size = float(np.linalg.norm(force))

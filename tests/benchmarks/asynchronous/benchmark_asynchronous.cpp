@@ -39,7 +39,7 @@ TriangleMesh sheet(Index cells, double least) {
 }
 
 struct Cost {
-  double seconds = 0.0, events = 0.0;  // per second of motion
+  double seconds = 0.0, events = 0.0;  // computing time [s] and events, per second of motion
 };
 
 struct Swing {

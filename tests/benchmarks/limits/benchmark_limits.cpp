@@ -1,7 +1,7 @@
 // Time of one sweep of strain limiting over all elements, with all elements within their limits
 // (evaluation only) and with all above their limits (evaluation and correction). Each time
 // is the minimum of 40 runs. It is compared with a block matrix-vector product (7,396 rows, one
-// thread) in the same run. Only this ratio carries over to other machines.
+// thread) in the same run. Results of different machines can be compared only by this ratio.
 //   benchmark_limits [cells ...]      (default 42, 85, 224: 3,528, 14,450 and 100,352 triangles;
 //   --smoke: 10)
 #include <algorithm>

@@ -1,8 +1,8 @@
 // Times of the block product and of the linear solvers on a square cloth of 7,396 vertices or more.
 // Usage: benchmark_linalg [threads] [side ...], or --smoke (tiny). Each time is the minimum of many
-// repetitions. The ratio to the block product of the same run carries over to other machines.
-// Reference for 7,396 vertices (one thread, AVX-512): a product takes 0.05 ms, and a solve of 51
-// iterations takes 3.7 ms, which is 74 products.
+// repetitions. Results of different machines can be compared by the ratio of a time to that of the
+// block product in the same run. Reference for 7,396 vertices (one thread, AVX-512): a product
+// takes 0.05 ms, and a solve of 51 iterations takes 3.7 ms, which is 74 products.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>

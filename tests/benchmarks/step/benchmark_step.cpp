@@ -3,7 +3,8 @@
 // errors at several tolerances of the solver. All repetitions start from the same state, except
 // that every second repetition displaces one vertex by 1 nm. The smallest time is printed. A
 // matrix-vector product of fixed size (7,396 block rows, one thread) is timed between the
-// repetitions. Step times depend on the machine, their ratio to the time of this product much less.
+// repetitions. Step times depend on the machine. Their ratio to the time of this product depends on
+// the machine much less.
 //   benchmark_step [solvers] [growth [cells ...]] [accuracy] [threads]      (default: all; growth
 //   of 50 ... 400 cells; --smoke: one row of 10 cells)
 #include <algorithm>
@@ -23,8 +24,8 @@ using namespace loomstone;
 
 namespace {
 
-// Returns the processor time [s] for one thread, because other processes do not affect it, and the
-// wall time [s] for several threads.
+// Returns the wall time if there are several threads [s]. For one thread, returns the processor
+// time [s], which other processes do not affect.
 double now(int threads = 1) {
   timespec t;
   clock_gettime(threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &t);
@@ -84,7 +85,7 @@ class Product {
 };
 
 struct Measured {
-  double step = 1e9, product = 1e9;  // [s]
+  double step = 1e9, product = 1e9;  // times of a step and of a matrix-vector product [s]
   int iterations = 0;
 };
 

@@ -336,7 +336,7 @@ TEST_CASE("the forces of subsets of triangles add up to those of all, with both 
         sum.row(subset.vertices[i]) += own.row(static_cast<Index>(i));
     }
     INFO(element);
-    CHECK((sum - whole).norm() < 1e-13 * whole.norm());  // rounding
+    CHECK((sum - whole).norm() < 1e-13 * whole.norm());  // up to rounding
   }
 }
 
@@ -345,6 +345,6 @@ TEST_CASE("a subset of triangles takes only the vertices of its neighbourhood") 
   const BendingSetup setup = flat_setup(mesh, some_rigidity());
   const BendingSubset subset =
       bending_subset(setup, edge_table(mesh.n_vertices(), setup.triangles), {400});
-  CHECK(subset.vertices.size() < 15);  // a triangle and two rings of neighbours have at most 12
+  CHECK(subset.vertices.size() < 15);  // two rings of neighbours around a triangle have 12 vertices
   CHECK(std::is_sorted(subset.vertices.begin(), subset.vertices.end()));
 }

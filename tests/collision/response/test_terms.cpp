@@ -101,7 +101,7 @@ TEST_CASE(
     CHECK(above.stiffness == Approx(below.stiffness).epsilon(1e-6));
     CHECK(above.energy == Approx(below.energy).epsilon(1e-6));
   }
-  // When the gap falls below the thickness, all three start at 0.
+  // When the gap falls below the thickness, force, stiffness and energy start at 0.
   const ContactForce first = contact_force(xi - hair, xi, k);
   CHECK(first.stiffness < 1e-6 * k);
   CHECK(first.force < 1e-12 * k * xi);
@@ -126,7 +126,8 @@ TEST_CASE("contacts of any depth have a stiffness that the solve can add to the 
     stiffest = std::max(stiffest, h * h * inverse_mass * term.hessian.norm());
     strongest = std::max(strongest, h * h * inverse_mass * term.gradient.norm());
   }
-  // The stiffness in units of mass/step^2 is bounded to 1e8; (M26) of docs/method.md gives 1e12.
+  // The stiffness is at most 1e8 mass/step^2. Without this bound, (M26) of docs/method.md gives
+  // 1e12.
   CHECK(stiffest < 1.0001e8);
   CHECK(stiffest > 1e7);
   // The force is at most the bound of the stiffness times the thickness of 4e-3 m, so one solve

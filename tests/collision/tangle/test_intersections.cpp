@@ -57,7 +57,7 @@ TEST_CASE("triangles that cross, touch or contain each other meet; triangles 1e-
   CHECK(meets({0.5, -1, 0}, {0.5, 1, 0}, {0.5, 0, 1}));       // edge in the plane
   CHECK(meets({0, 0, 0}, {-1, 0, 0}, {0, -1, 0}));            // corner on corner, same plane
   CHECK(meets({0.1, 0.1, 0}, {0.2, 0.1, 0}, {0.1, 0.2, 0}));  // inside, same plane
-  CHECK(meets({-5, -5, 0}, {5, -5, 0}, {0, 9, 0}));           // encloses it, same plane
+  CHECK(meets({-5, -5, 0}, {5, -5, 0}, {0, 9, 0}));           // encloses the other, same plane
   CHECK_FALSE(meets({1, 1, 0}, {2, 1, 0}, {1, 2, 0}));        // side by side, same plane
   CHECK(meets({0.5, 0.5, -1}, {0.5, 0.5, 1}, {2, 2, 0}));     // through the long edge
   CHECK_FALSE(

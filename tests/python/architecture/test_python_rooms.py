@@ -15,7 +15,6 @@ ROOT = Path(loomstone.__file__).parent
 ORDER = [
     "_core",
     "base",
-    "units",
     "ranks",
     "versions",
     "collision",

@@ -220,12 +220,12 @@ def test_forces_at_the_end_of_a_step_are_reused_if_nothing_has_changed(case, wri
         positions=[(0.03, 0, -0.04)] * 2 + [(0.03, 0, -0.03)],
     )
     scene = scene.replace(obstacles=[stand], magnets=[*scene.magnets, MAGNET.replace(body="stand")])
-    going_on, anew = (simulation(scene, 5e-4) for _ in range(2))
+    going_on, rebuilt = (simulation(scene, 5e-4) for _ in range(2))
     for step in range(10):
         if write and step == 4:
-            write(going_on), write(anew)
-        anew.rebuild_stages()  # the new stages have no previous step
-        for sim in (going_on, anew):
+            write(going_on), write(rebuilt)
+        rebuilt.rebuild_stages()  # the new stages have no previous step
+        for sim in (going_on, rebuilt):
             sim.step()
     for name in (
         "body_centres",
@@ -233,8 +233,8 @@ def test_forces_at_the_end_of_a_step_are_reused_if_nothing_has_changed(case, wri
         "body_velocities",
         "body_angular_velocities",
     ):
-        assert np.array_equal(getattr(going_on.state, name), getattr(anew.state, name)), name
-    assert going_on.current == anew.current and going_on.circuit_supply == anew.circuit_supply
+        assert np.array_equal(getattr(going_on.state, name), getattr(rebuilt.state, name)), name
+    assert going_on.current == rebuilt.current and going_on.circuit_supply == rebuilt.circuit_supply
 
 
 def half_ring(inner: float, outer: float, width: float, parts: int = 8) -> ls.TriangleMesh:

@@ -279,7 +279,7 @@ def test_balls_that_have_snapped_together_come_to_rest():
         sim.step()
         most = max(most, sim.report.magnets.substeps)
     gap = np.linalg.norm(sim.state.body_centres[0] - sim.state.body_centres[1]) - 0.01
-    assert abs(gap) < 5e-5, "they touch, within the world's penetration"
+    assert abs(gap) < 5e-5, "they touch, with the small overlap that the rigid-body world allows"
     assert sim.state.body_centres[:, 2] == pytest.approx(0.005, abs=5e-5), "on the floor"
     assert 2 < most < 64
 
@@ -342,7 +342,7 @@ def test_iron_balls_that_fly_towards_a_free_magnet_keep_momenta_and_energy_with_
 @pytest.mark.parametrize(
     "scene", [{}, {"magnetic_step": 1.0, "rigid_iterations": 10}], ids=["fine", "coarse"]
 )
-def test_iron_balls_that_stick_to_a_magnet_calm_down_in_few_substeps(scene):
+def test_iron_balls_that_stick_to_a_magnet_come_to_rest_in_few_sub_steps(scene):
     box = ls.meshes.box(size=(0.03, 0.03, 0.02))
     most = 1.1 if scene else 8.0
     scene = iron_balls(
@@ -363,9 +363,9 @@ def test_iron_balls_that_stick_to_a_magnet_calm_down_in_few_substeps(scene):
             x = np.array(sim.state.body_centres)
             distances = np.linalg.norm(x[:, None] - x, axis=2)[np.triu_indices(18, 1)]
             assert distances.min() > 0.0098, (
-                "what meets in a step is stopped before it overlaps; sweeps leave 0.1 mm"
+                "contacts stop bodies that meet in a step; the sweeps leave an overlap of 0.1 mm"
             )
-    assert np.mean(energies[300:]) < 0.7 * np.mean(energies[100:200]), "contacts feed nothing in"
+    assert np.mean(energies[300:]) < 0.7 * np.mean(energies[100:200]), "contacts add no energy"
     assert 1 <= np.mean(substeps[200:]) < most
 
 

@@ -18,7 +18,7 @@ BOXES = {
 
 
 @pytest.mark.parametrize("box", BOXES.values(), ids=list(BOXES))
-def test_a_foreign_mesh_is_taken_like_ours(box, tmp_path):
+def test_meshes_of_trimesh_and_meshio_are_accepted_as_triangle_meshes(box, tmp_path):
     assert ls.Cloth(mesh=box).mesh == BOX
     assert ls.Cloth(mesh=BOX).replace(mesh=box).mesh == BOX
     assert ls.RigidBody(mesh=box, parts=[box]).parts == [BOX]
@@ -66,12 +66,12 @@ def test_polygons_of_meshio_are_split_into_fans(tmp_path):
     ],
     ids=["lines", "tetra", "curved", "degenerate", "scene"],
 )
-def test_a_foreign_mesh_that_is_no_surface_is_one_sentence(mesh, said):
+def test_a_mesh_of_another_package_that_is_no_surface_is_refused_in_one_sentence(mesh, said):
     for take in (lambda: ls.Cloth(mesh=mesh), lambda: ls.obstacles.mesh(mesh)):
         with pytest.raises(ls.InvalidInput, match=said):
             take()
 
 
-def test_another_object_is_refused_as_no_mesh():
+def test_an_object_that_is_no_mesh_is_refused():
     with pytest.raises(TypeError, match="mesh must be a TriangleMesh, got the dict"):
         ls.Cloth(mesh={})

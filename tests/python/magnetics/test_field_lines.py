@@ -99,6 +99,19 @@ def test_lines_end_on_bodies_that_magnetise_and_go_on_from_them(kind):
     assert (first[1] & last[0]).any(), "and come back from there"
 
 
+def test_lines_do_not_wind_along_the_borders_of_panels():
+    # With few panels, lines would run along their borders less than 1e-6 m above the surface.
+    magnet = m.cuboid(size=(0.01, 0.01, 0.005), polarization=(0, 0, 1.2))
+    iron = m.soft_cuboid(size=(0.02, 0.02, 0.004), susceptibility=1000.0, cells=8)
+    (induced,) = m.induce(iron.moved((0, 0, 0.0065)), by=magnet).bodies
+    found = m.field_lines([magnet, induced], 60)
+    assert set(found.ends) <= {m.LineEnd.body, m.LineEnd.left}
+    ends = np.array([line[-1] for line in found.lines])
+    depths = np.maximum(*(ls._core.magnetic_depth([b], ends) for b in (magnet, induced)))
+    inside = np.array([end == m.LineEnd.body for end in found.ends])
+    assert np.abs(depths[inside]).max() < 1e-9  # lines that end on a body end on its surface
+
+
 def test_bad_requests_are_refused():
     for change, message in (
         ({"lines": 0}, "lines must be at least 1"),
@@ -174,7 +187,7 @@ def test_the_command_draws_any_closed_mesh(tmp_path):
     assert done.exit_code == 0, done.output
     for path in (out, cut, curve):
         assert np.asarray(Image.open(path)).std() > 5
-    assert CliRunner().invoke(app, ["field", str(mesh), "--magnetization", "up"]).exit_code == 1
+    assert CliRunner().invoke(app, ["field", str(mesh), "--polarization", "up"]).exit_code == 1
 
 
 def test_forces_over_distance_and_angle_are_those_of_dipoles():

@@ -482,3 +482,27 @@ def test_an_inside_out_mesh_is_refused():
     mesh = tetrahedron()
     with pytest.raises(ls.InvalidInput, match="counter-clockwise seen from outside"):
         M.mesh(ls.TriangleMesh(mesh.vertices, mesh.triangles[:, ::-1]), polarization=J)
+
+
+def test_bodies_of_the_wrong_kind_are_named():
+    iron = M.soft_sphere(radius=0.01, susceptibility=100)
+    magnet = M.sphere(radius=1, polarization=J)
+    with pytest.raises(TypeError, match=r"got SoftBody.* no field until induce\(\) magnetises it"):
+        M.field(iron, [[0, 0, 1]])
+    with pytest.raises(TypeError, match=r"such as cuboid\(\) or loop\(\), got 1"):
+        M.gradient([magnet, 1], [[0, 0, 2]])
+    with pytest.raises(TypeError, match=r"such as soft_cuboid.*got MagneticBody.*belong in `by`"):
+        M.induce([iron, magnet])
+
+
+@pytest.mark.parametrize("value", [1200.0, -9.5e5])  # in mT, in A/m
+def test_a_polarization_that_no_material_has_is_reported(value):
+    for make in (
+        lambda: M.cuboid(size=(1, 1, 1), polarization=(0, 0, value)),
+        lambda: M.cylinder(radius=1, height=1, polarization=(0, value, 0)),
+        lambda: M.sphere(radius=1, polarization=(0, 0, value)),
+        lambda: M.mesh(ls.meshes.box(size=(1, 1, 1)), polarization=(0, 0, value)),
+    ):
+        with pytest.warns(ls.SceneWarning, match="larger than that of any material") as found:
+            make()
+        assert found[0].filename == __file__

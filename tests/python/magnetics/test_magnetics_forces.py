@@ -410,6 +410,30 @@ def test_mistakes_with_forces_are_named():
         M.forces([a, a.moved((0.1, 0, 0))], threads=-2)
 
 
+def test_wires_that_meet_are_refused_because_their_force_is_infinite():
+    loop = M.loop(radius=0.02, current=1.0)
+    square = M.polyline(
+        [[0.02, -0.01, 0], [0.02, 0.01, 0], [0.04, 0.01, 0], [0.04, -0.01, 0], [0.02, -0.01, 0]],
+        current=1.0,
+    )
+    for other in (
+        loop,
+        loop.moved((0.04, 0, 0)),  # touches the loop from outside
+        loop.rotated((0.3, 0.4, 0.5)),  # crosses it at two points
+        square,
+    ):
+        with pytest.raises(ls.InvalidInput, match="thin wires must lie apart.* on meets by"):
+            M.force(on=other, by=loop)
+    with pytest.raises(ls.InvalidInput, match=r"bodies\[0\] meets bodies\[2\]"):
+        M.forces([loop, loop.moved((0, 0, 0.01)), square])
+    # Next to each other, long wires exert mu0 I^2 / (2 pi gap) per length.
+    gap = 1e-5
+    pull = M.force(on=loop.moved((0, 0, gap)), by=loop).force[2]
+    assert pull == pytest.approx(-M.MU0 * 0.02 / gap, rel=1e-4)
+    linked = loop.rotated((np.pi / 2, 0, 0)).moved((0.02, 0, 0))  # linked like a chain
+    assert np.isfinite(M.force(on=linked, by=loop).torque).all()
+
+
 ENERGY_BODIES = {
     "cuboid": ls.magnetics.cuboid(size=(0.01, 0.012, 0.008), polarization=(0.3, -0.5, 1.0)),
     "cylinder": ls.magnetics.cylinder(radius=0.006, height=0.01, polarization=(0.4, 0.2, 0.9)),

@@ -122,7 +122,7 @@ def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
         assert -M.force(on=induced, by=turned).force[2] == pytest.approx(image, rel=1.5e-2)
 
 
-def test_a_soft_body_cut_in_two_is_drawn_as_the_whole():
+def test_a_soft_body_cut_in_two_is_attracted_like_the_whole():
     """Two touching halves act like the whole body. Their charges on the cut cancel as far as the
     panels resolve them.
     """

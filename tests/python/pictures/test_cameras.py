@@ -64,7 +64,7 @@ def test_a_run_without_a_camera_fills_the_picture_by_default(run, tmp_path):
         assert np.array_equal(one, other)
 
 
-def test_a_fitted_camera_looks_as_before_from_where_all_is_seen(run):
+def test_a_fitted_camera_keeps_its_direction_and_depends_on_the_frames(run):
     options = ls.RenderOptions(width=160, height=90, camera=ls.Camera(eye=(0, -1, 0)))
     camera = fitted_camera(run, options)
     assert not camera.fit and np.allclose(np.subtract(camera.target, camera.eye)[[0, 2]], 0)

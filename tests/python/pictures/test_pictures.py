@@ -194,7 +194,7 @@ def test_automatic_colours_are_one_range_for_the_whole_run(scene, drawn, tmp_pat
     renderer = ls.pictures.Renderer(run.topology, look)
     values = np.array([renderer.value_ranges(frame)[1] for frame in run])
     low, high = values[:, 0].min(), values[:, 1].max()
-    assert high > values[0, 1], "the first frame does not tell"
+    assert high > values[0, 1], "the range of the first frame is too small"
     render_run(run, look.replace(color_low=low, color_high=high), out=tmp_path / "given", jobs=1)
     assert same(pictures(tmp_path / "all"), pictures(tmp_path / "given"))
     fitted = look.replace(camera=fitted_camera(run, look))

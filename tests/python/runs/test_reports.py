@@ -110,6 +110,6 @@ def test_a_run_describes_its_account_of_energy(falling, euler, tmp_path, capsys)
     assert last - first == pytest.approx(work - losses, abs=1e-9 * abs(first))
     inspection.describe(tmp_path / "r")
     text = capsys.readouterr().out
-    assert "rise of energy less work: at most" in text and "losses: " in text
+    assert "rise of energy minus work: at most" in text and "losses: " in text
     gained = {**report, "largest_contact_balance": 0.06}
-    assert "(including that of contacts) less work rose by 6 %" in inspection.report_text(gained)
+    assert "(including that of contacts) minus work rose by 6 %" in inspection.report_text(gained)

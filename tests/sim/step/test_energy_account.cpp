@@ -59,7 +59,7 @@ double imbalance(const Scene& scene, const IntegratorOptions& options) {
 
 }  // namespace
 
-TEST_CASE("without losses, energy less work stays what it was, the better the shorter the steps") {
+TEST_CASE("without losses, energy minus work stays constant, the better the shorter the steps") {
   const auto midpoint = [](double h) {
     IntegratorOptions options = step_of(h, "nonlinear-midpoint");
     options.implicit()->jacobian = JacobianKind::Exact;

@@ -125,7 +125,7 @@ TEST_CASE(
   CHECK(beyond_early == 0);
   CHECK(sim.report().limits.beyond == 2 * cells * cells);
   CHECK(sim.report().limits.worst_element >= 0);
-  CHECK(sim.report().parts == 1);  // limits broken before the step do not halve it
+  CHECK(sim.report().parts == 1);  // limits broken before the step do not halve the step
   const std::vector<BrokenLimit> broken = sim.broken_limits();
   std::set<Index> named;
   for (const BrokenLimit& each : broken) named.insert(each.element);

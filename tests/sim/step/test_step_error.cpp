@@ -51,11 +51,10 @@ IntegratorOptions step_with(double h, std::optional<double> accuracy) {
 }
 
 struct Fall {
-  double stretch = 1.0;  // largest over all steps
-  // Largest increase of the energy divided by the largest kinetic energy, without the energy of
-  // contacts.
+  double stretch = 1.0;  // largest stretch over all steps
+  // Largest increase of the energy without that of contacts, divided by the largest kinetic energy.
   double gain = 0.0;
-  double contact_gain = 0.0;  // the same with the energy of contacts
+  double contact_gain = 0.0;  // like `gain`, but the energy includes that of contacts
   int parts = 0;
 };
 

@@ -127,6 +127,8 @@ def overhang_of_elastica(chord_degrees: float) -> float:
     inclination satisfies theta'' = -u cos(theta), where u is the arc length from the free end. The
     boundary conditions are theta' = 0 at the free end and theta = 0 at the clamp.
 
+    Raises InvalidInput for an angle outside (0, 88) degrees.
+
     >>> round(overhang_of_elastica(41.5), 3)
     2.0
     """

@@ -110,6 +110,8 @@ def cusick(
     step : time step [s]; None: 4 ms for contact distances of 1 mm or more, and proportionally less
         for smaller ones, but at least 0.5 ms
     longest : simulated time allowed for coming to rest [s]
+
+    Raises InvalidInput for values out of range.
     """
     began = time.perf_counter()
     mesh = specimen(triangles, seed=seed)

@@ -141,6 +141,9 @@ def report_fabrics(
     triangles : number of triangles of a draped specimen
     specimens : number of specimens, each with its own mesh
     done : function called after each fabric
+
+    Raises InvalidInput for an unknown fabric, CacheError if `out` cannot be written, and
+    Unsupported if pictures are to be drawn and matplotlib is missing.
     """
     chosen: Mapping[str, Fabric] = {
         name: catalogue[name] for name in (catalogue if names is None else names)

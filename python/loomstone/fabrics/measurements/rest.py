@@ -52,6 +52,8 @@ def bring_to_rest(
     ratio : kinetic energy allowed in a window of time, relative to the largest since the start [1]
     drift : displacement of a vertex allowed over a window [m]
     window : length of a window [s]
+
+    Raises InvalidInput unless these values are positive.
     """
     for name, value in (
         ("longest", longest),

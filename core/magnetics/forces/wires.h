@@ -1,0 +1,13 @@
+// Detection of thin wires that meet. The force between two infinitely thin wires grows without
+// bound as they approach each other.
+#pragma once
+
+#include "core/magnetics/sources/body.h"
+
+namespace loomstone {
+
+// Returns whether two loops or polylines come closer to each other than 1e-6 of the sum of their
+// radii. Returns false unless both are loops or polylines.
+bool wires_meet(const MagneticBody& a, const MagneticBody& b);
+
+}  // namespace loomstone
