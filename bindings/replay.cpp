@@ -147,11 +147,14 @@ void bind_replay(py::module_& m) {
   const auto search = [&](const char* name, CollisionReplay::Search which, const char* text) {
     c.def(
         name,
-        [which](const CollisionReplay& self, int ranks, int repetitions) {
-          return self.measure(which, ranks, repetitions);
+        [which](const CollisionReplay& self, int ranks, int repetitions,
+                const std::string& decomposition) {
+          const auto how = choice_named<Decomposition>(decomposition, "decomposition");
+          const py::gil_scoped_release release;
+          return self.measure(which, ranks, how, repetitions);
         },
-        py::arg("ranks"), py::arg("repetitions") = 3, py::call_guard<py::gil_scoped_release>(),
-        text);
+        py::arg("ranks"), py::arg("repetitions") = 3, py::kw_only(),
+        py::arg("decomposition") = "static", text);
   };
   c.def(
       "perform",
@@ -184,10 +187,12 @@ void bind_replay(py::module_& m) {
       "Returns the RecordedLists of the search for contacts at x0 and of the search for impacts "
       "from x0 to x1.");
   search("contacts", CollisionReplay::Search::Contacts,
-         "Returns the RecordedTests of the search for contacts at x0, divided for `ranks` ranks.");
+         "Returns the RecordedTests of the search for contacts at x0, divided for `ranks` ranks. "
+         "decomposition: \"static\" or\n"
+         "\"dynamic\", which determines the tests with which each rank starts.");
   search("impacts", CollisionReplay::Search::Impacts,
          "Returns the RecordedTests of the search for impacts from x0 to x1, divided for `ranks` "
-         "ranks.");
+         "ranks, as contacts() does.");
 }
 
 }  // namespace loomstone

@@ -121,15 +121,15 @@ Elasticity::LimitPhaseScope Elasticity::limit_phase(const Team& team, const Poin
 }
 
 template <class Add>
-void Elasticity::add_known(const Team& team, const Points& x, Index begin, Index end, Known& known,
-                           Add&& add, Points& force) const {
-  if (begin != known.begin || end != known.end || !same_positions(x, known.x)) {
-    known.x = x, known.begin = begin, known.end = end;
+void Elasticity::add_known(const Team& team, const Points& x, Range rows, Known& known, Add&& add,
+                           Points& force) const {
+  if (rows != known.rows || !same_positions(x, known.x)) {
+    known.x = x, known.rows = rows;
     known.force.setZero(x.rows(), 3);
     add(known.force);
   }
-  parallel_for(team, end - begin,
-               [&](Index i) { force.row(begin + i) += known.force.row(begin + i); });
+  parallel_for(team, rows.end - rows.begin,
+               [&](Index i) { force.row(rows.begin + i) += known.force.row(rows.begin + i); });
 }
 
 void Elasticity::add_implicit_forces(const Team& team, const Points& x, const Points* v,
@@ -138,7 +138,7 @@ void Elasticity::add_implicit_forces(const Team& team, const Points& x, const Po
   if (membrane_.in_phase() || (v && membrane_.viscous()))
     add(force);
   else
-    add_known(team, x, begin, end, membrane_force_, add, force);
+    add_known(team, x, {begin, end}, membrane_force_, add, force);
   if (implicit_bending()) add_bending_forces(team, x, v, begin, end, force);
 }
 
@@ -158,7 +158,7 @@ void Elasticity::add_bending_forces(const Team& team, const Points& x, const Poi
   if (v && damped_bending_)
     add(force);
   else
-    add_known(team, x, begin, end, bending_force_, add, force);
+    add_known(team, x, {begin, end}, bending_force_, add, force);
 }
 
 void Elasticity::add_limits(const std::vector<LimitModes>& modes) {

@@ -106,17 +106,21 @@ class Elasticity {
 
  private:
   Elasticity(const ClothModel& model, BendingTreatment bending, const RowLayout* layout);
-  // Elastic forces on the rows [begin, end), or an energy, at the positions x. A part of a step
-  // asks for them several times at the same positions.
+  // Known contains the elastic forces on a range of rows, or an energy, at the positions x. A part
+  // of a step asks for them several times at the same positions.
+  struct Range {
+    Index begin = 0, end = 0;
+    bool operator==(const Range&) const = default;
+  };
   struct Known {
     Points x;  // no rows: nothing is known
-    Index begin = 0, end = 0;
+    Range rows;
     Points force;         // (n x 3) [N]
     double energy = 0.0;  // [J]
   };
-  // Adds the force that `add` adds to rows without force.
+  // Adds to `force` what `add` adds to rows without force.
   template <class Add>
-  void add_known(const Team& team, const Points& x, Index begin, Index end, Known& known, Add&& add,
+  void add_known(const Team& team, const Points& x, Range rows, Known& known, Add&& add,
                  Points& force) const;
   void add_bending_forces(const Team& team, const Points& x, const Points* v, Index begin,
                           Index end, Points& force);

@@ -66,6 +66,9 @@ Vector movable(const CollisionModel& model) {
 // Number of steps before the measured one, in which lists get the slack that the motion needs.
 constexpr int steps_before = 3;
 
+// Number of steps from the measurement of costs to a dynamic search that uses them, on average.
+constexpr int steps_before_deal = 4;
+
 // Performs the searches of steps by neighbour lists on one thread.
 struct ListsOfStep {
   ListsOfStep(const CollisionModel& given, const std::vector<SurfacePair>& given_pairs,
@@ -75,7 +78,10 @@ struct ListsOfStep {
         inverse_mass(given_inverse_mass),
         boxes(model, pairs),
         lists(model, pairs, boxes, *alone),
-        search(model, boxes, lists) {}
+        search(model, boxes, lists) {
+    for (const SurfacePair& pair : pairs)
+      first.push_back(first.back() + boxes.tree(pair.a).n_clusters());
+  }
 
   // contacts() and impacts() return the size of their results [bytes].
   std::size_t contacts(const Points& x) {
@@ -90,29 +96,22 @@ struct ListsOfStep {
   // clusters of all surface pairs.
   template <class Add>
   void each_list(Add&& add) {
-    std::vector<std::size_t> first{0};
-    for (const SurfacePair& pair : pairs)
-      first.push_back(first.back() + boxes.tree(pair.a).n_clusters());
-    n_pieces = first.back();
     for (NeighbourList& list : lists.lists()) add(first[list.pair] + list.a, list);
   }
-  // Returns the costs of the lists of each first cluster since the last call. Ranks divide the
-  // lists by these costs.
+  // Returns the times spent on the lists of each first cluster since the last call. Ranks divide
+  // the lists by these times.
   std::vector<float> take_expected() {
-    std::vector<float> costs;
-    each_list([&](std::size_t i, NeighbourList& list) {
-      costs.resize(n_pieces, 0.0f);
-      costs[i] += std::exchange(list.cost, 0.0f);
-    });
+    std::vector<float> costs(first.back(), 0.0f);
+    each_list(
+        [&](std::size_t i, NeighbourList& list) { costs[i] += std::exchange(list.spent, 0.0f); });
     return costs;
   }
   // Stores in `work` the times of the work on lists since the last call [s]. If an earlier call
   // stored a smaller time for the same work, this time is kept.
   void take_work(OrderedWork& work) {
     const double pass = lists.take_pass_seconds() / static_cast<double>(lists.lists().size());
-    std::vector<double> seconds;
+    std::vector<double> seconds(first.back(), 0.0);
     each_list([&](std::size_t i, NeighbourList& list) {
-      seconds.resize(n_pieces, 0.0);
       seconds[i] += std::exchange(list.seconds, 0.0f) + pass;
     });
     const double divisible = lists.take_unlisted_seconds();
@@ -122,6 +121,7 @@ struct ListsOfStep {
       for (std::size_t i = 0; i < seconds.size(); ++i)
         seconds[i] = std::min(seconds[i], work.seconds[i]);
     work.seconds = std::move(seconds);
+    work.first = first;
   }
 
   const std::shared_ptr<const Communicator> alone = single_communicator();
@@ -131,7 +131,7 @@ struct ListsOfStep {
   BroadPhase boxes;
   NeighbourLists lists;
   ImpactSearch search;
-  std::size_t n_pieces = 0;
+  SectionStarts first = {0};  // number of pieces in earlier surface pairs
 };
 
 }  // namespace
@@ -155,28 +155,36 @@ CollisionReplay::CollisionReplay(CollisionRecord record)
     : data_(std::make_unique<Data>(std::move(record))) {}
 CollisionReplay::~CollisionReplay() = default;
 
-// Performs a search and returns the size of its results [bytes].
-std::size_t CollisionReplay::find(Search search, const Team& team, SharedSearch& shared) const {
+// Performs a search, in the recorded step or in a step before it. Returns the size of its results
+// [bytes].
+std::size_t CollisionReplay::find(Search search, const Team& team, SharedSearch& shared,
+                                  int steps_before) const {
   Data& d = *data_;
+  const Points earlier = steps_before * (d.record.x1 - d.record.x0);
+  const Points x0 = d.record.x0 - earlier;
   if (search == Search::Contacts) {
-    find_contacts(team, d.model, d.pairs, d.record.x0, shared);
+    find_contacts(team, d.model, d.pairs, x0, shared);
     return shared.result_bytes();
   }
   const std::shared_ptr<const Communicator> alone = single_communicator();
   NeighbourLists unused(d.model, d.pairs, d.boxes, *alone);
   ImpactSearch impacts(d.model, d.boxes, unused);
   impacts.share(&shared);
-  impacts.find(team, {d.record.x0, d.inverse_mass, {}}, d.record.x1, nullptr);
+  impacts.find(team, {x0, d.inverse_mass, {}}, d.record.x1 - earlier, nullptr);
   return shared.result_bytes();
 }
 
-RecordedTests CollisionReplay::measure(Search search, int n_ranks, int repetitions) const {
+RecordedTests CollisionReplay::measure(Search search, int n_ranks, Decomposition decomposition,
+                                       int repetitions) const {
   if (n_ranks < 1) fail<InvalidInput>("ranks must be at least 1, got {}", n_ranks);
   if (repetitions < 1) fail<InvalidInput>("repetitions must be at least 1, got {}", repetitions);
+  if (decomposition == Decomposition::Predicted)
+    fail<Unsupported>("the decomposition must be static or dynamic, got predicted");
   const Data& d = *data_;
   RecordedTests tests;
-  SharedSearch shared(d.model, d.pairs, d.boxes, Decomposition::Static, single_communicator(),
-                      n_ranks);
+  SharedSearch shared(d.model, d.pairs, d.boxes, decomposition, single_communicator(), n_ranks);
+  // The first search measures costs, by which the tests of the recorded step are dealt out.
+  if (decomposition == Decomposition::Dynamic) find(search, Team{}, shared, steps_before_deal);
   shared.record(&tests);
   for (int i = 0; i < repetitions; ++i) tests.result_bytes = find(search, Team{}, shared);
   return tests;

@@ -33,8 +33,11 @@ class CollisionReplay {
   enum class Search { Contacts, Impacts };
 
   // Measures the tests of a search that is divided for `n_ranks` ranks. Each cost is the smallest
-  // of `repetitions` measurements.
-  RecordedTests measure(Search search, int n_ranks, int repetitions = 3) const;
+  // of `repetitions` measurements. In dynamic division, the ranks start with tests that had about
+  // equal costs in an earlier step, to which the motion is extrapolated backwards. In static
+  // division, they start with equally many top-level tests.
+  RecordedTests measure(Search search, int n_ranks, Decomposition decomposition,
+                        int repetitions = 3) const;
 
   // Measures the work on neighbour lists in both searches of a step. Entry i of the result is the
   // work of all lists whose first cluster is i. The expected cost of a list is its cost in the
@@ -57,7 +60,8 @@ class CollisionReplay {
   std::vector<double> perform(Search search, const Execution& execution, int repetitions) const;
 
  private:
-  std::size_t find(Search search, const Team& team, SharedSearch& shared) const;
+  std::size_t find(Search search, const Team& team, SharedSearch& shared,
+                   int steps_before = 0) const;
 
   struct Data;
   std::unique_ptr<Data> data_;

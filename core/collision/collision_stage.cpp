@@ -79,7 +79,7 @@ const std::vector<Contact>& CollisionStage::proximity(const Team& team, const Po
     if (d.shared) {
       d.known = find_contacts(team, d.model, d.pairs, x0, *d.shared);
     } else {
-      d.lists.update(team, x0);
+      d.lists.begin_update(team, x0);
       d.known = find_contacts(team, d.model, d.pairs, x0, d.lists);
     }
     d.known_x = x0;

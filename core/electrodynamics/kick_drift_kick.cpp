@@ -27,6 +27,12 @@ void Substeps::resolve(double frequency) {
   limit_ = tolerated_growth * most_;
 }
 
+bool Substeps::halve() {
+  if (2 * parts_ > most_substeps) return false;
+  parts_ *= 2, place_ *= 2;
+  return true;
+}
+
 MovingBodies begin_motion(const MagneticModel& model, const Points& impulses,
                           const Points& angular_impulses, RigidState& state) {
   MovingBodies bodies{state, Points(model.n_bodies(), 3)};
@@ -96,6 +102,18 @@ void drift(const MagneticModel& model, double h, const CarrierWrenches& wrenches
     state.positions.row(b) = answer.state.positions.row(b);
     state.orientations.row(b) = answer.state.orientations.row(b);
   }
+}
+
+double kinetic_energy(const MagneticModel& model, const MovingBodies& bodies) {
+  double energy = 0.0;
+  for (Index b = 0; b < model.n_bodies(); ++b) {
+    const Vec3 momentum = bodies.momenta.row(b).transpose();
+    const Vec3 spin = angular_velocity(model.bodies[b].rotor,
+                                       bodies.state.orientations.row(b).transpose(), momentum);
+    energy += 0.5 * (model.bodies[b].mass.mass * bodies.state.velocities.row(b).squaredNorm() +
+                     momentum.dot(spin));
+  }
+  return energy;
 }
 
 void end_motion(const MagneticModel& model, MovingBodies& bodies) {

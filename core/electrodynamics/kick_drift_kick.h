@@ -49,6 +49,9 @@ void half_kick(const MagneticModel& model, double h, const CarrierWrenches& wren
 void drift(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
            const ContactAnswer& answer, MovingBodies& bodies);
 
+// Returns the kinetic energy of the bodies [J].
+double kinetic_energy(const MagneticModel& model, const MovingBodies& bodies);
+
 // Computes angular velocities from momenta. Throws SolverFailure if any value is not finite.
 void end_motion(const MagneticModel& model, MovingBodies& bodies);
 
@@ -60,11 +63,14 @@ class Substeps {
   bool left() const { return place_ < parts_; }
   double elapsed() const { return step_ * place_ / parts_; }             // [s]
   double share() const { return static_cast<double>(place_) / parts_; }  // elapsed fraction
+  double next_share() const { return static_cast<double>(place_ + 1) / parts_; }  // with the next
   double length() const { return step_ / parts_; }                       // [s]
   // Halves the remaining sub-steps until they resolve the angular frequency [rad/s]. After the
   // first call, a small growth of the frequency is tolerated. Throws SolverFailure if too many
   // sub-steps are needed.
   void resolve(double frequency);
+  // Halves the remaining sub-steps. Returns false, without effect, if there would be too many.
+  bool halve();
   void pass() { ++place_; }
 
  private:

@@ -5,11 +5,16 @@
 
 #include "core/electrodynamics/coil_currents.h"
 #include "core/electrodynamics/kick_drift_kick.h"
+#include "core/electrodynamics/work_error.h"
 #include "core/magnetics/induction/flux_linkage.h"
 
 namespace loomstone {
 
 namespace {
+
+// Largest relative_work_error() of a sub-step [1]. Magnets that snap together then gain at most
+// about this fraction of their kinetic energy from nothing.
+constexpr double work_tolerance = 0.02;
 
 // Returns the work [J] that scripted obstacles do in `duration` [s] against the magnetic forces on
 // the magnets that they carry. Forces due to magnetisation by given currents are excluded.
@@ -26,6 +31,12 @@ double work_of_obstacles(double duration, const std::vector<Twist>& twists,
     work -= duration * (wrench.force.dot(twists[o].velocity) + wrench.torque.dot(twists[o].spin));
   }
   return work;
+}
+
+// Copies poses and velocities, but not the contact points.
+void put_back(const RigidState& from, RigidState& to) {
+  to.positions = from.positions, to.orientations = from.orientations;
+  to.velocities = from.velocities, to.angular_velocities = from.angular_velocities;
 }
 
 }  // namespace
@@ -70,6 +81,7 @@ const MagneticMotion::Instant& MagneticMotion::arrive(const Team& team, const Mo
                                                       Points& moments) {
   Cause cause = cause_of(moment);
   if (last_ && last_->cause == cause) return *last_;
+  previous_ = std::move(last_);
   last_.reset();
   const CarrierPlaces& places = moment.places;
   const bool magnetises = !magnets_.induced().empty();
@@ -139,47 +151,94 @@ double MagneticMotion::frequency(const Team& team, const CarrierPlaces& places,
   return frequency_.at(team, {places, *magnets, now.magnetised.known, currents, world.touching()});
 }
 
+// The motion of a step, sub-step by sub-step.
+struct MagneticMotion::Course {
+  MagneticMotion& motion;
+  const Team& team;
+  const MagneticStep& step;
+  RigidWorld& world;
+  MagneticState& magnetic;
+  std::vector<Twist> twists;
+  MovingBodies bodies;
+
+  ObstaclePlaces obstacles_at(double share) const {
+    return between(step.obstacles, step.moved_obstacles, share);
+  }
+  const Instant& arrive(const ObstaclePlaces& obstacles, double time) const {
+    return motion.arrive(team, {{bodies.state, obstacles.poses}, twists, time}, magnetic.moments);
+  }
+  CarrierWrenches kick(double time, double duration, const Instant& now) const {
+    return kick_wrenches(motion.model_,
+                         {time, duration, bodies.state, bodies.momenta, twists, now.actions},
+                         magnetic.circuits);
+  }
+  SubstepResult advance(const Substeps& parts);
+};
+
+// Advances by one sub-step from the instant `last_`, at which the bodies are.
+MagneticMotion::SubstepResult MagneticMotion::Course::advance(const Substeps& parts) {
+  const MagneticModel& model = motion.model_;
+  const double start = step.start + parts.elapsed(), h = parts.length();
+  const ObstaclePlaces there = obstacles_at(parts.next_share());
+  SubstepResult result;
+  motion.previous_.reset();
+  const CarrierWrenches between_first = wrenches_between_magnets(motion.last_->actions);
+  const CarrierWrenches first = kick(start + 0.25 * h, 0.5 * h, *motion.last_);
+  result.obstacle_work = work_of_obstacles(0.5 * h, twists, motion.last_->actions);
+  const ContactAnswer answer = answer_contacts(model, h, first, there, bodies, world);
+  result.obstacle_work += world.obstacle_work();
+  const RigidState before = bodies.state;
+  const double kinetic = kinetic_energy(model, bodies);
+  half_kick(model, h, first, bodies);
+  drift(model, h, first, answer, bodies);
+  const Instant& now = arrive(there, start + h);
+  result.obstacle_work += work_of_obstacles(0.5 * h, twists, now.actions);
+  const CarrierWrenches second = kick(start + 0.75 * h, 0.5 * h, now);
+  half_kick(model, h, second, bodies);
+  const SubstepWork work{before,
+                         bodies.state,
+                         answer.touched,
+                         twists,
+                         h,
+                         between_first,
+                         wrenches_between_magnets(now.actions)};
+  result.error = relative_work_error(model, work, std::max(kinetic, kinetic_energy(model, bodies)));
+  return result;
+}
+
 MagneticEffort MagneticMotion::advance(const Team& team, const MagneticStep& step,
                                        RigidWorld& world, RigidState& state,
                                        MagneticState& magnetic) {
-  const std::vector<Twist> twists =
-      obstacle_twists(step.obstacles.poses, step.moved_obstacles.poses, step.length);
-  const auto obstacles_at = [&](double share) {
-    return between(step.obstacles, step.moved_obstacles, share);
-  };
-  const auto arrive_at = [&](const ObstaclePlaces& obstacles, double time) -> const Instant& {
-    return arrive(team, {{state, obstacles.poses}, twists, time}, magnetic.moments);
-  };
-  MovingBodies bodies = begin_motion(model_, step.impulses, step.angular_impulses, state);
-  const auto kick = [&](double time, double duration, const Instant& now) {
-    return kick_wrenches(model_, {time, duration, state, bodies.momenta, twists, now.actions},
-                         magnetic.circuits);
-  };
+  Course course{*this,
+                team,
+                step,
+                world,
+                magnetic,
+                obstacle_twists(step.obstacles.poses, step.moved_obstacles.poses, step.length),
+                begin_motion(model_, step.impulses, step.angular_impulses, state)};
   MagneticEffort effort;
-  const Instant* now = &arrive_at(step.obstacles, step.start);
+  course.arrive(step.obstacles, step.start);
   for (Substeps parts(step.length, model_.substep); parts.left(); ++effort.substeps) {
-    const double start = step.start + parts.elapsed();
-    const Vector currents = coil_currents(model_, magnetic.circuits, start);
-    const ObstaclePlaces here = obstacles_at(parts.share());
-    parts.resolve(frequency(team, {state, here.poses}, currents, *now, world));
-    const double h = parts.length();
+    const Vector currents = coil_currents(model_, magnetic.circuits, step.start + parts.elapsed());
+    const ObstaclePlaces here = course.obstacles_at(parts.share());
+    parts.resolve(frequency(team, {state, here.poses}, currents, *last_, world));
+    Start start{state, course.bodies.momenta, magnetic};
+    world.save(start.bodies);
+    SubstepResult result = course.advance(parts);
+    while (result.error > work_tolerance && parts.halve()) {
+      world.restore(start.bodies);
+      put_back(start.bodies, state);
+      course.bodies.momenta = start.momenta, magnetic = start.magnetic;
+      if (previous_) last_ = std::move(previous_);
+      ++effort.substeps;
+      result = course.advance(parts);
+    }
     parts.pass();
-    const ObstaclePlaces there = obstacles_at(parts.share());
-
-    CarrierWrenches wrenches = kick(start + 0.25 * h, 0.5 * h, *now);
-    const ContactAnswer answer = answer_contacts(model_, h, wrenches, there, bodies, world);
-    half_kick(model_, h, wrenches, bodies);
-    drift(model_, h, wrenches, answer, bodies);
-    effort.obstacle_work +=
-        world.obstacle_work() + work_of_obstacles(0.5 * h, twists, now->actions);
-    now = &arrive_at(there, start + h);
-    effort.obstacle_work += work_of_obstacles(0.5 * h, twists, now->actions);
-    wrenches = kick(start + 0.75 * h, 0.5 * h, *now);
-    half_kick(model_, h, wrenches, bodies);
+    effort.obstacle_work += result.obstacle_work;
   }
-  end_motion(model_, bodies);
+  end_motion(model_, course.bodies);
   for (Index b = 0; b < model_.n_bodies(); ++b)
-    effort.error = std::max(effort.error, now->actions.magnets[b].error);
+    effort.error = std::max(effort.error, last_->actions.magnets[b].error);
   return effort;
 }
 

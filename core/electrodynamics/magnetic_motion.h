@@ -72,6 +72,17 @@ class MagneticMotion {
     Magnetised magnetised;
     Actions actions;
   };
+  // All that a sub-step changes, at its start, except for the instant.
+  struct Start {
+    RigidState bodies;
+    Points momenta;
+    MagneticState magnetic;
+  };
+  struct SubstepResult {
+    double obstacle_work = 0.0;  // see MagneticEffort [J]
+    double error = 0.0;          // relative_work_error() [1]
+  };
+  struct Course;
 
   Cause cause_of(const Moment& moment) const;
   // Computes forces and inductances at an instant. Returns last_ if it has the same inputs (Cause).
@@ -89,6 +100,7 @@ class MagneticMotion {
   SubstepFrequency frequency_;
   MutualInductances inductances_;
   std::optional<Instant> last_;
+  std::optional<Instant> previous_;  // start of a sub-step, if last_ is another instant
 };
 
 }  // namespace loomstone

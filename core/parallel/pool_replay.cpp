@@ -9,7 +9,6 @@
 #include <queue>
 #include <utility>
 
-#include "core/parallel/shared_work.h"
 #include "core/parallel/termination.h"
 
 namespace loomstone {
@@ -21,16 +20,19 @@ constexpr double never = std::numeric_limits<double>::infinity();
 // Size of a message without the tests of a task [bytes].
 constexpr double header_bytes = 32.0;
 
-// Adds the time of the exchange at the end. All ranks receive the numbers of results, and then the
-// results, if there are any. Each of these exchanges takes a number of rounds that grows with the
-// logarithm of the number of ranks. `further` is the number of additional exchanges of numbers.
-void add_exchange(int n_ranks, std::size_t result_bytes, int further, const Network& network,
+// Returns the time of an exchange in which each rank receives `bytes`. It takes a number of rounds
+// that grows with the logarithm of the number of ranks.
+double exchange_seconds(int n_ranks, double bytes, const Network& network) {
+  if (n_ranks == 1) return 0.0;
+  return std::ceil(std::log2(n_ranks)) * (network.latency + 2.0 * network.overhead) +
+         bytes / network.bandwidth;
+}
+
+// Adds the time of the exchange at the end. All ranks receive the numbers of results and the
+// results.
+void add_exchange(int n_ranks, std::size_t result_bytes, const Network& network,
                   ReplayReport& report) {
-  if (n_ranks == 1) return;
-  const double exchanges = result_bytes > 0 ? 2.0 + further : 1.0 + further;
-  report.exchange =
-      exchanges * std::ceil(std::log2(n_ranks)) * (network.latency + 2.0 * network.overhead) +
-      static_cast<double>(result_bytes) / network.bandwidth;
+  report.exchange = exchange_seconds(n_ranks, static_cast<double>(result_bytes), network);
   report.seconds += report.exchange;
 }
 
@@ -96,7 +98,10 @@ class Simulated {
       busy.push_back(rank.busy);
     }
     set_busy(busy, report_);
-    add_exchange(tests_.n_ranks(), tests_.result_bytes, 0, network_, report_);
+    add_exchange(tests_.n_ranks(), tests_.result_bytes, network_, report_);
+    const double deal = tests_.deal_exchanges * exchange_seconds(tests_.n_ranks(), 0.0, network_) +
+                        (tests_.n_ranks() > 1 ? tests_.deal_bytes / network_.bandwidth : 0.0);
+    report_.exchange += deal, report_.seconds += deal;
     return report_;
   }
 
@@ -314,23 +319,24 @@ ReplayReport replay_static(const RecordedTests& tests, const Network& network) {
     report.seconds = std::max(report.seconds, tests.start[rank] + seconds);
   }
   set_busy(busy, report);
-  add_exchange(tests.n_ranks(), tests.result_bytes, 0, network, report);
+  add_exchange(tests.n_ranks(), tests.result_bytes, network, report);
   return report;
 }
 
 ReplayReport replay_predicted(const OrderedWork& work, int n_ranks, const Network& network) {
-  const std::vector<std::size_t> starts = contiguous_ranges(work.expected, n_ranks);
-  std::vector<double> busy;
-  for (int rank = 0; rank < n_ranks; ++rank) {
+  std::vector<double> busy(n_ranks, work.divisible / n_ranks);
+  for (const std::vector<std::size_t>& starts :
+       section_ranges(work.expected, work.first, n_ranks)) {
     const auto at = [&](int range) {
       return work.seconds.begin() + static_cast<std::ptrdiff_t>(starts[range]);
     };
-    busy.push_back(std::accumulate(at(rank), at(rank + 1), work.divisible / n_ranks));
+    for (int rank = 0; rank < n_ranks; ++rank)
+      busy[rank] = std::accumulate(at(rank), at(rank + 1), busy[rank]);
   }
   ReplayReport report;
   set_busy(busy, report);
   report.seconds = report.most_busy;
-  add_exchange(n_ranks, work.result_bytes, 1, network, report);
+  add_exchange(n_ranks, work.result_bytes, network, report);
   return report;
 }
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/parallel/section_ranges.h"
 #include "core/parallel/task_pool.h"
 
 namespace loomstone {
@@ -19,6 +20,9 @@ struct RecordedTests {
   std::vector<std::vector<Index>> roots;  // tests with which each rank starts
   std::vector<double> start;              // time that each rank needs to find its first tests [s]
   std::size_t result_bytes = 0;           // size of all results, which all ranks receive [bytes]
+  // Exchanges for the deal of first tests in each search, on average, and the size of the costs
+  // that all ranks receive in them [bytes].
+  double deal_exchanges = 0.0, deal_bytes = 0.0;
 
   std::size_t size() const { return seconds.size(); }
   int n_ranks() const { return static_cast<int>(roots.size()); }
@@ -38,11 +42,12 @@ struct ReplayReport {
   std::int64_t requests = 0, transfers = 0, refusals = 0, waves = 0;  // sums over ranks
 };
 
-// Pieces of work in a fixed order. They are divided into one contiguous range for each rank so that
-// the expected costs of all ranges are about equal.
+// Pieces of work in a fixed order, which form sections. section_ranges() divides them by their
+// expected costs into ranges for the ranks.
 struct OrderedWork {
   std::vector<float> expected;   // expected cost of each piece, in any unit
   std::vector<double> seconds;   // cost of each piece [s]
+  SectionStarts first;           // start of each section, and the number of pieces
   double divisible = 0.0;        // cost of further work, divided evenly among ranks [s]
   std::size_t result_bytes = 0;  // size of all results, which all ranks receive [bytes]
 
@@ -57,7 +62,7 @@ ReplayReport replay_static(const RecordedTests& tests, const Network& network);
 // Replays a dynamic division: the ranks balance the tests as TaskPool does.
 ReplayReport replay_dynamic(const RecordedTests& tests, const Network& network,
                             const PoolOptions& options = {});
-// Replays a division by expected costs: each rank performs one range of work. Before they exchange
+// Replays a division by expected costs: each rank performs its ranges of work. Before they exchange
 // results, the ranks agree on whether lists are valid.
 ReplayReport replay_predicted(const OrderedWork& work, int n_ranks, const Network& network);
 

@@ -3638,17 +3638,22 @@ class CollisionReplay:
         self,
         ranks: typing.SupportsInt | typing.SupportsIndex,
         repetitions: typing.SupportsInt | typing.SupportsIndex = 3,
+        *,
+        decomposition: str = "static",
     ) -> RecordedTests:
         """
-        Returns the RecordedTests of the search for contacts at x0, divided for `ranks` ranks.
+        Returns the RecordedTests of the search for contacts at x0, divided for `ranks` ranks. decomposition: "static" or
+        "dynamic", which determines the tests with which each rank starts.
         """
     def impacts(
         self,
         ranks: typing.SupportsInt | typing.SupportsIndex,
         repetitions: typing.SupportsInt | typing.SupportsIndex = 3,
+        *,
+        decomposition: str = "static",
     ) -> RecordedTests:
         """
-        Returns the RecordedTests of the search for impacts from x0 to x1, divided for `ranks` ranks.
+        Returns the RecordedTests of the search for impacts from x0 to x1, divided for `ranks` ranks, as contacts() does.
         """
     def lists(
         self, repetitions: typing.SupportsInt | typing.SupportsIndex = 3

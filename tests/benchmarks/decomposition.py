@@ -60,7 +60,7 @@ def compare_replay(
         )
         ranks.barrier()
         if ranks.rank == 0:
-            replayed = search(ranks.size, given.repetitions).replay(
+            replayed = search(ranks.size, given.repetitions, decomposition=name).replay(
                 name, latency=given.latency, overhead=given.overhead
             )
             parts.append(

@@ -71,6 +71,24 @@ Results results(const TestScene& scene, std::shared_ptr<const Communicator> rank
   return all;
 }
 
+// Returns the contacts and impacts of calm steps. After every fourth step, some vertices of one
+// sheet jump over the other sheet.
+Results results_with_jumps(const TestScene& scene, std::shared_ptr<const Communicator> ranks) {
+  CollisionStage stage(scene.model, Decomposition::Predicted, std::move(ranks));
+  Points x = scene.x;
+  Results all;
+  FreeBodies none;
+  for (int step = 0; step < 16; ++step) {
+    all.add(stage.proximity(Team{}, x, {}));
+    Points x1 = shaken(x, 1e-6, step);
+    all.impacts += stage.certify(Team{}, {x, scene.inverse_mass, {}}, x1, none).impacts;
+    x = x1;
+    if (step % 4 == 3)
+      x.middleRows(30 * (step / 4), 20).rowwise() += Eigen::RowVector3d(0.05, 0.03, 8e-3);
+  }
+  return all;
+}
+
 // Sets an environment variable for the lifetime of the object.
 struct Setting {
   const char* name;
@@ -92,6 +110,38 @@ TEST_CASE("contacts, impacts and end positions have the same bits on any number 
       for (const Results& each : found) CHECK(each == alone);
     }
   }
+}
+
+TEST_CASE("ranks find all contacts of vertices that have moved since the last certification") {
+  const TestScene scene = sheets_on_table(12);
+  const Results alone = results_with_jumps(scene, single_communicator());
+  CHECK(alone.contacts > 100);
+  for (const int n : {2, 5}) {
+    std::vector<Results> found(n);
+    on_ranks(n,
+             [&](const auto& ranks) { found[ranks->rank()] = results_with_jumps(scene, ranks); });
+    for (const Results& each : found) CHECK(each == alone);
+  }
+}
+
+TEST_CASE("a calm step takes one exchange for contacts and one for impacts") {
+  const TestScene scene = sheets_on_table(40);
+  std::vector<int> steps(3, 0);  // number of steps with two exchanges
+  on_ranks(3, [&](const auto& ranks) {
+    CollisionStage stage(scene.model, Decomposition::Predicted, ranks);
+    FreeBodies none;
+    Points x = scene.x;
+    for (int step = 0; step < 40; ++step) {
+      const std::int64_t before = ranks->traffic().operations;
+      stage.proximity(Team{}, x, {});
+      Points x1 = shaken(scene.x, 2e-5, step);
+      stage.certify(Team{}, {x, scene.inverse_mass, {}}, x1, none);
+      x = x1;
+      if (step >= 20) steps[ranks->rank()] += ranks->traffic().operations - before == 2;
+    }
+  });
+  // The lists may be distributed again in every eighth update.
+  for (const int n : steps) CHECK(n >= 15);
 }
 
 TEST_CASE("ranks that exchange their lists in every step find the same") {

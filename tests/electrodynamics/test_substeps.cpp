@@ -60,3 +60,18 @@ TEST_CASE("an oscillation that no sub-step resolves is refused") {
   CHECK_THROWS_AS(lengths({1e4}), SolverFailure);
   CHECK_THROWS_AS(lengths({std::numeric_limits<double>::quiet_NaN()}), SolverFailure);
 }
+
+TEST_CASE("halved sub-steps fill the rest of the step, and at most 4096 are taken") {
+  Substeps parts(1.0, 0.15);
+  parts.resolve(0.3);
+  CHECK(parts.length() == 0.5);
+  CHECK(parts.next_share() == 0.5);
+  parts.pass();
+  CHECK(parts.halve());
+  CHECK(parts.elapsed() == 0.5);
+  CHECK(parts.length() == 0.25);
+  CHECK(parts.next_share() == 0.75);
+  while (parts.halve()) continue;
+  CHECK(parts.length() == 1.0 / 4096.0);
+  CHECK(parts.elapsed() == 0.5);
+}

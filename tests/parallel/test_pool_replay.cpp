@@ -40,10 +40,10 @@ TEST_CASE("a static replay takes the time of the slowest rank and of the exchang
   RecordedTests tests = trees_on_rank_0(1, 4, 4);
   tests.result_bytes = 1000;
   const Network network{2e-6, 1e8, 0.5e-6};
-  // Counts and results take two rounds each among four ranks. A round takes 2 us + 2 x 0.5 us, and
-  // 1000 B take 10 us at 1e8 B/s.
-  CHECK(replay_static(tests, network).seconds == Approx(tests.work() + 12e-6 + 1e-5));
-  CHECK(replay_static(tests, network).exchange == Approx(22e-6));
+  // The exchange takes two rounds among four ranks. A round takes 2 us + 2 x 0.5 us, and 1000 B
+  // take 10 us at 1e8 B/s.
+  CHECK(replay_static(tests, network).seconds == Approx(tests.work() + 6e-6 + 1e-5));
+  CHECK(replay_static(tests, network).exchange == Approx(16e-6));
   CHECK(replay_static(tests, network).least_busy == 0.0);
 }
 
@@ -74,20 +74,29 @@ TEST_CASE("a rank performs tests of a task before it passes the task on") {
   }
 }
 
-TEST_CASE("a predicted replay takes the time of the most expensive range and of three exchanges") {
+TEST_CASE("a predicted replay takes the time of the most expensive range and of one exchange") {
   // Sixteen pieces of work. The last four take twice as long as in the preceding step.
-  OrderedWork work{std::vector<float>(16, 1.0f), std::vector<double>(16, 1e-6), 4e-6, 1000};
+  OrderedWork work{
+      std::vector<float>(16, 1.0f), std::vector<double>(16, 1e-6), {0, 16}, 4e-6, 1000};
   for (int i = 12; i < 16; ++i) work.seconds[i] = 2e-6;
   CHECK(work.work() == Approx(24e-6));
   const Network network{2e-6, 1e8, 0.5e-6};
   const ReplayReport report = replay_predicted(work, 4, network);
   CHECK(report.least_busy == Approx(5e-6));
   CHECK(report.most_busy == Approx(9e-6));
-  // Agreement, counts and results take two rounds of 3 us each among four ranks, and 1000 B take
-  // 10 us at 1e8 B/s.
-  CHECK(report.exchange == Approx(28e-6));
-  CHECK(report.seconds == Approx(37e-6));
+  // The exchange takes two rounds of 3 us each among four ranks, and 1000 B take 10 us at 1e8 B/s.
+  CHECK(report.exchange == Approx(16e-6));
+  CHECK(report.seconds == Approx(25e-6));
   CHECK(replay_predicted(work, 1, network).seconds == Approx(work.work()));
+}
+
+TEST_CASE("a dynamic replay takes the time in which ranks exchange costs of tests") {
+  RecordedTests tests = trees_on_rank_0(1, 4, 4);
+  const Network network{2e-6, 1e8, 0.5e-6};
+  const double without = replay_dynamic(tests, network).seconds;
+  tests.deal_exchanges = 0.25, tests.deal_bytes = 500.0;
+  // A quarter of two rounds of 3 us, and 5 us for 500 B at 1e8 B/s.
+  CHECK(replay_dynamic(tests, network).seconds == Approx(without + 6.5e-6));
 }
 
 TEST_CASE("a rank that starts alone and one that has nothing to give both end") {

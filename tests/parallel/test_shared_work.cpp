@@ -4,7 +4,8 @@
 #include <numeric>
 
 #include "core/base/error.h"
-#include "core/parallel/shared_work.h"
+#include "core/parallel/repeated_gather.h"
+#include "core/parallel/section_ranges.h"
 #include "tests/support/thread_ranks.h"
 
 using namespace loomstone;
@@ -68,4 +69,67 @@ TEST_CASE("if the work of some ranks fails, all ranks throw the error of the low
     });
     for (const std::string& text : said) CHECK(text == "rank 1");
   }
+}
+
+TEST_CASE("a repeated gather gives all elements and notes, with one exchange if sizes are alike") {
+  // Numbers of elements of ranks 0 and 1 in seven gathers.
+  const std::vector<std::array<std::size_t, 2>> sizes = {
+      {{0, 0}}, {{80, 3}}, {{80, 3}}, {{90, 0}}, {{91, 0}}, {{200, 0}}, {{1, 1}}};
+  const std::vector<int> exchanges = {1, 2, 1, 1, 1, 2, 2};
+  std::vector<int> right(2, 0);
+  on_ranks(2, [&](const auto& ranks) {
+    GatherRoom room;
+    for (std::size_t i = 0; i < sizes.size(); ++i) {
+      const std::int64_t before = ranks->traffic().operations;
+      const auto all = gather_again<std::array<int, 3>, double>(*ranks, room, [&](double& note) {
+        note = 0.5 + ranks->rank();
+        return std::vector<std::array<int, 3>>(sizes[i][ranks->rank()], {ranks->rank(), 7, int(i)});
+      });
+      bool good = ranks->traffic().operations - before == exchanges[i] &&
+                  all.notes == std::vector<double>{0.5, 1.5} &&
+                  all.gathered.elements.size() == sizes[i][0] + sizes[i][1];
+      for (int rank : {0, 1})
+        for (std::size_t k = all.gathered.start[rank]; k < all.gathered.start[rank + 1]; ++k)
+          good = good && all.gathered.elements[k] == std::array<int, 3>{rank, 7, int(i)};
+      right[ranks->rank()] += good;
+    }
+  });
+  CHECK(right == std::vector<int>(2, static_cast<int>(sizes.size())));
+}
+
+TEST_CASE("if the work before a repeated gather fails on a rank, all ranks throw") {
+  std::vector<std::string> said(3);
+  on_ranks(3, [&](const auto& ranks) {
+    GatherRoom room;
+    try {
+      gather_again<int, int>(*ranks, room, [&](int&) -> std::vector<int> {
+        if (ranks->rank() == 1) throw InvalidInput("rank 1");
+        return std::vector<int>(5, 0);
+      });
+    } catch (const InvalidInput& error) {
+      said[ranks->rank()] = error.what();
+    }
+  });
+  for (const std::string& text : said) CHECK(text == "rank 1");
+}
+
+TEST_CASE("expensive sections are cut one by one, and cheap ones together") {
+  // Two sections with costs of 16 and 8, and four with a cost of 0.25.
+  std::vector<float> costs(8, 2.0f);
+  costs.insert(costs.end(), 8, 1.0f);
+  costs.insert(costs.end(), 4, 0.25f);
+  const SectionStarts first = {0, 8, 16, 17, 18, 19, 20};
+  const SectionRanges ranges = section_ranges(costs, first, 4);
+  CHECK(ranges == SectionRanges{{0, 2, 4, 6, 8},
+                                {8, 10, 12, 14, 16},
+                                {16, 17, 17, 17, 17},
+                                {17, 17, 18, 18, 18},
+                                {18, 18, 18, 19, 19},
+                                {19, 19, 19, 19, 20}});
+  CHECK(imbalance(costs, first, ranges) == Approx(1.0));
+  // One piece of the first section becomes twice as expensive. The most expensive ranges then cost
+  // 6, 2 and 0.25, and the mean is 27 / 4.
+  costs[0] = 4.0f;
+  CHECK(imbalance(costs, first, ranges) == Approx((6.0 + 2.0 + 0.25) / (27.0 / 4.0)));
+  CHECK(imbalance({}, {0}, section_ranges({}, {0}, 3)) == 1.0);
 }

@@ -51,6 +51,7 @@ class ThreadRank final : public Communicator {
     barrier();
   }
   void start_gather(void* data, const std::vector<std::size_t>& byte_offsets) const override {
+    ++n_gathers_;
     hub_.data[rank_] = data;
     barrier();
     for (int other = 0; other < size(); ++other) {
@@ -88,11 +89,14 @@ class ThreadRank final : public Communicator {
       if (hub_.kinds[other] != 0) kind = hub_.kinds[other], text = hub_.texts[other];
     barrier();
   }
+  // Counts gathers as operations.
+  Traffic traffic() const override { return {.operations = n_gathers_}; }
   [[noreturn]] void abort(int) const override { std::abort(); }
 
  private:
   int rank_;
   ThreadHub& hub_;
+  mutable std::int64_t n_gathers_ = 0;
 };
 
 // Calls work(communicator) on n ranks, each in its own thread, and waits for all of them. Every

@@ -1,13 +1,16 @@
 // Distribution of neighbour lists over ranks. A list belongs to the owner of its first cluster. The
-// first clusters of all surface pairs, in ascending order, are cut into one contiguous range for
-// each rank. The cuts depend on the costs of earlier steps. They determine which rank computes a
-// list, not its content.
+// first clusters of a surface pair are cut into one contiguous range for each rank. The cuts depend
+// on the costs of earlier steps. They determine which rank computes a list, not its content.
+// Expensive surface pairs are cut one by one, because some of them have many contacts and others
+// have many pairs to test for impacts. Each rank thus gets an equal part of both searches. The
+// first clusters of all other pairs, in ascending order, are cut together.
 #pragma once
 
 #include <vector>
 
 #include "core/base/bytes.h"
 #include "core/base/types.h"
+#include "core/parallel/section_ranges.h"
 #include "core/parallel/shared_work.h"
 
 namespace loomstone {
@@ -19,16 +22,17 @@ class ClusterOwners {
   ClusterOwners(const std::vector<Index>& n_clusters, const Communicator& ranks);
 
   // Returns the clusters of a surface pair whose lists this rank computes.
-  IndexRange own(Index pair) const;
-  // Returns the position of a first cluster of a surface pair in the range of this rank.
+  IndexRange own(Index pair) const { return range(pair, part_); }
+  // Returns the position of a first cluster among the first clusters of this rank, which are sorted
+  // by surface pair.
   std::size_t own_index(Index pair, Index cluster) const {
-    return first_[pair] + cluster - own_begin();
+    return own_first_[pair] + static_cast<std::size_t>(cluster - own(pair).begin);
   }
-  std::size_t bytes() const { return bytes_of(first_, cut_); }
-  std::size_t n_own() const { return cut_[part_ + 1] - cut_[part_]; }
+  std::size_t n_own() const { return own_first_.back(); }
+  std::size_t bytes() const { return bytes_of(first_, starts_, own_first_); }
 
-  // Collective. `own_costs` has one entry for each first cluster in the range of this rank. Cuts
-  // the first clusters into new ranges if the most expensive range costs much more than the mean.
+  // Collective. `own_costs` has one entry for each first cluster of this rank. Cuts the first
+  // clusters into new ranges if the most expensive ranges cost much more than the mean.
   void cut(const std::vector<float>& own_costs);
   // Returns true if the environment variable LOOMSTONE_ROTATE_OWNERS is set and there are several
   // ranks. Tests set it to change the owners in every search.
@@ -37,16 +41,22 @@ class ClusterOwners {
   void rotate();
 
  private:
-  std::size_t own_begin() const { return cut_[part_]; }
+  IndexRange range(Index pair, int part) const {
+    return {static_cast<Index>(starts_[pair][part] - first_[pair]),
+            static_cast<Index>(starts_[pair][part + 1] - first_[pair])};
+  }
+  Index n_pairs() const { return static_cast<Index>(starts_.size()); }
   void cut_by(const std::vector<float>& costs);
+  void find_own_first();
 
   const Communicator& ranks_;
   // Index of the first entry of each surface pair in the list of all first clusters, and the length
   // of that list.
-  std::vector<std::size_t> first_;
-  std::vector<std::size_t> cut_;  // (ranges + 1) start of each range, and end of the last range
+  SectionStarts first_;
+  SectionRanges starts_;                // ranges of the first clusters of each surface pair
+  std::vector<std::size_t> own_first_;  // number of first clusters of this rank in earlier pairs
   const bool rotates_;
-  // Rank r owns the range (r + turn_) modulo the number of ranks. This rank owns the range part_.
+  // Rank r owns the ranges (r + turn_) modulo the number of ranks. This rank owns the ranges part_.
   int turn_ = 0, part_;
 };
 

@@ -1,7 +1,6 @@
 #include "core/collision/broad_phase/neighbour_lists.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <utility>
@@ -23,12 +22,6 @@ constexpr double steps_ahead = 3.0;
 // thickness]. Automatic steps are long, so accelerations move vertices far from their expected
 // motion.
 constexpr double margin_of_edge = 0.4, least_margin = 1.0, most_margin = 8.0;
-// Lists are distributed again if the cost of one rank exceeds this multiple of the mean cost, but
-// at most once in `least_updates` updates. Our choice.
-constexpr double unbalanced = 1.25;
-constexpr int least_updates = 8;
-// Allowance for rounding errors, which accumulate as bounds are summed over steps [m].
-constexpr double rounding = 1e-12;
 
 // Returns a lower bound of the distance between two boxes [m].
 double gap_between(const PackedSlabs& a, const PackedSlabs& b) {
@@ -42,7 +35,7 @@ double gap_between(const PackedSlabs& a, const PackedSlabs& b) {
     else
       diagonal = std::max(diagonal, gap);
   }
-  return std::max(std::sqrt(square), diagonal / 1.4142135623730952) * (1.0 - 1e-12) - rounding;
+  return std::max(std::sqrt(square), diagonal / 1.4142135623730952) * (1.0 - 1e-12);
 }
 
 bool before(const NeighbourList& list, Index pair, PairKey clusters) {
@@ -122,36 +115,6 @@ double NeighbourLists::change_bound(const NeighbourList& list) const {
   return (a.radius + b.radius + (a.centre - b.centre).norm()) * (1.0 + 1e-12) + rounding;
 }
 
-// Returns whether the vertices that this rank checks are within the margin of their expected
-// motion, at x and at x + ahead * (x - before_).
-bool NeighbourLists::as_expected(const Team& team, const Points& x, double ahead) const {
-  const IndexRange share = even_share(model_.n_vertices, ranks_.rank(), ranks_.size());
-  std::atomic<bool> all{true};
-  for (std::size_t s = 0; s < model_.surfaces.size(); ++s) {
-    const CollisionSurface& surface = model_.surfaces[s];
-    const double most = margin_[s] - rounding, most2 = most * most;
-    const Index first = std::max(surface.first_vertex, share.begin),
-                last = std::min(surface.first_vertex + surface.n_vertices, share.end);
-    if (first >= last) continue;
-    parallel_ranges(team, last - first, 2048, [&](Index begin, Index end) {
-      bool near = true;
-      for (Index v = first + begin; v < first + end; ++v) {
-        const Eigen::RowVector3d along = to_.row(v) - from_.row(v);
-        const double length2 = std::max(along.squaredNorm(), 1e-300);
-        const auto expected = [&](const Eigen::RowVector3d& offset) {
-          const double share_of_motion = std::clamp(offset.dot(along) / length2, 0.0, 1.0);
-          return (offset - share_of_motion * along).squaredNorm() <= most2;
-        };
-        near &= expected(x.row(v) - from_.row(v));
-        if (ahead > 0.0)
-          near &= expected(x.row(v) + ahead * (x.row(v) - before_.row(v)) - from_.row(v));
-      }
-      if (!near) all = false;
-    });
-  }
-  return all;
-}
-
 // Distributes the lists over the ranks so that an update costs about the same on each rank. Lists
 // that move to another rank are made again there.
 void NeighbourLists::distribute() {
@@ -159,8 +122,8 @@ void NeighbourLists::distribute() {
   if (updates_ == 0 || ranks_.size() == 1) return;
   std::vector<float> costs(owners_.n_own(), 0.0f);
   for (NeighbourList& list : lists_) {
-    costs[owners_.own_index(list.pair, list.a)] += list.cost / static_cast<float>(updates_);
-    list.cost = 0.0f;
+    costs[owners_.own_index(list.pair, list.a)] += list.spent / static_cast<float>(updates_);
+    list.cost = list.spent = 0.0f;
   }
   updates_ = 0;
   owners_.cut(costs);
@@ -170,6 +133,7 @@ void NeighbourLists::distribute() {
 // the last update() towards x1. The motion is extrapolated over `steps_ahead` steps.
 void NeighbourLists::search(const Team& team, const Points& x1) {
   ++n_searches_;
+  settled_ = false;
   distribute();
   from_ = x_;
   to_ = x_ + steps_ahead * (x1 - x_);
@@ -248,7 +212,6 @@ void NeighbourLists::find_used() {
 }
 
 void NeighbourLists::make(NeighbourList& list, PairSearch::Slots& slots) const {
-  const WorkTimer<float> timing = timer(list);
   const SurfacePair& pair = pairs_[list.pair];
   const ClusterTree &a = broad_phase_.tree(pair.a), &b = broad_phase_.tree(pair.b);
   const double base = base_[list.pair];
@@ -261,7 +224,7 @@ void NeighbourLists::make(NeighbourList& list, PairSearch::Slots& slots) const {
   list.n_vertex_face = 0;
   list.nearest = std::numeric_limits<double>::infinity();
   if (&a != &b || list.a != list.b) {
-    const double gap = gap_between(a.box(list.a), b.box(list.b));
+    const double gap = gap_between(a.box(list.a), b.box(list.b)) - rounding;
     if (gap > base + list.slack) {
       list.slack = gap - base;
       return;
@@ -318,151 +281,13 @@ void NeighbourLists::make_ended(const Team& team) {
   const Index n = static_cast<Index>(which.size());
   parallel_tasks(team, (n + at_once - 1) / at_once, [&](Index task) {
     PairSearch::Slots slots;
-    for (Index i = task * at_once; i < std::min(n, (task + 1) * at_once); ++i)
-      make(lists_[which[i]], slots);
+    const Index begin = task * at_once;
+    work_on(
+        std::min(n - begin, at_once),
+        [&](Index i) -> NeighbourList& { return lists_[which[begin + i]]; },
+        [&](NeighbourList& list) { make(list, slots); });
   });
   ended_.assign(lists_.size(), 0);
-}
-
-void NeighbourLists::update(const Team& team, const Points& x) {
-  const bool first = x_.rows() != x.rows();
-  bool again = first || refit_.other_trees();
-  if (again) lists_.clear(), ended_.clear();
-  if (first) x_ = x, find_slacks_and_margins(x);
-  before_.swap(x_);
-  x_ = x;
-  still_at_x_.clear();
-  ++updates_;
-  // The negated comparisons are also true for NaN.
-  const auto ends = [&](const NeighbourList& list) {
-    return !(list.used <= list.slack) ||
-           !(list.used + list.change <= list.slack + spare(list.pair));
-  };
-  std::vector<Pass> passes;
-  if (!again) {
-    const bool all_listed = unlisted().empty();
-    passes = results_of_ranks(ranks_, [&] {
-      const WorkTimer<double> timing(pass_seconds_, clock_);
-      find_motions(team, before_, x);
-      parallel_for(team, static_cast<Index>(lists_.size()), [&](Index i) {
-        lists_[i].change = change_bound(lists_[i]);
-        lists_[i].used += lists_[i].change;
-      });
-      Pass pass = find_ended(team, ends);
-      pass.unexpected = !all_listed || !as_expected(team, x, 1.0);
-      return pass;
-    });
-    again = search_is_due(passes);
-  }
-  if (again) {
-    std::fill(unlisted_.begin(), unlisted_.end(), 0);
-    const Points ahead = 2.0 * x - before_;  // extrapolates the last step
-    search(team, ahead);
-    passes = results_of_ranks(ranks_, [&] {
-      find_motions(team, x, ahead);
-      parallel_for(team, static_cast<Index>(lists_.size()),
-                   [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
-      return find_ended(team, ends);
-    });
-  }
-  unlist_fast(passes);
-}
-
-void NeighbourLists::cover(const Team& team, const Points& x1) {
-  const auto pass_to_x1 = [&] {
-    const WorkTimer<double> timing(pass_seconds_, clock_);
-    find_motions(team, x_, x1);
-    parallel_for(team, static_cast<Index>(lists_.size()),
-                 [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
-    return find_ended(team, [&](const NeighbourList& list) {
-      return !(list.slack >= 0.0) || !(list.used + list.change <= list.slack + spare(list.pair));
-    });
-  };
-  bool again = refit_.other_trees();
-  std::vector<Pass> passes;
-  if (again) {
-    lists_.clear(), ended_.clear();
-  } else {
-    const bool any_listed = unlisted().size() < pairs_.size();
-    passes = results_of_ranks(ranks_, [&] {
-      make_ended(team);
-      Pass pass = pass_to_x1();
-      pass.unexpected = any_listed && !as_expected(team, x1, 0.0);
-      return pass;
-    });
-    for (const Pass& pass : passes) again = again || pass.unexpected;
-  }
-  if (again) {
-    search(team, x1);
-    passes = results_of_ranks(ranks_, pass_to_x1);
-  }
-  unlist_fast(passes);
-}
-
-// Returns whether vertices have left their expected motion on some rank, whether costs are
-// unbalanced, or whether every search changes the owners.
-bool NeighbourLists::search_is_due(const std::vector<Pass>& passes) const {
-  double most = 0.0, sum = 0.0;
-  for (const Pass& pass : passes) {
-    if (pass.unexpected) return true;
-    most = std::max(most, pass.cost);
-    sum += pass.cost;
-  }
-  return owners_.rotates() ||
-         (updates_ >= least_updates && most * ranks_.size() > unbalanced * sum);
-}
-
-// Finds the lists of this rank for which `ends` is true.
-template <class Ends>
-NeighbourLists::Pass NeighbourLists::find_ended(const Team& team, Ends&& ends) {
-  constexpr Index grain = 1024;
-  const Index n = static_cast<Index>(lists_.size());
-  ended_.assign(n, 0);
-  std::vector<Pass> of_range((n + grain - 1) / grain);
-  parallel_ranges(team, n, grain, [&](Index begin, Index end) {
-    Pass& pass = of_range[begin / grain];
-    for (Index i = begin; i < end; ++i) {
-      const NeighbourList& list = lists_[i];
-      pass.fast |= list.change > most_slack_[list.pair];
-      pass.cost += list.cost;
-      ended_[i] = ends(list);
-    }
-  });
-  Pass all;
-  for (const Pass& pass : of_range) all.fast |= pass.fast, all.cost += pass.cost;
-  return all;
-}
-
-// Makes a surface pair unlisted if more than a quarter of its lists on all ranks have a `change`
-// above the largest slack.
-void NeighbourLists::unlist_fast(const std::vector<Pass>& passes) {
-  if (std::none_of(passes.begin(), passes.end(), [](const Pass& pass) { return pass.fast; }))
-    return;
-  const Gathered<Counts> counts = gather_from_ranks(ranks_, [&] {
-    std::vector<Counts> own(pairs_.size());
-    for (const NeighbourList& list : lists_) {
-      ++own[list.pair].lists;
-      own[list.pair].fast += list.change > most_slack_[list.pair];
-    }
-    return own;
-  });
-  bool any = false;
-  for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
-    Counts sum;
-    for (std::size_t k = pair; k < counts.elements.size(); k += pairs_.size())
-      sum.lists += counts.elements[k].lists, sum.fast += counts.elements[k].fast;
-    if (sum.fast > sum.lists / 4) unlisted_[pair] = 1, any = true;
-  }
-  if (!any) return;
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < lists_.size(); ++i) {
-    if (unlisted_[lists_[i].pair]) continue;
-    ended_[kept] = ended_[i];
-    if (kept != i) lists_[kept] = std::move(lists_[i]);
-    ++kept;
-  }
-  lists_.erase(lists_.begin() + static_cast<std::ptrdiff_t>(kept), lists_.end());
-  ended_.resize(kept);
 }
 
 std::vector<Index> NeighbourLists::unlisted() const {

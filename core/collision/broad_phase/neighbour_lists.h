@@ -7,6 +7,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <limits>
 #include <utility>
@@ -18,6 +19,7 @@
 #include "core/collision/broad_phase/pair_search.h"
 #include "core/collision/broad_phase/shared_refit.h"
 #include "core/collision/narrow_phase/continuous.h"
+#include "core/parallel/repeated_gather.h"
 
 namespace loomstone {
 
@@ -42,6 +44,7 @@ struct NeighbourList {
   double change = 0.0;
   double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` in `near` [m]
   float cost = 0.0f;     // estimated cost of this list since lists were distributed [ns]
+  float spent = 0.0f;    // time spent on this list since then [ns]; ranks divide lists by it
   float seconds = 0.0f;  // measured time of work on this list [s]; see time_work()
   std::vector<NearPair> near = {};
 
@@ -52,8 +55,8 @@ struct NeighbourList {
   }
 };
 
-// Approximate costs of work on lists [ns]. Lists are distributed over ranks by these costs. Values
-// are fitted to measured times of a drape and of a disc on a table.
+// Approximate costs of work on lists [ns]. They decide when lists are distributed again. Values are
+// fitted to measured times of a drape and of a disc on a table.
 struct ListCosts {
   static constexpr float list = 60.0f;        // visiting a list
   static constexpr float pair = 3.0f;         // reading a pair of a list
@@ -95,6 +98,14 @@ class NeighbourLists {
                  BroadPhase& broad_phase, const Communicator& ranks,
                  std::size_t most_per_cluster = 64);
 
+  // Result of the pass of a rank over its lists.
+  struct Pass {
+    bool unexpected = false;  // vertices have left their expected motion
+    bool due = false;         // the next update at the end of the motion needs a search
+    bool fast = false;        // some lists have a `change` above the largest slack
+    double cost = 0.0;        // time spent on all lists since they were distributed [ns]
+  };
+
   // Collective. After update() and make_ended(), the lists contain all pairs of features closer
   // than the thickness at x.
   void update(const Team& team, const Points& x);
@@ -104,13 +115,40 @@ class NeighbourLists {
   // CollisionModel::gap_floor while vertices move from the positions of the last update() to x1.
   void cover(const Team& team, const Points& x1);
 
-  // Must follow update() and cover(). Replaces the lists of this rank whose slack is too small by
-  // new ones.
+  // update() and cover() in parts, so that ranks work on their lists before they know that these
+  // are complete, and results and passes share one exchange. First, all ranks call begin_update(),
+  // which usually does not communicate. Each rank then calls pass_at_x(), and works unless
+  // Pass::unexpected is set. Finally, each rank passes the passes of all ranks to end_update(). If
+  // this returns false, lists were missing. They exist then, and the ranks repeat pass and work.
+  void begin_update(const Team& team, const Points& x);
+  Pass pass_at_x(const Team& team);
+  bool end_update(const Team& team, const std::vector<Pass>& passes);
+  void begin_cover(const Team& team, const Points& x1);
+  Pass pass_to(const Team& team, const Points& x1);
+  bool end_cover(const Team& team, const Points& x1, const std::vector<Pass>& passes);
+  GatherRoom& contact_room() { return contact_room_; }
+
+  // Replaces the lists of this rank whose slack is too small by new ones. Must follow update(),
+  // cover(), pass_at_x() or pass_to().
   void make_ended(const Team& team);
 
   std::vector<NeighbourList>& lists() { return lists_; }  // lists of this rank
   // Vertices of all features in the lists of this rank.
   const std::vector<Index>& vertices() const { return vertices_.vertices(); }
+  // Calls work(list) for all lists of this rank, in parallel, and passes the index of the range of
+  // lists: work(list, range). There are n_ranges() ranges of at most `most_at_once` lists.
+  template <class Work>
+  void each_list(const Team& team, Work&& work) {
+    const Index n = static_cast<Index>(lists_.size());
+    parallel_ranges(team, n, most_at_once, [&](Index first, Index last) {
+      for (Index begin = first; begin < last; begin += most_at_once)
+        work_on(
+            std::min(last - begin, most_at_once),
+            [&](Index i) -> NeighbourList& { return lists_[begin + i]; },
+            [&](NeighbourList& list) { work(list, begin / most_at_once); });
+    });
+  }
+  std::size_t n_ranges() const { return (lists_.size() + most_at_once - 1) / most_at_once; }
   bool listed(Index pair) const { return !unlisted_[pair]; }
   // Returns the feature pairs of unlisted surface pairs that are closer than the thickness at the
   // positions of the last update(). Each pair is found by one rank.
@@ -121,7 +159,6 @@ class NeighbourLists {
   // Starts to measure the time of work on the lists, for replays on one thread. `clock` is the time
   // that reading the clock takes [s].
   void time_work(double clock) { clock_ = clock; }
-  WorkTimer<float> timer(NeighbourList& list) const { return {list.seconds, clock_}; }
   WorkTimer<double> unlisted_timer() const { return {unlisted_seconds_, clock_}; }
   // Return the time of searches without lists and that of passes over all lists since the last call
   // [s].
@@ -133,21 +170,47 @@ class NeighbourLists {
   std::size_t bytes() const;                               // memory [bytes]
 
  private:
-  // Results of the pass of a rank over its lists.
-  struct Pass {
-    bool unexpected = false;  // vertices have left their expected motion
-    bool fast = false;        // some lists have a `change` above the largest slack
-    double cost = 0.0;        // cost of all lists since they were distributed [ns]
-  };
   // Number of lists of a surface pair on a rank, and number of those with a `change` above the
   // largest slack.
   struct Counts {
     std::int64_t lists = 0, fast = 0;
   };
 
+  static constexpr Index most_at_once = 64;  // number of lists in a call of work_on()
+  // Calls work(list) for some lists, and divides the time that this takes among them in proportion
+  // to their estimated costs.
+  template <class ListAt, class Work>
+  void work_on(Index n, ListAt&& list_at, Work&& work) const {
+    using Clock = std::chrono::steady_clock;
+    // Bounds of the ratio of time to estimated cost. Beyond them, the thread was interrupted, or
+    // the clock is too coarse.
+    constexpr float least_ratio = 0.25f, most_ratio = 4.0f;
+    std::array<float, most_at_once> costs;
+    float sum = 0.0f;
+    const auto start = Clock::now();
+    for (Index i = 0; i < n; ++i) {
+      NeighbourList& list = list_at(i);
+      const float before = list.cost;
+      const WorkTimer<float> timing(list.seconds, clock_);
+      work(list);
+      costs[i] = list.cost - before;
+      sum += costs[i];
+    }
+    const std::chrono::duration<float, std::nano> passed = Clock::now() - start;
+    const float ratio = std::clamp(passed.count() / std::max(sum, 1.0f), least_ratio, most_ratio);
+    for (Index i = 0; i < n; ++i) list_at(i).spent += ratio * costs[i];
+  }
   void find_motions(const Team& team, const Points& x0, const Points& x1);
   double change_bound(const NeighbourList& list) const;
-  bool as_expected(const Team& team, const Points& x, double ahead) const;
+  // Vertices whose motion this rank checks.
+  IndexRange own_vertices() const {
+    return even_share(model_.n_vertices, ranks_.rank(), ranks_.size());
+  }
+  bool as_expected(const Team& team, const Points& start, const Points& x, double ahead) const;
+  bool covered(const Points& x) const;
+  Pass find_ended_before(const Team& team, const Points& x1);
+  void search_at_x(const Team& team);
+  bool ends_at_x(const NeighbourList& list) const;
   void find_slacks_and_margins(const Points& x);
   void search(const Team& team, const Points& x1);
   void distribute();
@@ -155,13 +218,17 @@ class NeighbourLists {
                    const std::vector<std::uint8_t>& formed);
   void find_used();
   template <class Ends>
-  Pass find_ended(const Team& team, Ends&& ends);
+  void find_ended(const Team& team, Pass& pass, Ends&& ends);
+  static bool any(const std::vector<Pass>& passes, bool Pass::* flag);
   bool search_is_due(const std::vector<Pass>& passes) const;
   void unlist_fast(const std::vector<Pass>& passes);
   void make(NeighbourList& list, PairSearch::Slots& slots) const;
   // Returns the base distance minus 1.01 times the gap floor [m]. Even a list whose slack is used
   // up contains all pairs closer than the base distance.
   double spare(Index pair) const { return base_[pair] - 1.01 * model_.gap_floor; }
+
+  // Allowance for rounding errors, which accumulate as bounds are summed over steps [m].
+  static constexpr double rounding = 1e-12;
 
   const CollisionModel& model_;
   const std::vector<SurfacePair>& pairs_;
@@ -177,6 +244,12 @@ class NeighbourLists {
   std::vector<double> margin_;
   Points x_, before_;  // positions of the last update() and of the one before it
   Points from_, to_;   // expected motion in the last search for cluster pairs
+  // End of the motion of the last cover(). Only the rows of own_vertices() are set.
+  Points covered_;
+  bool settled_ = false;    // the ranks agree that an update at covered_ needs no search
+  bool unchecked_ = false;  // the ranks have not exchanged the passes of an update
+  bool uncovered_ = false;  // the ranks have not exchanged the passes of a cover
+  GatherRoom contact_room_;
   // Box of each vertex at its position in x_, without motion. Only the boxes of the vertices in
   // `still_at_x_` are up to date.
   std::vector<PackedSlabs> still_;

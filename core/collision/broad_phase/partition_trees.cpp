@@ -107,8 +107,11 @@ void PartitionTrees::divide(Index s, const PartOf& part_of, int n_parts) {
       edges.row(i) = model_.edges.row(own.edges[i]);
     const Index first_id = static_cast<Index>(triangle_ids_.size());
     triangle_ids_.insert(triangle_ids_.end(), own.triangles.begin(), own.triangles.end());
-    parts_.push_back({s, ClusterTree(std::move(triangles), first_id, std::move(edges),
-                                     std::move(own.edges), std::move(foreign))});
+    const std::size_t first_cluster = n_clusters();
+    parts_.push_back({s,
+                      ClusterTree(std::move(triangles), first_id, std::move(edges),
+                                  std::move(own.edges), std::move(foreign)),
+                      first_cluster});
   }
   surfaces_[s].last_part = n_hierarchies();
 }
@@ -157,13 +160,66 @@ std::vector<NodeTest> PartitionTrees::top_level(int rank, int n_ranks) const {
       continue;
     }
     // Partition i is compared with partition i + distance, modulo the number of partitions. Each
-    // partition thus appears in equally many tests.
+    // partition thus appears in equally many tests. each_partner() visits the same tests.
     for (Index distance = 0; distance <= n_a / 2; ++distance)
       deal(2 * distance == n_a && distance > 0 ? distance : n_a, [&](Index i) {
         add_root_test(a.first_part + i, a.first_part + (i + distance) % n_a, tests);
       });
   }
   return tests;
+}
+
+std::size_t PartitionTrees::n_clusters() const {
+  return parts_.empty() ? 0 : parts_.back().first_cluster + parts_.back().tree.n_clusters();
+}
+
+PartitionTrees::Clusters PartitionTrees::clusters_of(const NodeTest& test) const {
+  const Part& part = parts_[test.hierarchy_a];
+  std::int64_t begin = index_of(test.node_a), n = 1;
+  for (int level = level_of(test.node_a); level > 0; --level) begin *= slab_lanes, n *= slab_lanes;
+  const auto last = std::min<std::int64_t>(begin + n, part.tree.n_clusters());
+  return {part.first_cluster + static_cast<std::size_t>(begin),
+          part.first_cluster + static_cast<std::size_t>(last)};
+}
+
+// Calls visit(other) for the second hierarchy of each top-level test whose first one is given.
+template <class Visit>
+void PartitionTrees::each_partner(Index hierarchy, Visit&& visit) const {
+  const Index s = parts_[hierarchy].surface;
+  for (const SurfacePair& pair : pairs_) {
+    if (pair.a != s) continue;
+    const Surface &a = surfaces_[s], &b = surfaces_[pair.b];
+    if (pair.a != pair.b) {
+      if (overlapping(a.box, b.box))
+        for (Index other = b.first_part; other < b.last_part; ++other) visit(other);
+      continue;
+    }
+    const Index n = a.last_part - a.first_part, own = hierarchy - a.first_part;
+    for (Index distance = 0; distance <= n / 2; ++distance)
+      if (distance == 0 || 2 * distance != n || own < distance)
+        visit(a.first_part + (own + distance) % n);
+  }
+}
+
+std::vector<NodeTest> PartitionTrees::tests_of(std::size_t begin, std::size_t end) const {
+  std::vector<NodeTest> within, across;
+  for (Index h = 0; h < n_hierarchies(); ++h) {
+    const std::size_t first = parts_[h].first_cluster;
+    if (first < end && first + parts_[h].tree.n_clusters() > begin)
+      each_partner(h, [&](Index other) { add_root_test(h, other, across); });
+  }
+  Scratch scratch;
+  while (!across.empty()) {
+    const NodeTest test = across.back();
+    across.pop_back();
+    const Clusters clusters = clusters_of(test);
+    if (clusters.end <= begin || clusters.begin >= end) continue;
+    if (clusters.begin >= begin && clusters.end <= end)
+      within.push_back(test);
+    else
+      expand(test, across, scratch);
+  }
+  return within;
 }
 
 bool PartitionTrees::leaf(const NodeTest& test) {

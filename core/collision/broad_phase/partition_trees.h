@@ -40,6 +40,15 @@ class PartitionTrees {
   // Test i belongs to rank i modulo `n_ranks`.
   std::vector<NodeTest> top_level(int rank, int n_ranks) const;
 
+  // The clusters of all hierarchies are numbered in the order of the hierarchies. Returns their
+  // number.
+  std::size_t n_clusters() const;
+  // Returns the number of the first cluster in the first node of a test.
+  std::size_t first_cluster(const NodeTest& test) const { return clusters_of(test).begin; }
+  // Returns tests that stand for all top-level tests, restricted to first clusters with the numbers
+  // `begin` to `end` - 1. Top-level tests that compare other clusters too are expanded.
+  std::vector<NodeTest> tests_of(std::size_t begin, std::size_t end) const;
+
   // Returns whether a test compares two clusters, which have features instead of children.
   static bool leaf(const NodeTest& test);
   // Appends the tests of overlapping children. Expands the node with the larger volume, or both if
@@ -66,6 +75,7 @@ class PartitionTrees {
   struct Part {
     Index surface;
     ClusterTree tree;
+    std::size_t first_cluster;  // number of its first cluster
   };
   // Hierarchies first_part to last_part - 1 belong to a surface.
   struct Surface {
@@ -78,6 +88,14 @@ class PartitionTrees {
   static Index node(int level, Index index) { return level << index_bits | index; }
   static int level_of(Index node) { return node >> index_bits; }
   static Index index_of(Index node) { return node & ((1 << index_bits) - 1); }
+
+  // Range [begin, end) of numbers of clusters.
+  struct Clusters {
+    std::size_t begin, end;
+  };
+  Clusters clusters_of(const NodeTest& test) const;
+  template <class Visit>
+  void each_partner(Index hierarchy, Visit&& visit) const;
 
   struct PartOf;
   void divide(Index surface, const PartOf& part_of, int n_parts);

@@ -61,14 +61,14 @@ class Recorder {
 
 }  // namespace
 
-void record_tests(const PartitionTrees& trees, int n_ranks, const TaskPool::Perform& perform,
+void record_tests(const FirstTests& first_tests, int n_ranks, const TaskPool::Perform& perform,
                   RecordedTests& tests) {
   Recorder recorder(perform, tests);
   tests.roots.resize(n_ranks);
   tests.start.resize(n_ranks, std::numeric_limits<double>::infinity());
   for (int rank = 0; rank < n_ranks; ++rank) {
     const auto start = Clock::now();
-    const std::vector<NodeTest> roots = trees.top_level(rank, n_ranks);
+    const std::vector<NodeTest> roots = first_tests(rank);
     tests.start[rank] = std::min(tests.start[rank], seconds_between(start, Clock::now()));
     tests.roots[rank].clear();
     for (const NodeTest& root : roots) {

@@ -29,15 +29,17 @@ SharedSearch::SharedSearch(const CollisionModel& model, const std::vector<Surfac
       mailbox_(communicator_->open_mailbox()),
       pool_(*mailbox_),
       n_parts_(n_parts),
-      trees_(model, pairs, n_parts) {}
+      trees_(model, pairs, n_parts),
+      deals_{SearchDeal(trees_.n_clusters()), SearchDeal(trees_.n_clusters())} {}
 
 void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, const Take& take) {
-  const bool still =
-      &motion.x0 == &motion.x1;  // only boxes at rest show whether a tree is still compact
-  trees_.refit(team, motion, still);
+  still_ = &motion.x0 == &motion.x1;  // only boxes at rest show whether a tree is still compact
+  trees_.refit(team, motion, still_);
   scratch_.resize(std::max(1, team.threads));
-  const TaskPool::Perform perform = [&](int thread, const NodeTest& test,
-                                        std::vector<NodeTest>& stack) {
+  SearchDeal& deal = deals_[still_];
+  measures_ = !recorded_ && decomposition_ == Decomposition::Dynamic && n_parts_ > 1 &&
+              deal.begin(team.threads);
+  const auto perform_test = [&](int thread, const NodeTest& test, std::vector<NodeTest>& stack) {
     if (!PartitionTrees::leaf(test)) {
       trees_.expand(test, stack, scratch_[thread]);
       return;
@@ -46,14 +48,25 @@ void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, con
       if (!broad_phase_.attached(kind, key)) take(thread, pair, kind, key);
     });
   };
+  const TaskPool::Perform perform = [&](int thread, const NodeTest& test,
+                                        std::vector<NodeTest>& stack) {
+    if (!measures_) return perform_test(thread, test, stack);
+    const auto start = std::chrono::steady_clock::now();
+    perform_test(thread, test, stack);
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
+    deal.add(thread, trees_.first_cluster(test), passed.count());
+  };
   failure_ = nullptr;
   start_ = std::chrono::steady_clock::now();
   try {
     if (recorded_) {
-      record_tests(trees_, n_parts_, perform, *recorded_);
+      record_tests([&](int rank) { return first_tests(rank, n_parts_); }, n_parts_, perform,
+                   *recorded_);
+      if (deal.known())
+        recorded_->deal_exchanges = SearchDeal::exchanges(), recorded_->deal_bytes = deal.bytes();
       return;
     }
-    std::vector<NodeTest> tests = trees_.top_level(communicator_->rank(), communicator_->size());
+    std::vector<NodeTest> tests = first_tests(communicator_->rank(), communicator_->size());
     if (decomposition_ == Decomposition::Dynamic)
       report_ = pool_.run(team, std::move(tests), perform);
     else
@@ -61,6 +74,13 @@ void SharedSearch::each_pair(const Team& team, const InflatedMotion& motion, con
   } catch (...) {
     failure_ = std::current_exception();
   }
+}
+
+// Returns the tests with which a rank starts the current search.
+std::vector<NodeTest> SharedSearch::first_tests(int rank, int n_ranks) const {
+  const SearchDeal& deal = deals_[still_];
+  if (!deal.known()) return trees_.top_level(rank, n_ranks);
+  return trees_.tests_of(deal.starts()[rank], deal.starts()[rank + 1]);
 }
 
 // Performs `tests` and the tests that follow from them, without passing any to other ranks.

@@ -15,9 +15,10 @@
 #include "core/collision/broad_phase/broad_phase.h"
 #include "core/collision/broad_phase/decomposition.h"
 #include "core/collision/broad_phase/partition_trees.h"
+#include "core/collision/broad_phase/search_deal.h"
 #include "core/parallel/communicator.h"
-#include "core/parallel/gather_records.h"
 #include "core/parallel/pool_replay.h"
+#include "core/parallel/repeated_gather.h"
 #include "core/parallel/task_pool.h"
 
 namespace loomstone {
@@ -45,10 +46,19 @@ class SharedSearch {
   // Collective. Returns the records that the threads of all ranks have made since each_pair().
   template <class Record>
   std::vector<Record> gather(const std::vector<std::vector<Record>>& of_thread) {
+    struct Nothing {};
+    const auto own = [&](Nothing&) {
+      if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+      std::vector<Record> records;
+      for (const std::vector<Record>& part : of_thread)
+        records.insert(records.end(), part.begin(), part.end());
+      return records;
+    };
     std::vector<Record> all =
-        gather_records(*communicator_, of_thread, std::exchange(failure_, nullptr));
+        gather_again<Record, Nothing>(*communicator_, room_[still_], own).gathered.elements;
     result_bytes_ = all.size() * sizeof(Record);
     most_bytes_ = std::max(most_bytes_, result_bytes_);
+    if (measures_) deals_[still_].end(*communicator_, n_parts_);
     seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
     return all;
   }
@@ -76,6 +86,7 @@ class SharedSearch {
   std::size_t hierarchy_bytes() const { return trees_.bytes(); }
 
  private:
+  std::vector<NodeTest> first_tests(int rank, int n_ranks) const;
   void traverse(const Team& team, std::vector<NodeTest> tests, const TaskPool::Perform& perform);
 
   const BroadPhase& broad_phase_;
@@ -87,6 +98,11 @@ class SharedSearch {
   const int n_parts_;
   PartitionTrees trees_;
   RecordedTests* recorded_ = nullptr;
+  bool still_ = false;     // in the last search, all boxes were those of vertices at rest
+  bool measures_ = false;  // the last search has measured costs
+  // Deals of dynamic searches: of those that are not `still_`, and of those that are.
+  SearchDeal deals_[2];
+  GatherRoom room_[2];  // for the results of searches that are not `still_`, and of those that are
   std::vector<PartitionTrees::Scratch> scratch_;  // one for each thread
   std::exception_ptr failure_;                    // failure of the last search on this rank
   PoolReport report_;

@@ -60,11 +60,17 @@ std::vector<StepImpact> ImpactSearch::find(const Team& team, const MotionInputs&
   const PairTest test{model_, inputs, x1, changed};
   if (shared_) return find_shared(team, test);
   if (!lists_.updated_at(inputs.x0)) lists_.update(team, inputs.x0);
-  lists_.cover(team, x1);
-  Gathered<StepImpact> found =
-      gather_from_ranks(lists_.ranks(), [&] { return find_own(team, test); });
-  sort_impacts(found.elements);
-  return std::move(found.elements);
+  lists_.begin_cover(team, x1);
+  const auto find = [&](NeighbourLists::Pass& pass) {
+    pass = lists_.pass_to(team, x1);
+    return pass.unexpected ? std::vector<StepImpact>() : find_own(team, test);
+  };
+  for (;;) {
+    auto all = gather_again<StepImpact, NeighbourLists::Pass>(lists_.ranks(), room_, find);
+    if (!lists_.end_cover(team, x1, all.notes)) continue;
+    sort_impacts(all.gathered.elements);
+    return std::move(all.gathered.elements);
+  }
 }
 
 std::vector<StepImpact> ImpactSearch::find_shared(const Team& team, const PairTest& test) const {
@@ -101,16 +107,9 @@ std::vector<StepImpact> ImpactSearch::find_listed(const Team& team, const PairTe
         travel_[v] = (x1.row(v) - x0.row(v)).norm();
       },
       4096);
-  constexpr Index grain = 64;
-  std::vector<NeighbourList>& lists = lists_.lists();
-  const Index n = static_cast<Index>(lists.size());
-  std::vector<std::vector<StepImpact>> of_range((n + grain - 1) / grain);
-  parallel_ranges(team, n, grain, [&](Index begin, Index end) {
-    for (Index l = begin; l < end; ++l) {
-      const WorkTimer<float> timing = lists_.timer(lists[l]);
-      find_in_list(lists[l], test, of_range[begin / grain]);
-    }
-  });
+  std::vector<std::vector<StepImpact>> of_range(lists_.n_ranges());
+  lists_.each_list(
+      team, [&](NeighbourList& list, Index range) { find_in_list(list, test, of_range[range]); });
   std::vector<StepImpact> impacts;
   for (const std::vector<StepImpact>& range : of_range)
     impacts.insert(impacts.end(), range.begin(), range.end());

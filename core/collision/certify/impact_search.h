@@ -51,6 +51,7 @@ class ImpactSearch {
   BroadPhase& broad_phase_;
   NeighbourLists& lists_;
   SharedSearch* shared_ = nullptr;
+  GatherRoom room_;
   // (n) Length of the displacement of each vertex in the lists of this rank [m].
   std::vector<double> travel_;
 };

@@ -252,6 +252,21 @@ class ContactFinder {
   const Points normals_;  // vertex normals of smooth surfaces
 };
 
+// Returns the contacts of the pairs in the lists of this rank, and those of the unlisted pairs that
+// it finds, in order.
+std::vector<FoundContact> find_in_lists(const Team& team, const ContactFinder& finder,
+                                        NeighbourLists& lists) {
+  lists.make_ended(team);
+  std::vector<std::vector<FoundContact>> of_range(lists.n_ranges());
+  lists.each_list(team,
+                  [&](NeighbourList& list, Index range) { finder.look(list, of_range[range]); });
+  std::vector<FoundContact> found;
+  for (const std::vector<FoundContact>& range : of_range)
+    found.insert(found.end(), range.begin(), range.end());
+  finder.look(lists.unlisted_near_pairs(team), found);
+  return in_order(found);
+}
+
 }  // namespace
 
 ContactForce contact_force(double distance, double thickness, double stiffness) {
@@ -276,24 +291,17 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    NeighbourLists& lists) {
   const ContactFinder finder(model, pairs, x);
-  return finder.finish(gather_from_ranks(lists.ranks(), [&] {
-    lists.make_ended(team);
-    constexpr Index grain = 64;
-    const Index n = static_cast<Index>(lists.lists().size());
-    std::vector<std::vector<FoundContact>> of_range((n + grain - 1) / grain);
-    parallel_ranges(team, n, grain, [&](Index begin, Index end) {
-      for (Index l = begin; l < end; ++l) {
-        NeighbourList& list = lists.lists()[l];
-        const WorkTimer<float> timing = lists.timer(list);
-        finder.look(list, of_range[begin / grain]);
-      }
-    });
+  const auto find = [&](NeighbourLists::Pass& pass) {
     std::vector<FoundContact> found;
-    for (const std::vector<FoundContact>& range : of_range)
-      found.insert(found.end(), range.begin(), range.end());
-    finder.look(lists.unlisted_near_pairs(team), found);
-    return in_order(found);
-  }));
+    pass = lists.pass_at_x(team);
+    if (!pass.unexpected) found = find_in_lists(team, finder, lists);
+    return found;
+  };
+  for (;;) {
+    auto all =
+        gather_again<FoundContact, NeighbourLists::Pass>(lists.ranks(), lists.contact_room(), find);
+    if (lists.end_update(team, all.notes)) return finder.finish(std::move(all.gathered));
+  }
 }
 
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,

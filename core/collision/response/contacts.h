@@ -13,8 +13,8 @@ namespace loomstone {
 inline constexpr std::size_t bytes_of_found_contact = 80;
 
 // Collective. Returns the contacts closer than their thickness at x, sorted by (kind, a, b). Each
-// rank computes the distances of the pairs in its lists and receives all contacts. `lists` must
-// have been updated to x. Updates the distances in `lists`.
+// rank computes the distances of the pairs in its lists and receives all contacts. update() or
+// begin_update() of `lists` must have been called with x. Updates the distances in `lists`.
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
                                    NeighbourLists& lists);

@@ -129,7 +129,8 @@ void check_no_overlap(const std::vector<MagneticBody>& bodies,
   const auto [first, second] = *std::min_element(found.begin(), found.end());
   if (wires_meet(bodies[first], bodies[second]))
     fail<InvalidInput>(
-        "thin wires must lie apart, because the force between them is infinite where they meet, but "
+        "thin wires must lie apart, because the force between them is infinite where they meet, "
+        "but "
         "{} meets {}; move one of them",
         names[first], names[second]);
   fail<InvalidInput>("magnets must lie apart to exert forces, but {} overlaps {}; move one of them",

@@ -22,8 +22,8 @@ Vec3 outward_normal(const Source& solid, const Vec3& point);
 // surface. Both are in the axes of the source [m].
 Vec3 moved_outside(const Source& solid, const Vec3& point);
 
-// Throws InvalidInput if two bodies overlap or two thin wires meet. The message names the first such pair. `names`
-// contains the names of the bodies.
+// Throws InvalidInput if two bodies overlap or two thin wires meet. The message names the first
+// such pair. `names` contains the names of the bodies.
 void check_no_overlap(const std::vector<MagneticBody>& bodies,
                       const std::vector<std::string>& names);
 

@@ -66,9 +66,9 @@ def force(
     that is larger. It exceeds the requested error if 2,000,000 evaluations of the field do not
     suffice. For induced bodies it includes the error of their charge, which is estimated for
     cuboids and cylinders by comparing their three grids, and for spheres from the last two degrees
-    of their series. Near magnets (see `soft_cuboid`), the estimate is between half and ten times
-    the true error in nine of ten cases (for spheres, if the degree is at least 3). It is nan for
-    meshes, which have only one grid.
+    of their series. Near magnets (see `soft_cuboid`) and between cuboids that magnetise each other,
+    the estimate is between half and ten times the true error in nine of ten cases (for spheres, if
+    the degree is at least 3). It is nan for meshes, which have only one grid.
 
     engine "cells": represents both magnets by dipole cells of `density` [1/m^3]. The tolerance is
     then ignored. The error is estimated by comparison with cells of an eighth of the density, and

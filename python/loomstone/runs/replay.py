@@ -117,10 +117,11 @@ def replay(
     """Predicts the time of the recorded searches of a run.
 
     The tests of static and dynamic searches are measured again for every number of ranks, because
-    the partitions depend on it. The lists of predicted searches are measured once. They are cut by
-    the costs of the step before, whose motion is taken as the same. Steps without candidate pairs
-    count too. The time in which every rank updates its bounding volumes does not count, nor that of
-    searches for new pairs of clusters.
+    the partitions depend on it. Dynamic searches start from the costs of an earlier step. The lists
+    of predicted searches are measured once. They are cut by the costs of the step before. The
+    motion of earlier steps is taken as the same. Steps without candidate pairs count too. The time
+    in which every rank updates its bounding volumes does not count, nor that of searches for new
+    pairs of clusters.
 
     observer : receives the path of each motion before it is measured
 
@@ -143,24 +144,24 @@ def replay(
         if decompositions != ["predicted"]:
             for search in (motion.contacts, motion.impacts):
                 serial = search(1).work
-                for n in ranks:
-                    _add_tests(search(n), serial, [p for p in found if p.ranks == n], network)
+                for prediction in found:
+                    if prediction.decomposition != "predicted":
+                        tests = search(prediction.ranks, decomposition=prediction.decomposition)
+                        _add_tests(tests, serial, prediction, network)
     return found
 
 
 def _add_tests(
-    tests: RecordedTests, serial: float, predictions: Sequence[Prediction], network: Network
+    tests: RecordedTests, serial: float, prediction: Prediction, network: Network
 ) -> None:
-    for prediction in predictions:
-        if prediction.decomposition != "predicted":
-            report = tests.replay(
-                prediction.decomposition,
-                latency=network.latency,
-                bandwidth=network.bandwidth,
-                overhead=network.overhead,
-                poll_interval=network.poll_interval,
-            )
-            prediction.add(report, serial)
+    report = tests.replay(
+        prediction.decomposition,
+        latency=network.latency,
+        bandwidth=network.bandwidth,
+        overhead=network.overhead,
+        poll_interval=network.poll_interval,
+    )
+    prediction.add(report, serial)
 
 
 def _add_lists(lists: RecordedLists, predictions: Sequence[Prediction], network: Network) -> None:

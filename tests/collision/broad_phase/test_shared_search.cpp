@@ -212,8 +212,9 @@ TEST_CASE("recorded tests form trees in which each test appears once") {
   const Points x1 = shaken(scene.x, 2e-3, 6);
   const CollisionReplay replay(
       {scene.model.surfaces, scene.model.triangles, scene.model.gap_floor, scene.x, x1});
-  for (const auto search : {CollisionReplay::Search::Contacts, CollisionReplay::Search::Impacts}) {
-    const RecordedTests tests = replay.measure(search, 3, 2);
+  const auto search = GENERATE(CollisionReplay::Search::Contacts, CollisionReplay::Search::Impacts);
+  for (const auto division : {Decomposition::Static, Decomposition::Dynamic}) {
+    const RecordedTests tests = replay.measure(search, 3, division, 2);
     REQUIRE(tests.n_ranks() == 3);
     REQUIRE(tests.size() > 1000);
     CHECK(tests.result_bytes > 1000);
@@ -231,6 +232,61 @@ TEST_CASE("recorded tests form trees in which each test appears once") {
                                            single_communicator()};
     CHECK(replay.perform(search, alone, 3).size() == 3);
   }
-  CHECK_THROWS_WITH(replay.measure(CollisionReplay::Search::Contacts, 0),
+  CHECK_THROWS_WITH(replay.measure(search, 0, Decomposition::Static),
                     Catch::Matchers::Contains("ranks must be at least 1"));
+  CHECK_THROWS_WITH(replay.measure(search, 2, Decomposition::Predicted),
+                    Catch::Matchers::Contains("must be static or dynamic"));
+}
+
+TEST_CASE("clusters are dealt out in ranges of equal costs, which one in eight searches measures") {
+  SearchDeal deal(8);
+  CHECK(!deal.known());
+  REQUIRE(deal.begin(2));
+  // Clusters cost 4, 1, 1, 1, 1, 1, 1 and 1.5 us, in sum 11.5 us. Half of it is 5.75 us.
+  for (std::size_t c = 0; c < 8; ++c) deal.add(c % 2, c, 1e-6);
+  deal.add(1, 0, 3e-6);
+  deal.add(0, 7, 0.5e-6);
+  deal.end(*single_communicator(), 2);
+  CHECK(deal.known());
+  CHECK(deal.starts() == std::vector<std::size_t>{0, 3, 8});
+  for (int search = 1; search < SearchDeal::interval; ++search) CHECK(!deal.begin(2));
+  // The costs of an earlier search do not count. A test that seems to take a second was interrupted
+  // and counts 20 us.
+  REQUIRE(deal.begin(1));
+  deal.add(0, 7, 1.0);
+  deal.add(0, 1, 20e-6);
+  deal.end(*single_communicator(), 2);
+  CHECK(deal.starts() == std::vector<std::size_t>{0, 2, 8});
+}
+
+TEST_CASE("the first tests of all ranks cover the same clusters, whether costs are known or not") {
+  const TestScene scene = crumpled();
+  const std::vector<SurfacePair> pairs = surface_pairs(scene.model);
+  PartitionTrees trees(scene.model, pairs, 4);
+  const std::vector<double> inflation(scene.model.surfaces.size(), 1e-3);
+  trees.refit(Team{1}, {scene.x, scene.x, inflation}, true);
+  // Returns all leaves below the first tests.
+  const auto leaves = [&](std::vector<NodeTest> stack) {
+    std::vector<std::tuple<Index, Index, Index, Index>> found;
+    PartitionTrees::Scratch scratch;
+    while (!stack.empty()) {
+      const NodeTest test = stack.back();
+      stack.pop_back();
+      if (PartitionTrees::leaf(test))
+        found.emplace_back(test.hierarchy_a, test.hierarchy_b, test.node_a, test.node_b);
+      else
+        trees.expand(test, stack, scratch);
+    }
+    return found;
+  };
+  std::vector<std::tuple<Index, Index, Index, Index>> all = leaves(trees.top_level(0, 1)), dealt;
+  REQUIRE(all.size() > 1000);
+  const std::vector<std::size_t> starts = {0, 5, 30, 131, trees.n_clusters()};
+  for (std::size_t rank = 0; rank + 1 < starts.size(); ++rank) {
+    for (const auto& leaf : leaves(trees.tests_of(starts[rank], starts[rank + 1])))
+      dealt.push_back(leaf);
+  }
+  std::sort(all.begin(), all.end());
+  std::sort(dealt.begin(), dealt.end());
+  CHECK(dealt == all);
 }

@@ -6,41 +6,14 @@ import loomstone as ls
 import numpy as np
 import pytest
 from loomstone import magnetics as M
+from magnet_sources import J, sources, tetrahedron
 from magnet_tables import cases, each_case
-
-J = (0.3, -0.5, 0.8)
 
 
 def relative(found, expected):
     """Largest relative error of a row."""
     found, expected = np.atleast_2d(found), np.atleast_2d(expected)
     return (np.linalg.norm(found - expected, axis=-1) / np.linalg.norm(expected, axis=-1)).max()
-
-
-def tetrahedron():
-    return ls.TriangleMesh(
-        [[0, 0, 0], [0.02, 0, 0], [0.004, 0.017, 0], [0.007, 0.005, 0.015]],
-        [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
-    )
-
-
-def sources():
-    rng = np.random.default_rng(7)
-    return {
-        "cuboid": M.cuboid(size=(0.02, 0.01, 0.015), polarization=J),
-        "cylinder": M.cylinder(radius=0.01, height=0.013, polarization=J),
-        "ring": M.cylinder(radius=0.01, height=0.013, inner_radius=0.004, polarization=J),
-        "sphere": M.sphere(radius=0.01, polarization=J),
-        "mesh": M.mesh(tetrahedron(), polarization=J).at((0, 0, 0)),
-        "loop": M.loop(radius=0.01, current=3.0),
-        "solenoid": M.solenoid(radius=0.01, length=0.02, turns=10, current=2.0),
-        "polyline": (
-            M.polyline([[0, 0, 0], [0.01, 0, 0], [0.01, 0.01, 0.003], [0, 0, 0]], current=2.0).at(
-                (0, 0, 0)
-            )
-        ),
-        "dipoles": M.dipoles(0.01 * rng.normal(size=(5, 3)), rng.normal(size=(5, 3))),
-    }
 
 
 def outside(source, scale, count=40, seed=1):
@@ -411,98 +384,3 @@ def test_bodies_move_and_turn_with_their_fields():
     assert np.allclose(
         M.field(both, points), sum(M.field(b, points) for b in both), rtol=1e-14, atol=0
     )
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: M.cuboid(size=(1, 0, 1), polarization=J), r"size must be three lengths > 0 \[m\]"),
-        (
-            lambda: M.cuboid(size=(1, 1, 1), polarization=(0, np.nan, 0)),
-            r"polarization must be finite \[T\]",
-        ),
-        (lambda: M.cuboid(size=(1, 1), polarization=J), r"size must have shape \(3,\), got \(2,\)"),
-        (
-            lambda: M.cylinder(radius=-1, height=1, polarization=J),
-            r"radius must be > 0 \[m\], got -1",
-        ),
-        (
-            lambda: M.cylinder(radius=1, height=1, inner_radius=1, polarization=J),
-            r"inner_radius must be >= 0 and below radius",
-        ),
-        (lambda: M.sphere(radius=0, polarization=J), r"radius must be > 0 \[m\]"),
-        (
-            lambda: M.mesh(ls.grid(size=(1, 1), triangles=10), polarization=J),
-            r"mesh must be closed to be a magnet",
-        ),
-        (lambda: M.loop(radius=1, current=np.inf), r"current must be finite \[A\]"),
-        (lambda: M.solenoid(radius=1, length=0, turns=3, current=1), r"length must be > 0 \[m\]"),
-        (
-            lambda: M.polyline([[0, 0, 0]], current=1),
-            r"vertices must be at least two points, got 1",
-        ),
-        (lambda: M.polyline([[0, 0, 0], [0, 0, 0]], current=1), r"rows 0 and 1 are the same"),
-        (
-            lambda: M.polyline_gradient([[0, 0, 1]], [[0, 0, 0], [1, 0, 0]], current=1),
-            r"must form a closed line",
-        ),
-        (
-            lambda: M.dipoles([[0, 0, 0]], np.zeros((2, 3))),
-            r"moments must have a row for each of the 1 points, got 2",
-        ),
-        (
-            lambda: M.dipole_forces([[0, 0, 0]], [[0, 0, 1]], by_points=[[0, 0, 1]]),
-            r"must be given together",
-        ),
-        (
-            lambda: M.field(sources()["loop"], [[0, 0, np.nan]]),
-            r"points must be finite \[m\], but row 0 is not",
-        ),
-        (lambda: M.field(sources()["loop"], [[0, 0]]), r"points must have shape \(n, 3\)"),
-        (
-            lambda: M.field(sources()["loop"], [[0, 0, 0]], quantity="D"),
-            r'quantity must be "B" or "H", got "D"',
-        ),
-        (
-            lambda: M.field(sources()["loop"], [[0, 0, 0]], threads=-1),
-            r"threads must be at least 0",
-        ),
-        (
-            lambda: sources()["loop"].at((0, 0, 0), (0, 0, 0, 0)),
-            r"orientation must be a finite quaternion",
-        ),
-    ],
-)
-def test_mistakes_get_one_clear_sentence(call, message):
-    with pytest.raises(ls.InvalidInput, match=message):
-        call()
-
-
-def test_an_inside_out_mesh_is_refused():
-    mesh = tetrahedron()
-    with pytest.raises(ls.InvalidInput, match="counter-clockwise seen from outside"):
-        M.mesh(ls.TriangleMesh(mesh.vertices, mesh.triangles[:, ::-1]), polarization=J)
-
-
-def test_bodies_of_the_wrong_kind_are_named():
-    iron = M.soft_sphere(radius=0.01, susceptibility=100)
-    magnet = M.sphere(radius=1, polarization=J)
-    with pytest.raises(TypeError, match=r"got SoftBody.* no field until induce\(\) magnetises it"):
-        M.field(iron, [[0, 0, 1]])
-    with pytest.raises(TypeError, match=r"such as cuboid\(\) or loop\(\), got 1"):
-        M.gradient([magnet, 1], [[0, 0, 2]])
-    with pytest.raises(TypeError, match=r"such as soft_cuboid.*got MagneticBody.*belong in `by`"):
-        M.induce([iron, magnet])
-
-
-@pytest.mark.parametrize("value", [1200.0, -9.5e5])  # in mT, in A/m
-def test_a_polarization_that_no_material_has_is_reported(value):
-    for make in (
-        lambda: M.cuboid(size=(1, 1, 1), polarization=(0, 0, value)),
-        lambda: M.cylinder(radius=1, height=1, polarization=(0, value, 0)),
-        lambda: M.sphere(radius=1, polarization=(0, 0, value)),
-        lambda: M.mesh(ls.meshes.box(size=(1, 1, 1)), polarization=(0, 0, value)),
-    ):
-        with pytest.warns(ls.SceneWarning, match="larger than that of any material") as found:
-            make()
-        assert found[0].filename == __file__

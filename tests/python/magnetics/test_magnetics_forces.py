@@ -6,6 +6,7 @@ import loomstone as ls
 import numpy as np
 import pytest
 from loomstone import magnetics as M
+from magnet_sources import MAGNETS
 from magnet_tables import cases
 
 TOLERANCES = [1e-4, 1e-8]
@@ -339,7 +340,7 @@ def test_spheres_among_themselves_feel_the_sum_of_pairs():
 
 @pytest.mark.parametrize("name", ["cuboid", "cylinder", "ring", "mesh", "sphere"])
 def test_solid_magnets_that_overlap_are_refused(name):
-    cuboid, other = ENERGY_BODIES["cuboid"], ENERGY_BODIES[name]
+    cuboid, other = MAGNETS["cuboid"], MAGNETS[name]
     low = 0.006 if name in ("mesh", "sphere") else 0.004 if name == "cuboid" else 0.005
     message = "magnets must lie apart to exert forces, but {} overlaps {}; move one of them"
     for place in ((0.001, 0.002, 0.002), (0.001, 0.002, 0.004 + 0.98 * low)):
@@ -397,7 +398,7 @@ def test_an_induced_body_that_overlaps_another_magnet_is_refused():
     soft = M.soft_cuboid(size=(0.01, 0.01, 0.01), susceptibility=10.0, cells=8)
     (induced,) = M.induce(soft, field=(0, 0, 1)).bodies
     with pytest.raises(ls.InvalidInput, match="on overlaps by"):
-        M.force(on=induced, by=ENERGY_BODIES["sphere"].moved((0.004, 0.006, 0)))
+        M.force(on=induced, by=MAGNETS["sphere"].moved((0.004, 0.006, 0)))
 
 
 def test_mistakes_with_forces_are_named():
@@ -432,87 +433,3 @@ def test_wires_that_meet_are_refused_because_their_force_is_infinite():
     assert pull == pytest.approx(-M.MU0 * 0.02 / gap, rel=1e-4)
     linked = loop.rotated((np.pi / 2, 0, 0)).moved((0.02, 0, 0))  # linked like a chain
     assert np.isfinite(M.force(on=linked, by=loop).torque).all()
-
-
-ENERGY_BODIES = {
-    "cuboid": ls.magnetics.cuboid(size=(0.01, 0.012, 0.008), polarization=(0.3, -0.5, 1.0)),
-    "cylinder": ls.magnetics.cylinder(radius=0.006, height=0.01, polarization=(0.4, 0.2, 0.9)),
-    "ring": ls.magnetics.cylinder(
-        radius=0.006, height=0.01, inner_radius=0.003, polarization=(0.4, 0.2, 0.9)
-    ),
-    "mesh": ls.magnetics.mesh(
-        ls.meshes.sphere(radius=0.006, subdivisions=1), polarization=(0.1, 0.2, 0.8)
-    ),
-    "sphere": ls.magnetics.sphere(radius=0.006, polarization=(0.5, 0.5, -0.5)),
-}
-
-
-@pytest.mark.parametrize("name", ENERGY_BODIES)
-def test_forces_and_torques_are_minus_the_derivatives_of_the_energy(name):
-    fixed, body = (
-        ENERGY_BODIES["cuboid"],
-        ENERGY_BODIES[name].moved((0.004, 0.003, 0.016)).rotated((0.3, -0.2, 0.5)),
-    )
-
-    def energy(moved):
-        return ls.magnetics.energy([fixed, moved], tolerance=1e-9)
-
-    exact = ls.magnetics.force(on=body, by=fixed, tolerance=1e-9)
-    step = 1e-4  # error of central differences: (step / distance)^2 = 1e-4 of the derivative
-    for axis in np.eye(3):
-        slope = -(energy(body.moved(step * axis)) - energy(body.moved(-step * axis))) / (2 * step)
-        assert slope == pytest.approx(exact.force @ axis, abs=3e-4 * np.linalg.norm(exact.force))
-        turn = 0.01
-        slope = -(energy(body.rotated(turn * axis)) - energy(body.rotated(-turn * axis))) / (
-            2 * turn
-        )
-        assert slope == pytest.approx(exact.torque @ axis, abs=3e-4 * np.linalg.norm(exact.torque))
-
-
-@pytest.mark.parametrize("name", ENERGY_BODIES)
-def test_the_field_strength_is_the_descent_of_the_potential(name):
-    magnet = ENERGY_BODIES[name].moved((0.002, -0.001, 0.003)).rotated((0.3, -0.2, 0.5))
-    random = np.random.default_rng(8)
-    # One special point is near the centre, and the other is far away.
-    special = magnet.position + np.array([[1e-9, 0, 0], [0, 0, 0.05]])
-    points = np.vstack(
-        (random.uniform(-0.015, 0.015, (200, 3)), random.uniform(-0.1, 0.1, (50, 3)), special)
-    )
-    # The relative error of central differences due to rounding is 1e-16 size / step = 1e-11. Their
-    # truncation error is proportional to step^2. Near edges, it is about 1e-6.
-    step = 1e-7
-    ends = [
-        [ls.magnetics.potential(magnet, points + sign * step * axis) for sign in (-1, 1)]
-        for axis in np.eye(3)
-    ]
-    slopes = np.array([low - high for low, high in ends]).T / (2 * step)
-    wanted = ls.magnetics.field(magnet, points, quantity="H")
-    error = np.linalg.norm(slopes - wanted, axis=1) / np.linalg.norm(wanted, axis=1)
-    assert np.median(error) < 1e-8 and error.max() < 1e-4
-
-
-def test_currents_have_no_potential():
-    with pytest.raises(ls.Unsupported, match="scalar potential"):
-        ls.magnetics.potential(ls.magnetics.loop(radius=0.1, current=1.0), [[0, 0, 0]])
-
-
-def test_the_energy_of_spheres_is_that_of_their_dipoles():
-    random = np.random.default_rng(3)
-    places, moments = random.uniform(-0.1, 0.1, (4, 3)), random.normal(size=(4, 3))
-    bodies = [
-        ls.magnetics.dipoles([[0, 0, 0]], [m]).moved(x)
-        for x, m in zip(places, moments, strict=True)
-    ]
-    assert ls.magnetics.energy(bodies) == pytest.approx(
-        ls.magnetics.dipole_energy(places, moments), rel=1e-13
-    )
-
-
-def test_the_energy_of_currents_is_refused():
-    with pytest.raises(ls.Unsupported, match="got a current"):
-        ls.magnetics.energy(
-            [
-                ls.magnetics.loop(radius=0.1, current=1.0),
-                ls.magnetics.loop(radius=0.1, current=1.0).moved((0, 0, 1)),
-            ]
-        )

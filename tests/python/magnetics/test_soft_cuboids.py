@@ -170,3 +170,29 @@ def test_flat_cuboids_that_magnetise_each_other_have_the_documented_error():
     radius = 0.5 * np.linalg.norm([0.03, 0.02, 0.004])
     # The error of 1e-3 is documented for 16 cells. At this gap of one height, 8 cells suffice.
     assert difference(found, wanted, radius) < 1e-3 * size_of(wanted, radius)
+
+
+@pytest.mark.slow
+def test_the_estimated_error_between_soft_cuboids_is_of_the_size_of_the_true_one():
+    size = np.array((1.5, 1.0, 0.4))
+    radius = 0.5 * np.linalg.norm(size)
+    fine, coarse = (
+        M.soft_cuboid(size=size, susceptibility=1.0, cells=cells, threads=1) for cells in (16, 8)
+    )
+    rng = np.random.default_rng(1)
+    ratios = []
+    for _ in range(10):
+        chi, gap = rng.choice([1.0, 100.0, 1e5]), size[2] * rng.choice([0.1, 0.15, 0.2, 0.3, 0.5])
+        angle = rng.uniform(0.0, 1.2) * (rng.random() < 0.5)
+        place = np.array((*(rng.uniform(-0.8, 0.8, 2) * size[:2]), size[2] + gap))
+        turn, field = (np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)), rng.normal(size=3)
+
+        def wrench(shape, chi=chi, place=place, turn=turn, field=field):
+            soft = shape.with_susceptibility(chi)
+            pair = M.induce([soft, soft.at(place, turn)], field=field).bodies
+            return M.force(on=pair[1], by=pair[0])
+
+        found, wanted = wrench(coarse), wrench(fine)
+        ratios.append(found.error / difference(found, wanted, radius))
+    within = [0.5 < ratio < 10.0 for ratio in ratios]
+    assert sum(within) >= 9, ratios

@@ -1,4 +1,4 @@
-"""A data file runs no code: the program in a run runs only if it equals the scene file at hand, or
+"""A data file runs no code: the program in a run runs only if it equals the scene file on disk, or
 if the user trusts the run.
 """
 

@@ -1,0 +1,250 @@
+// The part of NeighbourLists that decides when lists end and when cluster pairs are searched, and
+// lets the ranks agree on it.
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <utility>
+
+#include "core/collision/broad_phase/neighbour_lists.h"
+
+namespace loomstone {
+
+namespace {
+
+// Lists are distributed again if the cost of one rank exceeds this multiple of the mean cost, but
+// at most once in `least_updates` updates. Our choice.
+constexpr double unbalanced = 1.25;
+constexpr int least_updates = 8;
+
+}  // namespace
+
+// Returns whether the vertices that this rank checks are within the margin of their expected
+// motion, at x and at x + ahead * (x - start).
+bool NeighbourLists::as_expected(const Team& team, const Points& start, const Points& x,
+                                 double ahead) const {
+  const IndexRange share = own_vertices();
+  std::atomic<bool> all{true};
+  for (std::size_t s = 0; s < model_.surfaces.size(); ++s) {
+    const CollisionSurface& surface = model_.surfaces[s];
+    const double most = margin_[s] - rounding, most2 = most * most;
+    const Index first = std::max(surface.first_vertex, share.begin),
+                last = std::min(surface.first_vertex + surface.n_vertices, share.end);
+    if (first >= last) continue;
+    parallel_ranges(team, last - first, 2048, [&](Index begin, Index end) {
+      bool near = true;
+      for (Index v = first + begin; v < first + end; ++v) {
+        const Eigen::RowVector3d along = to_.row(v) - from_.row(v);
+        const double length2 = std::max(along.squaredNorm(), 1e-300);
+        const auto expected = [&](const Eigen::RowVector3d& offset) {
+          const double share_of_motion = std::clamp(offset.dot(along) / length2, 0.0, 1.0);
+          return (offset - share_of_motion * along).squaredNorm() <= most2;
+        };
+        near &= expected(x.row(v) - from_.row(v));
+        if (ahead > 0.0)
+          near &= expected(x.row(v) + ahead * (x.row(v) - start.row(v)) - from_.row(v));
+      }
+      if (!near) all = false;
+    });
+  }
+  return all;
+}
+
+// Returns whether the vertices that this rank checks are at the end of the motion of the last
+// cover().
+bool NeighbourLists::covered(const Points& x) const {
+  const IndexRange share = own_vertices();
+  const auto n = static_cast<std::size_t>(3 * (share.end - share.begin));
+  return n == 0 || std::memcmp(x.row(share.begin).data(), covered_.row(share.begin).data(),
+                               sizeof(double) * n) == 0;
+}
+
+void NeighbourLists::update(const Team& team, const Points& x) {
+  begin_update(team, x);
+  if (unchecked_) end_update(team, results_of_ranks(ranks_, [&] { return pass_at_x(team); }));
+}
+
+void NeighbourLists::begin_update(const Team& team, const Points& x) {
+  const bool first = x_.rows() != x.rows(), again = first || refit_.other_trees();
+  if (again) lists_.clear(), ended_.clear();
+  if (first) x_ = x, find_slacks_and_margins(x);
+  before_.swap(x_);
+  x_ = x;
+  still_at_x_.clear();
+  ++updates_;
+  unchecked_ = !again;
+  if (again) {
+    search_at_x(team);
+  } else if (!settled_) {
+    end_update(team, results_of_ranks(ranks_, [&] { return pass_at_x(team); }));
+  }
+}
+
+// Adds the last step to the lists, and finds those that end.
+NeighbourLists::Pass NeighbourLists::pass_at_x(const Team& team) {
+  if (!unchecked_) return {};
+  const WorkTimer<double> timing(pass_seconds_, clock_);
+  Pass pass;
+  pass.unexpected = !unlisted().empty();
+  if (!pass.unexpected && !(settled_ && covered(x_)))
+    pass.unexpected = !as_expected(team, before_, x_, 1.0);
+  find_motions(team, before_, x_);
+  parallel_for(team, static_cast<Index>(lists_.size()), [&](Index i) {
+    lists_[i].change = change_bound(lists_[i]);
+    lists_[i].used += lists_[i].change;
+  });
+  find_ended(team, pass, [&](const NeighbourList& list) { return ends_at_x(list); });
+  return pass;
+}
+
+bool NeighbourLists::end_update(const Team& team, const std::vector<Pass>& passes) {
+  if (!std::exchange(unchecked_, false)) return true;
+  const bool search = settled_ ? any(passes, &Pass::unexpected) : search_is_due(passes);
+  settled_ = false;
+  if (search)
+    search_at_x(team);
+  else
+    unlist_fast(passes);
+  return !search;
+}
+
+// Searches for cluster pairs at the positions of the last update.
+void NeighbourLists::search_at_x(const Team& team) {
+  std::fill(unlisted_.begin(), unlisted_.end(), 0);
+  const Points ahead = 2.0 * x_ - before_;  // extrapolates the last step
+  search(team, ahead);
+  unlist_fast(results_of_ranks(ranks_, [&] {
+    find_motions(team, x_, ahead);
+    parallel_for(team, static_cast<Index>(lists_.size()),
+                 [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
+    Pass pass;
+    find_ended(team, pass, [&](const NeighbourList& list) { return ends_at_x(list); });
+    return pass;
+  }));
+}
+
+// The negated comparisons are also true for NaN.
+bool NeighbourLists::ends_at_x(const NeighbourList& list) const {
+  return !(list.used <= list.slack) || !(list.used + list.change <= list.slack + spare(list.pair));
+}
+
+void NeighbourLists::cover(const Team& team, const Points& x1) {
+  begin_cover(team, x1);
+  end_cover(team, x1, results_of_ranks(ranks_, [&] { return pass_to(team, x1); }));
+}
+
+void NeighbourLists::begin_cover(const Team& team, const Points& x1) {
+  uncovered_ = true;
+  if (!refit_.other_trees()) return;
+  lists_.clear(), ended_.clear();
+  search(team, x1);
+}
+
+NeighbourLists::Pass NeighbourLists::pass_to(const Team& team, const Points& x1) {
+  if (!uncovered_) return {};
+  make_ended(team);
+  Pass pass = find_ended_before(team, x1);
+  pass.unexpected = unlisted().size() < pairs_.size() && !as_expected(team, x_, x1, 0.0);
+  if (ranks_.size() == 1) return pass;
+  pass.due = pass.unexpected || !unlisted().empty() || !as_expected(team, x_, x1, 1.0);
+  const IndexRange share = own_vertices();
+  covered_.resize(model_.n_vertices, 3);
+  covered_.middleRows(share.begin, share.end - share.begin) =
+      x1.middleRows(share.begin, share.end - share.begin);
+  return pass;
+}
+
+// Finds the lists that do not contain all pairs of the motion from the last update to x1.
+NeighbourLists::Pass NeighbourLists::find_ended_before(const Team& team, const Points& x1) {
+  const WorkTimer<double> timing(pass_seconds_, clock_);
+  find_motions(team, x_, x1);
+  parallel_for(team, static_cast<Index>(lists_.size()),
+               [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
+  Pass pass;
+  find_ended(team, pass, [&](const NeighbourList& list) {
+    return !(list.slack >= 0.0) || !(list.used + list.change <= list.slack + spare(list.pair));
+  });
+  return pass;
+}
+
+bool NeighbourLists::end_cover(const Team& team, const Points& x1,
+                               const std::vector<Pass>& passes) {
+  if (!std::exchange(uncovered_, false)) return true;
+  if (any(passes, &Pass::unexpected)) {
+    search(team, x1);
+    unlist_fast(results_of_ranks(ranks_, [&] { return find_ended_before(team, x1); }));
+    return false;
+  }
+  settled_ = ranks_.size() > 1 && !any(passes, &Pass::due) && !search_is_due(passes);
+  unlist_fast(passes);
+  return true;
+}
+
+bool NeighbourLists::any(const std::vector<Pass>& passes, bool Pass::* flag) {
+  return std::any_of(passes.begin(), passes.end(), [&](const Pass& pass) { return pass.*flag; });
+}
+
+// Returns whether vertices have left their expected motion on some rank, whether costs are
+// unbalanced, or whether every search changes the owners.
+bool NeighbourLists::search_is_due(const std::vector<Pass>& passes) const {
+  double most = 0.0, sum = 0.0;
+  for (const Pass& pass : passes) {
+    if (pass.unexpected) return true;
+    most = std::max(most, pass.cost);
+    sum += pass.cost;
+  }
+  return owners_.rotates() ||
+         (updates_ >= least_updates && most * ranks_.size() > unbalanced * sum);
+}
+
+// Finds the lists of this rank for which `ends` is true.
+template <class Ends>
+void NeighbourLists::find_ended(const Team& team, Pass& pass, Ends&& ends) {
+  constexpr Index grain = 1024;
+  const Index n = static_cast<Index>(lists_.size());
+  ended_.assign(n, 0);
+  std::vector<Pass> of_range((n + grain - 1) / grain);
+  parallel_ranges(team, n, grain, [&](Index begin, Index end) {
+    Pass& own = of_range[begin / grain];
+    for (Index i = begin; i < end; ++i) {
+      const NeighbourList& list = lists_[i];
+      own.fast |= list.change > most_slack_[list.pair];
+      own.cost += list.spent;
+      ended_[i] = ends(list);
+    }
+  });
+  for (const Pass& own : of_range) pass.fast |= own.fast, pass.cost += own.cost;
+}
+
+// Makes a surface pair unlisted if more than a quarter of its lists on all ranks have a `change`
+// above the largest slack.
+void NeighbourLists::unlist_fast(const std::vector<Pass>& passes) {
+  if (std::none_of(passes.begin(), passes.end(), [](const Pass& pass) { return pass.fast; }))
+    return;
+  const Gathered<Counts> counts = gather_from_ranks(ranks_, [&] {
+    std::vector<Counts> own(pairs_.size());
+    for (const NeighbourList& list : lists_) {
+      ++own[list.pair].lists;
+      own[list.pair].fast += list.change > most_slack_[list.pair];
+    }
+    return own;
+  });
+  bool any = false;
+  for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
+    Counts sum;
+    for (std::size_t k = pair; k < counts.elements.size(); k += pairs_.size())
+      sum.lists += counts.elements[k].lists, sum.fast += counts.elements[k].fast;
+    if (sum.fast > sum.lists / 4) unlisted_[pair] = 1, any = true;
+  }
+  if (!any) return;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < lists_.size(); ++i) {
+    if (unlisted_[lists_[i].pair]) continue;
+    ended_[kept] = ended_[i];
+    if (kept != i) lists_[kept] = std::move(lists_[i]);
+    ++kept;
+  }
+  lists_.erase(lists_.begin() + static_cast<std::ptrdiff_t>(kept), lists_.end());
+  ended_.resize(kept);
+}
+
+}  // namespace loomstone

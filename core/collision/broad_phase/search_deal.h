@@ -1,0 +1,44 @@
+// Division of the first tests of dynamic searches among ranks by the costs of earlier searches. The
+// clusters of all hierarchies, in order, are cut into one contiguous range for each rank. A rank
+// starts with the tests whose first cluster is in its range. Costs determine which rank performs a
+// test at first, not its results.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "core/parallel/shared_work.h"
+
+namespace loomstone {
+
+class SearchDeal {
+ public:
+  explicit SearchDeal(std::size_t n_clusters = 0) : n_clusters_(n_clusters) {}
+
+  // One in this number of searches measures costs. Reading the clock makes it a tenth slower.
+  static constexpr int interval = 8;
+
+  // Starts a search. Returns whether it measures costs.
+  bool begin(int threads);
+  // Adds the cost of a test whose first cluster is given [s]. Called concurrently by threads.
+  void add(int thread, std::size_t cluster, double seconds);
+  // Collective. Ends a search that measures costs: cuts the clusters into `n_ranges` ranges.
+  void end(const Communicator& ranks, int n_ranges);
+
+  // Number of exchanges in each search, on average, and bytes that all ranks receive in them.
+  static constexpr double exchanges() { return 2.0 / interval; }
+  double bytes() const;
+
+  // Returns whether the clusters have been cut.
+  bool known() const { return !starts_.empty(); }
+  // First cluster of the range of each rank, and the number of clusters.
+  const std::vector<std::size_t>& starts() const { return starts_; }
+
+ private:
+  const std::size_t n_clusters_;
+  int searches_ = 0;
+  std::vector<std::vector<float>> costs_;  // (threads x clusters) [s]
+  std::vector<std::size_t> starts_;
+};
+
+}  // namespace loomstone

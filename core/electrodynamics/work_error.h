@@ -1,0 +1,45 @@
+// Error of the work that the forces between magnets do in the half kicks of a sub-step. The work of
+// currents is exact, because circuits lose the same energy (kick.h).
+//
+// Forces that grow as bodies approach each other do too much work in a sub-step, which appears as
+// energy from nothing when the bodies meet. There are two causes. Let F0, F1 be the forces at the
+// start and at the end, and W0, W1 their work along the whole displacement.
+//
+// The half kicks integrate the force along the displacement by the trapezoidal rule. A force that
+// changes by a constant factor per length does the work (W1 - W0) / log(W1 / W0), which the rule
+// exceeds by (W1 - W0)^2 / (6 |W0 + W1|) to leading order.
+//
+// A free body of mass m is displaced by h (v + h F0 / 2m) in the time h, but its mean velocity is
+// v + h (F0 + F1) / 4m. The product of the mean force and the difference is h^2 (F1^2 - F0^2) / 8m.
+//
+// Only forces that grow along their own direction count, W0 < W1 with equal signs. This condition
+// is the same for motion backwards in time. Errors of forces that drive a body back to an
+// equilibrium cancel in the course of an oscillation.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/electrodynamics/carriers.h"
+#include "core/electrodynamics/kick.h"
+#include "core/electrodynamics/magnetic_model.h"
+
+namespace loomstone {
+
+// The displacements in a sub-step, and the wrenches between magnets at its start and end.
+struct SubstepWork {
+  const RigidState &start, &end;
+  const std::vector<std::uint8_t>& touched;  // (b) 1: did not move freely
+  const std::vector<Twist>& twists;          // motion of the obstacles
+  double length;                             // [s]
+  const CarrierWrenches first, second;
+};
+
+// Returns the wrenches between magnets without the part that is due to currents.
+CarrierWrenches wrenches_between_magnets(const Actions& actions);
+
+// Returns the error of the work as a fraction of the work and of a tenth of `kinetic`, the kinetic
+// energy of the bodies [J], whichever is larger. All are sums over bodies and obstacles.
+double relative_work_error(const MagneticModel& model, const SubstepWork& work, double kinetic);
+
+}  // namespace loomstone

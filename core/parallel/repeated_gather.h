@@ -1,0 +1,149 @@
+// Gathers elements from all ranks again and again, usually with one exchange each time. Each rank
+// sends its number of elements together with as many elements as there is room for. The room is
+// the number of elements of the last time and an eighth more. A second exchange sends the rest.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <utility>
+#include <vector>
+
+#include "core/parallel/shared_work.h"
+
+namespace loomstone {
+
+// Room of each rank in the next exchange. Every kind of elements has a room of its own.
+struct GatherRoom {
+  std::vector<std::size_t> elements;  // (ranks)
+  std::vector<std::byte> buffer;      // scratch
+};
+
+// Elements of all ranks, and a note of each rank.
+template <class Element, class Note>
+struct NotedGather {
+  Gathered<Element> gathered;
+  std::vector<Note> notes;  // (ranks)
+};
+
+namespace detail {
+
+template <class Element, class Note>
+class GatherOnce {
+ public:
+  GatherOnce(const Communicator& ranks, GatherRoom& room)
+      : ranks_(ranks), room_(room), headers_(ranks.size()) {
+    room_.elements.resize(ranks.size(), 0);
+  }
+
+  template <class Work>
+  NotedGather<Element, Note> run(Work&& work) {
+    Header& own = headers_[ranks_.rank()];
+    std::vector<Element> elements;
+    std::exception_ptr failure;
+    try {
+      elements = work(own.note);
+    } catch (...) {
+      failure = std::current_exception();
+      elements.clear();
+      own.failed = 1;
+    }
+    own.size = elements.size();
+    send_first(elements);
+    const auto failed = [](const Header& header) { return header.failed != 0; };
+    if (std::any_of(headers_.begin(), headers_.end(), failed)) agree_on(ranks_, failure);
+    NotedGather<Element, Note> all;
+    join(all.gathered);
+    send_rest(elements, all.gathered);
+    for (int rank = 0; rank < ranks_.size(); ++rank) {
+      all.notes.push_back(headers_[rank].note);
+      room_.elements[rank] = headers_[rank].size + headers_[rank].size / 8;
+    }
+    return all;
+  }
+
+ private:
+  struct Header {
+    std::size_t failed = 0, size = 0;
+    Note note{};
+  };
+
+  std::size_t n_first(int rank) const {
+    return std::min(room_.elements[rank], headers_[rank].size);
+  }
+
+  // Exchanges all headers and the elements for which there is room.
+  void send_first(const std::vector<Element>& elements) {
+    const int own = ranks_.rank();
+    offsets_ = {0};
+    for (const std::size_t room : room_.elements)
+      offsets_.push_back(offsets_.back() + sizeof(Header) + room * sizeof(Element));
+    room_.buffer.resize(offsets_.back());
+    copy(&headers_[own], 1, at(own));
+    copy(elements.data(), n_first(own), at(own) + sizeof(Header));
+    ranks_.gather_all(room_.buffer.data(), offsets_);
+    for (int rank = 0; rank < ranks_.size(); ++rank)
+      std::memcpy(static_cast<void*>(&headers_[rank]), at(rank), sizeof(Header));
+  }
+
+  // Copies the elements of the first exchange to their places among all elements.
+  void join(Gathered<Element>& all) {
+    all.start = {0};
+    for (const Header& header : headers_) all.start.push_back(all.start.back() + header.size);
+    all.elements.resize(all.start.back());
+    for (int rank = 0; rank < ranks_.size(); ++rank)
+      if (n_first(rank) > 0)
+        std::memcpy(static_cast<void*>(all.elements.data() + all.start[rank]),
+                    at(rank) + sizeof(Header), n_first(rank) * sizeof(Element));
+  }
+
+  // Exchanges the elements for which there was no room.
+  void send_rest(const std::vector<Element>& elements, Gathered<Element>& all) const {
+    std::vector<std::size_t> start = {0}, offsets = {0};
+    for (int rank = 0; rank < ranks_.size(); ++rank) {
+      start.push_back(start.back() + headers_[rank].size - n_first(rank));
+      offsets.push_back(sizeof(Element) * start.back());
+    }
+    if (start.back() == 0) return;
+    const int own = ranks_.rank();
+    std::vector<Element> rest(start.back());
+    const auto place = [&](int rank) {
+      return rest.begin() + static_cast<std::ptrdiff_t>(start[rank]);
+    };
+    std::copy(elements.begin() + static_cast<std::ptrdiff_t>(n_first(own)), elements.end(),
+              place(own));
+    ranks_.gather_all(rest.data(), offsets);
+    for (int rank = 0; rank < ranks_.size(); ++rank)
+      std::copy(
+          place(rank), place(rank + 1),
+          all.elements.begin() + static_cast<std::ptrdiff_t>(all.start[rank] + n_first(rank)));
+  }
+
+  std::byte* at(int rank) { return room_.buffer.data() + offsets_[rank]; }
+  template <class Type>
+  static void copy(const Type* from, std::size_t n, std::byte* to) {
+    if (n > 0) std::memcpy(to, from, n * sizeof(Type));
+  }
+
+  const Communicator& ranks_;
+  GatherRoom& room_;
+  std::vector<Header> headers_;
+  std::vector<std::size_t> offsets_;
+};
+
+}  // namespace detail
+
+// Collective. `work(note)` returns the elements of this rank and sets its note. Elements and notes
+// are copied byte by byte. If the work of some ranks fails, all ranks throw the error of the lowest
+// of them.
+template <class Element, class Note, class Work>
+NotedGather<Element, Note> gather_again(const Communicator& ranks, GatherRoom& room, Work&& work) {
+  if (ranks.size() > 1) return detail::GatherOnce<Element, Note>(ranks, room).run(work);
+  NotedGather<Element, Note> all;
+  all.notes.resize(1);
+  all.gathered.elements = work(all.notes.front());
+  all.gathered.start = {0, all.gathered.elements.size()};
+  return all;
+}
+
+}  // namespace loomstone

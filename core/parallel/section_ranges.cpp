@@ -1,0 +1,74 @@
+#include "core/parallel/section_ranges.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "core/parallel/shared_work.h"
+
+namespace loomstone {
+
+namespace {
+
+// A section with at least this share of all costs is cut on its own. Our choice.
+constexpr double expensive = 0.05;
+
+double sum_between(const std::vector<float>& costs, std::size_t begin, std::size_t end) {
+  return std::accumulate(costs.begin() + static_cast<std::ptrdiff_t>(begin),
+                         costs.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
+}
+
+// Returns the sections that are cut together: each expensive one alone, and all others.
+std::vector<std::vector<std::size_t>> groups(const std::vector<float>& costs,
+                                             const SectionStarts& first) {
+  const double sum = sum_between(costs, 0, costs.size());
+  std::vector<std::vector<std::size_t>> found(1);
+  for (std::size_t s = 0; s + 1 < first.size(); ++s)
+    if (sum_between(costs, first[s], first[s + 1]) >= expensive * sum)
+      found.push_back({s});
+    else
+      found.front().push_back(s);
+  return found;
+}
+
+}  // namespace
+
+SectionRanges section_ranges(const std::vector<float>& costs, const SectionStarts& first,
+                             int n_ranges) {
+  SectionRanges ranges(first.size() - 1);
+  for (const std::vector<std::size_t>& group : groups(costs, first)) {
+    std::vector<float> joined;
+    for (const std::size_t s : group)
+      joined.insert(joined.end(), costs.begin() + static_cast<std::ptrdiff_t>(first[s]),
+                    costs.begin() + static_cast<std::ptrdiff_t>(first[s + 1]));
+    const std::vector<std::size_t> cut = contiguous_ranges(joined, n_ranges);
+    std::size_t begin = 0;  // of the section in `joined`
+    for (const std::size_t s : group) {
+      const std::size_t end = begin + first[s + 1] - first[s];
+      for (const std::size_t start : cut)
+        ranges[s].push_back(first[s] + std::clamp(start, begin, end) - begin);
+      begin = end;
+    }
+  }
+  return ranges;
+}
+
+double imbalance(const std::vector<float>& costs, const SectionStarts& first,
+                 const SectionRanges& ranges) {
+  if (ranges.empty()) return 1.0;
+  const std::size_t n_ranges = ranges.front().size() - 1;
+  double most = 0.0, sum = 0.0;
+  for (const std::vector<std::size_t>& group : groups(costs, first)) {
+    double most_of_group = 0.0;
+    for (std::size_t r = 0; r < n_ranges; ++r) {
+      double cost = 0.0;
+      for (const std::size_t s : group) cost += sum_between(costs, ranges[s][r], ranges[s][r + 1]);
+      most_of_group = std::max(most_of_group, cost);
+      sum += cost;
+    }
+    most += most_of_group;
+  }
+  return sum > 0.0 ? most * static_cast<double>(n_ranges) / sum : 1.0;
+}
+
+}  // namespace loomstone

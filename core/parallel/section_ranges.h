@@ -1,0 +1,27 @@
+// Division of pieces of work that form sections. Each section with a large part of all costs is cut
+// into one contiguous range for each rank, and all other sections are cut together. Each rank thus
+// gets about an equal part of every expensive section. This balances several phases of work if the
+// costs of a section are alike in all phases.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace loomstone {
+
+// Section s consists of the pieces first[s] to first[s + 1] - 1.
+using SectionStarts = std::vector<std::size_t>;
+
+// Pieces of each section at which the ranges start, and the end of the section:
+// (sections) x (ranges + 1).
+using SectionRanges = std::vector<std::vector<std::size_t>>;
+
+SectionRanges section_ranges(const std::vector<float>& costs, const SectionStarts& first,
+                             int n_ranges);
+
+// Returns the sum of the most expensive ranges of all sections that are cut on their own, and of
+// the other sections together, divided by the mean cost of a rank [1].
+double imbalance(const std::vector<float>& costs, const SectionStarts& first,
+                 const SectionRanges& ranges);
+
+}  // namespace loomstone
