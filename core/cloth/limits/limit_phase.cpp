@@ -126,7 +126,9 @@ LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limit
                        const std::vector<Index>& limit_of)
     : membrane_(membrane),
       bounds_of_(membrane.n_batches()),
-      table_(static_cast<std::size_t>(membrane.n_batches()) * membrane::phase_stride, 0.0),
+      // A rank without triangles has a table too, because Membrane::in_phase() tests its address and
+      // must be the same on all ranks.
+      table_(std::max<std::size_t>(membrane.n_batches(), 1) * membrane::phase_stride, 0.0),
       entered_(membrane.n_batches(), 0) {
   using Rows = std::array<Index, n_lanes>;  // index into limits for each lane
   std::map<Rows, Index> known;
