@@ -84,7 +84,7 @@ struct Simulation::Data {
       if (!user.row(i).allFinite())
         fail<InvalidInput>("{} must be finite, row {} is not; nothing was changed", name, i);
     for (Index i = 0; i < user.rows(); ++i) rows.row(model.row_of_vertex[i]) = user.row(i);
-    writes.note(kind);
+    note(kind);
   }
   void set_bodies(const Points& user, const char* name, Points& rows) {
     if (user.rows() != model.n_bodies())
@@ -94,7 +94,11 @@ struct Simulation::Data {
       if (!user.row(i).allFinite())
         fail<InvalidInput>("{} must be finite, row {} is not; nothing was changed", name, i);
     std::copy(user.data(), user.data() + user.size(), rows.data());
-    writes.note(UserWrites::Table);
+    note(UserWrites::Table);
+  }
+  void note(UserWrites::Kind kind) {
+    writes.note(kind);
+    measured = false;
   }
   void settle() {
     const UserWrites::Kind written = writes.settle(*layout, state);
@@ -297,7 +301,7 @@ void Simulation::set_obstacle_pose(int obstacle, const Vec3& position, const Vec
   data_->state.target_time = time() + step_size();
   data_->state.pose_position.row(obstacle) = position.transpose();
   data_->state.pose_orientation.row(obstacle) = orientation.normalized().transpose();
-  data_->writes.note(UserWrites::Table);
+  data_->note(UserWrites::Table);
 }
 
 Points Simulation::body_centres() const { return data_->state.rigid.positions; }
