@@ -168,6 +168,14 @@ void bind_ranks(py::class_<S>& c) {
                           "Memory of the bounding-volume hierarchies, which every rank stores "
                           "whole [bytes].");
   c.def_property_readonly(
+      "memory_bytes",
+      [](const S& self) {
+        std::map<std::string, std::size_t> parts;
+        for (const S::MemoryPart& part : self.memory()) parts[part.name] = part.bytes;
+        return parts;
+      },
+      "Memory that this rank occupies, by the part of the simulation that owns it [bytes].");
+  c.def_property_readonly(
       "rank", [](const S& self) { return self.communicator().rank(); },
       "index of this rank, from 0");
   c.def_property_readonly(

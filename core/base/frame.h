@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/base/look.h"
 #include "core/base/report.h"
 #include "core/base/types.h"
@@ -32,6 +33,11 @@ struct FrameTopology {
   // (3mb x 2) uv of each corner of the bodies' triangles, zeros for bodies without a texture. Empty
   // if no body has a texture.
   Points2 body_corner_uv;
+
+  std::size_t bytes() const {
+    return bytes_of(triangles, corner_uv, cloth_of_triangle, cloth_of_vertex, body_triangles,
+                    body_of_triangle, body_of_vertex, body_pole, body_corner_uv);
+  }
 };
 
 struct Frame {

@@ -2,8 +2,10 @@
 // the internal vertex order.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/base/types.h"
 #include "core/cloth/bending/bending.h"
 #include "core/cloth/bending/bending_element.h"
@@ -14,11 +16,13 @@
 namespace loomstone {
 
 struct ClothModel {
-  // Bending elements of one kind on a subset of the cloths. Vertex indices refer to the vertices of
-  // all cloths.
+  // Bending of a cloth.
   struct BendingPart {
     BendingElement element = BendingElement::MidEdge;
-    BendingSetup setup;
+    Index cloth = 0;
+    Mat3 rigidity = Mat3::Zero();  // bending stiffness D for (kxx, kyy, 2 kxy) [N m]
+    double damping = 0.0;          // beta of stiffness-proportional bending damping [s]
+    bool flat_rest = true;         // true: zero rest angles; false: angles of rest_positions
   };
 
   Index n_vertices = 0;
@@ -26,14 +30,30 @@ struct ClothModel {
   std::vector<Index> first_vertex, first_triangle;
   Triangles triangles;                       // (m x 3)
   std::vector<Corners2> corners;             // (m) rest coordinates [m]
-  std::vector<MembraneConstants> constants;  // (m)
+  std::vector<MembraneConstants> constants;  // (cloths)
   std::vector<StrainLimit> strain_limits;
   std::vector<Index> strain_limit_of;  // (m) index into strain_limits; -1: unlimited
   bool limited_by_edges = false;       // strain limits apply to edges of all cloths
   std::vector<BendingPart> bending;
-  Vector mass;                           // (n) lumped mass [kg]
+  Points rest_positions;  // (n x 3) shape at rest [m]; for flat cloth, any flat shape
+  Vector mass;            // (n) lumped mass [kg]
   std::vector<std::uint8_t> prescribed;  // (n) 1: prescribed vertex
   Incidence triangles_of_vertex;         // (n)
+
+  const MembraneConstants& constants_of(Index triangle) const {
+    return constants[cloth_of(triangle)];
+  }
+  Index cloth_of(Index triangle) const {
+    const auto next = std::upper_bound(first_triangle.begin(), first_triangle.end(), triangle);
+    return static_cast<Index>(next - first_triangle.begin()) - 1;
+  }
+  // Input of the bending elements of a cloth. Vertex indices refer to the vertices of all cloths.
+  BendingSetup setup_of(const BendingPart& part) const;
+
+  std::size_t bytes() const {
+    return bytes_of(first_vertex, first_triangle, triangles, corners, constants, strain_limit_of) +
+           bytes_of(bending, rest_positions, mass, prescribed, triangles_of_vertex);
+  }
 };
 
 // Returns the lumped mass of each vertex [kg], which is one third of the mass of its incident

@@ -2,6 +2,7 @@
 // simulation.
 #pragma once
 
+#include "core/base/bytes.h"
 #include "core/base/types.h"
 
 namespace loomstone {
@@ -37,6 +38,11 @@ struct ClothState {
   Points previous_x;        // (n x 3) [m]
   Points previous_v;        // (n x 3) [m/s]
   Points previous_bending;  // (n x 3) [N]
+
+  std::size_t bytes() const {
+    return bytes_of(x, v, last_change, element_steps, element_clocks, element_positions, previous_x,
+                    previous_v, previous_bending);
+  }
 
   // Length of the last step [s], or h if there is none.
   double last_length(double h) const { return previous_step > 0.0 ? previous_step : h; }

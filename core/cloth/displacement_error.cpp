@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace loomstone {
 
@@ -15,6 +14,12 @@ constexpr double rounding = 1e-14;
 // A step resolves a motion if implicit Euler removes less than this fraction of its kinetic energy
 // per step [1].
 constexpr double resolved = 0.1;
+
+double area_of(const Corners2& corners) {
+  const Vec2 e1 = (corners.row(1) - corners.row(0)).transpose(),
+             e2 = (corners.row(2) - corners.row(0)).transpose();
+  return 0.5 * (e1.x() * e2.y() - e1.y() * e2.x());
+}
 
 }  // namespace
 
@@ -31,8 +36,8 @@ DisplacementError::DisplacementError(const ClothModel& cloth, const Membrane& me
       scales_[c].mass += cloth.mass[i];
       if (cloth.prescribed[i]) scales_[c].mass_of_prescribed += cloth.mass[i];
     }
-    const std::vector<double>& areas = membrane.rest_area();
-    const double area = std::accumulate(areas.begin() + first, areas.begin() + last, 0.0);
+    double area = 0.0;
+    for (Index t = first; t < last; ++t) area += area_of(cloth.corners[t]);
     scales_[c].height = 0.5 * scales_[c].mass * gravity * std::sqrt(area);
     // The vertices of a cloth are divided among its blocks in proportion to the triangles.
     const auto vertex_at = [&](Index triangle) {
@@ -46,9 +51,11 @@ DisplacementError::DisplacementError(const ClothModel& cloth, const Membrane& me
     }
   }
   sums_.resize(blocks_.size());
-  const int n_ranks = layout.communicator().size();
-  for (int rank = 0; rank <= n_ranks; ++rank)
-    offsets_.push_back(blocks_.size() * rank / n_ranks * sizeof(Sums));
+  for (const Index triangle : first_triangles(cloth.triangles, layout)) {
+    const auto before = [&](const Block& block) { return block.first_triangle < triangle; };
+    const auto n = std::partition_point(blocks_.begin(), blocks_.end(), before) - blocks_.begin();
+    offsets_.push_back(static_cast<std::size_t>(n) * sizeof(Sums));
+  }
 }
 
 StepError DisplacementError::over(const Team& team, const Points& start, const Points& end,

@@ -3,8 +3,10 @@
 
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/cloth/cloth_model.h"
 #include "core/cloth/membrane/membrane.h"
+#include "core/cloth/mesh_part.h"
 #include "core/parallel/row_layout.h"
 
 namespace loomstone {
@@ -20,8 +22,8 @@ struct StepError {
   double energy = 0.0;
 };
 
-// Evaluates the error of steps. Triangles are divided equally among ranks, and block sums are added
-// in order. Results are therefore bitwise independent of the number of threads and ranks.
+// Evaluates the error of steps. Each rank evaluates its triangles (mesh_part.h), and block sums are
+// added in order. Results are therefore bitwise independent of the number of threads and ranks.
 class DisplacementError {
  public:
   // `gravity` is the magnitude of the gravitational acceleration [m/s^2].
@@ -42,6 +44,8 @@ class DisplacementError {
   // of the last call of over() if it ended at x1. Collective.
   double dissipation(const Team& team, const Points& x1, const Points& v0, const Points& v1,
                      double h);
+
+  std::size_t bytes() const { return bytes_of(blocks_, offsets_, scales_, sums_); }
 
  private:
   // A block of triangles of one cloth, and a range of the cloth's vertices.

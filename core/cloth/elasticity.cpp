@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
+
+#include "core/cloth/bending/bending_subset.h"
 
 namespace loomstone {
 
@@ -17,49 +20,95 @@ Vector lumped_mass(Index n_vertices, const Triangles& triangles,
   return mass;
 }
 
+BendingSetup ClothModel::setup_of(const BendingPart& part) const {
+  const Index first = first_triangle[part.cloth], last = first_triangle[part.cloth + 1];
+  BendingSetup setup;
+  setup.rest_positions = rest_positions;
+  setup.triangles = triangles.middleRows(first, last - first);
+  setup.corners.assign(corners.begin() + first, corners.begin() + last);
+  setup.rigidity.assign(last - first, part.rigidity);
+  setup.damping.assign(last - first, part.damping);
+  setup.prescribed = prescribed;
+  setup.flat_rest = part.flat_rest;
+  return setup;
+}
+
 namespace {
-std::unique_ptr<Bending> make_bending(const ClothModel::BendingPart& part, bool lumped) {
-  if (part.element == BendingElement::Hinge) return make_hinge_bending(part.setup);
-  if (!lumped) return make_midedge_bending(part.setup);
-  BendingSetup setup = part.setup;
-  setup.lumped_stiffness = true;
-  return make_midedge_bending(setup);
+
+std::unique_ptr<Bending> make_bending(BendingElement element, const BendingSetup& setup) {
+  return element == BendingElement::Hinge ? make_hinge_bending(setup) : make_midedge_bending(setup);
+}
+
+Membrane make_membrane(const ClothModel& model, const RowLayout* layout,
+                       const std::vector<Index>& first) {
+  const MeshPart all = {{0, model.n_vertices}, {0, static_cast<Index>(model.triangles.rows())}};
+  const MembraneConstantsOf constants(model.constants, model.first_triangle);
+  return Membrane(model.triangles, model.corners, constants, model.n_vertices,
+                  layout ? part_of_rank(*layout, first) : all);
 }
 
 bool same_positions(const Points& a, const Points& b) {
   return a.rows() == b.rows() && std::memcmp(a.data(), b.data(), sizeof(double) * a.size()) == 0;
 }
+
 }  // namespace
 
 Elasticity::Elasticity(const ClothModel& model, BendingTreatment bending)
+    : Elasticity(model, bending, nullptr) {}
+
+Elasticity::Elasticity(const ClothModel& model, BendingTreatment bending, const RowLayout& layout)
+    : Elasticity(model, bending, layout.single() ? nullptr : &layout) {}
+
+Elasticity::Elasticity(const ClothModel& model, BendingTreatment bending, const RowLayout* layout)
     : model_(model),
-      membrane_(model.n_vertices, model.triangles, model.corners, model.constants),
-      treatment_(bending),
-      zero_velocity_(Points::Zero(model.n_vertices, 3)) {
+      layout_(layout),
+      first_(layout ? first_triangles(model.triangles, *layout) : std::vector<Index>()),
+      membrane_(make_membrane(model, layout, first_)),
+      treatment_(bending) {
   if (!model.strain_limits.empty())
     limit_phase_ =
         std::make_unique<LimitPhase>(membrane_, model.strain_limits, model.strain_limit_of);
+  const Index begin = layout ? std::min(layout->begin(), model.n_vertices) : 0,
+              end = layout ? std::min(layout->end(), model.n_vertices) : model.n_vertices;
   std::vector<std::pair<Index, Index>> couplings;
+  const MeshPart rows = {{begin, end}, {}};
   for (Index t = 0; t < model.triangles.rows(); ++t)
-    for (int k = 0; k < 3; ++k)
+    for (int k = 0; k < 3 && rows.contains(model.triangles, t); ++k)
       couplings.emplace_back(model.triangles(t, k), model.triangles(t, (k + 1) % 3));
   for (const auto& part : model.bending) {
-    bending_.push_back(make_bending(part, bending == BendingTreatment::Lumped));
-    for (const double damping : part.setup.damping)
-      damped_bending_ = damped_bending_ || damping > 0.0;
+    add_bending_part(part);
+    damped_bending_ = damped_bending_ || part.damping > 0.0;
     if (!implicit_bending()) continue;
-    const auto more = bending_.back()->couplings();
+    const auto more = bending_.back().element->couplings();
     couplings.insert(couplings.end(), more.begin(), more.end());
   }
-  matrix_ = BlockMatrix(model.n_vertices, couplings);
+  matrix_ = BlockMatrix(model.n_vertices, couplings, begin, end);
   wide_in_.assign(4 * static_cast<std::size_t>(model.n_vertices) + 4, 0.0);
-  wide_out_ = wide_in_;
+}
+
+void Elasticity::add_bending_part(const ClothModel::BendingPart& part) {
+  BendingElements made;
+  BendingSetup setup = model_.setup_of(part);
+  const Index n = static_cast<Index>(setup.triangles.rows());
+  // Energies of hinges are not sums over triangles, so every rank stores all hinge elements.
+  const bool divided = layout_ && part.element != BendingElement::Hinge;
+  if (divided) made.first = first_triangles(setup.triangles, *layout_);
+  BendingOfPart own = divided ? bending_of_part(setup, part_of_rank(*layout_, made.first))
+                              : BendingOfPart{std::move(setup), {0, n}};
+  own.setup.keeps_rest = false;
+  if (treatment_ == BendingTreatment::Lumped) own.setup.lumped_stiffness = true;
+  made.element = make_bending(part.element, own.setup);
+  made.triangles = own.triangles;
+  bending_.push_back(std::move(made));
 }
 
 double Elasticity::bending_eigenvalue(const ClothModel& model) {
   double largest = 0.0;
-  for (const auto& part : model.bending)
-    largest = std::max(largest, make_bending(part, false)->largest_eigenvalue(model.mass));
+  for (const auto& part : model.bending) {
+    BendingSetup setup = model.setup_of(part);
+    setup.forces_only = true;
+    largest = std::max(largest, make_bending(part.element, setup)->largest_eigenvalue(model.mass));
+  }
   return largest;
 }
 
@@ -101,9 +150,10 @@ void Elasticity::add_explicit_bending(const Team& team, const Points& x, const P
 void Elasticity::add_bending_forces(const Team& team, const Points& x, const Points* v, Index begin,
                                     Index end, Points& force) {
   if (bending_.empty()) return;
+  if (!v && zero_velocity_.rows() == 0) zero_velocity_.setZero(model_.n_vertices, 3);
   const auto add = [&](Points& to) {
-    for (const auto& element : bending_)
-      element->add_forces(team, x, v ? *v : zero_velocity_, begin, end, to);
+    for (const auto& of_part : bending_)
+      of_part.element->add_forces(team, x, v ? *v : zero_velocity_, begin, end, to);
   };
   if (v && damped_bending_)
     add(force);
@@ -145,21 +195,22 @@ void Elasticity::assemble(const Team& team, const Points& x, JacobianTerms terms
 
 void Elasticity::add_bending(const Team& team, const Points& x, JacobianTerms terms, Index begin,
                              Index end) {
-  for (const auto& element : bending_) {
-    element->add_stiffness(team, x, terms.scales, begin, end, matrix_);
+  for (const auto& of_part : bending_) {
+    of_part.element->add_stiffness(team, x, terms.scales, begin, end, matrix_);
     if (terms.kind == JacobianKind::Exact)
-      element->add_geometric_stiffness(team, x, terms.scales.elastic, begin, end, matrix_);
+      of_part.element->add_geometric_stiffness(team, x, terms.scales.elastic, begin, end, matrix_);
   }
 }
 
 // Multiplies rows [begin, end) of the matrix by product.w, and then adds the mass to these rows.
 // The product therefore excludes the mass.
 void Elasticity::finish_rows(Index begin, Index end, Product product) {
-  if (product.w) {
-    matrix_.multiply(begin, end, wide_in_.data(), wide_out_.data());
-    for (Index row = begin; row < end; ++row)
-      for (int d = 0; d < 3; ++d)
-        (*product.y)(row, d) = wide_out_[4 * static_cast<std::size_t>(row) + d];
+  for (Index first = begin; product.w && first < end; first += rows_per_block) {
+    alignas(64) double out[4 * rows_per_block];
+    const Index last = std::min(end, first + rows_per_block);
+    matrix_.multiply(first, last, wide_in_.data(), out);
+    for (Index row = first; row < last; ++row)
+      for (int d = 0; d < 3; ++d) (*product.y)(row, d) = out[4 * (row - first) + d];
   }
   for (Index row = begin; row < end; ++row) {
     double* diagonal = matrix_.block(matrix_.diagonal()[row]);
@@ -168,17 +219,76 @@ void Elasticity::finish_rows(Index begin, Index end, Product product) {
 }
 
 double Elasticity::membrane_energy(const Team& team, const Points& x) {
-  if (membrane_.in_phase()) return membrane_.energy(team, x);
+  if (membrane_.in_phase()) return sum_of_membrane(team, x);
   if (!same_positions(x, membrane_energy_.x))
-    membrane_energy_.x = x, membrane_energy_.energy = membrane_.energy(team, x);
+    membrane_energy_.energy = sum_of_membrane(team, x), membrane_energy_.x = x;
   return membrane_energy_.energy;
+}
+
+double Elasticity::sum_of_membrane(const Team& team, const Points& x) {
+  if (!divided()) return membrane_.energy(team, x);
+  const auto block = [&](Index triangle) {
+    return (triangle + rows_per_block - 1) / rows_per_block;
+  };
+  const int rank = layout_->communicator().rank();
+  std::vector<double> sums(block(membrane_.n_triangles()), 0.0);
+  membrane_.sum_energies(team, x, {block(first_[rank]), block(first_[rank + 1])}, sums);
+  gather_block_sums(*layout_, first_, sums);
+  return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
 double Elasticity::bending_energy(const Team& team, const Points& x) {
   if (same_positions(x, bending_energy_.x)) return bending_energy_.energy;
   double sum = 0.0;
-  for (const auto& element : bending_) sum += element->energy(team, x);
+  for (const BendingElements& of_part : bending_) {
+    if (of_part.first.empty()) {
+      sum += of_part.element->energy(team, x);
+      continue;
+    }
+    const std::vector<Index>& first = of_part.first;
+    std::vector<double> sums((first.back() + rows_per_block - 1) / rows_per_block, 0.0);
+    const int rank = layout_->communicator().rank();
+    of_part.element->sum_energies(team, x, of_part.triangles,
+                                  sums.data() + first[rank] / rows_per_block);
+    gather_block_sums(*layout_, first, sums);
+    sum += std::accumulate(sums.begin(), sums.end(), 0.0);
+  }
   bending_energy_.x = x, bending_energy_.energy = sum;
+  return sum;
+}
+
+void Elasticity::strain_of_rank(const Team& team, const Points& x, Points& green, Vector& stretch) {
+  const int rank = divided() ? layout_->communicator().rank() : 0;
+  const IndexRange own = divided() ? IndexRange{first_[rank], first_[rank + 1]}
+                                   : IndexRange{0, membrane_.n_triangles()};
+  membrane_.strain(team, x, own, green, stretch);
+}
+
+void Elasticity::strain(const Team& team, const Points& x, Points& green, Vector& stretch) {
+  const Index m = membrane_.n_triangles();
+  if (!divided()) return membrane_.strain(team, x, green, stretch);
+  // Makes the elements of a few triangles at a time.
+  constexpr Index at_once = 16384;
+  green.resize(m, 3), stretch.resize(m);
+  Points green_of_piece;
+  Vector stretch_of_piece;
+  for (Index first = 0; first < m; first += at_once) {
+    const Index n = std::min(at_once, m - first);
+    std::vector<MembraneConstants> constants;
+    for (Index t = first; t < first + n; ++t) constants.push_back(model_.constants_of(t));
+    Membrane membrane(model_.n_vertices, model_.triangles.middleRows(first, n),
+                      {model_.corners.begin() + first, model_.corners.begin() + first + n},
+                      constants);
+    membrane.strain(team, x, green_of_piece, stretch_of_piece);
+    green.middleRows(first, n) = green_of_piece;
+    stretch.segment(first, n) = stretch_of_piece;
+  }
+}
+
+std::size_t Elasticity::bending_bytes() const {
+  std::size_t sum = bytes_of(zero_velocity_, bending_force_.x, bending_force_.force) +
+                    bytes_of(bending_energy_.x);
+  for (const BendingElements& of_part : bending_) sum += of_part.element->bytes();
   return sum;
 }
 

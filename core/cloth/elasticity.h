@@ -1,10 +1,13 @@
-// Elastic forces, stiffness matrix and energy of all cloths: the sums of membrane and bending.
+// Elastic forces, stiffness matrix and energy of all cloths: the sums of membrane and bending. With
+// a layout of several ranks, each rank stores the elements and the rows of the matrix that it
+// needs for the rows that it owns.
 #pragma once
 
 #include <memory>
 #include <utility>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/cloth/bending/bending.h"
 #include "core/cloth/cloth_model.h"
 #include "core/cloth/limits/limit_phase.h"
@@ -22,7 +25,11 @@ enum class BendingTreatment { Explicit, Lumped, Full };
 
 class Elasticity {
  public:
+  // Stores all elements.
   Elasticity(const ClothModel& model, BendingTreatment bending);
+  // Stores the elements of this rank. Rows [begin, end) in the functions below must then be rows of
+  // this rank.
+  Elasticity(const ClothModel& model, BendingTreatment bending, const RowLayout& layout);
 
   // Largest eigenvalue of M^-1 K of bending in the rest shape [1/s^2]; 0 without bending.
   static double bending_eigenvalue(const ClothModel& model);
@@ -42,7 +49,7 @@ class Elasticity {
   // A matrix-vector product that assemble() computes while the assembled rows are in the cache. `w`
   // must be up to date in all rows that the matrix couples to [begin, end).
   struct Product {
-    const Points* w;  // null: no product
+    const Points* w;  // at least the rows of the matrix; null: no product
     Points* y;        // y = (matrix - M) w on rows [begin, end)
   };
   // Sets rows [begin, end) of the matrix to M + s K + t D, where s and t are the factors `elastic`
@@ -74,14 +81,31 @@ class Elasticity {
   // Membrane::add_limits).
   void add_limits(const std::vector<LimitModes>& modes);
 
+  // Energies of all cloths [J]. Collective if elements are divided among ranks.
   double membrane_energy(const Team& team, const Points& x);
   double bending_energy(const Team& team, const Points& x);
   const Membrane& membrane() const { return membrane_; }
-  void strain(const Team& team, const Points& x, Points& green, Vector& stretch) {
-    membrane_.strain(team, x, green, stretch);
+  // Returns whether this rank stores only a part of the elements.
+  bool divided() const { return layout_ != nullptr; }
+  // Returns an object that stores all elements and has the same treatment of bending.
+  std::unique_ptr<Elasticity> whole() const {
+    return std::make_unique<Elasticity>(model_, treatment_);
   }
+  // Computes the strain of all triangles, see Membrane::strain(). Not collective.
+  void strain(const Team& team, const Points& x, Points& green, Vector& stretch);
+  // Computes the strain of the triangles of this rank, or of all triangles if they are not divided.
+  void strain_of_rank(const Team& team, const Points& x, Points& green, Vector& stretch);
+
+  // Memory of membrane, bending, and matrix [bytes].
+  std::size_t membrane_bytes() const {
+    return bytes_of(membrane_, limit_phase_, membrane_force_.x, membrane_force_.force,
+                    membrane_energy_.x);
+  }
+  std::size_t bending_bytes() const;
+  std::size_t matrix_bytes() const { return bytes_of(matrix_, wide_in_); }
 
  private:
+  Elasticity(const ClothModel& model, BendingTreatment bending, const RowLayout* layout);
   // Known contains the elastic forces on a range of rows, or an energy, at the positions x. A part
   // of a step asks for them several times at the same positions.
   struct Range {
@@ -100,17 +124,27 @@ class Elasticity {
                  Points& force) const;
   void add_bending_forces(const Team& team, const Points& x, const Points* v, Index begin,
                           Index end, Points& force);
+  double sum_of_membrane(const Team& team, const Points& x);
   void add_bending(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end);
   void finish_rows(Index begin, Index end, Product product);
 
+  struct BendingElements {
+    std::unique_ptr<Bending> element;
+    std::vector<Index> first;  // first triangle of each rank; empty: this rank stores all elements
+    IndexRange triangles;      // triangles of `element` over which this rank sums energies
+  };
+  void add_bending_part(const ClothModel::BendingPart& part);
+
   const ClothModel& model_;
+  const RowLayout* layout_;   // null: all elements are stored
+  std::vector<Index> first_;  // first triangle of each rank; empty: all elements are stored
   Membrane membrane_;
   std::unique_ptr<LimitPhase> limit_phase_;
-  std::vector<std::unique_ptr<Bending>> bending_;
+  std::vector<BendingElements> bending_;
   BendingTreatment treatment_;
   BlockMatrix matrix_;
-  std::vector<double> wide_in_, wide_out_;  // vectors padded to 4 doubles per row
-  Points zero_velocity_;
+  std::vector<double> wide_in_;  // vector padded to 4 doubles per row
+  Points zero_velocity_;         // made at first use
   bool damped_bending_ = false;
   // They are not used while the membrane includes stiff phases, nor for viscous forces.
   Known membrane_force_, bending_force_, membrane_energy_, bending_energy_;

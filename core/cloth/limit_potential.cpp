@@ -73,8 +73,8 @@ std::vector<LimitModes> limit_potential(const ClothModel& model, std::optional<d
     if (row < 0) continue;
     const StrainLimit& limit = model.strain_limits[row];
     modes[t] = model.limited_by_edges || limit.edge
-                   ? edge_modes(limit, model.constants[t], model.corners[t], bound)
-                   : element_modes(limit, model.constants[t], bound);
+                   ? edge_modes(limit, model.constants_of(t), model.corners[t], bound)
+                   : element_modes(limit, model.constants_of(t), bound);
   }
   return modes;
 }

@@ -105,6 +105,16 @@ std::size_t CollisionStage::hierarchy_bytes() const {
   return data_->broad_phase.bytes() + (data_->shared ? data_->shared->hierarchy_bytes() : 0);
 }
 
+std::size_t CollisionStage::list_bytes() const {
+  const Data& d = *data_;
+  return d.lists.bytes() + d.search.bytes() + d.tangles.bytes() +
+         (d.own_broad_phase ? d.own_broad_phase->bytes() : 0);
+}
+
+std::size_t CollisionStage::contact_bytes() const {
+  return bytes_of(data_->known_x, data_->known, data_->returned);
+}
+
 void CollisionStage::keep_motion(bool keep) { data_->keeps_motion = keep; }
 const CollisionRecord& CollisionStage::motion() const { return data_->motion; }
 

@@ -88,6 +88,9 @@ class CollisionStage {
 
   // Memory of the bounding-volume hierarchies, which every rank stores whole [bytes].
   std::size_t hierarchy_bytes() const;
+  // Memory of neighbour lists, and of contacts and positions that are kept for later calls [bytes].
+  std::size_t list_bytes() const;
+  std::size_t contact_bytes() const;
 
   // Sets whether certify() stores the motion that it receives. motion() returns the stored motion.
   void keep_motion(bool keep);

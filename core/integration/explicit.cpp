@@ -15,6 +15,7 @@ class ExplicitIntegrator final : public Integrator {
       : symplectic_(symplectic), model_(model), elasticity_(elasticity) {}
 
   bool implicit() const override { return false; }
+  Memory memory() const override { return {bytes_of(force_, velocity_, wide_), 0, 0}; }
 
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points&) override {

@@ -47,8 +47,7 @@ namespace {
 // Largest coefficient beta of stiffness-proportional bending damping [s].
 double largest_bending_damping(const ClothModel& model) {
   double largest = 0.0;
-  for (const auto& part : model.bending)
-    for (const double damping : part.setup.damping) largest = std::max(largest, damping);
+  for (const auto& part : model.bending) largest = std::max(largest, part.damping);
   return largest;
 }
 

@@ -112,6 +112,12 @@ class Integrator {
   virtual bool moves_bodies() const { return false; }
   // True if the scheme evaluates the energy of all rows on every rank.
   virtual bool asks_energy() const { return false; }
+  // Memory of the vectors of a step, of the linear solver without its preconditioner, and of the
+  // preconditioner [bytes].
+  struct Memory {
+    std::size_t vectors = 0, solver = 0, preconditioner = 0;
+  };
+  virtual Memory memory() const { return {}; }
 };
 
 std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options,

@@ -43,6 +43,11 @@ class LinearisedIntegrator final : public Integrator {
         solver_({options.linear_solver, options.tolerance, options.max_iterations}) {}
 
   bool implicit() const override { return true; }
+  Memory memory() const override {
+    return {bytes_of(rhs_, rhs_with_terms_, change_, displacement_, force_) +
+                bytes_of(drift_, product_, bending_, next_x_, next_v_, terms_, body_mass_),
+            memory_.solver_bytes(), memory_.preconditioner_bytes()};
+  }
   bool damps() const override { return scheme_ == Scheme::BackwardEuler; }
   double time_of_forces() const override { return scheme_ == Scheme::Midpoint ? 0.5 : 1.0; }
 
@@ -101,8 +106,7 @@ class LinearisedIntegrator final : public Integrator {
   void resize_tables(const Step& step) {
     for (Points* const table : {&change_, &displacement_, &rhs_, &rhs_with_terms_})
       keep_zero_outside(*table, step.layout.n_rows());
-    for (Points* const table : {&cloth_displacement_, &force_, &product_})
-      keep_zero_outside(*table, step.n);
+    for (Points* const table : {&force_, &product_}) keep_zero_outside(*table, step.n);
   }
 
   // Sets u0 of a row, which is its displacement if its velocity stays constant.
@@ -114,7 +118,6 @@ class LinearisedIntegrator final : public Integrator {
       moved += step.c.history * (state.x.row(row) - state.previous_x.row(row)).transpose();
     if (step.scheme == Scheme::Bdf2 && !cloth) moved = step.inputs.step * velocity;
     displacement_.row(row) = moved;
-    if (cloth) cloth_displacement_.row(row) = moved;
   }
 
   // Sets u0, the initial guess of dv, and the loads. In fixed rows, dv is the change of velocity
@@ -169,7 +172,7 @@ class LinearisedIntegrator final : public Integrator {
     PastMotion past;
     if (corrects_stress_ && state.previous_step > 0.0) past = {state.v.data(), state.previous_step};
     elasticity_.assemble(step.team, state.x, {kind_, {c.c_k, c.c_d}, past}, begin, end,
-                         {&cloth_displacement_, &product_});
+                         {&displacement_, &product_});
     parallel_for(step.team, end - begin, [&](Index i) {
       const Index row = begin + i;
       rhs_.row(row) = c.sigma * force_.row(row) - c.sigma / c.c_k * product_.row(row);
@@ -281,8 +284,8 @@ class LinearisedIntegrator final : public Integrator {
   // Scratch memory of a step.
   std::vector<Mat3> body_mass_;
   ExtraTerms terms_;  // terms with the friction of the second solve
-  Points rhs_, rhs_with_terms_, change_, displacement_, cloth_displacement_, force_, drift_,
-      product_, bending_, next_x_, next_v_;
+  Points rhs_, rhs_with_terms_, change_, displacement_, force_, drift_, product_, bending_, next_x_,
+      next_v_;
 };
 
 }  // namespace

@@ -40,6 +40,12 @@ class NewtonIntegrator final : public Integrator {
   bool damps() const override { return scheme_ == Scheme::BackwardEuler; }
   double time_of_forces() const override { return scheme_ == Scheme::Midpoint ? 0.5 : 1.0; }
   bool asks_energy() const override { return true; }
+  Memory memory() const override {
+    const auto of = [](const Iterate& it) { return bytes_of(it.velocity, it.residual, it.terms); };
+    return {bytes_of(start_x_, start_velocity_, load_, all_load_, correction_, x_, cloth_, force_) +
+                of(now_) + of(trial_),
+            memory_.solver_bytes(), memory_.preconditioner_bytes()};
+  }
 
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                             ClothState& state, Points& body_velocity) override {

@@ -81,14 +81,39 @@ class Block {
 
 }  // namespace
 
-Aggregates grow_aggregates(const BlockMatrix& matrix) {
-  Aggregates made;
-  made.of_row.assign(matrix.n_rows(), -1);
-  made.block_start.assign(1, 0);
-  for (Index begin = 0; begin < matrix.n_rows(); begin += rows_per_block) {
-    const Index end = std::min(matrix.n_rows(), begin + rows_per_block);
-    made.block_start.push_back(Block(matrix, begin, end, made.of_row).grow(made.count()));
+namespace {
+
+// Gathers entries from all ranks. Rank r contributes the entries [starts[r], starts[r + 1]).
+void gather(const RowLayout& layout, const std::vector<Index>& starts, std::vector<Index>& list) {
+  std::vector<std::size_t> offsets;
+  for (const Index start : starts)
+    offsets.push_back(sizeof(Index) * static_cast<std::size_t>(start));
+  layout.communicator().gather_all(list.data(), offsets);
+}
+
+}  // namespace
+
+Aggregates grow_aggregates(const BlockMatrix& matrix, const RowLayout& layout) {
+  const Index n_rows = matrix.n_rows(), n_blocks = (n_rows + rows_per_block - 1) / rows_per_block;
+  // First rows and first blocks of the ranks. Rows of bodies have no aggregates.
+  std::vector<Index> rows, blocks;
+  for (const Index start : layout.starts()) {
+    rows.push_back(std::min(start, n_rows));
+    blocks.push_back(std::min((start + rows_per_block - 1) / rows_per_block, n_blocks));
   }
+  const int rank = layout.communicator().rank();
+  Aggregates made;
+  made.of_row.assign(n_rows, -1);
+  std::vector<Index> counts(n_blocks, 0);
+  for (Index block = blocks[rank]; block < blocks[rank + 1]; ++block) {
+    const Index begin = block * rows_per_block, end = std::min(n_rows, begin + rows_per_block);
+    counts[block] = Block(matrix, begin, end, made.of_row).grow(0);
+  }
+  if (!layout.single()) gather(layout, blocks, counts), gather(layout, rows, made.of_row);
+  made.block_start.assign(1, 0);
+  for (const Index count : counts) made.block_start.push_back(made.count() + count);
+  for (Index row = 0; row < n_rows; ++row)
+    made.of_row[row] += made.block_start[row / rows_per_block];
   return made;
 }
 

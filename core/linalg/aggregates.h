@@ -5,7 +5,9 @@
 
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/linalg/block_matrix.h"
+#include "core/parallel/row_layout.h"
 
 namespace loomstone {
 
@@ -13,8 +15,11 @@ struct Aggregates {
   std::vector<Index> of_row;       // (rows) aggregate of each row
   std::vector<Index> block_start;  // (blocks of rows + 1) first aggregate of each block
   Index count() const { return block_start.back(); }
+  std::size_t bytes() const { return bytes_of(of_row, block_start); }
 };
 
-Aggregates grow_aggregates(const BlockMatrix& matrix);
+// Each rank grows the aggregates of the rows that it owns, and receives those of the other ranks.
+// Collective.
+Aggregates grow_aggregates(const BlockMatrix& matrix, const RowLayout& layout);
 
 }  // namespace loomstone

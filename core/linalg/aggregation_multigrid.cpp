@@ -53,23 +53,26 @@ std::vector<std::pair<Index, Index>> pairs_of_all(
 }  // namespace
 
 void AggregationMultigrid::set_pattern(const BlockMatrix& matrix, const RowLayout& layout) {
-  aggregates_ = grow_aggregates(matrix);
+  aggregates_ = grow_aggregates(matrix, layout);
   n_nodes_ = aggregates_.count();
   n_blocks_ = (layout.n_rows() + rows_per_block - 1) / rows_per_block;
+  owned_ = owned_nodes(layout);
+  first_block_ = (layout.begin() + rows_per_block - 1) / rows_per_block;
+  const Index begin = std::min(layout.begin(), matrix.n_rows()),
+              end = std::min(layout.end(), matrix.n_rows());
   Couplings couplings;
   const auto of = [&](Index row) { return aggregates_.of_row[row]; };
-  for (Index row = 0; row < matrix.n_rows(); ++row)
+  for (Index row = begin; row < end; ++row)
     for (Index k = matrix.row_start()[row]; k < matrix.row_start()[row + 1]; ++k)
-      if (of(matrix.columns()[k]) > of(row))
+      if (of(matrix.columns()[k]) != of(row))
         couplings.emplace_back(of(row), of(matrix.columns()[k]));
-  plain_ = BlockMatrix(n_nodes_, couplings);
+  plain_ = BlockMatrix(n_nodes_, couplings, owned_.begin, owned_.end);
   target_.resize(matrix.n_blocks());
-  for (Index row = 0; row < matrix.n_rows(); ++row)
+  for (Index row = begin; row < end; ++row)
     for (Index k = matrix.row_start()[row]; k < matrix.row_start()[row + 1]; ++k)
       target_[k] = plain_.find(of(row), of(matrix.columns()[k]));
   couplings_.clear();
   n_owned_couplings_ = 0;
-  owned_ = owned_nodes(layout);
   lay_out(layout);
 }
 
@@ -89,10 +92,13 @@ void AggregationMultigrid::lay_out(const RowLayout& layout) {
   Couplings couplings = couplings_;
   for (Index row = 0; row < n_nodes_; ++row)
     for (Index k = start[row]; k < start[row + 1]; ++k)
-      if (columns[k] > row) couplings.emplace_back(row, columns[k]);
+      if (columns[k] != row) couplings.emplace_back(row, columns[k]);
+  const bool distributed = n_nodes_ > largest_factor;
+  if (!distributed) couplings = pairs_of_all(layout.communicator(), couplings);
   levels_.clear();
   levels_.emplace_back();
-  levels_[0].matrix = BlockMatrix(n_nodes_, couplings);
+  levels_[0].matrix = BlockMatrix(n_nodes_, couplings, distributed ? owned_.begin : 0,
+                                  distributed ? owned_.end : n_nodes_);
   place_.resize(plain_.n_blocks());
   for (Index row = 0; row < n_nodes_; ++row)
     for (Index k = start[row]; k < start[row + 1]; ++k)
@@ -105,8 +111,13 @@ void AggregationMultigrid::lay_out(const RowLayout& layout) {
       for (Index node = 0; node < n; node += 4) first_children.push_back(node);
       first_children.push_back(n);
     }
+    const Index n_parents = static_cast<Index>(first_children.size()) - 1;
+    couplings = levels_.back().group(std::move(first_children));
+    // The first level is distributed, and the other levels are the same on all ranks.
+    if (levels_.size() == 1) couplings = pairs_of_all(layout.communicator(), couplings);
     MultigridLevel next;
-    next.matrix = levels_.back().group(std::move(first_children));
+    next.matrix = BlockMatrix(n_parents, couplings);
+    levels_.back().find_targets(next.matrix);
     levels_.push_back(std::move(next));
   }
   replicated_ = levels_.size() > 1 ? 1 : 0;
@@ -269,11 +280,16 @@ AggregationMultigrid::TermNodes AggregationMultigrid::nodes_of(const ExtraTerm& 
 AggregationMultigrid::Couplings AggregationMultigrid::couplings_of_terms(
     const LinearSystem& system) const {
   Couplings wanted;
+  const auto owns = [&](Index node) { return node >= owned_.begin && node < owned_.end; };
+  // The owners of two aggregates know whether the matrix couples them.
+  const auto coupled = [&](Index a, Index b) {
+    return owns(a) ? plain_.find(a, b) >= 0 : !owns(b) || plain_.find(b, a) >= 0;
+  };
   for (const ExtraTerm& term : *system.terms) {
     const TermNodes nodes = nodes_of(term, *system.layout);
     for (int i = 0; i < nodes.n; ++i)
       for (int j = 0; j < nodes.n; ++j)
-        if (nodes.node[i] < nodes.node[j] && plain_.find(nodes.node[i], nodes.node[j]) < 0)
+        if (nodes.node[i] < nodes.node[j] && !coupled(nodes.node[i], nodes.node[j]))
           wanted.emplace_back(nodes.node[i], nodes.node[j]);
   }
   std::sort(wanted.begin(), wanted.end());
@@ -339,7 +355,7 @@ void AggregationMultigrid::widen() {
 template <class Scalar>
 void AggregationMultigrid::sum_over_slots(Index first, Index last, const Index* slots,
                                           const Scalar* v, std::vector<Scalar>& sums) const {
-  const Index block = 8 * first / rows_per_block;
+  const Index block = first_block_ + 8 * first / rows_per_block;
   const auto clear = [&](Index begin, Index end) {
     std::fill(sums.begin() + 4 * static_cast<std::size_t>(begin),
               sums.begin() + 4 * static_cast<std::size_t>(end), Scalar{0});

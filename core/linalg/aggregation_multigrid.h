@@ -20,6 +20,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "core/base/bytes.h"
 #include "core/linalg/aggregates.h"
 #include "core/linalg/linear_solver.h"
 #include "core/linalg/multigrid_level.h"
@@ -36,7 +37,7 @@ struct SlotVectors {
 
 class AggregationMultigrid {
  public:
-  // Builds the levels for the pattern of `matrix`.
+  // Builds the levels for the pattern of `matrix`. Collective.
   void set_pattern(const BlockMatrix& matrix, const RowLayout& layout);
   // Computes the coarse matrices by summing the blocks of free rows, including those of terms.
   // Rebuilds the levels if terms couple aggregates that neither the matrix nor earlier terms
@@ -81,6 +82,10 @@ class AggregationMultigrid {
   // the same exchange. Collective.
   template <class Scalar>
   double solve(const Team& team, const RowLayout& layout, BinnedSum& sum);
+  std::size_t bytes() const {
+    return bytes_of(aggregates_, plain_, couplings_, place_, levels_, first_replicated_, target_,
+                    slot_, gathered_, single_.r, single_.q, wide_.r, wide_.q);
+  }
   // Returns the dot product of r and the correction over the owned aggregates.
   BinnedSum correction_product() const;
   // (slots x 4) Correction in the owned aggregates. The fourth column and the slots without an
@@ -110,14 +115,16 @@ class AggregationMultigrid {
   void gather_residual(const RowLayout& layout, BinnedSum* sums);
   void cycle(const Team& team, std::size_t level);
 
-  Aggregates aggregates_;
+  Aggregates aggregates_;  // of all rows
   Index n_nodes_ = 0, n_blocks_ = 0;
-  BlockMatrix plain_;  // matrix of the aggregates, without blocks of terms
+  // Matrix of the aggregates, without blocks of terms. It stores only the rows of owned_.
+  BlockMatrix plain_;
   // Pairs (first < second) of aggregates that only terms couple, in ascending order.
   Couplings couplings_;
   std::size_t n_owned_couplings_ = 0;  // number of couplings_ with an aggregate of this rank
   std::vector<Index> place_;           // (blocks of plain_) index of each block in the first level
   MultigridLevel::Range owned_;        // aggregates of this rank
+  Index first_block_ = 0;              // first block of rows of this rank
   std::vector<MultigridLevel> levels_;
   std::size_t replicated_ = 0;           // first level that all ranks compute
   std::vector<Index> first_replicated_;  // (ranks + 1) first node of each rank on this level

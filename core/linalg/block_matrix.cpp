@@ -7,32 +7,39 @@
 
 namespace loomstone {
 
-BlockMatrix::BlockMatrix(Index n_rows, const std::vector<std::pair<Index, Index>>& couplings) {
+BlockMatrix::BlockMatrix(Index n_rows, const std::vector<std::pair<Index, Index>>& couplings,
+                         Index begin, Index end) {
   // List each coupling in both directions and the diagonal, then sort each row and remove
   // duplicates.
+  const auto stored = [&](Index row) { return row >= begin && row < end; };
   std::vector<Index> start(n_rows + 1, 0);
-  for (Index row = 0; row < n_rows; ++row) ++start[row + 1];
+  for (Index row = begin; row < end; ++row) ++start[row + 1];
   for (const auto& [i, j] : couplings) {
     assert(i >= 0 && j >= 0 && i < n_rows && j < n_rows && i != j &&
            "couplings join two different rows");
-    ++start[i + 1], ++start[j + 1];
+    if (stored(i)) ++start[i + 1];
+    if (stored(j)) ++start[j + 1];
   }
   for (Index row = 0; row < n_rows; ++row) start[row + 1] += start[row];
   std::vector<Index> all(start.back()), next(start.begin(), start.end() - 1);
-  for (Index row = 0; row < n_rows; ++row) all[next[row]++] = row;
-  for (const auto& [i, j] : couplings) all[next[i]++] = j, all[next[j]++] = i;
+  for (Index row = begin; row < end; ++row) all[next[row]++] = row;
+  for (const auto& [i, j] : couplings) {
+    if (stored(i)) all[next[i]++] = j;
+    if (stored(j)) all[next[j]++] = i;
+  }
 
   row_start_.assign(1, 0);
   row_start_.reserve(n_rows + 1);
   columns_.reserve(all.size());
   diagonal_.resize(n_rows);
   for (Index row = 0; row < n_rows; ++row) {
-    const auto begin = all.begin() + start[row];
-    std::sort(begin, all.begin() + start[row + 1]);
-    columns_.insert(columns_.end(), begin, std::unique(begin, all.begin() + start[row + 1]));
+    const auto first = all.begin() + start[row];
+    std::sort(first, all.begin() + start[row + 1]);
+    columns_.insert(columns_.end(), first, std::unique(first, all.begin() + start[row + 1]));
     row_start_.push_back(static_cast<Index>(columns_.size()));
     diagonal_[row] = find(row, row);
   }
+  columns_.shrink_to_fit();
   values_.assign(9 * columns_.size() + 3, 0.0);
 }
 
@@ -71,7 +78,7 @@ LOOMSTONE_INLINE void multiply_rows(Index begin, Index end, Blocks matrix, const
     }
     Quad sum = (sum0 + sum1) + sum2;
     sum[3] = 0.0;
-    quad_store(y + 4 * static_cast<std::size_t>(row), sum);
+    quad_store(y + 4 * static_cast<std::size_t>(row - begin), sum);
   }
 }
 

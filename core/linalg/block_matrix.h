@@ -1,10 +1,12 @@
 // Sparse matrix of 3x3 blocks in compressed row storage. The pattern is fixed, symmetric and
-// contains the diagonal. Columns are in ascending order.
+// contains the diagonal. Columns are in ascending order. A matrix can store a range of its rows
+// only, such as those that a rank owns. The other rows then have no blocks.
 #pragma once
 
 #include <utility>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/base/types.h"
 #include "core/parallel/team.h"
 
@@ -15,13 +17,17 @@ class BlockMatrix {
   BlockMatrix() = default;
   // Builds the pattern from pairs (i, j) with i != j, in any order and with possible duplicates.
   // Adds the transposed pairs and the diagonal.
-  BlockMatrix(Index n_rows, const std::vector<std::pair<Index, Index>>& couplings);
+  BlockMatrix(Index n_rows, const std::vector<std::pair<Index, Index>>& couplings)
+      : BlockMatrix(n_rows, couplings, 0, n_rows) {}
+  // Stores only the rows [begin, end). Pairs without such a row are ignored.
+  BlockMatrix(Index n_rows, const std::vector<std::pair<Index, Index>>& couplings, Index begin,
+              Index end);
 
   Index n_rows() const { return static_cast<Index>(diagonal_.size()); }
   Index n_blocks() const { return static_cast<Index>(columns_.size()); }
   const std::vector<Index>& row_start() const { return row_start_; }  // (n_rows + 1)
   const std::vector<Index>& columns() const { return columns_; }      // (n_blocks)
-  // (n_rows) Index of the diagonal block of each row.
+  // (n_rows) Index of the diagonal block of each row; -1 if the row is not stored.
   const std::vector<Index>& diagonal() const { return diagonal_; }
   // Returns the index of block (row, column), or -1 if the pattern does not contain it.
   Index find(Index row, Index column) const;
@@ -36,8 +42,10 @@ class BlockMatrix {
     return Eigen::Map<const Mat3>(block(position));
   }
   void set_zero();
+  std::size_t bytes() const { return bytes_of(row_start_, columns_, diagonal_, values_); }
 
-  // Computes y = A x on rows [begin, end). Vectors have 4 doubles per row; the fourth is zero.
+  // Computes y = A x on rows [begin, end). Vectors have 4 doubles per row; the fourth is zero. x
+  // has all rows, and y only the rows [begin, end).
   void multiply(Index begin, Index end, const double* x, double* y) const;
 
  private:

@@ -12,6 +12,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/linalg/sliced_ellpack.h"
 
 namespace loomstone {
@@ -34,6 +35,8 @@ class CouplingMatrix {
   void multiply_to_rows(const SlicedEllpack& slices, Index first, Index last, const Scalar* x,
                         Scalar* y) const
     requires std::is_same_v<Scalar, float>;
+
+  std::size_t bytes() const { return bytes_of(values_, sums_, scalar_sum_); }
 
  private:
   std::vector<Scalar> values_;  // (slots x 9 x 8) blocks, column-major

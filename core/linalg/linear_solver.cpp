@@ -13,6 +13,13 @@ SolveMemory::~SolveMemory() = default;
 SolveMemory::SolveMemory(SolveMemory&&) noexcept = default;
 SolveMemory& SolveMemory::operator=(SolveMemory&&) noexcept = default;
 
+std::size_t SolveMemory::solver_bytes() const {
+  const PcgMemory& m = *pcg_;
+  return bytes_of(m.slices, m.terms, m.inner_blocks, m.outer_blocks, m.single, m.wide, m.x,
+                  m.residual, m.matrix_times_x);
+}
+std::size_t SolveMemory::preconditioner_bytes() const { return pcg_->preconditioner.bytes(); }
+
 std::unique_ptr<LinearSolver> make_linear_solver(const LinearOptions& options) {
   if (!(options.tolerance > 0.0) || !std::isfinite(options.tolerance))
     fail<InvalidInput>(

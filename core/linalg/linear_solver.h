@@ -18,7 +18,9 @@
 namespace loomstone {
 
 struct LinearSystem {
-  const BlockMatrix* matrix = nullptr;  // cloth rows 0 to n - 1, mass plus stiffness
+  // Cloth rows 0 to n - 1, mass plus stiffness. Each rank needs only the rows that it owns. If the
+  // pattern changes between two solves with the same memory, it must change on all ranks.
+  const BlockMatrix* matrix = nullptr;
   // Diagonal blocks of the body rows, which follow the cloth rows (2 blocks per body). May be null.
   const std::vector<Mat3>* body_blocks = nullptr;
   const ExtraTerms* terms = nullptr;                 // may be null
@@ -71,6 +73,9 @@ class SolveMemory {
   SolveMemory& operator=(SolveMemory&&) noexcept;
 
   PcgMemory& pcg() { return *pcg_; }
+  // Memory of matrix copies and vectors, and of the preconditioner [bytes].
+  std::size_t solver_bytes() const;
+  std::size_t preconditioner_bytes() const;
 
  private:
   std::unique_ptr<PcgMemory> pcg_;

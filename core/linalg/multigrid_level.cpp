@@ -67,23 +67,34 @@ void add_block(const double* block, double* sum) {
 
 }  // namespace
 
-BlockMatrix MultigridLevel::group(std::vector<Index> first_children) {
+std::vector<std::pair<Index, Index>> MultigridLevel::group(std::vector<Index> first_children) {
   child_start = std::move(first_children);
-  std::vector<Index> parent(n_nodes());
-  for (std::size_t node = 0; node + 1 < child_start.size(); ++node)
-    std::fill(parent.begin() + child_start[node], parent.begin() + child_start[node + 1],
-              static_cast<Index>(node));
+  const std::vector<Index> parent = parents();
   std::vector<std::pair<Index, Index>> pairs;
   const std::vector<Index>&start = matrix.row_start(), &columns = matrix.columns();
   for (Index row = 0; row < n_nodes(); ++row)
     for (Index k = start[row]; k < start[row + 1]; ++k)
-      if (parent[columns[k]] > parent[row]) pairs.emplace_back(parent[row], parent[columns[k]]);
-  BlockMatrix next(static_cast<Index>(child_start.size()) - 1, pairs);
+      if (parent[columns[k]] != parent[row]) pairs.emplace_back(parent[row], parent[columns[k]]);
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
+}
+
+void MultigridLevel::find_targets(const BlockMatrix& next) {
+  const std::vector<Index> parent = parents();
+  const std::vector<Index>&start = matrix.row_start(), &columns = matrix.columns();
   target.resize(matrix.n_blocks());
   for (Index row = 0; row < n_nodes(); ++row)
     for (Index k = start[row]; k < start[row + 1]; ++k)
       target[k] = next.find(parent[row], parent[columns[k]]);
-  return next;
+}
+
+std::vector<Index> MultigridLevel::parents() const {
+  std::vector<Index> parent(n_nodes());
+  for (std::size_t node = 0; node + 1 < child_start.size(); ++node)
+    std::fill(parent.begin() + child_start[node], parent.begin() + child_start[node + 1],
+              static_cast<Index>(node));
+  return parent;
 }
 
 void MultigridLevel::allocate(Range range, Index n_spare) {
@@ -91,7 +102,7 @@ void MultigridLevel::allocate(Range range, Index n_spare) {
   for (auto* v : {&residual, &solution, &product}) v->assign(node_at(n_nodes() + n_spare), 0.0f);
   inverse.assign(12 * static_cast<std::size_t>(n_nodes()), 0.0f);
   if (is_coarsest()) return;
-  slices.set_pattern(matrix, owned.begin, owned.end);
+  slices.set_pattern(&matrix, {n_nodes(), owned.begin, owned.end});
   couplings.resize(slices);
 }
 

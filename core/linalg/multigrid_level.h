@@ -3,8 +3,10 @@
 // replicated. Vectors have four numbers per node, of which the fourth is zero.
 #pragma once
 
+#include <utility>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/linalg/coupling_matrix.h"
 #include "core/parallel/binned_sum.h"
 #include "core/parallel/row_layout.h"
@@ -19,7 +21,7 @@ struct MultigridLevel {
     Index first_parent = 0, last_parent = 0;
   };
 
-  BlockMatrix matrix;  // only the rows of `owned` contain values
+  BlockMatrix matrix;  // stores only the rows of `owned`
   Range owned;
   // (nodes of the next level + 1) First child on this level of each node of the next level. Empty
   // on the coarsest level, which has no slices either.
@@ -36,9 +38,11 @@ struct MultigridLevel {
   Index n_nodes() const { return matrix.n_rows(); }
   bool is_coarsest() const { return child_start.empty(); }
 
-  // Groups the nodes [child_start[i], child_start[i + 1]) into node i of the next level, and
-  // returns the pattern of its matrix.
-  BlockMatrix group(std::vector<Index> child_start);
+  // Groups the nodes [child_start[i], child_start[i + 1]) into node i of the next level. Returns
+  // the pairs of different nodes of the next level that the stored rows couple. find_targets() must
+  // follow.
+  std::vector<std::pair<Index, Index>> group(std::vector<Index> child_start);
+  void find_targets(const BlockMatrix& next);  // sets `target`
   // Allocates the arrays for the pattern of the matrix. n_spare must be at least one.
   void allocate(Range range, Index n_spare = 1);
 
@@ -65,6 +69,14 @@ struct MultigridLevel {
   // for the symmetric smoother C = 2 B - B A B, which consists of one sweep before and one after
   // the coarser levels.
   BinnedSum smoothed_product(const float* r) const;
+
+  std::size_t bytes() const {
+    return bytes_of(matrix, child_start, target, slices, couplings, inverse, residual, solution,
+                    product);
+  }
+
+ private:
+  std::vector<Index> parents() const;  // (nodes) node of the next level of each node
 };
 
 }  // namespace loomstone

@@ -63,15 +63,16 @@ void set_system(PcgSolve& solve, Preconditioner::Kind kind) {
   const LinearSystem& system = solve.system;
   PcgMemory& m = solve.memory;
   const Index rows = solve.loops.layout().n_rows();
-  if (m.slices.set_pattern(system.matrix, rows)) m.preconditioner.forget_pattern();
+  const RowLayout& layout = solve.loops.layout();
+  if (m.slices.set_pattern(system.matrix, {rows, layout.begin(), layout.end()}))
+    m.preconditioner.forget_pattern();
   m.x.resize(row_at(rows + 1));
-  m.product.resize(row_at(rows));
   m.residual.resize(slice_at(m.slices.n_slices()));
   m.single.resize(m.slices);
   set_terms(solve);
   solve.loops.over_blocks([&](Index, Index begin, Index end) {
     m.single.matrix.set_slices(system.matrix, system.body_blocks, m.slices,
-                               SlicedEllpack::first_slice(begin), SlicedEllpack::last_slice(end));
+                               m.slices.first_slice(begin), m.slices.last_slice(end));
   });
   m.preconditioner.make(kind, solve.loops, system, {m.terms, m.halo, m.slices});
   m.has_matrix = true;
@@ -94,9 +95,9 @@ void set_double_precision(PcgSolve& solve) {
   m.wide.resize(m.slices);
   solve.loops.over_blocks([&](Index, Index begin, Index end) {
     m.wide.matrix.set_slices(solve.system.matrix, solve.system.body_blocks, m.slices,
-                             SlicedEllpack::first_slice(begin), SlicedEllpack::last_slice(end));
+                             m.slices.first_slice(begin), m.slices.last_slice(end));
   });
-  m.preconditioner.widen(solve.loops);
+  m.preconditioner.widen(solve.loops, m.slices);
 }
 
 // Properties of the initial guess, combined over all ranks.

@@ -17,13 +17,14 @@ template <class Scalar>
 void begin(PcgSolve& solve, Krylov<Scalar>& k, bool conjugate) {
   PcgMemory& m = solve.memory;
   const double scale = 1.0 / m.b_norm;
-  const BinnedSum square = solve.loops.owned_sum_over_slices([&](Index first, Index last) {
-    for (std::size_t i = slice_at(first); i < slice_at(last); ++i)
-      k.r[i] = static_cast<Scalar>(scale * m.residual[i]);
-    m.preconditioner.restrict_residual(first, last, k.r);
-    return pcg::precondition(first, last, m.preconditioner.inverse<Scalar>(), k.r.data(),
-                             k.z.data());
-  });
+  const BinnedSum square =
+      solve.loops.owned_sum_over_slices(m.slices, [&](Index first, Index last) {
+        for (std::size_t i = slice_at(first); i < slice_at(last); ++i)
+          k.r[i] = static_cast<Scalar>(scale * m.residual[i]);
+        m.preconditioner.restrict_residual(first, last, k.r);
+        return pcg::precondition(first, last, m.preconditioner.inverse<Scalar>(), k.r.data(),
+                                 k.z.data());
+      });
   m.preconditioner.start_residual_exchange<Scalar>(solve.loops.layout());
   solve.loops.layout().communicator().finish();
   m.preconditioner.finish_exchange();
@@ -39,7 +40,7 @@ template <class Scalar>
 void update_direction(PcgSolve& solve, Krylov<Scalar>& k, double length) {
   PcgMemory& m = solve.memory;
   solve.loops.over_blocks([&](Index, Index begin, Index end) {
-    pcg::update_direction({SlicedEllpack::first_slice(begin), SlicedEllpack::last_slice(end),
+    pcg::update_direction({m.slices.first_slice(begin), m.slices.last_slice(end),
                            m.slices.rows.data(), m.preconditioner.slots()},
                           {length, static_cast<Scalar>(k.beta)},
                           {k.z.data(), m.preconditioner.correction()}, k.p.data(), m.x.data());
@@ -51,7 +52,7 @@ void update_direction(PcgSolve& solve, Krylov<Scalar>& k, double length) {
 template <class Scalar>
 double multiply(const PcgSolve& solve, Index begin, Index end, Krylov<Scalar>& k) {
   PcgMemory& m = solve.memory;
-  const Index first = SlicedEllpack::first_slice(begin), last = SlicedEllpack::last_slice(end);
+  const Index first = m.slices.first_slice(begin), last = m.slices.last_slice(end);
   double product = k.matrix.multiply(m.slices, first, last, k.p.data(), k.q.data());
   m.terms.for_touched(begin, end, [&](Index row) {
     const Vec3 force = m.terms.force(row);
@@ -72,8 +73,9 @@ double multiply(const PcgSolve& solve, Index begin, Index end, Krylov<Scalar>& k
 template <class Scalar>
 void start_new_residual(PcgSolve& solve, Krylov<Scalar>& k) {
   solve.loops.over_blocks([&](Index, Index begin, Index end) {
-    solve.memory.preconditioner.restrict_residual(SlicedEllpack::first_slice(begin),
-                                                  SlicedEllpack::last_slice(end), k.r);
+    const SlicedEllpack& slices = solve.memory.slices;
+    solve.memory.preconditioner.restrict_residual(slices.first_slice(begin), slices.last_slice(end),
+                                                  k.r);
   });
   solve.memory.preconditioner.template start_residual_exchange<Scalar>(solve.loops.layout());
 }
@@ -105,7 +107,8 @@ Preconditioner::StepProducts multiply_all(PcgSolve& solve, Krylov<Scalar>& k) {
 template <class Scalar>
 void take_step(PcgSolve& solve, Krylov<Scalar>& k, Scalar alpha) {
   Preconditioner& p = solve.memory.preconditioner;
-  const BinnedSum square = solve.loops.owned_sum_over_slices([&](Index first, Index last) {
+  const SlicedEllpack& slices = solve.memory.slices;
+  const BinnedSum square = solve.loops.owned_sum_over_slices(slices, [&](Index first, Index last) {
     return pcg::take_step(first, last, alpha, k.q.data(), p.inverse<Scalar>(),
                           {k.r.data(), k.z.data()});
   });

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/linalg/coupling_matrix.h"
 #include "core/linalg/linear_solver.h"
 #include "core/linalg/preconditioner.h"
@@ -34,6 +35,7 @@ struct Krylov {
     p.resize(row_at(slices.n_rows() + 1));
     std::fill_n(p.begin() + row_at(slices.n_rows()), 4, Scalar{0});
   }
+  std::size_t bytes() const { return bytes_of(matrix, r, z, p, q); }
 };
 
 struct PcgMemory {
@@ -51,9 +53,9 @@ struct PcgMemory {
   Krylov<float> single;
   Krylov<double> wide;      // filled only if single precision does not suffice
   bool has_matrix = false;  // `single.matrix` and the preconditioner belong to the last system
-  // Vectors of the iteration. x and product have four numbers per row, and x has one more row for
-  // empty lanes. residual is stored by slices.
-  std::vector<double> x, product, residual;
+  // Vectors of the iteration. x has four numbers per row, and one more row for empty lanes.
+  // residual is stored by slices.
+  std::vector<double> x, residual;
   double b_norm = 0.0;  // norm of the residual for x = 0 on free rows
   // True if the last solve stopped at a tolerance that is looser than the solver's own. x, b_norm,
   // terms and the vectors of `single` then belong to its last iteration.

@@ -10,8 +10,7 @@ namespace loomstone {
 namespace {
 
 double square_of_residual(const PcgMemory& m, Index begin, Index end) {
-  return pcg::preconditioned_square(SlicedEllpack::first_slice(begin),
-                                    SlicedEllpack::last_slice(end),
+  return pcg::preconditioned_square(m.slices.first_slice(begin), m.slices.last_slice(end),
                                     m.preconditioner.inverse<float>(), m.residual.data());
 }
 
@@ -21,12 +20,12 @@ double true_residual(PcgSolve& solve, const Points& b, bool x_is_zero) {
   PcgMemory& m = solve.memory;
   if (!x_is_zero) solve.refresh(m.x.data());
   return std::sqrt(solve.loops.sum_over_blocks([&](Index begin, Index end) {
-    if (!x_is_zero)
-      multiply_system(solve.system, m.terms, begin, end, m.x.data(), m.product.data());
+    alignas(64) double product[4 * rows_per_block];
+    if (!x_is_zero) multiply_system(solve.system, m.terms, begin, end, m.x.data(), product);
     for (Index row = begin; row < end; ++row) {
       const bool fixed = is_fixed(solve.system, row);
       solve.set_row(row, m.residual, [&](std::size_t, int d) {
-        return fixed ? 0.0 : x_is_zero ? b(row, d) : b(row, d) - m.product[row_at(row) + d];
+        return fixed ? 0.0 : x_is_zero ? b(row, d) : b(row, d) - product[row_at(row - begin) + d];
       });
     }
     return square_of_residual(m, begin, end);

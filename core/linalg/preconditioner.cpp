@@ -58,8 +58,7 @@ void Preconditioner::invert_diagonal(const RowLoops& loops, const LinearSystem& 
   inverse_.resize(inverse_at(slices.n_slices()));
   std::vector<Index> bad_rows(loops.n_blocks(), none);
   loops.over_blocks([&](Index block, Index begin, Index end) {
-    for (Index slice = SlicedEllpack::first_slice(begin); slice < SlicedEllpack::last_slice(end);
-         ++slice) {
+    for (Index slice = slices.first_slice(begin); slice < slices.last_slice(end); ++slice) {
       float* const out = inverse_.data() + inverse_at(slice);
       bad_rows[block] =
           std::min(bad_rows[block], invert_slice(system, rows.terms, slices, slice, out));
@@ -78,19 +77,18 @@ void Preconditioner::make_levels(const RowLoops& loops, const LinearSystem& syst
   const SlicedEllpack& slices = rows.slices;
   slots_.resize(slices.rows.size());
   loops.over_blocks([&](Index block, Index begin, Index end) {
-    for (Index place = 8 * SlicedEllpack::first_slice(begin);
-         place < 8 * SlicedEllpack::last_slice(end); ++place) {
+    for (Index place = 8 * slices.first_slice(begin); place < 8 * slices.last_slice(end); ++place) {
       const Index row = slices.rows[place];
       slots_[place] = row < slices.n_rows() ? levels_.slot(row) : levels_.unused_slot(block);
     }
   });
 }
 
-void Preconditioner::widen(const RowLoops& loops) {
+void Preconditioner::widen(const RowLoops& loops, const SlicedEllpack& slices) {
   wide_inverse_.resize(inverse_.size());
   loops.over_blocks([&](Index, Index begin, Index end) {
-    const std::size_t first = inverse_at(SlicedEllpack::first_slice(begin)),
-                      last = inverse_at(SlicedEllpack::last_slice(end));
+    const std::size_t first = inverse_at(slices.first_slice(begin)),
+                      last = inverse_at(slices.last_slice(end));
     std::copy(inverse_.begin() + first, inverse_.begin() + last, wide_inverse_.begin() + first);
   });
   if (uses_levels_) levels_.widen();

@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/linalg/aggregation_multigrid.h"
 #include "core/linalg/linear_solver.h"
 #include "core/linalg/pcg_kernels.h"
@@ -32,12 +33,16 @@ class Preconditioner {
   // positive definite. Collective.
   void make(Kind kind, const RowLoops& loops, const LinearSystem& system, const Rows& rows);
   // Copies the inverse diagonal blocks to double precision.
-  void widen(const RowLoops& loops);
+  void widen(const RowLoops& loops, const SlicedEllpack& slices);
 
   Kind kind() const { return kind_; }
   // Inverse diagonal blocks (slices x 6 x 8), zero on fixed rows.
   template <class Scalar>
   const Scalar* inverse() const;
+
+  std::size_t bytes() const {
+    return bytes_of(inverse_, wide_inverse_, gauss_seidel_, levels_, slots_);
+  }
 
   // Returns whether there is a multigrid correction. complete() drops it if a V-cycle is
   // indefinite.

@@ -57,11 +57,12 @@ class RowLoops {
     return layout_.sum(sums_);
   }
 
-  // Returns the sum of body(first, last) over the owned blocks, each given by its range of slices.
+  // Returns the sum of body(first, last) over the owned blocks, each given by its range of
+  // `slices`.
   template <class Body>
-  BinnedSum owned_sum_over_slices(Body&& body) {
+  BinnedSum owned_sum_over_slices(const SlicedEllpack& slices, Body&& body) {
     over_blocks([&](Index block, Index begin, Index end) {
-      sums_[block] = body(SlicedEllpack::first_slice(begin), SlicedEllpack::last_slice(end));
+      sums_[block] = body(slices.first_slice(begin), slices.last_slice(end));
     });
     return owned_sum();
   }

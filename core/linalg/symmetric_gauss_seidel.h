@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/linalg/linear_solver.h"
 #include "core/linalg/sliced_ellpack.h"
 
@@ -20,6 +21,11 @@ class SymmetricGaussSeidel {
   // Computes z from r, both stored by slices (slices x 3 x 8). Returns r . z.
   template <class Scalar>
   double apply(const std::vector<Scalar>& r, std::vector<Scalar>& z);
+
+  std::size_t bytes() const {
+    return bytes_of(order_, pattern_start_, pattern_columns_, offset_, start_, column_, source_,
+                    lower_, inverse_, t_, u_, wide_t_, wide_u_);
+  }
 
  private:
   void order_rows(const LinearSystem& system, const SlicedEllpack& slices);

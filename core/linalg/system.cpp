@@ -39,7 +39,7 @@ void multiply_system(const LinearSystem& system, const TermRows& terms, Index be
   const Index n_cloth = n_cloth_rows(system);
   if (begin < n_cloth) system.matrix->multiply(begin, std::min(end, n_cloth), x, y);
   for (Index row = std::max(begin, n_cloth); row < end; ++row) {
-    Eigen::Map<Vec4> out(y + 4 * static_cast<std::size_t>(row));
+    Eigen::Map<Vec4> out(y + 4 * static_cast<std::size_t>(row - begin));
     out.head<3>().noalias() = (*system.body_blocks)[row - n_cloth] *
                               Eigen::Map<const Vec3>(x + 4 * static_cast<std::size_t>(row));
     out[3] = 0.0;
@@ -47,7 +47,7 @@ void multiply_system(const LinearSystem& system, const TermRows& terms, Index be
   if (terms.empty()) return;
   for (Index row = begin; row < end; ++row)
     if (terms.touches(row))
-      Eigen::Map<Vec3>(y + 4 * static_cast<std::size_t>(row)) += terms.force(row);
+      Eigen::Map<Vec3>(y + 4 * static_cast<std::size_t>(row - begin)) += terms.force(row);
 }
 
 void throw_not_finite(const LinearSystem& system, const Points& b, const Points& x) {

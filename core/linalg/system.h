@@ -29,7 +29,8 @@ void check_system(const LinearSystem& system, const Points& b, const Points& x);
 Mat3 diagonal_block(const LinearSystem& system, const TermRows& terms, Index row);
 
 // Computes y = A x on rows [begin, end), where A includes body blocks and terms. x and y have 4
-// doubles per row. terms.evaluate(x) must have been called before.
+// doubles per row. x has all rows, and y only the rows [begin, end). terms.evaluate(x) must have
+// been called before.
 void multiply_system(const LinearSystem& system, const TermRows& terms, Index begin, Index end,
                      const double* x, double* y);
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/aligned.h"
+#include "core/base/bytes.h"
 #include "core/linalg/extra_terms.h"
 #include "core/parallel/row_layout.h"
 #include "core/parallel/team.h"
@@ -35,6 +36,11 @@ class TermRows {
   Vec3 force(Index row) const;
   // Returns the sum of scale J^T H J over the terms of a row.
   Mat3 diagonal(Index row) const;
+
+  std::size_t bytes() const {
+    return bytes_of(hessians_, part_start_, parts_, arms_, scaled_, forces_, row_start_, slots_) +
+           bytes_of(touched_);
+  }
 
  private:
   // An entry of a term. Only entries of rotation rows have an arm (see TermEntry).

@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/base/types.h"
 
 namespace loomstone {
@@ -12,6 +13,8 @@ namespace loomstone {
 struct Incidence {
   std::vector<Index> start;
   std::vector<Index> items;
+
+  std::size_t bytes() const { return bytes_of(start, items); }
 };
 
 // Unique edges in sorted order. Each edge is given by its smaller and its larger vertex index. The
@@ -22,6 +25,8 @@ struct EdgeTable {
   std::vector<std::array<Index, 2>> triangles;
   // Edges of each triangle, opposite its corners 0, 1 and 2.
   std::vector<std::array<Index, 3>> of_triangle;
+
+  std::size_t bytes() const { return bytes_of(edges, triangles, of_triangle); }
 };
 
 // Builds the edge table. Throws InvalidInput for an edge with more than two triangles and for

@@ -1,8 +1,9 @@
-// Assignment of rows to ranks. Every rank stores arrays of all rows in one fixed order, but
-// computes only the contiguous range of rows that it owns. Rows of other ranks are refreshed by
-// exchanging halos (few rows) or by gathering (all rows). Unlike in the common layout of owned rows
-// followed by ghosts, row numbers are the same on all ranks. Collision handling needs every
-// position on every rank, so full-length arrays are required anyway.
+// Assignment of rows to ranks. Every rank stores vectors of all rows in one fixed order, but
+// computes only the contiguous range of rows that it owns, and stores matrix and elements for these
+// rows. Rows of other ranks are refreshed by exchanging halos (few rows) or by gathering (all
+// rows). Unlike in the common layout of owned rows followed by ghosts, row numbers are the same on
+// all ranks. Collision handling needs every position on every rank, so full-length vectors are
+// required anyway.
 #pragma once
 
 #include <cstddef>

@@ -84,7 +84,7 @@ struct Simulation::Data {
       if (!user.row(i).allFinite())
         fail<InvalidInput>("{} must be finite, row {} is not; nothing was changed", name, i);
     for (Index i = 0; i < user.rows(); ++i) rows.row(model.row_of_vertex[i]) = user.row(i);
-    writes.note(kind);
+    note(kind);
   }
   void set_bodies(const Points& user, const char* name, Points& rows) {
     if (user.rows() != model.n_bodies())
@@ -94,12 +94,26 @@ struct Simulation::Data {
       if (!user.row(i).allFinite())
         fail<InvalidInput>("{} must be finite, row {} is not; nothing was changed", name, i);
     std::copy(user.data(), user.data() + user.size(), rows.data());
-    writes.note(UserWrites::Table);
+    note(UserWrites::Table);
+  }
+  void note(UserWrites::Kind kind) {
+    writes.note(kind);
+    measured = false;
   }
   void settle() {
     const UserWrites::Kind written = writes.settle(*layout, state);
     if (written >= UserWrites::Velocities) forget_last_step();
     if (written == UserWrites::Positions) state.tangled = 1;
+  }
+  // Ranks measure together when all of them are at hand, because later they may be asked for
+  // reports one at a time. A single rank measures when it is asked. Collective.
+  void measure_together() {
+    if (communicator->size() == 1) return;
+    const std::int64_t counted = iterations;  // only iterations of steps are counted
+    know_contacts(state, stepper->engines());
+    measure(state, state.time, stepper->engines(), Measuring::Together, outcome.report);
+    iterations = counted;
+    measured = true;
   }
   void forget_last_step() {
     state.cloth.forget_all();
@@ -150,6 +164,7 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
   data_->make_stepper();
   data_->outcome.start = data_->state;
   data_->outcome.contact.assign(data_->model.cloth.n_vertices, 0);
+  together(*data_->communicator, [&] { data_->measure_together(); });
 }
 
 Simulation::~Simulation() = default;
@@ -160,7 +175,10 @@ void Simulation::step() {
   d.measured = false;
   together(*d.communicator, [&] { d.writes.check(d.model, d.state); });
   d.settle();
-  together(*d.communicator, [&] { d.stepper->advance(d.state, d.outcome); });
+  together(*d.communicator, [&] {
+    d.stepper->advance(d.state, d.outcome);
+    d.measure_together();
+  });
   d.writes.remember(d.state);
 }
 
@@ -180,12 +198,36 @@ std::size_t Simulation::hierarchy_bytes() const {
   const CollisionStage* const collision = data_->stepper->engines().collision.get();
   return collision ? collision->hierarchy_bytes() : 0;
 }
+std::vector<Simulation::MemoryPart> Simulation::memory() const {
+  const Data& d = *data_;
+  const Engines& engines = d.stepper->engines();
+  const CollisionStage* const collision = engines.collision.get();
+  const Integrator::Memory solve = engines.integrator->memory();
+  const auto of_all = [&](std::size_t (Elasticity::*bytes)() const) {
+    return engines.all_elements ? (*engines.all_elements.*bytes)() : 0;
+  };
+  return {{"model", d.model.bytes()},
+          {"state", bytes_of(d.state, d.outcome.start, d.outcome.contact, d.writes)},
+          {"step", d.stepper->step_bytes()},
+          {"membrane", engines.elasticity->membrane_bytes() + of_all(&Elasticity::membrane_bytes)},
+          {"bending", engines.elasticity->bending_bytes() + of_all(&Elasticity::bending_bytes)},
+          {"strain_limits", bytes_of(engines.limiter)},
+          {"matrix", engines.elasticity->matrix_bytes() + of_all(&Elasticity::matrix_bytes)},
+          {"solver", solve.solver},
+          {"preconditioner", solve.preconditioner},
+          {"collision_model", d.model.collision.bytes()},
+          {"hierarchies", collision ? collision->hierarchy_bytes() : 0},
+          {"neighbour_lists", collision ? collision->list_bytes() : 0},
+          {"contacts", d.stepper->contact_bytes()}};
+}
 Decomposition Simulation::decomposition() const { return data_->decomposition; }
 const Communicator& Simulation::communicator() const { return *data_->communicator; }
 
 const StepReport& Simulation::report() const {
   if (!data_->measured || data_->writes.watching()) {
-    measure(data_->state, time(), data_->stepper->engines(), data_->outcome.report);
+    // A rank may ask for the report without the others.
+    measure(data_->state, time(), data_->stepper->engines(), Measuring::Alone,
+            data_->outcome.report);
     data_->measured = true;
   }
   return data_->outcome.report;
@@ -259,7 +301,7 @@ void Simulation::set_obstacle_pose(int obstacle, const Vec3& position, const Vec
   data_->state.target_time = time() + step_size();
   data_->state.pose_position.row(obstacle) = position.transpose();
   data_->state.pose_orientation.row(obstacle) = orientation.normalized().transpose();
-  data_->writes.note(UserWrites::Table);
+  data_->note(UserWrites::Table);
 }
 
 Points Simulation::body_centres() const { return data_->state.rigid.positions; }
@@ -334,6 +376,7 @@ void Simulation::restore(const Checkpoint& checkpoint) {
   data_->writes.forget();
   data_->writes.remember(data_->state);
   data_->make_stepper();
+  data_->measure_together();
 }
 
 void Simulation::rebuild_stages() { data_->make_stepper(); }

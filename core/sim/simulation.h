@@ -5,6 +5,7 @@
 
 #include <array>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "core/base/checkpoint.h"
@@ -48,6 +49,12 @@ class Simulation {
   CollisionRecord collision_motion() const;
   // Memory of the bounding-volume hierarchies, which every rank stores whole [bytes].
   std::size_t hierarchy_bytes() const;
+  // Memory that this rank occupies, by the part of the simulation that owns it.
+  struct MemoryPart {
+    std::string name;
+    std::size_t bytes;
+  };
+  std::vector<MemoryPart> memory() const;
   Decomposition decomposition() const;  // how collision handling is divided
   const StepReport& report() const;     // report of the last step
   // Returns whether there are no bodies or the last step rebuilt the rigid-body world.
@@ -99,7 +106,7 @@ class Simulation {
   std::vector<MagneticBody> magnets(const Frame& frame) const;
 
   Checkpoint checkpoint() const;
-  // Restores a checkpoint. Throws CacheError if the scene or the integrator differs.
+  // Restores a checkpoint. Collective. Throws CacheError if the scene or the integrator differs.
   void restore(const Checkpoint& checkpoint);
   // Rebuilds all stages. Later results stay bitwise identical if may_checkpoint() is true.
   void rebuild_stages();

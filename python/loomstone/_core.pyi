@@ -4451,6 +4451,11 @@ class Simulation:
         Whether a checkpoint may be taken now; False between rebuilds of the rigid-body world.
         """
     @property
+    def memory_bytes(self) -> dict[str, int]:
+        """
+        Memory that this rank occupies, by the part of the simulation that owns it [bytes].
+        """
+    @property
     def owned_rows(self) -> tuple[int, int]:
         """
         Range (first, end) of internal cloth rows that this rank computes.

@@ -18,17 +18,16 @@ ClothModel sheet(const TriangleMesh& mesh, double viscosity, double damping) {
   model.n_vertices = mesh.n_vertices();
   model.triangles = mesh.triangles();
   model.corners = rest_corners(mesh, true, "mesh");
-  model.constants.assign(n, membrane_constants(material, "material"));
+  model.first_vertex = {0, model.n_vertices};
+  model.first_triangle = {0, n};
+  model.constants = {membrane_constants(material, "material")};
+  model.rest_positions = mesh.vertices();
   model.mass = lumped_mass(model.n_vertices, model.triangles, model.corners,
                            std::vector<double>(n, material.density));
   model.prescribed.assign(model.n_vertices, 0);
   ClothModel::BendingPart part;
-  part.setup.rest_positions = mesh.vertices();
-  part.setup.triangles = model.triangles;
-  part.setup.corners = model.corners;
-  part.setup.rigidity.assign(n, 1e-5 * Mat3::Identity());
-  part.setup.damping.assign(n, damping);
-  part.setup.prescribed = model.prescribed;
+  part.rigidity = 1e-5 * Mat3::Identity();
+  part.damping = damping;
   model.bending.push_back(part);
   StrainLimit limit;
   limit.weft = limit.warp = 0.01;

@@ -352,8 +352,7 @@ TEST_CASE("viscosity and damped bending of any strength take energy and stay sta
     Asynchronous options = options_of(2.5e-3, multiple);
     options.schedule = schedule;
     ClothRun run = spinning_sheet(graded(), options, 1e-5, material);
-    for (auto& part : run.model.bending)
-      std::fill(part.setup.damping.begin(), part.setup.damping.end(), 0.1 * viscosity);
+    for (auto& part : run.model.bending) part.damping = 0.1 * viscosity;
     start(run, options);
     double e = run.energy();
     const double begin = e;
@@ -376,8 +375,7 @@ TEST_CASE("a damped queue takes as much energy as damped nested steps") {
     Asynchronous options = options_of(2.5e-3);
     options.schedule = schedule, options.safety = 0.1;
     ClothRun run = spinning_sheet(graded(), options, 1e-4, material);
-    for (auto& part : run.model.bending)
-      std::fill(part.setup.damping.begin(), part.setup.damping.end(), 1e-2);
+    for (auto& part : run.model.bending) part.damping = 1e-2;
     start(run, options);
     const double begin = run.energy();
     for (int i = 0; i < 20; ++i) run.advance();

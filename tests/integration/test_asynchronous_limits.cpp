@@ -85,7 +85,7 @@ Asynchronous limiting(Limiting method, Schedule schedule = Schedule::Nested) {
 
 Membrane limited_membrane(const ClothRun& run) {
   Membrane membrane(run.model.n_vertices, run.model.triangles, run.model.corners,
-                    run.model.constants);
+                    {run.model.constants, run.model.first_triangle});
   membrane.add_limits(limit_potential(run.model, {}));
   return membrane;
 }

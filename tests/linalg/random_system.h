@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <memory>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "core/linalg/linear_solver.h"
@@ -75,7 +76,7 @@ class RandomSystemBuilder {
   }
 
   // Adds unit masses, and a stiff anisotropic spring along every grid edge and one diagonal per
-  // cell.
+  // cell. The matrix stores only the rows of this rank.
   void springs() {
     std::vector<std::pair<Index, Index>> couplings;
     for (Index r = 0; r < side_; ++r)
@@ -85,16 +86,18 @@ class RandomSystemBuilder {
         if (r + 1 < side_) couplings.push_back({v, v + side_});
         if (r + 1 < side_ && c + 1 < side_) couplings.push_back({v, v + side_ + 1});
       }
-    made_.matrix = BlockMatrix(n_cloth_, couplings);
-    for (Index row = 0; row < n_cloth_; ++row)
-      made_.matrix.block_map(made_.matrix.diagonal()[row]) = Mat3::Identity();
+    const Index begin = std::min(made_.layout->begin(), n_cloth_);
+    const Index end = std::min(made_.layout->end(), n_cloth_);
+    BlockMatrix& a = made_.matrix = BlockMatrix(n_cloth_, couplings, begin, end);
+    for (Index row = begin; row < end; ++row) a.block_map(a.diagonal()[row]) = Mat3::Identity();
     for (const auto& [i, j] : couplings) {
       const Mat3 root = matrix();
       const Mat3 stiffness = 4.0 * root * root.transpose();
-      for (const Index row : {i, j})
-        made_.matrix.block_map(made_.matrix.diagonal()[row]) += stiffness;
-      made_.matrix.block_map(made_.matrix.find(i, j)) -= stiffness;
-      made_.matrix.block_map(made_.matrix.find(j, i)) -= stiffness;
+      for (const auto& [row, other] : {std::pair(i, j), std::pair(j, i)}) {
+        if (!made_.layout->owns(row)) continue;
+        a.block_map(a.diagonal()[row]) += stiffness;
+        a.block_map(a.find(row, other)) -= stiffness;
+      }
     }
   }
 

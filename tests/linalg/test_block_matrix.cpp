@@ -14,6 +14,18 @@ TEST_CASE("a pattern from repeated pairs is symmetric, sorted and holds its diag
   CHECK(matrix.find(0, 3) == -1);
 }
 
+TEST_CASE("a matrix can store a range of its rows") {
+  const std::vector<std::pair<Index, Index>> couplings = {{2, 0}, {3, 2}, {4, 3}, {0, 1}};
+  const BlockMatrix whole(5, couplings), part(5, couplings, 1, 3);
+  CHECK(part.n_rows() == 5);
+  CHECK(part.row_start() == std::vector<Index>{0, 0, 2, 5, 5, 5});
+  CHECK(part.columns() == std::vector<Index>{0, 1, 0, 2, 3});
+  CHECK(part.diagonal() == std::vector<Index>{-1, 1, 3, -1, -1});
+  CHECK(part.find(2, 3) == 4);
+  CHECK(part.find(3, 2) == -1);
+  CHECK(part.bytes() < whole.bytes());
+}
+
 TEST_CASE("the product of blocks equals the dense product") {
   const testing::RandomSystem system = testing::random_system(13, 0, 0);
   const Index rows = system.matrix.n_rows();

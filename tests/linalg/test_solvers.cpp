@@ -150,7 +150,8 @@ TEST_CASE("rounding the stiffness to single precision does not change the mass o
   stiffen(system, 1e6);
   const Index n = system.matrix.n_rows();
   SlicedEllpack slices;
-  slices.set_pattern(system.view().matrix, system.view().layout->n_rows());
+  const Index n_rows = system.view().layout->n_rows();
+  slices.set_pattern(system.view().matrix, {n_rows, 0, n_rows});
   CouplingMatrix<float> single;
   single.resize(slices);
   single.set_slices(system.view().matrix, system.view().body_blocks, slices, 0, slices.n_slices());
@@ -170,7 +171,7 @@ TEST_CASE("a product by rows is the product by slices") {
   const RandomSystem system = random_system(20, 0, 0);
   const Index n = system.matrix.n_rows();
   SlicedEllpack slices;
-  slices.set_pattern(&system.matrix, n);
+  slices.set_pattern(&system.matrix, {n, 0, n});
   CouplingMatrix<float> matrix;
   matrix.resize(slices);
   matrix.set_slices(&system.matrix, nullptr, slices, 0, slices.n_slices());
@@ -374,7 +375,7 @@ TEST_CASE("a system can set a looser tolerance than the solver's") {
 
 TEST_CASE("aggregates hold about a dozen connected rows of one block each") {
   const RandomSystem system = random_system(33, 0, 0);
-  const Aggregates aggregates = grow_aggregates(system.matrix);
+  const Aggregates aggregates = grow_aggregates(system.matrix, *system.layout);
   const BlockMatrix& a = system.matrix;
   std::vector<std::vector<Index>> members(aggregates.count());
   for (Index row = 0; row < a.n_rows(); ++row) {

@@ -60,7 +60,10 @@ inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material
   m.n_vertices = mesh.n_vertices();
   m.triangles = mesh.triangles();
   m.corners = rest_corners(mesh, true, "mesh");
-  m.constants.assign(mesh.n_triangles(), membrane_constants(material, "material"));
+  m.first_vertex = {0, mesh.n_vertices()};
+  m.first_triangle = {0, mesh.n_triangles()};
+  m.constants = {membrane_constants(material, "material")};
+  m.rest_positions = mesh.vertices();
   m.mass = lumped_mass(m.n_vertices, m.triangles, m.corners,
                        std::vector<double>(mesh.n_triangles(), material.density));
   m.prescribed.assign(m.n_vertices, 0);
@@ -68,14 +71,7 @@ inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material
   if (bending > 0.0) {
     ClothModel::BendingPart part;
     part.element = choice_named<BendingElement>(element, "element");
-    part.setup.rest_positions = mesh.vertices();
-    part.setup.triangles = m.triangles;
-    part.setup.corners = m.corners;
-    Mat3 d = Mat3::Zero();
-    d.diagonal() << bending, bending, bending / 2;
-    part.setup.rigidity.assign(mesh.n_triangles(), d);
-    part.setup.damping.assign(mesh.n_triangles(), 0.0);
-    part.setup.prescribed = m.prescribed;
+    part.rigidity.diagonal() << bending, bending, bending / 2;
     m.bending.push_back(part);
   }
   run.step = options.step().given.value();

@@ -8,12 +8,14 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/base/types.h"
 #include "core/cloth/material/jacobian_terms.h"
 #include "core/linalg/block_matrix.h"
 #include "core/mesh/adjacency.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/parallel/row_layout.h"
+#include "core/parallel/shared_work.h"
 #include "core/parallel/team.h"
 
 namespace loomstone {
@@ -41,7 +43,14 @@ struct BendingSetup {
   std::vector<std::uint8_t> acts;
 
   bool forces_only = false;  // true: the tables of the stiffness are not built
+  // False: the element does not keep the rest positions, and largest_eigenvalue() must not be
+  // called.
+  bool keeps_rest = true;
 
+  std::size_t bytes() const {
+    return bytes_of(rest_positions, triangles, corners, rigidity, damping, prescribed, rest_angles,
+                    acts);
+  }
   bool acts_on(Index triangle) const { return acts.empty() || acts[triangle]; }
 };
 
@@ -57,6 +66,11 @@ class Bending {
   virtual std::vector<std::pair<Index, Index>> couplings() const = 0;
 
   virtual double energy(const Team& team, const Points& x) const = 0;
+  // Sets sums[i] to the energy [J] of the triangles 128 i to 128 i + 127 of `triangles`, counted
+  // from its beginning. The total over all triangles is energy(). Only if sums_by_triangle().
+  virtual void sum_energies(const Team& team, const Points& x, IndexRange triangles,
+                            double* sums) const = 0;
+  virtual bool sums_by_triangle() const = 0;
   // Adds the elastic force and the stiffness-proportional damping force to rows [begin, end) of
   // `force`. Contributions are summed per vertex in ascending order, so the result is bitwise
   // identical for any number of threads and any row range.
@@ -73,7 +87,7 @@ class Bending {
                                        Index end, BlockMatrix& matrix) const = 0;
   // Largest eigenvalue lambda of M^-1 K in the rest shape, by power iteration [1/s^2]. M is the
   // mass matrix, and K is the bending stiffness. Explicit steps need a length h <= 0.8 * 2 /
-  // sqrt(lambda).
+  // sqrt(lambda). Only if BendingSetup::keeps_rest was set.
   virtual double largest_eigenvalue(const Vector& mass) const = 0;
 
   // Number of edges next to slivers. The slope at such an edge is the unweighted mean of the slopes
@@ -81,6 +95,8 @@ class Bending {
   virtual Index averaged_edges() const = 0;
   // Number of hinges that exert no force because one of their triangles has zero area at x.
   virtual Index degenerate_hinges(const Team& team, const Points& x) const = 0;
+
+  virtual std::size_t bytes() const = 0;  // memory of tables and scratch memory [bytes]
 };
 
 // The hinge element of [Thomaszewski2010] with the stiffness k = 4 B for flexural rigidity B.

@@ -44,6 +44,32 @@ void add_neighbours(const EdgeTable& edges, std::vector<Index>& triangles) {
   sort_unique(triangles);
 }
 
+BendingOfPart bending_of_part(const BendingSetup& whole, MeshPart part) {
+  const Index n = static_cast<Index>(whole.rest_positions.rows());
+  const EdgeTable edges = edge_table(n, whole.triangles);
+  // A hinge has a vertex in the rows of the part if one of its two triangles touches them. A
+  // triangle acts on this hinge if the hinge is an edge of the triangle or of one of its
+  // neighbours.
+  std::vector<Index> acting;
+  for (Index t = 0; t < whole.triangles.rows(); ++t)
+    if (part.contains(whole.triangles, t)) acting.push_back(t);
+  add_neighbours(edges, acting);
+  add_neighbours(edges, acting);
+  BendingSubset subset = bending_subset(whole, edges, acting);
+  BendingOfPart made;
+  BendingSetup& setup = made.setup = std::move(subset.setup);
+  for (Index& vertex : setup.triangles.reshaped()) vertex = subset.vertices[vertex];
+  setup.rest_positions = whole.rest_positions;
+  setup.prescribed = whole.prescribed;
+  setup.forces_only = false;
+  // The subset keeps the order of the triangles.
+  std::vector<Index> kept = acting;
+  add_neighbours(edges, kept);
+  add_neighbours(edges, kept);
+  made.triangles = {place_of(kept, part.triangles.begin), place_of(kept, part.triangles.end)};
+  return made;
+}
+
 BendingSubset bending_subset(const BendingSetup& whole, const EdgeTable& edges,
                              const std::vector<Index>& acting) {
   // The curvature of a triangle depends on the angles at the edges of its neighbours, and each of

@@ -1,10 +1,12 @@
-// Bending of a subset of the triangles of a mesh, with a vertex numbering of its own. Integrators
-// that give triangles steps of different lengths evaluate each subset separately.
+// Bending of a subset of the triangles of a mesh. Integrators that give triangles steps of
+// different lengths evaluate each subset separately, with a vertex numbering of its own. A rank
+// stores the subset that acts on its rows.
 #pragma once
 
 #include <vector>
 
 #include "core/cloth/bending/bending.h"
+#include "core/cloth/mesh_part.h"
 
 namespace loomstone {
 
@@ -14,6 +16,17 @@ struct BendingSubset {
   BendingSetup setup;
   std::vector<Index> vertices;  // (k) vertex of the mesh for each vertex of the setup, ascending
 };
+
+// The bending elements that a rank stores, with the vertex numbers of the whole mesh.
+struct BendingOfPart {
+  BendingSetup setup;
+  // The triangles in the setup over which the rank sums energies.
+  IndexRange triangles;
+};
+
+// Returns the elements that act on the rows of a part, and those of its triangles. Forces and
+// stiffness in these rows have the same bits as those of the whole mesh.
+BendingOfPart bending_of_part(const BendingSetup& whole, MeshPart part);
 
 // Adds the triangles that share an edge with one of `triangles`, then sorts the list.
 void add_neighbours(const EdgeTable& edges, std::vector<Index>& triangles);

@@ -33,6 +33,32 @@ HingeSet::HingeSet(Index n_vertices, std::vector<Hinge> hinges, std::vector<doub
   std::vector<Index> fill(of_vertices_.start.begin(), of_vertices_.start.end() - 1);
   for (Index e = 0; e < n_hinges(); ++e)
     for (int j = 0; j < 4; ++j) of_vertices_.items[fill[hinges_[e].vertices[j]]++] = 4 * e + j;
+  for (Index i = 0; i < n_vertices; ++i) {
+    if (of_vertices_.start[i] == of_vertices_.start[i + 1]) continue;
+    if (runs_.empty() || runs_.back()[1] != i) runs_.push_back({i, i});
+    runs_.back()[1] = i + 1, ++n_kept_;
+  }
+}
+
+// Returns whether `kept` contains the positions x of the vertices with hinges.
+bool HingeSet::keeps(const Points& x, const Points& kept) const {
+  if (kept.rows() != n_kept_) return false;
+  const double* next = kept.data();
+  for (const auto& [begin, end] : runs_) {
+    const std::size_t size = 3 * static_cast<std::size_t>(end - begin);
+    if (std::memcmp(next, x.row(begin).data(), sizeof(double) * size) != 0) return false;
+    next += size;
+  }
+  return true;
+}
+
+void HingeSet::keep(const Points& x, Points& kept) const {
+  kept.resize(n_kept_, 3);
+  Index next = 0;
+  for (const auto& [begin, end] : runs_) {
+    kept.middleRows(next, end - begin) = x.middleRows(begin, end - begin);
+    next += end - begin;
+  }
 }
 
 void HingeSet::find_range(Index begin, Index end, HingeRange& range) const {
@@ -62,11 +88,11 @@ void HingeSet::find_range(Index begin, Index end, HingeRange& range) const {
 
 void HingeSet::evaluate(const Team& team, const std::vector<Index>& batches, const Points& x,
                         const Points* v, bool with_gradient, HingeValues& values) const {
-  const bool same = values.x.rows() == x.rows() && (values.has_gradient || !with_gradient) &&
-                    values.batches == batches &&
-                    std::memcmp(values.x.data(), x.data(), sizeof(double) * x.size()) == 0;
+  const bool same =
+      (values.has_gradient || !with_gradient) && values.batches == batches && keeps(x, values.x);
   if (same && !v) return;
-  values.x = x, values.batches = batches, values.has_gradient = with_gradient;
+  keep(x, values.x);
+  values.batches = batches, values.has_gradient = with_gradient;
   const std::size_t n = static_cast<std::size_t>(n_batches()) * hinge::angle_stride;
   values.difference.resize(n), values.half_sine.resize(n), values.half_cosine.resize(n);
   if (v) values.rate.resize(n);

@@ -3,10 +3,12 @@
 // lies in [-pi, pi]. If a fold passes through itself, the angle jumps between pi and -pi.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "core/base/aligned.h"
+#include "core/base/bytes.h"
 #include "core/base/types.h"
 #include "core/mesh/adjacency.h"
 #include "core/parallel/team.h"
@@ -21,10 +23,14 @@ struct HingeValues {
   AlignedDoubles rate;                    // [rad/s]
   AlignedDoubles gradient;                // u = d theta / d x [rad/m]
 
-  // Positions and batches for which the values were computed.
+  // Positions of the vertices of all hinges, and batches, for which the values were computed.
   Points x;
   std::vector<Index> batches;
   bool has_gradient = false;
+
+  std::size_t bytes() const {
+    return bytes_of(difference, half_sine, half_cosine, rate, gradient, x, batches);
+  }
 };
 
 // Scratch memory for a range of rows: the batches that contain its hinges, and the hinges of each
@@ -35,6 +41,8 @@ struct HingeRange {
   std::vector<Index> chunk_start, hinges;  // hinges of each chunk, ascending
   // (hinges x 4) row of each vertex within the chunk; rows_per_block if the vertex lies outside it.
   std::vector<std::uint8_t> places;
+
+  std::size_t bytes() const { return bytes_of(batches, chunk_start, hinges, places); }
 };
 
 // The hinges of a mesh with their rest angles. Kernels process batches of eight hinges. In
@@ -71,12 +79,21 @@ class HingeSet {
   // Number of hinges with a zero-area triangle. These hinges exert no force.
   Index count_degenerate(const HingeValues& values) const;
 
+  std::size_t bytes() const {
+    return bytes_of(hinges_, rest_angles_, vertices_, rest_lanes_, of_vertices_, runs_);
+  }
+
  private:
+  bool keeps(const Points& x, const Points& kept) const;
+  void keep(const Points& x, Points& kept) const;
+
   std::vector<Hinge> hinges_;
   std::vector<double> rest_angles_;
   std::vector<Index> vertices_;  // (batches x 4 x 8) hinge vertices
   AlignedDoubles rest_lanes_;    // (batches x 8) rest angles [rad]
   Incidence of_vertices_;
+  std::vector<std::array<Index, 2>> runs_;  // ranges [begin, end) of vertices with hinges
+  Index n_kept_ = 0;                        // number of vertices in runs_
 };
 
 // Dihedral angles of all hinges at positions x [rad].

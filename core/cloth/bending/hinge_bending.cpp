@@ -48,8 +48,8 @@ HingePairs diagonal_pairs(Index n) {
 
 class HingeBending final : public Bending {
  public:
-  explicit HingeBending(const BendingSetup& setup)
-      : rest_positions_(setup.rest_positions), prescribed_(setup.prescribed) {
+  explicit HingeBending(const BendingSetup& setup) : prescribed_(setup.prescribed) {
+    if (setup.keeps_rest) rest_positions_ = setup.rest_positions;
     check_bending_setup(setup);
     const EdgeTable edges =
         edge_table(static_cast<Index>(setup.rest_positions.rows()), setup.triangles);
@@ -93,6 +93,11 @@ class HingeBending final : public Bending {
       return stiffness_[e] * (2.0 * cosines - difference * rest_half_sine_[e]);
     });
   }
+
+  void sum_energies(const Team&, const Points&, IndexRange, double*) const override {
+    throw Unsupported("hinges have no energies by triangle");
+  }
+  bool sums_by_triangle() const override { return false; }
 
   void add_forces(const Team& team, const Points& x, const Points& v, Index begin, Index end,
                   Points& force) const override {
@@ -153,6 +158,10 @@ class HingeBending final : public Bending {
   Index degenerate_hinges(const Team& team, const Points& x) const override {
     hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, true, values_);
     return hinges_.count_degenerate(values_);
+  }
+  std::size_t bytes() const override {
+    return bytes_of(rest_positions_, prescribed_, hinges_, stiffness_, damping_, rest_half_sine_,
+                    assembler_, range_, values_, moment_);
   }
 
  private:

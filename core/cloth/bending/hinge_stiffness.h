@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/cloth/bending/hinge.h"
 #include "core/linalg/block_matrix.h"
 
@@ -41,6 +42,11 @@ class HingeStiffness {
   // Block positions are determined once per matrix pattern and row range.
   void add(const Team& team, const HingeProducts& products, Index begin, Index end,
            BlockMatrix& matrix);
+
+  std::size_t bytes() const {
+    return bytes_of(pairs_.start, pairs_.hinge, stencil_start_, stencil_, place_, row_blocks_,
+                    block_, offset_, chunk_start_, chunk_);
+  }
 
  private:
   void locate(const HingeSet& hinges, const BlockMatrix& matrix, Index begin, Index end);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "core/cloth/bending/bending.h"
 #include "core/cloth/bending/bending_setup.h"
@@ -30,6 +31,9 @@ class MidedgeBending final : public Bending {
   }
 
   double energy(const Team& team, const Points& x) const override;
+  void sum_energies(const Team& team, const Points& x, IndexRange triangles,
+                    double* sums) const override;
+  bool sums_by_triangle() const override { return true; }
   void add_forces(const Team& team, const Points& x, const Points& v, Index begin, Index end,
                   Points& force) const override;
   void add_stiffness(const Team& team, const Points& x, StiffnessScales scales, Index begin,
@@ -42,6 +46,12 @@ class MidedgeBending final : public Bending {
   Index degenerate_hinges(const Team& team, const Points& x) const override {
     hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, true, values_);
     return hinges_.count_degenerate(values_);
+  }
+  std::size_t bytes() const override {
+    return bytes_of(rest_positions_, prescribed_, hinges_, element_hinges_, curvature_, rigidity_,
+                    slot_start_, slots_, elastic_, viscous_, assembler_, range_, values_) +
+           bytes_of(selection_.hinges, selection_.triangle_batches, selection_.hinge_batches,
+                    element_moments_, moment_, energy_, q_);
   }
 
  private:
@@ -87,9 +97,8 @@ class MidedgeBending final : public Bending {
 };
 
 MidedgeBending::MidedgeBending(const BendingSetup& setup)
-    : rest_positions_(setup.rest_positions),
-      prescribed_(setup.prescribed),
-      n_triangles_(static_cast<Index>(setup.triangles.rows())) {
+    : prescribed_(setup.prescribed), n_triangles_(static_cast<Index>(setup.triangles.rows())) {
+  if (setup.keeps_rest) rest_positions_ = setup.rest_positions;
   check_bending_setup(setup);
   const EdgeTable edges =
       edge_table(static_cast<Index>(setup.rest_positions.rows()), setup.triangles);
@@ -166,7 +175,7 @@ void MidedgeBending::build_pairs(const BendingSetup& setup,
     pairs.start.push_back(static_cast<Index>(pairs.hinge.size()));
   }
   assembler_ =
-      HingeStiffness(static_cast<Index>(rest_positions_.rows()), hinges_, std::move(pairs));
+      HingeStiffness(static_cast<Index>(setup.prescribed.size()), hinges_, std::move(pairs));
 }
 
 // The force on a row depends on the moments of its hinges. A moment depends on the triangles whose
@@ -200,7 +209,14 @@ void MidedgeBending::select_rows(Index begin, Index end) const {
 }
 
 double MidedgeBending::energy(const Team& team, const Points& x) const {
-  if (hinges_.n_hinges() == 0) return 0.0;
+  std::vector<double> sums((n_triangles_ + rows_per_block - 1) / rows_per_block, 0.0);
+  sum_energies(team, x, {0, n_triangles_}, sums.data());
+  return std::accumulate(sums.begin(), sums.end(), 0.0);
+}
+
+void MidedgeBending::sum_energies(const Team& team, const Points& x, IndexRange triangles,
+                                  double* sums) const {
+  if (hinges_.n_hinges() == 0) return;
   // Gradients are evaluated too, so that forces at the same positions use these values.
   hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, true, values_);
   const std::vector<Index> batches = all_of((n_triangles_ + lanes - 1) / lanes);
@@ -210,7 +226,11 @@ double MidedgeBending::energy(const Team& team, const Points& x) const {
                     midedge::energies(tables(), batches.data() + first, last - first,
                                       values_.difference.data(), energy_.data());
                   });
-  return parallel_sum(team, n_triangles_, [&](Index t) { return energy_[t]; });
+  for (Index t = triangles.begin; t < triangles.end;) {
+    const Index end = std::min(triangles.end, t + rows_per_block);
+    *sums++ = std::accumulate(energy_.begin() + t, energy_.begin() + end, 0.0);
+    t = end;
+  }
 }
 
 void MidedgeBending::add_forces(const Team& team, const Points& x, const Points& v, Index begin,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/aligned.h"
+#include "core/base/bytes.h"
 #include "core/cloth/limits/limit_kernels.h"
 #include "core/cloth/material/strain_limit.h"
 #include "core/mesh/triangle_mesh.h"
@@ -56,6 +57,11 @@ class LimitElements {
 
   Index n_batches() const { return static_cast<Index>(bounds_of_.size()); }
   Index n_elements() const { return n_elements_; }
+  std::size_t bytes() const {
+    return bytes_of(cloth_.triangles, cloth_.corners, cloth_.limit_of, cloth_.mass) +
+           bytes_of(held_, also_held_, colour_start_, element_of_, slot_start_, slots_, corners_) +
+           bytes_of(bounds_of_, colour_of_, n_in_, gradients_, numbers_, rows_, moves_);
+  }
   Index n_elements(Index batch) const { return n_in_[batch]; }
   std::size_t n_limits() const { return bounds_.size(); }
   Index colour(Index batch) const { return colour_of_[batch]; }

@@ -126,14 +126,16 @@ LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limit
                        const std::vector<Index>& limit_of)
     : membrane_(membrane),
       bounds_of_(membrane.n_batches()),
-      table_(static_cast<std::size_t>(membrane.n_batches()) * membrane::phase_stride, 0.0),
+      // A rank without triangles has a table too, because Membrane::in_phase() tests its address
+      // and must be the same on all ranks.
+      table_(std::max<std::size_t>(membrane.n_batches(), 1) * membrane::phase_stride, 0.0),
       entered_(membrane.n_batches(), 0) {
   using Rows = std::array<Index, n_lanes>;  // index into limits for each lane
   std::map<Rows, Index> known;
   for (Index b = 0; b < membrane.n_batches(); ++b) {
     Rows rows;
     for (int l = 0; l < n_lanes; ++l)
-      rows[l] = limit_of[std::min(b * n_lanes + l, membrane.n_triangles() - 1)];
+      rows[l] = limit_of[std::min(membrane.batch_at(b) * n_lanes + l, membrane.n_triangles() - 1)];
     const auto [found, is_new] = known.try_emplace(rows, static_cast<Index>(known.size()));
     bounds_of_[b] = found->second;
     if (!is_new) continue;

@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/base/types.h"
 #include "core/cloth/material/strain_limit.h"
 #include "core/cloth/membrane/membrane.h"
@@ -25,6 +26,7 @@ class LimitPhase {
   // Tables for membrane::Tables, which documents their layout.
   const double* table() const { return table_.data(); }
   const std::uint8_t* entered() const { return entered_.data(); }
+  std::size_t bytes() const { return bytes_of(bounds_, bounds_of_, table_, entered_); }
 
  private:
   Membrane& membrane_;

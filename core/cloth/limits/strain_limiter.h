@@ -11,6 +11,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/cloth/limits/corotational_strain.h"
 #include "core/cloth/limits/limit_check.h"
 #include "core/cloth/limits/limit_elements.h"
@@ -33,6 +34,9 @@ class StrainLimiter {
   ~StrainLimiter();
 
   bool empty() const { return elements_.n_elements() == 0; }
+  std::size_t bytes() const {
+    return bytes_of(elements_, corrected_, deltas_, order_, n_corrected_);
+  }
 
   // Corrects x. `held` lists vertices that do not move, in addition to the prescribed ones.
   LimitReport enforce(const Team& team, std::uint64_t key, const std::vector<Index>& held,

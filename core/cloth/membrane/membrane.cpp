@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 
 #include "core/base/message.h"
 #include "core/cloth/membrane/membrane_kernels.h"
@@ -42,21 +43,39 @@ MembraneConstants membrane_constants(const ClothMaterial& material, const std::s
 }
 
 Membrane::Membrane(Index n_vertices, const Triangles& triangles,
-                   const std::vector<Corners2>& corners,
-                   const std::vector<MembraneConstants>& constants)
-    : n_vertices_(n_vertices),
-      n_triangles_(static_cast<Index>(triangles.rows())),
-      n_batches_((n_triangles_ + lanes - 1) / lanes),
-      triangles_(triangles),
-      corners_(static_cast<std::size_t>(n_batches_) * membrane::corner_stride, 0),
-      gradients_(static_cast<std::size_t>(n_batches_) * membrane::gradient_stride, 0.0),
-      constants_(static_cast<std::size_t>(n_batches_) * membrane::constant_stride, 0.0),
-      area_(n_triangles_),
-      slot_start_(n_vertices + 1, 0) {
-  for (Index t = 0; t < n_batches_ * lanes; ++t) {
+                   const std::vector<Corners2>& corners, const MembraneConstantsOf& constants)
+    : Membrane(triangles, corners, constants, n_vertices,
+               {{0, n_vertices}, {0, static_cast<Index>(triangles.rows())}}) {}
+
+Membrane::Membrane(const Triangles& triangles, const std::vector<Corners2>& corners,
+                   const MembraneConstantsOf& constants, Index n_vertices, MeshPart part)
+    : n_triangles_(static_cast<Index>(triangles.rows())) {
+  store(triangles, part);
+  make_tables(triangles, corners, constants);
+  make_slots(n_vertices, part.rows);
+  element_forces_.resize(stored_.size() * membrane::force_stride);
+  element_strains_.resize(stored_.size() * membrane::strain_stride);
+}
+
+// Lists the batches with a triangle of the part.
+void Membrane::store(const Triangles& triangles, MeshPart part) {
+  for (Index t = 0; t < n_triangles_; ++t) {
+    if (!part.contains(triangles, t)) continue;
+    if (stored_.empty() || stored_.back() != t / lanes) stored_.push_back(t / lanes);
+  }
+  stored_.shrink_to_fit();
+}
+
+void Membrane::make_tables(const Triangles& triangles, const std::vector<Corners2>& corners,
+                           const MembraneConstantsOf& constants) {
+  corners_.assign(stored_.size() * membrane::corner_stride, 0);
+  gradients_.assign(stored_.size() * membrane::gradient_stride, 0.0);
+  constants_.assign(stored_.size() * membrane::constant_stride, 0.0);
+  for (std::size_t i = 0; i < stored_.size() * lanes; ++i) {
     // Empty lanes repeat the last triangle, with zero area.
+    const std::size_t batch = i / lanes, lane = i % lanes;
+    const Index t = stored_[batch] * lanes + static_cast<Index>(lane);
     const Index source = std::min(t, n_triangles_ - 1);
-    const std::size_t batch = t / lanes, lane = t % lanes;
     const Corners2& c = corners[source];
     const Vec2 e1 = (c.row(1) - c.row(0)).transpose(), e2 = (c.row(2) - c.row(0)).transpose();
     const double twice_area = e1.x() * e2.y() - e1.y() * e2.x();
@@ -70,37 +89,45 @@ Membrane::Membrane(Index n_vertices, const Triangles& triangles,
     for (int k = 0; k < 3; ++k)
       corners_[membrane::corner_stride * batch + lanes * k + lane] = triangles(source, k);
     if (t >= n_triangles_) continue;
-    area_[t] = 0.5 * twice_area;
-    const MembraneConstants& m = constants[t];
-    const double material[7] = {area_[t], m.a11, m.a22, m.a12, m.g, m.lambda_d, m.mu_d};
+    const MembraneConstants& m = constants(t);
+    const double material[7] = {0.5 * twice_area, m.a11, m.a22, m.a12, m.g, m.lambda_d, m.mu_d};
     for (int k = 0; k < 7; ++k)
       constants_[membrane::constant_stride * batch + lanes * k + lane] = material[k];
-    viscous_ = viscous_ || m.lambda_d != 0.0 || m.mu_d != 0.0;
   }
-  for (Index t = 0; t < n_triangles_; ++t)
-    for (int k = 0; k < 3; ++k) ++slot_start_[triangles(t, k) + 1];
+  viscous_ = constants.viscous();
+}
+
+// Lists the slots of the rows of the part. The other rows have none.
+void Membrane::make_slots(Index n_vertices, IndexRange rows) {
+  const auto for_each_slot = [&](auto&& body) {
+    for (Index place = 0; place < n_batches(); ++place)
+      for (Index lane = 0; lane < std::min(lanes, n_triangles_ - stored_[place] * lanes); ++lane)
+        for (int k = 0; k < 3; ++k) {
+          const Index vertex = corners_[membrane::corner_stride * place + lanes * k + lane];
+          if (rows.contains(vertex))
+            body(vertex, place * membrane::force_stride + 3 * lanes * k + lane);
+        }
+  };
+  slot_start_.assign(n_vertices + 1, 0);
+  for_each_slot([&](Index vertex, Index) { ++slot_start_[vertex + 1]; });
   for (Index i = 0; i < n_vertices; ++i) slot_start_[i + 1] += slot_start_[i];
   slots_.resize(slot_start_[n_vertices]);
   std::vector<Index> fill(slot_start_.begin(), slot_start_.end() - 1);
-  for (Index t = 0; t < n_triangles_; ++t)
-    for (int k = 0; k < 3; ++k)
-      slots_[fill[triangles(t, k)]++] =
-          (t / lanes) * membrane::force_stride + 3 * lanes * k + t % lanes;
-  element_forces_.resize(static_cast<std::size_t>(n_batches_) * membrane::force_stride);
-  element_strains_.resize(static_cast<std::size_t>(n_batches_) * membrane::strain_stride);
+  for_each_slot([&](Index vertex, Index slot) { slots_[fill[vertex]++] = slot; });
 }
 
 void Membrane::add_limits(const std::vector<LimitModes>& modes) {
-  limits_.resize(static_cast<std::size_t>(n_batches_) * membrane::limit_stride);
-  for (Index t = 0; t < n_batches_ * lanes; ++t)
+  limits_.resize(stored_.size() * membrane::limit_stride);
+  for (Index i = 0; i < n_batches() * lanes; ++i)
     for (int k = 0; k < 3; ++k) {
+      const Index t = stored_[i / lanes] * lanes + i % lanes;
       const LimitMode& mode = modes[std::min(t, n_triangles_ - 1)][k];
       const double values[8] = {mode.d11,  mode.d22,     mode.d12,      mode.low,
                                 mode.high, mode.far_low, mode.far_high, mode.modulus};
       double* table = limits_.data() +
-                      membrane::limit_stride * static_cast<std::size_t>(t / lanes) +
-                      membrane::mode_stride * k + t % lanes;
-      for (int i = 0; i < 8; ++i) table[lanes * i] = values[i];
+                      membrane::limit_stride * static_cast<std::size_t>(i / lanes) +
+                      membrane::mode_stride * k + i % lanes;
+      for (int e = 0; e < 8; ++e) table[lanes * e] = values[e];
     }
 }
 
@@ -108,7 +135,7 @@ void Membrane::select_rows(Index begin, Index end) {
   if (begin == begin_ && end == end_) return;
   begin_ = begin, end_ = end;
   batches_.clear();
-  for (Index b = 0; b < n_batches_; ++b) {
+  for (Index b = 0; b < n_batches(); ++b) {
     const Index* c = corners_.data() + membrane::corner_stride * static_cast<std::size_t>(b);
     if (std::any_of(c, c + membrane::corner_stride, [&](Index v) { return v >= begin && v < end; }))
       batches_.push_back(b);
@@ -116,12 +143,33 @@ void Membrane::select_rows(Index begin, Index end) {
 }
 
 double Membrane::energy(const Team& team, const Points& x) {
-  Points green;
-  Vector stretch;
-  strain(team, x, green, stretch);
-  return parallel_sum(team, n_triangles_, [&](Index t) {
-    return element_strains_[membrane::strain_stride * static_cast<std::size_t>(t / lanes) +
-                            3 * lanes + t % lanes];
+  const Index n_blocks = (n_triangles_ + rows_per_block - 1) / rows_per_block;
+  std::vector<double> sums(n_blocks);
+  sum_energies(team, x, {0, n_blocks}, sums);
+  return std::accumulate(sums.begin(), sums.end(), 0.0);
+}
+
+void Membrane::sum_energies(const Team& team, const Points& x, IndexRange blocks,
+                            std::vector<double>& sums) {
+  const membrane::Tables tables = this->tables();
+  const auto triangles_before = [&](Index block) {
+    return std::min(n_triangles_, block * rows_per_block);
+  };
+  parallel_ranges(team, blocks.end - blocks.begin, 2, [&](Index first, Index last) {
+    const Index begin = triangles_before(blocks.begin + first),
+                end = triangles_before(blocks.begin + last);
+    std::vector<Index> places((end - begin + lanes - 1) / lanes);
+    std::iota(places.begin(), places.end(), place_of(begin / lanes));
+    membrane::strains(tables, places.data(), static_cast<Index>(places.size()), x.data(),
+                      element_strains_.data());
+    for (Index block = blocks.begin + first; block < blocks.begin + last; ++block) {
+      double sum = 0.0;
+      for (Index t = triangles_before(block); t < triangles_before(block + 1); ++t)
+        sum += element_strains_[membrane::strain_stride *
+                                    static_cast<std::size_t>(places[(t - begin) / lanes]) +
+                                3 * lanes + t % lanes];
+      sums[block] = sum;
+    }
   });
 }
 
@@ -134,7 +182,7 @@ Membrane::Neglected Membrane::neglected(const double* start, const double* end,
   for (Index t = first_triangle; t < last_triangle;) {
     const Index batch = t / lanes;
     const Index n = std::min(batches_at_once, (last_triangle - 1) / lanes + 1 - batch);
-    membrane::neglected_strains(tables, {batch, n}, start, end, strains);
+    membrane::neglected_strains(tables, {place_of(batch), n}, start, end, strains);
     for (const Index stop = std::min(last_triangle, (batch + n) * lanes); t < stop; ++t) {
       const double* of = strains + membrane::neglected_stride * (t / lanes - batch) + t % lanes;
       found.strain = std::max(found.strain, of[0]);
@@ -184,7 +232,7 @@ void Membrane::locate_rows(const BlockMatrix& matrix, Index begin, Index end) {
   row_start_.assign(1, 0);
   sources_.clear();
   const Index first_block = matrix.row_start()[begin];
-  std::vector<Index> place(n_batches_);
+  std::vector<Index> place(n_batches());
   for (Index first = begin; first < end; first += rows_per_block) {
     const Index last = std::min(end, first + rows_per_block);
     for (Index s = slot_start_[first]; s < slot_start_[last]; ++s)
@@ -207,7 +255,8 @@ void Membrane::locate_rows(const BlockMatrix& matrix, Index begin, Index end) {
           // (p + 1, p) is its transpose.
           const bool transposed = other == (corner + 2) % 3;
           const Index position =
-              matrix.find(row, triangles_(batch * lanes + lane, other)) - first_block;
+              matrix.find(row, corners_[membrane::corner_stride * batch + lanes * other + lane]) -
+              first_block;
           Index& source = sources_[2 * static_cast<std::size_t>(position) + (transposed ? 1 : 0)];
           assert(source == no_element && "two triangles run along an edge in the same direction");
           source = first_element + membrane::block_stride * place[batch] +
@@ -244,17 +293,20 @@ void Membrane::set_jacobian(const Team& team, const Points& x, JacobianTerms ter
                   });
 }
 
-void Membrane::strain(const Team& team, const Points& x, Points& green, Vector& stretch) {
+void Membrane::strain(const Team& team, const Points& x, IndexRange triangles, Points& green,
+                      Vector& stretch) {
   const membrane::Tables tables = this->tables();
-  green.resize(n_triangles_, 3);
-  stretch.resize(n_triangles_);
-  parallel_ranges(team, n_batches_, batches_per_range, [&](Index first, Index last) {
+  const Index n = triangles.end - triangles.begin, first_place = place_of(triangles.begin / lanes);
+  green.resize(n, 3);
+  stretch.resize(n);
+  parallel_ranges(team, (n + lanes - 1) / lanes, batches_per_range, [&](Index first, Index last) {
     std::vector<Index> list(last - first);
-    for (Index b = first; b < last; ++b) list[b - first] = b;
+    std::iota(list.begin(), list.end(), first_place + first);
     membrane::strains(tables, list.data(), last - first, x.data(), element_strains_.data());
-    for (Index t = first * lanes; t < std::min(n_triangles_, last * lanes); ++t) {
-      const double* e = element_strains_.data() +
-                        membrane::strain_stride * static_cast<std::size_t>(t / lanes) + t % lanes;
+    for (Index t = first * lanes; t < std::min(n, last * lanes); ++t) {
+      const double* e =
+          element_strains_.data() +
+          membrane::strain_stride * static_cast<std::size_t>(first_place + t / lanes) + t % lanes;
       green.row(t) << e[0], e[lanes], e[2 * lanes];
       stretch[t] = e[4 * lanes];
     }

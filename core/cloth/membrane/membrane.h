@@ -4,14 +4,17 @@
 // they are bitwise identical for any number of threads and any row range.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
 #include "core/base/aligned.h"
+#include "core/base/bytes.h"
 #include "core/base/types.h"
 #include "core/cloth/material/material.h"
 #include "core/cloth/membrane/limit_modes.h"
 #include "core/cloth/membrane/membrane_kernels.h"
+#include "core/cloth/mesh_part.h"
 #include "core/linalg/block_matrix.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/parallel/team.h"
@@ -27,17 +30,47 @@ struct MembraneConstants {
 // and the viscosity is dissipative. `where` is the name of the material in error messages.
 MembraneConstants membrane_constants(const ClothMaterial& material, const std::string& where);
 
-// The membrane elements of all cloths, with their constant tables and scratch memory.
+// Constants of each triangle of a mesh.
+class MembraneConstantsOf {
+ public:
+  MembraneConstantsOf(const std::vector<MembraneConstants>& of_triangles) : table_(of_triangles) {}
+  // Group i consists of the triangles first_triangle[i] to first_triangle[i + 1] - 1.
+  MembraneConstantsOf(const std::vector<MembraneConstants>& of_groups,
+                      const std::vector<Index>& first_triangle)
+      : table_(of_groups), first_triangle_(&first_triangle) {}
+
+  const MembraneConstants& operator()(Index triangle) const {
+    if (!first_triangle_) return table_[triangle];
+    const auto next = std::upper_bound(first_triangle_->begin(), first_triangle_->end(), triangle);
+    return table_[next - first_triangle_->begin() - 1];
+  }
+  bool viscous() const {
+    return std::any_of(table_.begin(), table_.end(), [](const MembraneConstants& m) {
+      return m.lambda_d != 0.0 || m.mu_d != 0.0;
+    });
+  }
+
+ private:
+  const std::vector<MembraneConstants>& table_;
+  const std::vector<Index>* first_triangle_ = nullptr;
+};
+
+// The membrane elements of all cloths or of a part of them, with their constant tables and scratch
+// memory. Only stored elements can be evaluated. Batch b consists of the triangles 8 b to 8 b + 7.
+// A batch is stored if the part contains one of its triangles.
 class Membrane {
  public:
-  // `corners` and `constants` have one entry per triangle.
+  // `corners` has one entry per triangle.
   Membrane(Index n_vertices, const Triangles& triangles, const std::vector<Corners2>& corners,
-           const std::vector<MembraneConstants>& constants);
+           const MembraneConstantsOf& constants);
+  Membrane(const Triangles& triangles, const std::vector<Corners2>& corners,
+           const MembraneConstantsOf& constants, Index n_vertices, MeshPart part);
 
-  const std::vector<double>& rest_area() const { return area_; }  // (m) [m^2]
   bool viscous() const { return viscous_; }
-  Index n_triangles() const { return n_triangles_; }
-  Index n_batches() const { return n_batches_; }
+  Index n_triangles() const { return n_triangles_; }  // including those that are not stored
+  Index n_batches() const { return static_cast<Index>(stored_.size()); }  // stored batches
+  // Returns the number in the mesh of a stored batch, whose tables have the index `place`.
+  Index batch_at(Index place) const { return stored_[place]; }
 
   membrane::Tables tables() const {
     return {corners_.data(), gradients_.data(), constants_.data(),
@@ -54,13 +87,18 @@ class Membrane {
   // not to the Jacobian.
   void add_limits(const std::vector<LimitModes>& modes);
 
-  // Returns the batches that touch rows [begin, end), in ascending order. The list is valid until a
-  // call with another range of rows.
+  // Returns the places of the batches that touch rows [begin, end), in ascending order. The list is
+  // valid until a call with another range of rows.
   const std::vector<Index>& batches_of(Index begin, Index end) {
     return select_rows(begin, end), batches_;
   }
 
-  double energy(const Team& team, const Points& x);  // energy [J], summed in a fixed order
+  // Energy of all triangles [J], summed in a fixed order. All of them must be stored.
+  double energy(const Team& team, const Points& x);
+  // Sets sums[i] to the energy [J] of the triangles 128 i to 128 i + 127 for each i in `blocks`.
+  // These triangles must be stored.
+  void sum_energies(const Team& team, const Points& x, IndexRange blocks,
+                    std::vector<double>& sums);
 
   // Adds the elastic force, and the viscous force if v is given, to rows [begin, end) of `force`.
   void add_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end,
@@ -90,22 +128,41 @@ class Membrane {
   Neglected neglected(const double* start, const double* end, Index first_triangle,
                       Index last_triangle) const;
 
-  // Computes the Green strain (E11, E22, E12) (m x 3) and the largest principal stretch (m) of each
-  // triangle.
-  void strain(const Team& team, const Points& x, Points& green, Vector& stretch);
+  // Computes the Green strain (E11, E22, E12) (k x 3) and the largest principal stretch (k) of k
+  // stored triangles. The first one must be a multiple of eight.
+  void strain(const Team& team, const Points& x, IndexRange triangles, Points& green,
+              Vector& stretch);
+  // Computes the strain of all triangles. All of them must be stored.
+  void strain(const Team& team, const Points& x, Points& green, Vector& stretch) {
+    strain(team, x, {0, n_triangles_}, green, stretch);
+  }
+
+  std::size_t bytes() const {
+    return bytes_of(stored_, corners_, gradients_, constants_, limits_, slot_start_, slots_,
+                    batches_, element_forces_, element_strains_, chunk_start_, chunk_batches_,
+                    row_start_, diagonal_, sources_);
+  }
 
  private:
+  void store(const Triangles& triangles, MeshPart part);
+  void make_tables(const Triangles& triangles, const std::vector<Corners2>& corners,
+                   const MembraneConstantsOf& constants);
+  void make_slots(Index n_vertices, IndexRange rows);
   void select_rows(Index begin, Index end);
+  Index place_of(Index batch) const {  // of a stored batch
+    return static_cast<Index>(std::lower_bound(stored_.begin(), stored_.end(), batch) -
+                              stored_.begin());
+  }
 
-  Index n_vertices_, n_triangles_, n_batches_;
-  Triangles triangles_;
+  Index n_triangles_;
+  std::vector<Index> stored_;   // stored batches, ascending
   std::vector<Index> corners_;  // layout: see membrane_kernels.h
-  std::vector<double> gradients_, constants_, area_;
+  std::vector<double> gradients_, constants_;
   std::vector<double> limits_;  // empty: no limits
   const double* phase_ = nullptr;
   const std::uint8_t* in_phase_ = nullptr;
   bool viscous_ = false;
-  std::vector<Index> slot_start_, slots_;  // element slots of each vertex, ascending
+  std::vector<Index> slot_start_, slots_;  // element slots of each stored row, ascending
 
   std::vector<Index> batches_;  // batches that touch rows [begin_, end_)
   Index begin_ = -1, end_ = -1;

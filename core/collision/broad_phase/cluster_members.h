@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/collision/broad_phase/cluster_tree.h"
 #include "core/parallel/shared_work.h"
 
@@ -20,6 +21,7 @@ class ClusterMembers {
   void each(Index cluster, Visit&& visit) const {
     for (Index i = start_[cluster]; i < start_[cluster + 1]; ++i) visit(vertices_[i]);
   }
+  std::size_t bytes() const { return bytes_of(start_, vertices_); }
 
  private:
   // The vertices of cluster c are the entries start_[c] to start_[c + 1] - 1 of vertices_.
@@ -41,6 +43,7 @@ class VertexSet {
     vertices_.clear();
   }
   const std::vector<Index>& vertices() const { return vertices_; }  // in the order of addition
+  std::size_t bytes() const { return bytes_of(inside_, vertices_); }
 
  private:
   std::vector<std::uint8_t> inside_;

@@ -8,6 +8,7 @@
 
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/base/types.h"
 #include "core/parallel/section_ranges.h"
 #include "core/parallel/shared_work.h"
@@ -28,6 +29,7 @@ class ClusterOwners {
     return own_first_[pair] + static_cast<std::size_t>(cluster - own(pair).begin);
   }
   std::size_t n_own() const { return own_first_.back(); }
+  std::size_t bytes() const { return bytes_of(first_, starts_, own_first_); }
 
   // Collective. `own_costs` has one entry for each first cluster of this rank. Cuts the first
   // clusters into new ranges if the most expensive ranges cost much more than the mean.

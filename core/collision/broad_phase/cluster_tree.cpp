@@ -341,7 +341,7 @@ std::size_t ClusterTree::bytes() const {
          (f->id.capacity() + f->group.capacity() + f->corners.capacity()) * sizeof(Index);
   for (const auto& level : levels_) n += level.capacity() * sizeof(SlabGroup);
   n += cluster_boxes_.capacity() * sizeof(PackedSlabs);
-  return n;
+  return n + bytes_of(triangles_, edges_, edge_ids_, foreign_);
 }
 
 }  // namespace loomstone

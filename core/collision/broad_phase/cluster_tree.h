@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/collision/broad_phase/slabs.h"
 #include "core/parallel/team.h"
 

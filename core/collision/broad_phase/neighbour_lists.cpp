@@ -308,4 +308,10 @@ std::vector<FeaturePairs> NeighbourLists::unlisted_near_pairs(const Team& team) 
   return found;
 }
 
+std::size_t NeighbourLists::bytes() const {
+  return bytes_of(refit_, owners_, base_, most_slack_, inflation_, x_, before_, from_, to_,
+                  still_) +
+         bytes_of(still_at_x_, vertices_, used_, motions_, marked_, lists_, ended_, unlisted_);
+}
+
 }  // namespace loomstone

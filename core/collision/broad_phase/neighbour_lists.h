@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/collision/broad_phase/broad_phase.h"
 #include "core/collision/broad_phase/cluster_owners.h"
 #include "core/collision/broad_phase/pair_search.h"
@@ -47,6 +48,7 @@ struct NeighbourList {
   float seconds = 0.0f;  // measured time of work on this list [s]; see time_work()
   std::vector<NearPair> near = {};
 
+  std::size_t bytes() const { return bytes_of(near); }
   ContactKind kind(std::size_t i) const {
     return i < static_cast<std::size_t>(n_vertex_face) ? ContactKind::VertexFace
                                                        : ContactKind::EdgeEdge;
@@ -165,6 +167,7 @@ class NeighbourLists {
 
   std::int64_t n_searches() const { return n_searches_; }  // number of searches for cluster pairs
   std::int64_t n_made() const { return n_made_; }          // number of lists made by this rank
+  std::size_t bytes() const;                               // memory [bytes]
 
  private:
   // Number of lists of a surface pair on a rank, and number of those with a `change` above the

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/collision/broad_phase/broad_phase.h"
 #include "core/collision/broad_phase/cluster_members.h"
 
@@ -26,6 +27,7 @@ class SharedRefit {
   bool other_trees() const;
 
   const ClusterMembers& members(Index surface) const { return surfaces_[surface].members; }
+  std::size_t bytes() const { return bytes_of(surfaces_, vertices_, set_); }
 
  private:
   struct Surface {
@@ -33,6 +35,7 @@ class SharedRefit {
     int version = 0;                 // version of the tree in the last refit()
     std::vector<Index> vertices;     // vertices of the clusters whose boxes this rank computes
     std::vector<PackedSlabs> boxes;  // scratch: boxes of all clusters
+    std::size_t bytes() const { return bytes_of(members, vertices, boxes); }
   };
 
   bool shared(Index surface) const;

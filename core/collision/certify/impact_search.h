@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/collision/broad_phase/neighbour_lists.h"
 #include "core/collision/broad_phase/shared_search.h"
 #include "core/collision/narrow_phase/continuous.h"
@@ -35,6 +36,7 @@ class ImpactSearch {
   void share(SharedSearch* shared) { shared_ = shared; }
 
   const CollisionModel& model() const { return model_; }
+  std::size_t bytes() const { return bytes_of(travel_); }
 
  private:
   struct PairTest;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/base/types.h"
 
 namespace loomstone {
@@ -49,6 +50,11 @@ struct CollisionModel {
   double contact_stiffness = 1000.0;  // stiffness k in the force law of contacts [N/m]
   // Largest gap that certification keeps open, see gap_floor() in narrow_phase/continuous.h [m].
   double gap_floor = 1e-5;
+
+  std::size_t bytes() const {
+    return bytes_of(triangles, edges, surface_of_vertex, surface_of_triangle, surface_of_edge,
+                    rows.row, rows.is_body, attached_surface);
+  }
 };
 
 // Returns whether triangles of surfaces a and b must not intersect. This requires at least one

@@ -2,6 +2,7 @@
 // its normal and an anchored tangential spring (method.md, Contact terms and Friction).
 #pragma once
 
+#include "core/base/bytes.h"
 #include "core/collision/model/collision_model.h"
 #include "core/collision/model/contact.h"
 #include "core/collision/response/response_inputs.h"
@@ -32,6 +33,7 @@ class ContactTerms {
                const std::vector<Contact>& contacts, const ContactState& state, ExtraTerms& terms);
 
   std::size_t size() const { return laws_.size(); }
+  std::size_t bytes() const { return bytes_of(laws_, shares_, slips_, forces_); }
   Vec3 normal(std::size_t term) const { return laws_[term].normal; }
   double energy() const { return energy_; }  // energy of normal forces and anchors at the start [J]
 

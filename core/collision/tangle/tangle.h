@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/base/types.h"
 #include "core/collision/model/feature_pairs.h"
 #include "core/mesh/adjacency.h"
@@ -64,6 +65,7 @@ class TangleFinder {
   explicit TangleFinder(const CollisionModel& model) : model_(model) {}
 
   Tangle find(const Points& x);
+  std::size_t bytes() const { return bytes_of(topology_, edges_of_vertex_, component_); }
 
  private:
   void pierce(const Points& x, Tangle& tangle) const;

@@ -113,7 +113,7 @@ ElementSteps::ElementSteps(const ClothModel& model, const Asynchronous& options,
     for (int k = 0; k < 3; ++k) area[model.triangles(t, k)] += rest[t].area;
   }
   for (Index t = 0; t < m; ++t) {
-    const MembraneConstants& material = model.constants[t];
+    const MembraneConstants& material = model.constants_of(t);
     double density = std::numeric_limits<double>::infinity();
     for (int k = 0; k < 3; ++k) {
       const Index vertex = model.triangles(t, k);
@@ -181,7 +181,7 @@ void ElementSteps::measure(const Team& team, const Points& x, Elasticity& elasti
   elasticity.strain(team, x, green_, stretch_);
   x_ = x;
   parallel_for(team, static_cast<Index>(elements_.size()), [&](Index t) {
-    const MembraneConstants& m = model_.constants[t];
+    const MembraneConstants& m = model_.constants_of(t);
     const double e11 = green_(t, 0), e22 = green_(t, 1), e12 = green_(t, 2);
     double s11 = m.a11 * e11 + m.a12 * e22, s22 = m.a22 * e22 + m.a12 * e11, s12 = 2.0 * m.g * e12;
     if (!limits_.empty()) {

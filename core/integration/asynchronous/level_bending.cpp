@@ -24,8 +24,10 @@ double longest_step(double eigenvalue, double damping, double safety) {
 }  // namespace
 
 BendingMesh::BendingMesh(const ClothModel& model, const ClothModel::BendingPart& part)
-    : part(part), edges(edge_table(model.n_vertices, part.setup.triangles)) {
-  const Triangles& own = part.setup.triangles;
+    : element(part.element),
+      setup(model.setup_of(part)),
+      edges(edge_table(model.n_vertices, setup.triangles)) {
+  const Triangles& own = setup.triangles;
   for (Index t = 0; t < model.triangles.rows(); ++t) {
     const auto next = static_cast<Index>(triangles.size());
     if (next < own.rows() && own.row(next) == model.triangles.row(t)) triangles.push_back(t);
@@ -34,13 +36,13 @@ BendingMesh::BendingMesh(const ClothModel& model, const ClothModel::BendingPart&
 
 BendingGroup::BendingGroup(const BendingMesh& mesh, const std::vector<Index>& acting,
                            const std::vector<double>& factors) {
-  BendingSubset subset = bending_subset(mesh.part.setup, mesh.edges, acting);
+  BendingSubset subset = bending_subset(mesh.setup, mesh.edges, acting);
   std::size_t next = 0;  // the subset lists its acting triangles in the order of `acting`
   for (std::size_t t = 0; t < subset.setup.acts.size() && !factors.empty(); ++t)
     if (subset.setup.acts[t]) subset.setup.rigidity[t] *= factors[next++];
   vertices_ = std::move(subset.vertices);
-  bending_ = mesh.part.element == BendingElement::Hinge ? make_hinge_bending(subset.setup)
-                                                        : make_midedge_bending(subset.setup);
+  bending_ = mesh.element == BendingElement::Hinge ? make_hinge_bending(subset.setup)
+                                                   : make_midedge_bending(subset.setup);
   for (const double beta : subset.setup.damping) damping_ = std::max(damping_, beta);
   x_ = Points::Zero(static_cast<Index>(vertices_.size()), 3);
   last_ = rate_ = force_ = x_;
@@ -117,7 +119,7 @@ LevelGroups::LevelGroups(const std::vector<BendingMesh>& meshes,
                          const std::vector<std::uint8_t>& levels) {
   const int finest = *std::max_element(levels.begin(), levels.end());
   for (const BendingMesh& mesh : meshes) {
-    const auto& damping = mesh.part.setup.damping;
+    const auto& damping = mesh.setup.damping;
     const bool united = *std::max_element(damping.begin(), damping.end()) == 0.0;
     int coarser = -1;
     for (int own = 0; own <= finest; ++own) {

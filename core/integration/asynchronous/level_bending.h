@@ -12,7 +12,8 @@ namespace loomstone {
 
 // The triangles of the model with one type of bending element, and the edges of their mesh.
 struct BendingMesh {
-  const ClothModel::BendingPart& part;
+  BendingElement element;
+  BendingSetup setup;
   EdgeTable edges;
   std::vector<Index> triangles;  // index in the model of each triangle of the part
 

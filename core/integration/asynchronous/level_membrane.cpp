@@ -31,7 +31,7 @@ Membrane make_membrane(const ClothModel& model, const std::vector<Index>& order)
   for (const Index t : order) {
     triangles.row(static_cast<Index>(corners.size())) = model.triangles.row(t);
     corners.push_back(model.corners[t]);
-    constants.push_back(model.constants[t]);
+    constants.push_back(model.constants_of(t));
   }
   return {model.n_vertices, triangles, corners, constants};
 }

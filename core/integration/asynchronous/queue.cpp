@@ -21,7 +21,7 @@ Membrane spread_membrane(const ClothModel& model) {
   for (Index i = 0; i < lanes * m; ++i) {
     triangles.row(i) = model.triangles.row(i / lanes);
     corners.push_back(model.corners[i / lanes]);
-    constants.push_back(model.constants[i / lanes]);
+    constants.push_back(model.constants_of(i / lanes));
   }
   return {model.n_vertices, triangles, corners, constants};
 }

@@ -98,11 +98,9 @@ void set_materials(const Scene& scene, const Joined& all, const Points& x, Model
   const Index m = static_cast<Index>(model.triangle_of.size());
   ClothModel& cloth = model.cloth;
   std::vector<double> density(m);
-  std::vector<MembraneConstants> constants;
   for (std::size_t c = 0; c < scene.cloths.size(); ++c)
-    constants.push_back(membrane_constants(scene.cloths[c].material,
-                                           item("cloths", c, scene.cloths[c].name) + ".material"));
-  cloth.constants.resize(m);
+    cloth.constants.push_back(membrane_constants(
+        scene.cloths[c].material, item("cloths", c, scene.cloths[c].name) + ".material"));
   cloth.strain_limit_of.assign(m, -1);
   std::vector<Index> limit_of_cloth(scene.cloths.size(), -1);
   for (std::size_t c = 0; c < scene.cloths.size(); ++c)
@@ -111,13 +109,10 @@ void set_materials(const Scene& scene, const Joined& all, const Points& x, Model
       cloth.strain_limits.push_back(*scene.cloths[c].strain_limit);
     }
   cloth.limited_by_edges = scene.limits.method == LimitMethod::Edges;
-  std::vector<std::vector<Index>> triangles_of_cloth(scene.cloths.size());
   for (Index t = 0; t < m; ++t) {
     const Index c = all.cloth_of_triangle[model.triangle_of[t]];
     density[t] = scene.cloths[c].material.density;
-    cloth.constants[t] = constants[c];
     cloth.strain_limit_of[t] = limit_of_cloth[c];
-    triangles_of_cloth[c].push_back(t);
   }
   cloth.mass = lumped_mass(cloth.n_vertices, cloth.triangles, cloth.corners, density);
   for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
@@ -127,18 +122,12 @@ void set_materials(const Scene& scene, const Joined& all, const Points& x, Model
     if (d.isZero(0.0)) continue;
     ClothModel::BendingPart part;
     part.element = description.bending;
-    const std::vector<Index>& list = triangles_of_cloth[c];
-    part.setup.rest_positions = x;
-    part.setup.triangles.resize(static_cast<Index>(list.size()), 3);
-    for (std::size_t i = 0; i < list.size(); ++i) {
-      part.setup.triangles.row(i) = cloth.triangles.row(list[i]);
-      part.setup.corners.push_back(cloth.corners[list[i]]);
-    }
-    part.setup.rigidity.assign(list.size(), d);
-    part.setup.damping.assign(list.size(), description.material.bending_damping);
-    part.setup.prescribed = cloth.prescribed;
-    part.setup.flat_rest = description.rest_angles == RestAngles::Flat;
-    cloth.bending.push_back(std::move(part));
+    part.cloth = static_cast<Index>(c);
+    part.rigidity = d;
+    part.damping = description.material.bending_damping;
+    part.flat_rest = description.rest_angles == RestAngles::Flat;
+    cloth.bending.push_back(part);
+    cloth.rest_positions = x;
   }
 }
 

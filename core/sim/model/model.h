@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/base/event_motion.h"
 #include "core/base/frame.h"
 #include "core/base/types.h"
@@ -53,6 +54,13 @@ struct Model {
   Index vertex_of_row(Index row) const {
     const auto found = std::find(row_of_vertex.begin(), row_of_vertex.end(), row);
     return static_cast<Index>(found - row_of_vertex.begin());
+  }
+  // Memory of the tables of cloth and of frames, without meshes of the scene [bytes].
+  std::size_t bytes() const {
+    std::size_t sum =
+        bytes_of(cloth, topology, row_of_vertex, triangle_of, prescribed, inverse_mass);
+    for (const PinScript& script : scripts) sum += bytes_of(script.rows, script.positions);
+    return sum;
   }
   Index n_bodies() const { return static_cast<Index>(bodies.size()); }
   Index n_rows() const { return cloth.n_vertices + 2 * n_bodies(); }

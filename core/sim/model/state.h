@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/base/types.h"
 #include "core/cloth/cloth_state.h"
 #include "core/collision/model/contact.h"
@@ -58,6 +59,11 @@ struct State {
   std::vector<std::uint8_t> pose_override;
   Points pose_position;
   Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> pose_orientation;
+
+  std::size_t bytes() const {
+    return bytes_of(cloth, contacts.anchors, obstacle_vertices, external_force, pin_override,
+                    pin_target, rigid.manifolds);
+  }
 };
 
 }  // namespace loomstone

@@ -1,10 +1,12 @@
 #include "core/sim/record/capture.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/cloth/limits/strain_limiter.h"
 #include "core/electrodynamics/coil_currents.h"
+#include "core/parallel/shared_work.h"
 #include "core/sim/model/motion.h"
 #include "core/sim/step/energies.h"
 #include "core/sim/step/energy_account.h"
@@ -13,20 +15,37 @@ namespace loomstone {
 
 namespace {
 
-void measure_strain(const Engines& engines, const Points& x, StrainReport& report) {
-  report = StrainReport{};
-  if (x.rows() == 0) return;
+// Collective if `elasticity` is divided among ranks.
+StrainReport largest_strain(const Engines& engines, Elasticity& elasticity, const Points& x) {
+  if (x.rows() == 0) return {};
   Points green;
   Vector stretch;
-  engines.elasticity->strain(engines.team, x, green, stretch);
-  report.stretch = stretch.maxCoeff();
-  report.weft = report.warp = -1.0;
-  for (Index t = 0; t < green.rows(); ++t) {
-    const Vec3 strain = corotational_strain(Vec3(green.row(t).transpose()));
-    report.weft = std::max(report.weft, strain[0]);
-    report.warp = std::max(report.warp, strain[1]);
-    report.shear = std::max(report.shear, std::abs(strain[2]));
-  }
+  elasticity.strain_of_rank(engines.team, x, green, stretch);
+  const auto of_rank = [&] {
+    std::array<double, 4> largest = {0.0, -1.0, -1.0, 0.0};
+    if (stretch.size() > 0) largest[0] = stretch.maxCoeff();
+    for (Index t = 0; t < green.rows(); ++t) {
+      const Vec3 strain = corotational_strain(Vec3(green.row(t).transpose()));
+      largest[1] = std::max(largest[1], strain[0]);
+      largest[2] = std::max(largest[2], strain[1]);
+      largest[3] = std::max(largest[3], std::abs(strain[2]));
+    }
+    return largest;
+  };
+  StrainReport report;
+  report.stretch = 0.0, report.weft = report.warp = -1.0;
+  const auto add = [&](const std::array<double, 4>& largest) {
+    report.stretch = std::max(report.stretch, largest[0]);
+    report.weft = std::max(report.weft, largest[1]);
+    report.warp = std::max(report.warp, largest[2]);
+    report.shear = std::max(report.shear, largest[3]);
+  };
+  if (!elasticity.divided())
+    add(of_rank());
+  else
+    for (const auto& largest : results_of_ranks(engines.layout.communicator(), of_rank))
+      add(largest);
+  return report;
 }
 
 // Sets the strain and stretch of each triangle, in the user's order. The positions `x` (n x 3) [m]
@@ -68,9 +87,11 @@ Points vertices_at(const Model& model, const State& state, const StepOutcome& ou
 
 }  // namespace
 
-void measure(const State& state, double time, const Engines& engines, StepReport& report) {
-  measure_energies(state, time, engines, report);
-  measure_strain(engines, state.cloth.x, report.strain);
+void measure(const State& state, double time, const Engines& engines, Measuring how,
+             StepReport& report) {
+  Elasticity& elasticity = engines.elasticity_for(how);
+  measure_energies(state, time, engines, elasticity, report);
+  report.strain = largest_strain(engines, elasticity, state.cloth.x);
   report_account(state, report);
 }
 

@@ -19,8 +19,10 @@ struct FrameTime {
 // contacts are those at the end of the step.
 Frame capture(const State& state, const StepOutcome& outcome, const Engines& engines, FrameTime at);
 
-// Sets the energies, strains and circuit values of a report for `state` at `time` [s].
-void measure(const State& state, double time, const Engines& engines, StepReport& report);
+// Sets the energies, strains and circuit values of a report for `state` at `time` [s]. Collective
+// with Measuring::Together.
+void measure(const State& state, double time, const Engines& engines, Measuring how,
+             StepReport& report);
 
 // Returns the magnetic force and torque on each body at `time` [s]. They are zero without magnets.
 std::vector<Wrench> magnetic_forces(const State& state, double time, const Engines& engines);

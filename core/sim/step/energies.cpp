@@ -56,7 +56,8 @@ double potential_energy(const Engines& engines, const Points& x) {
          engines.elasticity->bending_energy(engines.team, x);
 }
 
-void measure_energies(const State& state, double time, const Engines& engines, StepReport& report) {
+void measure_energies(const State& state, double time, const Engines& engines,
+                      Elasticity& elasticity, StepReport& report) {
   const Model& model = engines.model;
   const Points& x = state.cloth.x;
   EnergyReport& energy = report.energy;
@@ -66,9 +67,9 @@ void measure_energies(const State& state, double time, const Engines& engines, S
   measure_circuits(model, state.magnetic.circuits, report.circuits);
   energy.magnetic = magnetic_energy(state, time, engines);
   if (model.cloth.n_vertices == 0) return;
-  energy.membrane = engines.elasticity->membrane_energy(engines.team, x);
-  energy.bending = engines.elasticity->bending_energy(engines.team, x);
-  energy.contact = contact_energies(state, time, engines).back();
+  energy.membrane = elasticity.membrane_energy(engines.team, x);
+  energy.bending = elasticity.bending_energy(engines.team, x);
+  energy.contact = contact_energies(state, time, engines, elasticity).back();
 }
 
 }  // namespace loomstone

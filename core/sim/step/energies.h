@@ -7,10 +7,13 @@
 
 namespace loomstone {
 
-// Sets the energies and circuit values of a report for `state` at `time` [s].
-void measure_energies(const State& state, double time, const Engines& engines, StepReport& report);
+// Sets the energies and circuit values of a report for `state` at `time` [s]. Collective if
+// `elasticity` is divided among ranks; see Engines::elasticity_for().
+void measure_energies(const State& state, double time, const Engines& engines,
+                      Elasticity& elasticity, StepReport& report);
 
 // Kinetic energy of cloth with the velocities v, and its elastic and gravitational energy at x [J].
+// potential_energy() is collective.
 double kinetic_energy(const Engines& engines, const Points& v);
 double potential_energy(const Engines& engines, const Points& x);
 

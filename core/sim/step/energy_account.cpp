@@ -57,7 +57,7 @@ void begin_account(const Engines& engines, State& state) {
   if (state.account.begun) return;
   StepReport report;
   know_contacts(state, engines);
-  measure_energies(state, state.time, engines, report);
+  measure_energies(state, state.time, engines, *engines.elasticity, report);
   state.account = {};
   state.account.begun = true;
   state.account.start = total_energy(report);
@@ -109,14 +109,15 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
   if (part.length <= least) return part.length;
   const EnergyAccount& account = state.account;
   const double tolerated = gain_tolerance * *engines.accuracy * account.largest_kinetic;
-  const double energy = contact_energies(state, part.t1, engines).back();
+  Elasticity& elasticity = *engines.elasticity;
+  const double energy = contact_energies(state, part.t1, engines, elasticity).back();
   if (energy - near.contact_terms.energy() <= tolerated) return part.length;
   StepReport report;
-  measure_energies(state, part.t1, engines, report);
+  measure_energies(state, part.t1, engines, elasticity, report);
   const double gain = gain_of(account, report) - account.start_of_contacts;
   if (gain + energy <= tolerated) return part.length;
   const std::vector<double> energies =
-      contact_energies(state, part.t1, engines, &loads.x0, part.length);
+      contact_energies(state, part.t1, engines, elasticity, &loads.x0, part.length);
   int longest = part.length;
   while (longest > least && gain + energies[longest - 1] > aim * tolerated) --longest;
   return longest;

@@ -30,7 +30,11 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Wor
       busy(team.threads, 0.0),
       collision_team(team) {
   collision_team.busy = busy.data();
-  elasticity = std::make_unique<Elasticity>(model.cloth, bending_treatment(options, model.cloth));
+  const BendingTreatment bending = bending_treatment(options, model.cloth);
+  // Asynchronous steps evaluate elements of all triangles on every rank.
+  elasticity = options.is<Asynchronous>()
+                   ? std::make_unique<Elasticity>(model.cloth, bending)
+                   : std::make_unique<Elasticity>(model.cloth, bending, layout);
   integrator = make_integrator(options, model.cloth, *elasticity);
   if (model.scene.collisions && model.cloth.n_vertices > 0)
     collision = std::make_unique<CollisionStage>(model.collision, workers.decomposition,
@@ -56,6 +60,12 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Wor
   limits_after_solve = !options.is<Asynchronous>();
   limits_in_solve = integrator->implicit() && model.scene.limits.in_solve &&
                     model.scene.limits.method != LimitMethod::Edges;
+}
+
+Elasticity& Engines::elasticity_for(Measuring how) const {
+  if (how == Measuring::Together || !elasticity->divided()) return *elasticity;
+  if (!all_elements) all_elements = elasticity->whole();
+  return *all_elements;
 }
 
 }  // namespace loomstone

@@ -28,6 +28,10 @@ struct Workers {
   Decomposition decomposition = Decomposition::Predicted;
 };
 
+// How ranks measure energies and strains. Together: all ranks take part, and each evaluates its own
+// elements. Alone: this rank evaluates all elements without the others.
+enum class Measuring { Together, Alone };
+
 struct Engines {
   Engines(const Model& model, const IntegratorOptions& options, const Workers& workers,
           const State& state);
@@ -37,7 +41,10 @@ struct Engines {
   Team team;
   std::vector<double> busy;  // (threads) time of each thread in collision loops of this step [s]
   Team collision_team;       // the same threads; their time is added to `busy`
-  std::unique_ptr<Elasticity> elasticity;
+  std::unique_ptr<Elasticity> elasticity;  // elements of this rank
+  // Elements of all ranks, which a rank makes when it measures alone for the first time.
+  mutable std::unique_ptr<Elasticity> all_elements;
+  Elasticity& elasticity_for(Measuring how) const;
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<CollisionStage> collision;  // null: nothing collides
   // Null: the integrator has no events, or nothing collides.

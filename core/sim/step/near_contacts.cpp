@@ -60,6 +60,14 @@ bool pressed(const std::vector<Contact>& contacts) {
                      [](const Contact& c) { return c.distance < 0.5 * c.thickness; });
 }
 
+// Gathers cloth rows (n x 3) from the ranks that own them. Collective.
+void gather_cloth(const Engines& engines, Points& table) {
+  Points rows = Points::Zero(engines.model.n_rows(), 3);
+  rows.topRows(table.rows()) = table;
+  engines.layout.gather(rows.data(), 3);
+  table = rows.topRows(table.rows());
+}
+
 // Elastic and external forces on cloth at the start of the part [N]; no rows if no contact is
 // pressed.
 Points pressing_forces(const Loads& loads, const std::vector<Contact>& contacts, Engines& engines) {
@@ -67,12 +75,11 @@ Points pressing_forces(const Loads& loads, const std::vector<Contact>& contacts,
   const Index n = engines.model.cloth.n_vertices;
   const Index begin = std::min(engines.layout.begin(), n), end = std::min(engines.layout.end(), n);
   const Points x = loads.x0.topRows(n), none = Points::Zero(n, 3);
-  Points force = Points::Zero(engines.model.n_rows(), 3);
-  force.topRows(n) = loads.force;
+  Points force = loads.force;
   engines.elasticity->add_implicit_forces(engines.team, x, nullptr, begin, end, force);
   engines.elasticity->add_explicit_bending(engines.team, x, none, begin, end, force);
-  engines.layout.gather(force.data(), 3);
-  return force.topRows(n);
+  if (!engines.layout.single()) gather_cloth(engines, force);
+  return force;
 }
 
 // Registers the pairs that the integrator handles at events.
@@ -134,7 +141,7 @@ void know_contacts(const State& state, const Engines& engines) {
 }
 
 std::vector<double> contact_energies(const State& state, double time, const Engines& engines,
-                                     const Points* x0, int n_parts) {
+                                     Elasticity& elasticity, const Points* x0, int n_parts) {
   std::vector<double> none(n_parts, 0.0);
   if (!engines.collision || !engines.contacts_in_solve) return none;
   const Model& model = engines.model;
@@ -145,11 +152,16 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
       engines.collision->proximity_alone(engines.team, x, tangle);
   if (contacts.empty()) return none;
   if (pressed(contacts)) {
-    const Rows all{0, model.cloth.n_vertices};
-    find_cloth_forces(time, state, engines, all, forces);
+    const Index n = model.cloth.n_vertices;
+    const bool divided = elasticity.divided();
+    const Rows rows =
+        divided ? Rows{std::min(engines.layout.begin(), n), std::min(engines.layout.end(), n)}
+                : Rows{0, n};
+    find_cloth_forces(time, state, engines, rows, forces);
     const Points &y = state.cloth.x, still = Points::Zero(y.rows(), 3);
-    engines.elasticity->add_implicit_forces(engines.team, y, nullptr, 0, all.end, forces);
-    engines.elasticity->add_explicit_bending(engines.team, y, still, 0, all.end, forces);
+    elasticity.add_implicit_forces(engines.team, y, nullptr, rows.begin, rows.end, forces);
+    elasticity.add_explicit_bending(engines.team, y, still, rows.begin, rows.end, forces);
+    if (divided) gather_cloth(engines, forces);
   }
   const ContactEnergyInputs inputs{x, x0 ? *x0 : x, model.inverse_mass, forces, n_parts};
   return engines.collision->energies(inputs, contacts, state.contacts);

@@ -37,9 +37,10 @@ void know_contacts(const State& state, const Engines& engines);
 // would find. If positions x0 are given, the motion from x0 to `state` is divided into `n_parts`
 // intervals of equal length, and the result has the energy at the end of each interval. All of
 // these energies but the last are estimates. If contacts are not part of the solve, the energies
-// are 0. Every rank computes the energies by itself, slowly unless know_contacts() was called.
+// are 0. Slow unless know_contacts() was called. Collective if `elasticity` is divided among ranks.
 std::vector<double> contact_energies(const State& state, double time, const Engines& engines,
-                                     const Points* x0 = nullptr, int n_parts = 1);
+                                     Elasticity& elasticity, const Points* x0 = nullptr,
+                                     int n_parts = 1);
 
 // Returns the pairs of features that are closer than their thickness in the present state, sorted
 // by (kind, a, b); empty if nothing collides. All ranks must call this function.

@@ -146,4 +146,15 @@ void Stepper::finish(const StepSpan& span, State& state, StepOutcome& outcome) {
   }
 }
 
+std::size_t Stepper::step_bytes() const {
+  return bytes_of(loads_.x0, loads_.v0, loads_.target, loads_.next_obstacles, loads_.force,
+                  near_.v0, near_.last_change, solved_.x, solved_.v) +
+         engines_.integrator->memory().vectors + bytes_of(engines_.error);
+}
+
+std::size_t Stepper::contact_bytes() const {
+  return bytes_of(near_.contacts, near_.repelled, near_.terms, near_.contact_terms) +
+         (engines_.collision ? engines_.collision->contact_bytes() : 0);
+}
+
 }  // namespace loomstone

@@ -23,6 +23,9 @@ class Stepper {
   void advance(State& state, StepOutcome& outcome);
 
   Engines& engines() { return engines_; }
+  // Memory of the data of a step, and of its contacts and terms [bytes].
+  std::size_t step_bytes() const;
+  std::size_t contact_bytes() const;
 
  private:
   PartResult run_stages(const StepContext& part, State& state, StepOutcome& outcome);

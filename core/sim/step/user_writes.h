@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/base/bytes.h"
 #include "core/parallel/row_layout.h"
 #include "core/sim/model/model.h"
 #include "core/sim/model/state.h"
@@ -27,7 +28,8 @@ class UserWrites {
   // Returns what users have written on all ranks together. Collective.
   Kind settle(const RowLayout& layout, State& state);
   void forget() { written_ = Nothing; }  // call it after all of the state was replaced
-  void remember(const State& state);     // copies the state after a step for later comparison
+  std::size_t bytes() const { return bytes_of(x_, v_); }
+  void remember(const State& state);  // copies the state after a step for later comparison
 
  private:
   bool watching_ = false;

@@ -21,10 +21,8 @@ bool is_damped(const ClothModel& cloth) {
     return c.lambda_d != 0.0 || c.mu_d != 0.0;
   };
   if (std::any_of(cloth.constants.begin(), cloth.constants.end(), viscous)) return true;
-  return std::any_of(cloth.bending.begin(), cloth.bending.end(), [](const auto& part) {
-    return std::any_of(part.setup.damping.begin(), part.setup.damping.end(),
-                       [](double damping) { return damping > 0.0; });
-  });
+  return std::any_of(cloth.bending.begin(), cloth.bending.end(),
+                     [](const auto& part) { return part.damping > 0.0; });
 }
 
 // Sums term(row) over all cloth rows. Each rank evaluates the rows that it owns.

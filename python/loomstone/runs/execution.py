@@ -82,6 +82,7 @@ def execute(
             "ranks": simulation.ranks,
             "decomposition": simulation.decomposition,
             "hierarchy_bytes": simulation.hierarchy_bytes,
+            "memory_bytes": simulation.memory_bytes,
             "digest": simulation.digest(),
         }
         with together(ranks):

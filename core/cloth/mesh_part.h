@@ -1,0 +1,38 @@
+// Division of the elements of a mesh among ranks. A rank stores all elements that touch its rows,
+// because it computes their forces and stiffness. It also stores the triangles over which it sums
+// energies and errors.
+#pragma once
+
+#include <vector>
+
+#include "core/base/types.h"
+#include "core/parallel/row_layout.h"
+#include "core/parallel/shared_work.h"
+
+namespace loomstone {
+
+// The part of a mesh of which elements are stored: all triangles that touch `rows`, and all of
+// `triangles`.
+struct MeshPart {
+  IndexRange rows, triangles;
+
+  bool contains(const Triangles& mesh, Index triangle) const {
+    return triangles.contains(triangle) || rows.contains(mesh(triangle, 0)) ||
+           rows.contains(mesh(triangle, 1)) || rows.contains(mesh(triangle, 2));
+  }
+};
+
+// Returns the first triangle of each rank, followed by the number of triangles. Ranges of triangles
+// start at multiples of rows_per_block, so that blocks of triangles are summed as on one rank. If
+// triangles are sorted by their smallest row, most of them touch rows of their rank.
+std::vector<Index> first_triangles(const Triangles& triangles, const RowLayout& layout);
+
+// Returns the part of a rank. `first` is the result of first_triangles().
+MeshPart part_of_rank(const RowLayout& layout, const std::vector<Index>& first);
+
+// Completes sums over blocks of rows_per_block triangles: each rank contributes those of its
+// triangles. Collective.
+void gather_block_sums(const RowLayout& layout, const std::vector<Index>& first,
+                       std::vector<double>& sums);
+
+}  // namespace loomstone

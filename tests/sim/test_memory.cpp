@@ -1,0 +1,117 @@
+// Claims about the memory of a simulation: ranks store their share of it, and it is all counted.
+#include <catch2/catch.hpp>
+
+#include <map>
+
+#include <malloc.h>
+
+#include "core/mesh/generators.h"
+#include "tests/sim/sim_support.h"
+#include "tests/support/thread_ranks.h"
+
+using namespace loomstone;
+
+namespace {
+
+// Two sheets that fall onto a ball and onto each other. The lower one has a pin.
+Scene sheets(Index cells) {
+  Scene scene;
+  for (int i = 0; i < 2; ++i) {
+    Cloth cloth;
+    const double height = 0.102 + 0.003 * i;
+    cloth.mesh = test::share(grid_cells(0.3, 0.3, cells + i, cells).moved({0.0, 0.0, height}));
+    cloth.velocities =
+        Vec3(0.0, 0.0, -0.5 - 0.2 * i).transpose().replicate(cloth.mesh->n_vertices(), 1);
+    cloth.material.bending_weft = cloth.material.bending_warp = 1e-5;
+    if (i == 0) cloth.pins = {0};
+    scene.cloths.push_back(cloth);
+  }
+  Obstacle ball;
+  ball.mesh = test::share(icosphere(0.1, 2));
+  scene.obstacles.push_back(ball);
+  return scene;
+}
+
+struct Ran {
+  Checkpoint state;
+  StepReport report;
+  std::map<std::string, std::size_t> bytes;  // of the rank that occupies most
+};
+
+Ran run(const Scene& scene, const IntegratorOptions& options, int n_ranks, int steps) {
+  std::vector<Ran> of_ranks(n_ranks);
+  test::on_ranks(n_ranks, [&](const std::shared_ptr<const Communicator>& ranks) {
+    Simulation simulation(scene, options, 1, ranks);
+    for (int i = 0; i < steps; ++i) simulation.step();
+    Ran& own = of_ranks[ranks->rank()];
+    own.report = simulation.report();
+    own.state = simulation.checkpoint();
+    for (const auto& part : simulation.memory()) own.bytes[part.name] = part.bytes;
+  });
+  for (const Ran& other : of_ranks)
+    for (auto& [name, bytes] : of_ranks[0].bytes) bytes = std::max(bytes, other.bytes.at(name));
+  return of_ranks[0];
+}
+
+}  // namespace
+
+TEST_CASE("ranks that store a part of the elements compute the same bits as one rank") {
+  const Scene scene = sheets(20);
+  std::vector<IntegratorOptions> all;
+  for (const char* method :
+       {"semi-implicit-euler", "bdf-2", "backward-euler", "symplectic-euler"}) {
+    const bool is_explicit = method[0] == 's' && method[1] == 'y';
+    all.push_back(test::step_of(is_explicit ? 2e-5 : 4e-3, method));
+    if (!is_explicit) all.back().implicit()->bending = BendingInStep::Implicit;
+  }
+  all.push_back(test::step_of(4e-3));
+  all.back().implicit()->bending = BendingInStep::Explicit;
+  for (const IntegratorOptions& options : all) {
+    const Ran one = run(scene, options, 1, 4);
+    REQUIRE(one.report.contacts.near > 0);
+    for (const int n : {2, 3, 7}) {
+      CAPTURE(options.name(), n);
+      const Ran divided = run(scene, options, n, 4);
+      CHECK(test::same(divided.state, one.state));
+      CHECK(divided.report.energy.membrane == one.report.energy.membrane);
+      CHECK(divided.report.energy.bending == one.report.energy.bending);
+      CHECK(divided.report.energy.contact == one.report.energy.contact);
+      CHECK(divided.report.strain.stretch == one.report.strain.stretch);
+      CHECK(divided.report.strain.shear == one.report.strain.shear);
+    }
+  }
+}
+
+TEST_CASE("the memory of elements, matrix and solver falls with the number of ranks") {
+  const Scene scene = sheets(60);
+  const auto owned = [&](int n_ranks) {
+    const Ran ran = run(scene, test::step_of(4e-3), n_ranks, 2);
+    std::size_t sum = 0;
+    for (const char* part : {"membrane", "bending", "matrix", "solver", "preconditioner"})
+      sum += ran.bytes.at(part);
+    return static_cast<double>(sum);
+  };
+  const double one = owned(1), two = owned(2), four = owned(4);
+  CAPTURE(one, two, four);
+  // Beside its share, a rank stores elements along its boundary and some vectors of all rows.
+  CHECK(two < 0.65 * one);
+  CHECK(four < 0.42 * one);
+}
+
+TEST_CASE("the parts of the memory add up to what the simulation has allocated") {
+  const auto allocated = [] {
+    const struct mallinfo2 info = mallinfo2();
+    return static_cast<double>(info.uordblks + info.hblkhd);
+  };
+  const Scene scene = sheets(60);
+  const double before = allocated();
+  Simulation simulation(scene, test::step_of(4e-3), 1);
+  for (int i = 0; i < 3; ++i) simulation.step();
+  double counted = 0.0;
+  for (const auto& part : simulation.memory()) counted += static_cast<double>(part.bytes);
+  const double used = allocated() - before;
+  CAPTURE(counted, used);
+  // Small objects and the copy of the scene are not counted.
+  CHECK(counted > 0.9 * used);
+  CHECK(counted < 1.02 * used);
+}
