@@ -18,6 +18,16 @@ void begin_outcome(std::int64_t step, Index n_vertices, StepOutcome& outcome) {
   outcome.broken.clear();
 }
 
+RankWork work_of_step(const Communicator& ranks, const Traffic& before, double wall,
+                      const RankReport& report) {
+  const Traffic after = ranks.traffic();
+  return {wall,
+          report.collision_computing,
+          report.collision_waiting,
+          {after.waiting - before.waiting, after.bytes - before.bytes,
+           after.operations - before.operations}};
+}
+
 RankReport summary_of(const Communicator& ranks, const RankWork& own) {
   const std::vector<RankWork> all = results_of_ranks(ranks, [&] { return own; });
   RankReport report;

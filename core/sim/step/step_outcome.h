@@ -48,6 +48,11 @@ struct RankWork {
   Traffic traffic;
 };
 
+// Returns the work of this rank in a step of length `wall` [s] that began with the traffic
+// `before`. The times of collisions are those of `report`.
+RankWork work_of_step(const Communicator& ranks, const Traffic& before, double wall,
+                      const RankReport& report);
+
 // Collective. Summarises what the ranks did in a step.
 RankReport summary_of(const Communicator& ranks, const RankWork& own);
 

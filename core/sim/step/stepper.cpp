@@ -18,14 +18,6 @@
 
 namespace loomstone {
 
-namespace {
-
-Traffic between(const Traffic& start, const Traffic& end) {
-  return {end.waiting - start.waiting, end.bytes - start.bytes, end.operations - start.operations};
-}
-
-}  // namespace
-
 Stepper::Stepper(const Model& model, const IntegratorOptions& options, StepChoice steps,
                  const Workers& workers, const State& state)
     : steps_(steps),
@@ -35,8 +27,8 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, StepChoic
 void Stepper::advance(State& state, StepOutcome& outcome) {
   const Communicator& ranks = engines_.layout.communicator();
   const Traffic traffic_before = ranks.traffic();
-  RankWork work;
-  std::optional<StageTimer> timer(work.wall);
+  double wall = 0.0;
+  std::optional<StageTimer> timer(wall);
   state.rigid.manifolds.clear();  // manifolds are saved again when needed
   const EnergyAccount before = state.account;
   begin_account(engines_, state);
@@ -53,10 +45,8 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
     finish(span, state, outcome);
     threads_.stop();
     timer.reset();
-    work.traffic = between(traffic_before, ranks.traffic());
-    work.collision_computing = outcome.report.ranks.collision_computing;
-    work.collision_waiting = outcome.report.ranks.collision_waiting;
-    outcome.report.ranks = summary_of(ranks, work);
+    RankReport& of_ranks = outcome.report.ranks;
+    of_ranks = summary_of(ranks, work_of_step(ranks, traffic_before, wall, of_ranks));
   } catch (const SolverFailure& failure) {
     return_to_state(outcome.start, engines_, state);
     state.account = before;

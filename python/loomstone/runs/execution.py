@@ -73,21 +73,27 @@ def execute(
             raise Interrupted(number)
         report = {
             "frames": n_frames,
-            "steps": simulation.step_index,
-            "time": simulation.time,
             "wall_seconds": time.perf_counter() - began,
             "steps_of_this_process": simulation.step_index - first_step,
-            "preparation_seconds": simulation.preparation_seconds,
-            "threads": simulation.threads,
-            "ranks": simulation.ranks,
-            "decomposition": simulation.decomposition,
-            "hierarchy_bytes": simulation.hierarchy_bytes,
-            "memory_bytes": simulation.memory_bytes,
-            "digest": simulation.digest(),
-        }
+        } | _end_of(simulation)
         with together(ranks):
             report = writer.finish(report)
         return report
+
+
+def _end_of(simulation: Any) -> dict[str, Any]:
+    """Returns what report.json says about the simulation at the end of a run."""
+    return {
+        "steps": simulation.step_index,
+        "time": simulation.time,
+        "preparation_seconds": simulation.preparation_seconds,
+        "threads": simulation.threads,
+        "ranks": simulation.ranks,
+        "decomposition": simulation.decomposition,
+        "hierarchy_bytes": simulation.hierarchy_bytes,
+        "memory_bytes": simulation.memory_bytes,
+        "digest": simulation.digest(),
+    }
 
 
 def _metadata_text(simulation: Any, metadata: dict[str, Any]) -> str:
