@@ -6,7 +6,7 @@
 #include "core/base/bytes.h"
 #include "core/cloth/cloth_model.h"
 #include "core/cloth/membrane/membrane.h"
-#include "core/cloth/mesh_part.h"
+#include "core/parallel/mesh_part.h"
 #include "core/parallel/row_layout.h"
 
 namespace loomstone {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/cloth/bending/bending.h"
-#include "core/cloth/mesh_part.h"
+#include "core/parallel/mesh_part.h"
 
 namespace loomstone {
 

@@ -14,9 +14,9 @@
 #include "core/cloth/material/material.h"
 #include "core/cloth/membrane/limit_modes.h"
 #include "core/cloth/membrane/membrane_kernels.h"
-#include "core/cloth/mesh_part.h"
 #include "core/linalg/block_matrix.h"
 #include "core/mesh/triangle_mesh.h"
+#include "core/parallel/mesh_part.h"
 #include "core/parallel/team.h"
 
 namespace loomstone {

@@ -174,17 +174,15 @@ def test_vtk_reads_the_bodies(run: pathlib.Path) -> None:
 
 
 def test_reports_are_a_table_with_named_columns(run: pathlib.Path) -> None:
-    reports = stored(run / "run.vtkhdf", "loomstone/reports")
-    steps = np.arange(1, (N_FRAMES - 1) * STEPS_PER_FRAME + 1)
-    assert np.array_equal(reports["step"], steps)
-    names = reports.dtype.names
-    # The values of the example depend on the places of their columns, counted from 1.
-    assert np.array_equal(
-        reports["contacts.near"], (names.index("contacts.near") + 1) * steps % 1009
-    )
-    place = names.index("seconds.integrate") + 1
+    frames = stored(run / "run.vtkhdf", "loomstone/frames")
+    steps = np.arange(N_FRAMES) * STEPS_PER_FRAME
+    assert np.array_equal(frames["frame_step"], steps) and np.array_equal(frames["step"], steps)
+    names = frames.dtype.names  # frame_step, then the columns of the report
+    # The values of the example depend on the places of their columns in the report, counted from 1.
+    assert np.array_equal(frames["contacts.near"], names.index("contacts.near") * steps % 1009)
+    place = names.index("seconds.integrate")
     np.testing.assert_allclose(
-        reports["seconds.integrate"], np.sin(place * (1.0 + steps)), atol=1e-14
+        frames["seconds.integrate"], np.sin(place * (1.0 + steps)), atol=1e-14
     )
 
 

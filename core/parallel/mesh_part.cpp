@@ -1,4 +1,4 @@
-#include "core/cloth/mesh_part.h"
+#include "core/parallel/mesh_part.h"
 
 #include <algorithm>
 
