@@ -13,10 +13,9 @@ namespace loomstone {
 
 struct Certified {
   PartResult result;
-  bool moved = false;    // limiting or certification moved cloth
-  double limited = 0.0;  // energy that limiting removed from cloth [J]
-  std::optional<LimitReport>
-      limits;  // report after limiting; empty if vertices moved after limiting
+  bool moved = false;                 // limiting or certification moved cloth
+  double limited = 0.0;               // energy that limiting removed from cloth [J]
+  std::optional<LimitReport> limits;  // after limiting; empty if vertices have moved after it
 };
 
 Certified limit_and_certify(const StepContext& part, const Loads& loads, const NearContacts& near,

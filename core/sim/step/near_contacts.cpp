@@ -1,4 +1,5 @@
 #include "core/sim/step/near_contacts.h"
+#include "core/sim/step/user_writes.h"
 
 #include <algorithm>
 #include <utility>
@@ -60,14 +61,6 @@ bool pressed(const std::vector<Contact>& contacts) {
                      [](const Contact& c) { return c.distance < 0.5 * c.thickness; });
 }
 
-// Gathers cloth rows (n x 3) from the ranks that own them. Collective.
-void gather_cloth(const Engines& engines, Points& table) {
-  Points rows = Points::Zero(engines.model.n_rows(), 3);
-  rows.topRows(table.rows()) = table;
-  engines.layout.gather(rows.data(), 3);
-  table = rows.topRows(table.rows());
-}
-
 // Elastic and external forces on cloth at the start of the part [N]; no rows if no contact is
 // pressed.
 Points pressing_forces(const Loads& loads, const std::vector<Contact>& contacts, Engines& engines) {
@@ -78,7 +71,7 @@ Points pressing_forces(const Loads& loads, const std::vector<Contact>& contacts,
   Points force = loads.force;
   engines.elasticity->add_implicit_forces(engines.team, x, nullptr, begin, end, force);
   engines.elasticity->add_explicit_bending(engines.team, x, none, begin, end, force);
-  if (!engines.layout.single()) gather_cloth(engines, force);
+  gather_rows(engines.layout, force);
   return force;
 }
 
@@ -161,7 +154,7 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
     const Points &y = state.cloth.x, still = Points::Zero(y.rows(), 3);
     elasticity.add_implicit_forces(engines.team, y, nullptr, rows.begin, rows.end, forces);
     elasticity.add_explicit_bending(engines.team, y, still, rows.begin, rows.end, forces);
-    if (divided) gather_cloth(engines, forces);
+    if (divided) gather_rows(engines.layout, forces);
   }
   const ContactEnergyInputs inputs{x, x0 ? *x0 : x, model.inverse_mass, forces, n_parts};
   return engines.collision->energies(inputs, contacts, state.contacts);
