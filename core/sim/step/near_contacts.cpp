@@ -1,10 +1,10 @@
 #include "core/sim/step/near_contacts.h"
-#include "core/sim/step/user_writes.h"
 
 #include <algorithm>
 #include <utility>
 
 #include "core/sim/model/motion.h"
+#include "core/sim/step/user_writes.h"
 
 namespace loomstone {
 
