@@ -130,8 +130,7 @@ void check_no_overlap(const std::vector<MagneticBody>& bodies,
   if (wires_meet(bodies[first], bodies[second]))
     fail<InvalidInput>(
         "thin wires must lie apart, because the force between them is infinite where they meet, "
-        "but "
-        "{} meets {}; move one of them",
+        "but {} meets {}; move one of them",
         names[first], names[second]);
   fail<InvalidInput>("magnets must lie apart to exert forces, but {} overlaps {}; move one of them",
                      names[first], names[second]);
