@@ -41,33 +41,36 @@ LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* ma
   }
 }
 
-// Returns true if each row sum R is a multiple of the identity, up to rounding to Scalar. Lumped
+// Returns the lanes whose row sum R is a multiple of the identity, up to rounding to Scalar. Lumped
 // masses have this property.
 template <class Scalar, class Lanes>
-LOOMSTONE_INLINE bool is_scalar(const Lanes r[9]) {
+LOOMSTONE_INLINE MaskOf<Lanes> scalar_lanes(const Lanes r[9]) {
   const Lanes rounding = 0.5 * std::numeric_limits<Scalar>::epsilon() * lanes_max(r[0], -r[0]);
   MaskOf<Lanes> scalar = rounding >= 0.0;
   for (int e = 1; e < 9; ++e) {
     const Lanes other = e % 4 == 0 ? r[e] - r[0] : r[e];
     scalar &= lanes_max(other, -other) <= rounding;
   }
-  return !lanes_any(~scalar);
+  return scalar;
 }
 
 // Copies the blocks of a slice to `values`. Writes the row sums R to `out`; each R is the diagonal
-// block in `sums` plus the copied blocks of the row. Returns true if each R is a multiple of the
-// identity. In this case, `out` contains only the factors.
+// block in `sums` plus the copied blocks of the row. An R that is nearly a multiple of the identity
+// becomes one, whatever the other rows of the slice are. Returns true if this applies to all rows.
+// In this case, `out` contains only the factors.
 template <class Lanes, class Scalar>
 LOOMSTONE_INLINE bool copy_slice(Index n, const Index* sources, const double* matrix,
                                  const double* sums, Scalar* values, Scalar* out) {
   Lanes r[9];
   for (int e = 0; e < 9; ++e) r[e] = lanes_load<Lanes>(sums + 8 * e);
   copy_slots(n, sources, matrix, values, r);
-  if (is_scalar<Scalar>(r)) {
+  const MaskOf<Lanes> scalar = scalar_lanes<Scalar>(r);
+  if (!lanes_any(~scalar)) {
     store_as(out, r[0]);
     return true;
   }
-  for (int e = 0; e < 9; ++e) store_as(out + 8 * e, r[e]);
+  for (int e = 0; e < 9; ++e)
+    store_as(out + 8 * e, lanes_select(scalar, e % 4 == 0 ? r[0] : Lanes{}, r[e]));
   return false;
 }
 

@@ -71,8 +71,6 @@ TEST_CASE("ranks that store a part of the elements compute the same bits as one 
     const Ran one = run(scene, options, 1, steps);
     REQUIRE(one.report.contacts.near > 0);
     for (const int n : {2, 3, 7}) {
-      // Newton's method differs on seven ranks, also with all elements on every rank.
-      if (n == 7 && options.is<NonlinearMidpoint>()) continue;
       CAPTURE(options.name(), n);
       const Ran divided = run(scene, options, n, steps);
       CHECK(test::same(divided.state, one.state));
