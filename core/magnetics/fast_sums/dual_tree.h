@@ -15,7 +15,7 @@
 namespace loomstone {
 
 // Approximate number of subtrees that are traversed as separate tasks. It does not depend on the
-// number of threads.
+// number of threads, so that the result does not either.
 inline constexpr std::size_t most_tasks = 256;
 
 // Returns the rows in the order of a tree.

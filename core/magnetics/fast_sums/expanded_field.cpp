@@ -102,9 +102,9 @@ ExpandedField::Sorted ExpandedField::sorted(const Vec3& centre, double radius,
   return result;
 }
 
-// A cube becomes a leaf if few groups are near it or if it is smaller than these groups. For a
-// magnet with 1,800 faces, leaves of half the size would speed up evaluation by a fifth, but would
-// need four times the setup time and memory.
+// A cube becomes a leaf if at most few() groups are near it, or if its radius is less than 0.6 of
+// their mean radius. For a magnet with 1,800 faces, leaves of half the size would speed up
+// evaluation by a fifth, but would need four times the setup time and memory.
 void ExpandedField::divide(Index cube, const std::vector<Index>& candidates,
                            const std::vector<double>& inherited) {
   const Vec3 centre = cubes_[cube].centre;

@@ -66,7 +66,7 @@ struct Tracer {
   Vec3 x = Vec3::Zero(), tangent = Vec3::Zero();  // current position, tangent at the seed
   double sign = 1.0, step = 0.0, length = 0.0;
   Index origin = 0;                    // index of the seed
-  bool inside = false, close = false;  // in a body, in its layer or in it
+  bool inside = false, close = false;  // in a body; in a body or its layer
   bool away = false, done = false;     // away from its seed, ended
   LineEnd end = LineEnd::length;
   std::vector<Vec3> points;
@@ -137,8 +137,8 @@ class LineTracing {
     return nullptr;
   }
 
-  // Ends a line at the first point at(t) that a body holds, where t is in (low, high]. A body holds
-  // at(high).
+  // Ends a line at the point at(t) where it enters a body, or its layer if `holds` tests for this,
+  // with t in (low, high]. The point at(high) must lie in the body or layer.
   template <class At>
   Vec3 end_at_body(Tracer& line, double low, double high, Test holds, At&& at) const {
     for (int i = 0; i < 40; ++i) {
@@ -175,7 +175,7 @@ class LineTracing {
     for (int i = 0; i < 7; ++i) error += h * error_weights[i] * line.k[i];
     const double turn = std::acos(std::clamp(line.k[0].dot(line.k[6]), -1.0, 1.0));
     // A line has a corner where it crosses a surface. The turn is therefore not limited in steps
-    // shorter than the tolerance.
+    // shorter than the allowed error.
     const double share =
         std::max(error.norm() / allowed, h > allowed ? std::pow(turn / coarsest, 5) : 0.0);
     const double factor = std::clamp(0.9 * std::pow(std::max(share, 1e-10), -0.2), 0.2, 4.0);

@@ -45,8 +45,8 @@ FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& 
                              const LineSeeds& seeds, const LineOptions& options);
 
 // Returns `lines` seeds that each represent the same flux. They lie where flux leaves the surfaces
-// of solid bodies, and on the discs bounded by loops, solenoids and closed polylines. Throws
-// InvalidInput if there are no such bodies.
+// of solid bodies, on a disc inside each loop and solenoid, and on a surface inside each closed
+// polyline. Throws InvalidInput if there are no such bodies or if no flux passes through them.
 LineSeeds flux_seeds(const Team& team, const std::vector<MagneticBody>& bodies, const Vec3& uniform,
                      Index lines);
 

@@ -35,10 +35,10 @@ struct KnownField {
 // Returns the wrench on every body exerted by all others. The error of each pair is at most
 // `tolerance` times the largest force of any pair or on any single dipole. Single dipoles, which
 // include spheres, interact by one direct sum. Their forces with another body follow from the field
-// of that body at all single dipoles. Sums have a fixed order. Bodies with the same `carrier`
-// (optional) exert no force on one another. Forces between single dipoles with the same carrier are
-// included, but cancel in the carrier's total. Fields in `known` are not computed again; results
-// stay bit-identical.
+// of that body at all single dipoles. Results do not depend on the number of threads or on `known`,
+// whose fields are not computed again. `carrier` (optional) is the index of the rigid body that
+// carries each magnet. Magnets on one carrier exert no force on one another. Forces between single
+// dipoles on one carrier are included, but cancel in the carrier's total.
 std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies,
                                       double tolerance, const std::vector<Index>& carrier = {},
                                       const std::vector<KnownField>& known = {});

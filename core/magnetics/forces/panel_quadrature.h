@@ -20,7 +20,7 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;
 // by the contact solver's tolerance. The field normal to a charged face jumps there, so charge
 // inside `by` experiences the field at the nearest point outside it. `energy` is minus the integral
 // of M.B over the volume inside the panels [J], as the first of six components. Because div B = 0,
-// it equals the integral of -(M.x) B.n over the closed surface, which does not jump.
+// it equals the integral of -(M.x) B.n over the closed surface. B.n does not jump at charged faces.
 enum class PanelQuantity { wrench, energy };
 
 struct PanelIntegral {

@@ -1,6 +1,6 @@
-// Magnetisation of linear bodies by magnets and by one another. R_i is the response of a single
-// body, and G_ij gives the field of one body's charge at another. GMRES solves
-//   x_i = R_i (applied + sum of G_ij x_j)
+// Magnetisation of linear bodies by magnets and by one another. R_i is the response of body i
+// alone, and G_ij maps the charge of body j to its field at body i. GMRES solves
+//   x_i = R_i (applied_i + sum over j != i of G_ij x_j)
 // for the charges x_i of all bodies at once, preconditioned by a block Gauss-Seidel sweep.
 #pragma once
 
@@ -12,15 +12,15 @@
 namespace loomstone {
 
 struct Induction {
-  std::vector<MagneticBody> bodies;  // with induced charge; spheres may be rotated
+  std::vector<MagneticBody> bodies;  // with induced charge; the axes of spheres may be rotated
   double residual = 0.0;             // relative residual of the linear system [1]
   int iterations = 0;                // number of GMRES iterations
 };
 
 // Magnetises `soft` in the field of `hard` and a uniform field [T] to a relative residual of
-// `tolerance`. The tolerance also determines the degree of spheres. The volume means of a body with
-// saturation satisfy M = chi H / (1 + chi |H| / M_s). The effective susceptibility of such a body
-// is the single number chi (1 - |M| / M_s). Throws SolverFailure if no equilibrium is found.
+// `tolerance`, which also determines the degree of spheres' harmonics. The volume means of a body
+// with saturation satisfy M = chi H / (1 + chi |H| / M_s). The effective susceptibility of such a
+// body is the single number chi (1 - |M| / M_s). Throws SolverFailure if no equilibrium is found.
 Induction induce(const Team& team, const std::vector<SoftBody>& soft,
                  const std::vector<MagneticBody>& hard, const Vec3& field, double tolerance);
 

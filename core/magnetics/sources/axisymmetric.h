@@ -71,7 +71,7 @@ class Solenoid final : public Source {
 
 class Cylinder final : public Source {
  public:
-  // The cylinder |z| <= height / 2, inner_radius <= rho <= radius [m] with polarization J [T].
+  // The cylinder |z| <= height / 2, inner_radius <= rho <= radius [m] with polarisation J [T].
   Cylinder(double radius, double height, const Vec3& polarization, double inner_radius = 0.0);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
