@@ -103,7 +103,8 @@ void bind_candidates(py::module_& m) {
       "ascending order and exclude\n"
       "pairs that share a vertex. engine: \"clusters\" (our own tree), \"embree\" or "
       "\"brute-force\". All of them return the same\n"
-      "pairs, which are those whose 18-DOPs (2.56) overlap. threads 0: all processors.\n"
+      "pairs, which are those whose 18-DOPs overlap, (2.56) of [Thomaszewski2010]. threads 0: all "
+      "processors.\n"
       "Raises InvalidInput for other shapes or engines, indices out of range, and coordinates that "
       "are not finite.");
 }

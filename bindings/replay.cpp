@@ -76,15 +76,17 @@ void bind_record(py::module_& m) {
 
 void bind_tests(py::module_& m) {
   py::class_<ReplayReport> r(m, "ReplayReport", "Predicted times of one search on several ranks.");
-  r.def_readonly("seconds", &ReplayReport::seconds, "until all ranks have all results [s]");
+  r.def_readonly("seconds", &ReplayReport::seconds, "time until all ranks have all results [s]");
   r.def_readonly("exchange", &ReplayReport::exchange,
-                 "part of it in which ranks exchange results [s]");
+                 "part of `seconds` in which ranks exchange results [s]");
   r.def_readonly("least_busy", &ReplayReport::least_busy, "shortest work of a rank [s]");
   r.def_readonly("mean_busy", &ReplayReport::mean_busy, "mean work of the ranks [s]");
   r.def_readonly("most_busy", &ReplayReport::most_busy, "longest work of a rank [s]");
-  r.def_readonly("requests", &ReplayReport::requests, "requests of all ranks");
-  r.def_readonly("transfers", &ReplayReport::transfers, "tasks that moved to another rank");
-  r.def_readonly("refusals", &ReplayReport::refusals, "requests that were refused");
+  r.def_readonly("requests", &ReplayReport::requests,
+                 "number of requests for tasks, over all ranks");
+  r.def_readonly("transfers", &ReplayReport::transfers,
+                 "number of tasks that moved to another rank");
+  r.def_readonly("refusals", &ReplayReport::refusals, "number of requests that were refused");
 
   py::class_<RecordedTests> c(m, "RecordedTests",
                               "Tests of one search that is divided among ranks, with their costs.");

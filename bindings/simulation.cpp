@@ -139,11 +139,11 @@ void bind_stepping(py::class_<S>& c) {
         "Sets whether the motion that certification receives in each step is kept for "
         "collision_motion().");
   c.def("collision_motion", &S::collision_motion,
-        "Returns the CollisionRecord of the last certification; without vertices if nothing "
-        "collides or none was kept.");
+        "Returns the CollisionRecord of the last certification whose motion was kept. It has no "
+        "vertices if there is none or nothing collides.");
   c.def("rebuild_stages", &S::rebuild_stages, Released(),
-        "Discards all stages and builds them again. If may_checkpoint is True, this does not "
-        "change any later result.");
+        "Discards the engines of all stages and builds them again. If may_checkpoint is True, this "
+        "does not change any later result.");
   c.def_property_readonly(
       "may_checkpoint", &S::may_checkpoint,
       "Whether a checkpoint may be taken now; False between rebuilds of the rigid-body world.");

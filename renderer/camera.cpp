@@ -53,8 +53,8 @@ Framing nothing() {
   return {Vec3::Constant(infinity), Vec3::Constant(-infinity)};
 }
 
-// Enlarges the box so that each edge is at least 2 % of its diagonal, even if its points coincide
-// or lie in a plane.
+// Enlarges the box so that each edge is at least 2 % of its diagonal and 1e-6 m. A box without
+// points becomes a cube with edges of 1 m about the origin.
 void widen(Framing& framing) {
   if (!(framing.low.array() <= framing.high.array()).all()) {
     framing.low = Vec3::Constant(-0.5);

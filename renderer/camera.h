@@ -23,7 +23,7 @@ View make_view(const Camera& camera, double aspect, const Framing& framing, doub
 // from above.
 Vec3 viewing_direction(const Camera& camera);
 
-// Returns whether a fit moves the eye.
+// Returns whether make_view() moves the eye so that all points of the framing are visible.
 inline bool fits(const Camera& camera) { return camera.fit && camera.times.empty(); }
 
 }  // namespace loomstone

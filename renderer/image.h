@@ -1,4 +1,4 @@
-// Images, and the table of colours that shows values.
+// Images, and tables that map values to colours.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// Headless rendering of frames with OSMesa, or with surfaceless EGL if OSMesa is missing. Both are
-// loaded at run time.
+// Headless rendering of frames with OSMesa, surfaceless EGL or the OSMesa of wheels, whichever is
+// found first at run time; see context.h.
 #pragma once
 
 #include <memory>
@@ -50,7 +50,7 @@ class Renderer {
                const std::vector<ColorRange>* values = nullptr);
   // Returns depth, normals and numbers of the visible surfaces, without anti-aliasing.
   SurfaceImages surfaces(const Frame& frame, const Curves* curves = nullptr);
-  const std::string& backend() const;  // "osmesa" | "egl"
+  const std::string& backend() const;  // "osmesa" | "egl" | "softpipe"
 
  private:
   struct Data;

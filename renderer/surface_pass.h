@@ -70,9 +70,9 @@ class SurfacePass {
   Program background_program_, floor_program_, cloth_program_, body_program_, edge_program_,
       overlay_program_;
   GlObject picture_color_, picture_depth_, picture_;  // one sample per pixel
-  GlObject things_color_, things_depth_, things_;  // samples of one drawing; alpha is 1 on things
-  GlObject resolved_color_, resolved_;             // mean of these samples; alpha is the coverage
-  GlObject sum_color_, sum_;                       // mean of all drawings
+  GlObject things_color_, things_depth_, things_;     // one drawing; alpha is 1 on cloth and bodies
+  GlObject resolved_color_, resolved_;                // mean of its samples; alpha is the coverage
+  GlObject sum_color_, sum_;                          // mean of all drawings
   GlObject color_table_, empty_;
 };
 

@@ -105,8 +105,8 @@ struct Simulation::Data {
     if (written >= UserWrites::Velocities) forget_last_step();
     if (written == UserWrites::Positions) state.tangled = 1;
   }
-  // Ranks measure together when all of them are at hand, because later they may be asked for
-  // reports one at a time. A single rank measures when it is asked. Collective.
+  // Collective. Measures the energies and strains of the report if there are several ranks, because
+  // the user may later request it on one rank alone. A single rank measures on request.
   void measure_together() {
     if (communicator->size() == 1) return;
     const std::int64_t counted = iterations;  // only iterations of steps are counted
@@ -225,7 +225,7 @@ const Communicator& Simulation::communicator() const { return *data_->communicat
 
 const StepReport& Simulation::report() const {
   if (!data_->measured || data_->writes.watching()) {
-    // A rank may ask for the report without the others.
+    // The user may have requested the report on this rank alone.
     measure(data_->state, time(), data_->stepper->engines(), Measuring::Alone,
             data_->outcome.report);
     data_->measured = true;

@@ -57,7 +57,8 @@ class Simulation {
   std::vector<MemoryPart> memory() const;
   Decomposition decomposition() const;  // how collision handling is divided
   const StepReport& report() const;     // report of the last step
-  // Returns whether there are no bodies or the last step rebuilt the rigid-body world.
+  // Returns whether a checkpoint can be taken: there are no bodies, or the number of completed
+  // steps is a multiple of Scene::rigid_rebuild_interval, so the rigid-body world was just rebuilt.
   bool may_checkpoint() const;
 
   const FrameTopology& topology() const;
@@ -108,7 +109,8 @@ class Simulation {
   Checkpoint checkpoint() const;
   // Restores a checkpoint. Collective. Throws CacheError if the scene or the integrator differs.
   void restore(const Checkpoint& checkpoint);
-  // Rebuilds all stages. Later results stay bitwise identical if may_checkpoint() is true.
+  // Rebuilds the engines of all stages. If may_checkpoint() is true, later results stay bitwise
+  // identical.
   void rebuild_stages();
 
   // Returns the pairs of triangles (user numbering, all surfaces concatenated) that intersect after

@@ -2476,7 +2476,7 @@ class Scene:
     collisions : whether surfaces collide; default True
     contact_stiffness : stiffness of a contact; 0: chosen from the material [N/m]; >= 0; default 0.0
     response : contact response: implicit (terms of the implicit solve) | impulse (impulses after the solve; explicit integrators always use them); default 'implicit'
-    allow_initial_intersections : whether the start may have intersections; they are untangled, then kept apart; default False
+    allow_initial_intersections : whether surfaces may intersect at the start; untangling then moves them apart; default False
     rigid_iterations : sweeps of the rigid-body solver over all contacts per step; stacks need more than loose heaps, and fewer than 10 add energy [1]; in [10, 10000]; default 50
     rigid_rebuild_interval : steps between rebuilds of the rigid-body world; with bodies, checkpoints are taken only at a rebuild [1]; in [1, 1000]; default 40
     """
@@ -2566,7 +2566,7 @@ class Scene:
     @property
     def allow_initial_intersections(self) -> bool:
         """
-        whether the start may have intersections; they are untangled, then kept apart; default False
+        whether surfaces may intersect at the start; untangling then moves them apart; default False
         """
     @property
     def attachments(self) -> list[Attachment]:
@@ -3543,7 +3543,7 @@ class ReplayReport:
     @property
     def exchange(self) -> float:
         """
-        part of it in which ranks exchange results [s]
+        part of `seconds` in which ranks exchange results [s]
         """
     @property
     def least_busy(self) -> float:
@@ -3563,22 +3563,22 @@ class ReplayReport:
     @property
     def refusals(self) -> int:
         """
-        requests that were refused
+        number of requests that were refused
         """
     @property
     def requests(self) -> int:
         """
-        requests of all ranks
+        number of requests for tasks, over all ranks
         """
     @property
     def seconds(self) -> float:
         """
-        until all ranks have all results [s]
+        time until all ranks have all results [s]
         """
     @property
     def transfers(self) -> int:
         """
-        tasks that moved to another rank
+        number of tasks that moved to another rank
         """
 
 class RecordedTests:
@@ -4283,7 +4283,7 @@ class Simulation:
         """
     def collision_motion(self) -> CollisionRecord:
         """
-        Returns the CollisionRecord of the last certification; without vertices if nothing collides or none was kept.
+        Returns the CollisionRecord of the last certification whose motion was kept. It has no vertices if there is none or nothing collides.
         """
     def frame(self) -> Frame:
         """
@@ -4337,7 +4337,7 @@ class Simulation:
         """
     def rebuild_stages(self) -> None:
         """
-        Discards all stages and builds them again. If may_checkpoint is True, this does not change any later result.
+        Discards the engines of all stages and builds them again. If may_checkpoint is True, this does not change any later result.
         """
     def restore(self, checkpoint: Checkpoint) -> None:
         """
@@ -4558,7 +4558,7 @@ def candidates(
     all pairs that come closer than twice the inflation. Returns vertex_face (k, 2), a vertex and a triangle, and
     edge_edge (l, 2), two edges given as rows of the sorted unique vertex pairs. Both are in ascending order and exclude
     pairs that share a vertex. engine: "clusters" (our own tree), "embree" or "brute-force". All of them return the same
-    pairs, which are those whose 18-DOPs (2.56) overlap. threads 0: all processors.
+    pairs, which are those whose 18-DOPs overlap, (2.56) of [Thomaszewski2010]. threads 0: all processors.
     Raises InvalidInput for other shapes or engines, indices out of range, and coordinates that are not finite.
     """
 

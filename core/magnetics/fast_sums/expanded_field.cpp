@@ -11,8 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// Half the edge length of the octree in radii of the source. Outside the octree, the multipole
-// expansion has a relative error of at most 2^-24 = 6e-8.
+// Half the edge length of the octree in radii of the source. Points outside the octree use the
+// multipole expansion, whose error at two radii and beyond is stated in multipole_expansion.h.
 constexpr double reach = 2.0;
 
 ExpansionSetting setting_for(const SourceGroups& source, double tolerance) {

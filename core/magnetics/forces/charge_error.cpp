@@ -36,8 +36,8 @@ double calibrated(double difference, double force, double gap) {
 // Returns the factor by which the estimate is larger if both bodies are induced, because both
 // charges then have errors. The charge opposite the edges of the other body varies at the scale of
 // the gap, within panels that are not refined there. If these edges are parallel to the panels and
-// the gap is less than 2.5 panels wide, the errors add up along whole edges. The factors were fitted
-// like calibrated().
+// the gap is less than 2.5 panels wide, the errors add up along whole edges. The factors were
+// fitted like calibrated().
 double mutual_factor(const MagneticBody& on, const MagneticBody& by) {
   constexpr double usual = 2.5, along_edges = 5.0, wide = 2.5, parallel = 1e-3;
   const auto box = on.source->box(), other = by.source->box();

@@ -12,7 +12,7 @@ namespace loomstone {
 namespace {
 
 // Number of levels of refinement. Each level has twice as many points as the previous one along the
-// winding and around it, but at most 512 around it.
+// winding and around it. The first has 16 points around it, and the last has 512.
 constexpr int finest = 6;
 
 // A winding about its own z axis, with turns in |z| <= length / 2.

@@ -71,7 +71,7 @@ class Polyhedron : public Source {
 
 class MeshMagnet final : public Polyhedron {
  public:
-  // The polarization J [T] is given in the axes of the mesh. Throws InvalidInput if the mesh is
+  // The polarisation J [T] is given in the axes of the mesh. Throws InvalidInput if the mesh is
   // open or encloses no volume.
   MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization);
   SourceRecipe recipe() const override {
@@ -84,7 +84,7 @@ class MeshMagnet final : public Polyhedron {
 
 class Cuboid final : public Polyhedron {
  public:
-  // A cuboid with edge lengths `size` [m], centred at the origin, with polarization J [T].
+  // A cuboid with edge lengths `size` [m], centred at the origin, with polarisation J [T].
   Cuboid(const Vec3& size, const Vec3& polarization);
   double depth(const Vec3& point) const override;
   std::optional<UniformCuboid> uniform_cuboid() const override {

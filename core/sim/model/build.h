@@ -24,7 +24,7 @@ void check_magnetics(const Model& model, const State& state);
 void build_collision(const Scene& scene, Model& model);
 
 // Throws InvalidInput if cloth intersects a surface at the start or lies inside a closed obstacle
-// or body.
+// or body, unless the scene allows this or has no collisions.
 void check_start(const Model& model, const State& state);
 
 }  // namespace loomstone

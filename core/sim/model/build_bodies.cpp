@@ -155,7 +155,7 @@ void add_body_surfaces(const Scene& scene, double thickness, Model& model) {
   }
 }
 
-// Assigns each collision vertex its row in the implicit solve.
+// Assigns each collision vertex its row in the implicit solve, or -1 if it belongs to an obstacle.
 void number_rows(Model& model) {
   CollisionModel& collision = model.collision;
   collision.rows.row.assign(collision.n_vertices, -1);

@@ -1,5 +1,5 @@
-// Tables of a checked scene, which are constant after build(). Model and State alone determine all
-// later steps.
+// Tables of a checked scene, which are constant after build(). Model, State and the options of the
+// integrator determine all later steps.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// The complete state of a simulation. Model and State alone determine all later steps. A checkpoint
-// contains the entire State.
+// The complete state of a simulation. Model, State and the options of the integrator determine all
+// later steps. A checkpoint contains the entire State.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct EnergyAccount {
   double start = 0.0;              // energy when the account began, without that of contacts
   double start_of_contacts = 0.0;  // energy of contacts when the account began
   double scripts = 0.0;            // work done by scripted motion
-  // Work done by air, the user's forces, untangling and gaps that are restored at events.
+  // Work done by air, the user's forces, untangling, and impulses that restore gaps at events.
   double loads = 0.0;
   double friction = 0.0;  // work done against friction of contacts in the solve
   double damping = 0.0;   // work done against viscosity and damping of bending

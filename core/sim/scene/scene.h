@@ -178,7 +178,7 @@ struct Scene {
               "stiffness of a contact; 0: chosen from the material"),
         field("response", &S::response, "contact response"),
         field("allow_initial_intersections", &S::allow_initial_intersections,
-              "whether the start may have intersections; they are untangled, then kept apart"),
+              "whether surfaces may intersect at the start; untangling then moves them apart"),
         field("rigid_iterations", &S::rigid_iterations, "1", between(10, 10000),
               "sweeps of the rigid-body solver over all contacts per step; stacks need more than "
               "loose heaps, and fewer than 10 add energy"),

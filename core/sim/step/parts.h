@@ -12,7 +12,7 @@
 
 namespace loomstone {
 
-// Takes a part of a step. It must change the state and the outcome that take_parts() has received.
+// Function that takes a part of a step. It must change the state and outcome given to take_parts().
 using RunPart = std::function<PartResult(const StepContext& part)>;
 
 // Takes the whole step at once or in parts. A part is divided if an attempt at it fails, has too

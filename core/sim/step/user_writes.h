@@ -25,7 +25,7 @@ class UserWrites {
   // Throws InvalidInput for the first invalid entry.
   void check(const Model& model, const State& state) const;
   // Gathers every row from the rank that owns it, and broadcasts overrides and poses from rank 0.
-  // Returns what users have written on all ranks together. Collective.
+  // Returns the Kind of what users have written, the last one over all ranks. Collective.
   Kind settle(const RowLayout& layout, State& state);
   void forget() { written_ = Nothing; }  // call it after all of the state was replaced
   std::size_t bytes() const { return bytes_of(x_, v_); }

@@ -17,7 +17,7 @@ struct Solved {
 
 struct PartWork {
   double scripts = 0.0;  // work done by scripted motion [J]
-  // Work done by air, the user's forces, untangling and gaps that are restored at events [J]
+  // Work done by air, the user's forces, untangling, and impulses that restore gaps at events [J]
   double loads = 0.0;
   double friction = 0.0;  // work done against friction of contacts in the solve [J]
   double damping = 0.0;   // work done against viscosity and bending damping [J]
