@@ -1,8 +1,9 @@
-"""Four cloths fall over four small spheres. Their bending stiffness increases eightfold from each
+"""Four cloths fall onto four small spheres. Their bending stiffness increases eightfold from each
 cloth to the next.
 
 From left to right, the folds become fewer and wider, until the stiffest cloth stands out like
-cardboard. Based on example 2.4 of the thesis, which doubles the stiffness three times.
+cardboard. The scene is based on example 2.4 of [Thomaszewski2010], which doubles the stiffness
+three times.
 """
 
 import loomstone as ls

@@ -1,6 +1,6 @@
-"""Four discs of cloth, 1 m in diameter, fall onto small spheres (example 3.2 of the thesis). Disc
-A has anisotropic strain limits. B has the same limits with weft and warp swapped. C has edge-based
-strain limits, and D has no limits.
+"""Four discs of cloth, 1 m in diameter, fall onto small spheres (example 3.2 of
+[Thomaszewski2010]). Disc A has anisotropic strain limits. B has the same limits with weft and warp
+swapped. C has edge-based strain limits, and D has no limits.
 
 Strain stays small along weft in A and along warp in B, although the cloth stretches in the other
 direction. With a single limit for all edges (C), strain is the same in all directions. Without

@@ -1,4 +1,4 @@
-"""Iron balls fall on a magnetised dragon (figure 6.3 of the thesis).
+"""Iron balls fall on a magnetised dragon (figure 6.3 of [Thomaszewski2010]).
 
 Balls that hit the coils of the serpentine dragon stick to it and to one another, along ridges where
 the field is strong. Balls that miss roll away over the floor. Red is north and blue is south. `-p

@@ -1,5 +1,5 @@
-"""Field lines of moving bodies: a horseshoe magnet attracts a bar magnet (figure 6.13 of the
-thesis, in motion).
+"""Field lines of moving bodies: a horseshoe magnet attracts a bar magnet (figure 6.13 of
+[Thomaszewski2010], in motion).
 
 Lines leave red north poles, each with the same share of the flux, and end on blue south poles. The
 bar flies to the pole that attracts it, snaps on and stands up. Lines that had connected this pole

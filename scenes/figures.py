@@ -1,5 +1,5 @@
-"""A block magnet lifts four iron figures out of a tray of non-magnetic balls (figure 6.11 of the
-thesis).
+"""A block magnet lifts four iron figures out of a tray of non-magnetic balls (figure 6.11 of
+[Thomaszewski2010]).
 
 The magnet comes down over the tray. One after another the figures jump to it out of the balls and
 hang on it or on one another, by head or foot. The balls stay in the tray. Red is north and blue is

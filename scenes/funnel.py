@@ -1,8 +1,9 @@
 """A sphere pushes a square cloth through a narrow funnel onto a floor.
 
 The cloth lines the cone, gathers into many layers in front of the sphere, is squeezed through the
-tube and settles on the floor. Based on example 2.5 of the thesis (14,476 triangles, 4 s, steps of 1
-ms). The original dimensions of funnel and sphere are lost; those used here are our choice.
+tube and settles on the floor. The scene is based on example 2.5 of [Thomaszewski2010] (14,476
+triangles, 4 s, steps of 1 ms). The original dimensions of funnel and sphere are lost; those used
+here are our choice.
 """
 
 import loomstone as ls

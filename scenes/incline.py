@@ -1,8 +1,8 @@
 """Four sheets with increasing friction lie on one slope: two slide down, two stay.
 
 The tangent of the slope is 0.30. The friction coefficients of the sheets on it are 0.15, 0.29, 0.31
-and 0.45. By Coulomb's law the first two slide with the acceleration g (sin - mu cos). The other two
-stay at rest, even the one that is close to the limit.
+and 0.45. By Coulomb's law the first two slide with the acceleration g (sin a - mu cos a) on a slope
+of angle a. The other two stay at rest, even the one that is close to the limit.
 """
 
 import loomstone as ls

@@ -1,8 +1,9 @@
 """A figure in a dress walks over two hurdles and up three stairs.
 
 The figure is a closed surface over a skeleton of 21 bones, which takes two steps per second. Its
-feet stand still while they bear weight. The dress moves by asynchronous steps. Example 4.3 of the
-thesis (figures 4.8 and 4.9) has the same number of triangles; figure, course and dress are our own.
+feet stand still while they bear weight. The dress moves by asynchronous steps. Example 4.3 of
+[Thomaszewski2010] (figures 4.8 and 4.9) has the same number of triangles; figure, course and dress
+are our own.
 
     loomstone run scenes/obstacle_walk.py --integrator semi-implicit-euler --step 1e-3
 """
@@ -98,8 +99,8 @@ def blended(points: Floats, bones: dict[str, Bone]) -> Floats:
 
 
 def surface(bones: dict[str, Bone]) -> ls.TriangleMesh:
-    """Returns the closed surface around the bones, with one vertex in each cell of a grid that it
-    passes through (surface nets), smoothed.
+    """Returns a smoothed closed surface around the bones. It has one vertex in each cell of a grid
+    through which it passes (surface nets).
     """
     axes = [np.arange(low, high, CELL) for low, high in ((-0.25, 0.3), (-0.7, 0.7), (-0.1, 1.9))]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)

@@ -25,7 +25,7 @@ BAR = (0.008, 0.008, 0.03)
 COIL: dict[str, Any] = {"radius": 0.012, "length": 0.03, "turns": 400}
 HEIGHT = 0.036  # height of the coil's centre above the floor [m]
 FORMER = (0.0068, 0.0115)  # inner and outer radius of the tube that carries the coil [m]
-ON, OFF = 0.04, 0.34  # when the voltage is switched on and off [s]
+ON, OFF = 0.04, 0.34  # times at which the voltage is switched on and off [s]
 
 
 def tube(inner: float, outer: float, length: float, sides: int = 32) -> ls.TriangleMesh:

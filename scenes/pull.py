@@ -1,10 +1,11 @@
 """A catalogue magnet and an iron plate: a weight with the magnet in its top stands on the floor,
 and the plate comes down to it.
 
-The weight lifts off when the pull across the gap equals gravity, snaps to the plate and rises with
-it. Red is north and blue is south. `python scenes/pull.py` prints the pull on the plate as a
-function of the gap, the pull of the magnet's mirror image in a plane of ideal iron, and the values
-of a dealer's catalogue. `python scenes/pull.py FILE` also plots the pull on the plate.
+The weight lifts off when the pull across the gap equals the force of gravity on it, snaps to the
+plate and rises with it. Red is north and blue is south. `python scenes/pull.py` prints the pull on
+the plate as a function of the gap, the pull of the magnet's mirror image in a plane of ideal iron,
+and the values of a dealer's catalogue. `python scenes/pull.py FILE` also plots the pull on the
+plate.
 """
 
 import sys

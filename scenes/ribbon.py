@@ -2,7 +2,7 @@
 
 At the start, the ribbon hangs vertically above the upper plane. It is integrated by asynchronous
 steps: every triangle has its own step, and collisions are handled at events within each interval.
-Example 4.4 of the thesis starts in the same way.
+Example 4.4 of [Thomaszewski2010] starts in the same way.
 """
 
 import loomstone as ls

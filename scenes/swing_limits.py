@@ -1,5 +1,5 @@
 """Seven soft cloths, pinned at two corners and released from the horizontal, differ only in their
-strain limits (example 3.1 of the thesis).
+strain limits (example 3.1 of [Thomaszewski2010]).
 
 From left to right, the first four cloths have the limits (weft, warp, shear) = (2, 2, 2) %,
 (2, 2, 20) %, (2, 20, 20) % and (20, 2, 20) %. The next two have a single limit for all edges, 2 %

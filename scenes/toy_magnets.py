@@ -1,5 +1,5 @@
-"""Two toy magnets and a steel ball (figures 6.1 and 6.8 of the thesis). The toys are plastic rods
-on a table, with a magnet in each end.
+"""Two toy magnets and a steel ball (figures 6.1 and 6.8 of [Thomaszewski2010]). The toys are
+plastic rods on a table, with a magnet in each end.
 
 One rod is held, with the ball at its end, and the other rod approaches. In the antiparallel case
 the other rod is repelled until a sliding block has pushed it close enough. The unevenly magnetised

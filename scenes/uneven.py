@@ -2,7 +2,8 @@
 
 Triangles are smallest at the tip, where the hat is most curved. The largest one has 190 times the
 area of the smallest one. With asynchronous steps only small triangles take small steps. Example 4.2
-of the thesis (figure 4.7) has a mesh of as many triangles and similar areas; the shape is our own.
+of [Thomaszewski2010] (figure 4.7) has a mesh of as many triangles and similar areas; the shape is
+our own.
 """
 
 from typing import NamedTuple

@@ -22,7 +22,7 @@ SYSTEM = Path("/usr/share")
 
 @dataclass(frozen=True)
 class Library:
-    """A library, or what is compiled into the module from headers (then `files` is empty)."""
+    """A library in the wheel. A library of headers, compiled into the module, has empty `files`."""
 
     name: str
     license: str  # SPDX expression
@@ -59,7 +59,10 @@ class Incomplete(Exception):
 
 
 def contained(wheel: Path) -> dict[Library, list[Path]]:
-    """Returns the libraries in an unpacked wheel with their files. Raises Incomplete."""
+    """Returns the libraries in an unpacked wheel with their files.
+
+    Raises Incomplete if a shared library has no entry in LIBRARIES.
+    """
     found: dict[Library, list[Path]] = {each: [] for each in LIBRARIES if not each.files}
     shared = [path for path in wheel.rglob("*.so*") if not path.name.startswith("_core.")]
     for path in sorted(shared):
@@ -71,14 +74,14 @@ def contained(wheel: Path) -> dict[Library, list[Path]]:
 
 
 def with_common_licenses(text: str) -> str:
-    """Returns a text of Debian with the licences that it names as files of the system."""
+    """Returns a licence text of Debian, followed by the common licences to which it refers."""
     names = sorted(set(re.findall(r"/usr/share/common-licenses/([\w.-]*\w)", text)))
     parts = [(SYSTEM / "common-licenses" / name).read_text(encoding="utf-8") for name in names]
     return "\n\n".join([text, *parts])
 
 
 def text_of(library: Library, own: Path) -> str:
-    """Returns the licence of a library. Raises Incomplete."""
+    """Returns the text of a library's licence. Raises Incomplete if there is none."""
     for package in library.packages.split():
         places = [own / f"{package}.txt", SYSTEM / "doc" / package / "copyright"]
         places += sorted(SYSTEM.glob(f"licenses/{package}/*"))

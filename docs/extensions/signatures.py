@@ -1,7 +1,7 @@
 """Takes the signatures of the compiled module from its stub, _core.pyi, for autodoc.
 
 Types are shortened to what a caller may pass. Classes get an attribute __signature__, because
-autodoc asks the event autodoc-process-signature only for objects that have a signature already.
+autodoc emits the event autodoc-process-signature only for objects that already have a signature.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Shown:
 
 
 def shortened(node: ast.expr | None) -> Any:
-    """Returns a type as text without the names of modules; a type that says nothing is left out."""
+    """Returns a type as text without the names of modules; Any and object are left out."""
     text = ast.unparse(WithoutAnnotated().visit(node)) if node else "typing.Any"
     for long, short in NUMBERS.items():
         text = text.replace(long, short)

@@ -190,7 +190,7 @@ class Simulation(_core.Simulation):
         )
 
     def _metadata(self, options: RunOptions, controlled: bool) -> dict[str, Any]:
-        """Returns what a run stores of its options, with which `loomstone resume` continues."""
+        """Returns the options that a run stores, so that `loomstone resume` can continue it."""
         return {
             "loomstone": _core.__version__,
             "control": controlled,

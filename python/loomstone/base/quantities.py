@@ -46,7 +46,7 @@ def in_unit(value: Any, unit: str, where: str) -> Any:
 
 
 def number_in(value: Any, unit: str, where: str) -> float:
-    """Returns one number, with or without a unit, in `unit`; raises InvalidInput otherwise."""
+    """Returns a number or quantity as a float in `unit`; raises InvalidInput for other values."""
     number = in_unit(value, unit, where)
     if isinstance(number, (str, bytes)) or np.ndim(number) != 0:
         raise InvalidInput(f"{where} must be a number, {_wanted(unit)}, got {value!r}")

@@ -20,7 +20,7 @@ OF_CLOTH_BY_METHOD = {
     "backward-euler": 6.7e3,
     "nonlinear-midpoint": 6.7e3,
 }
-OF_FACTOR = 3.8e3  # additional memory per triangle of cloth with the direct solver
+OF_FACTOR = 3.8e3  # additional memory per triangle of cloth with a direct solver
 OF_SURFACE = 0.8e3
 
 

@@ -1,4 +1,4 @@
-"""What `loomstone info --json` prints: the content of a file as values for other programs."""
+"""The content of a file as values for other programs, which `loomstone info --json` prints."""
 
 from __future__ import annotations
 

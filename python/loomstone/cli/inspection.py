@@ -173,7 +173,7 @@ def _marked(frame: Frame, simulation: Simulation, pairs: list[Any]) -> Frame:
 
 
 def event_lines(run: Run, summary: dict[str, Any]) -> list[str]:
-    """Describes the steps of the triangles in an asynchronous run, and how many events they save.
+    """Describes the triangles' own steps in an asynchronous run, and how many events these save.
 
     Triangles are counted by the longest step that each may take at the last checkpoint.
     """

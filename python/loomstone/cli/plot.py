@@ -49,7 +49,7 @@ def plot(
         str, typer.Option(help="direction from the second magnet to the first")
     ] = "0,0,1",
     reach: Annotated[
-        float, typer.Option(help="largest distance [m]; 0: the size of the magnet")
+        float, typer.Option(help="largest distance [m]; 0: the second magnet's radius")
     ] = 0.0,
 ) -> None:
     """Plots a run over time, or forces between magnets.
@@ -57,9 +57,10 @@ def plot(
     For a run, plots energy, stages, contacts, stretch, strain, iterations or step from its
     steps.csv. The plot of strain shows the largest strain in each direction, its excess over
     limits, and the sweeps of strain limiting. The plot of parallel work compares runs of a scene on
-    several numbers of ranks, with the predictions of `loomstone replay`. It averages runs on
-    equally many ranks. `force` plots the force of one magnet on another against the gap between
-    them. `torque` plots the torque against the angle by which one of them is turned.
+    several numbers of ranks, with the predictions of `loomstone replay`. It averages runs that have
+    the same number of ranks and the same decomposition. `force` plots the force of one magnet on
+    another against the gap between them. `torque` plots the torque against the angle by which one
+    of them is turned.
 
     \b
         loomstone plot out/drape --what stages

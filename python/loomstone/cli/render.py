@@ -197,7 +197,7 @@ def _look(run: Run, given: dict[str, Any]) -> RenderOptions:
 
 
 def _camera(run: Run, camera: Camera, given: dict[str, Any]) -> Camera:
-    """Returns the camera of a file or, without one, the given camera, with changes."""
+    """Returns the camera of --camera, or else `camera`, changed by the other options in `given`."""
     if "camera" in given:
         camera = cameras.read_camera(given["camera"])
     if "eye" in given or "target" in given:

@@ -205,8 +205,8 @@ def _place(threads: int) -> str:
 def _advance(task: _Task, communicator: Communicator, words: Words) -> None:
     """Runs a task.
 
-    Exits with code 1 if triangles intersect, or with 128 plus the number of the signal that ended
-    the run.
+    Exits with code 1 if the run is verified and triangles of cloth intersect, or with 128 plus the
+    number of the signal that ended the run.
     """
     threads = task.work.threads or default_threads()
     scene = task.file.scene()

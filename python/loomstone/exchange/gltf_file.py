@@ -18,7 +18,7 @@ __all__ = ["GltfFile", "matrix"]
 
 _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-_KNOWN = (  # required extensions that do not concern geometry
+_KNOWN = (  # beginnings of the required extensions with which geometry can be read
     "KHR_materials_",
     "KHR_texture_",
     "KHR_lights_",
@@ -51,7 +51,10 @@ class GltfFile:
         self._buffers: dict[int, bytes] = {}
 
     def item(self, kind: str, index: int | None, of: str) -> Any:
-        """Returns an item of a list such as nodes; raises InvalidInput if there is none."""
+        """Returns an item of a list such as nodes; raises InvalidInput if there is none.
+
+        of : what refers to the item, for messages
+        """
         items = getattr(self.content, kind)
         if index is None or not 0 <= index < len(items):
             raise InvalidInput(

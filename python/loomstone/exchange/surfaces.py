@@ -39,7 +39,7 @@ class Surface:
     colors: Floats  # (c x 3) linear RGB of its materials
     material: Indices  # (m) index into colors
     roughness: float  # [1]
-    texture: Bytes | None  # (height x width x 3) sRGB image, replaces the first color; None: none
+    texture: Bytes | None  # (height x width x 3) sRGB image that replaces colors[0]; None: no image
     texture_uv: Floats  # (k x 2) uv in units of the image's size; no rows without an image
 
     def positions(self, frame: Frame) -> Floats:

@@ -15,7 +15,10 @@ __all__ = ["check_free", "remove_sequences", "unfinished", "unfinished_directory
 
 
 def check_free(path: Path, *, overwrite: bool) -> None:
-    """Raises InvalidInput if a file exists, or a directory that is not empty."""
+    """Raises InvalidInput if `path` is a file or a directory that is not empty, unless `overwrite`.
+
+    Creates the directory in which `path` lies; raises CacheError if that is not possible.
+    """
     try:
         taken = any(path.iterdir()) if path.is_dir() else path.exists()
         path.parent.mkdir(parents=True, exist_ok=True)

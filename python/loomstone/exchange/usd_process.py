@@ -1,7 +1,7 @@
 """Reads USD in a process of its own.
 
-usd-core prints warnings of its own, and damaged files can end the process that reads them. Here
-either becomes one sentence.
+usd-core prints warnings of its own, and damaged files can end the process that reads them. This
+module hides the warnings, and turns such an end into a CacheError of one sentence.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _ERRORS: tuple[type[Error], ...] = (InvalidInput, Unsupported, CacheError)
 def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part], Floats]:
     """Reads a file as usd_reader.read_usd does, and raises the same errors.
 
-    Raises CacheError, too, if the library ends the process.
+    Also raises CacheError if the library ends the process.
     """
     with tempfile.TemporaryDirectory() as scratch:
         result = Path(scratch) / "result.npz"
@@ -55,7 +55,7 @@ def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[lis
 
 
 def serve() -> None:
-    """Reads the file that the last argument describes, and writes its parts or the error."""
+    """Reads the file that the program's last argument names, and writes its parts or the error."""
     from .usd_reader import read_usd
 
     path, shown, rate, moving, result = json.loads(sys.argv[-1])

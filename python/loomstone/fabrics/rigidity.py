@@ -86,7 +86,7 @@ def strip_rigidity(material: ClothMaterial, *, angle_degrees: float = 0.0) -> fl
         material.bending_twist,
     )
     if d33 < 0.0:
-        # By default, twisting resists as in an isotropic plate of rigidity sqrt(d11 d22).
+        # By default, the plate resists twisting as an isotropic one of rigidity sqrt(d11 d22) does.
         d33 = 0.5 * (math.sqrt(d11 * d22) - d12)
     determinant = d11 * d22 - d12**2
     if not (determinant > 0.0 and d33 > 0.0):

@@ -175,9 +175,9 @@ def turned_panels(pattern: Pattern, reverse: Mapping[Seam, bool]) -> dict[str, b
 
 
 def merged(count: int, pairs: Iterable[tuple[int, int]]) -> Indices:
-    """Returns the new index of each of `count` vertices after pairs of them have been joined.
+    """Returns, for each of `count` vertices, its index after pairs of vertices have been joined.
 
-    New vertices are numbered in the order of the smallest old index of each.
+    Joined vertices are ordered by the smallest of the original indices that each combines.
     """
     parent = list(range(count))
 

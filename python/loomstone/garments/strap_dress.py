@@ -187,7 +187,8 @@ class _Shape:
     """Joints of the straps with the bodice, and control points of the bodice's curves.
 
     inner, outer : angles of a strap's two edges from centre front or back [degrees]
-    armhole, nape : heights of the control points of these curves above the waist [m]
+    armhole : height of the armholes' control points above the waist [m]
+    nape : height of the back neckline's lowest and control points above the waist [m]
     """
 
     inner: float

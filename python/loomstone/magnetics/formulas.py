@@ -68,7 +68,7 @@ def dipole_field(
     therefore the field of all other dipoles.
 
     tolerance: None sums all pairs directly. A number in [1e-10, 0.1] selects a treecode, whose time
-    grows like N log N. It bounds the root mean square of the error relative to that of the
+    grows like N log N. The number bounds the root mean square of the error relative to that of the
     result, measured against direct sums for 128 observers. Up to about 7,700 dipoles and observers
     (6e7 pairs), all pairs are summed directly.
     """

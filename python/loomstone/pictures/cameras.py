@@ -38,13 +38,13 @@ def fitted_camera(
 def turntable(run: FramesOfRun, camera: Camera, *, degrees: float = 360.0) -> Camera:
     """Returns a camera that turns about the scene over a run, counter-clockwise from above.
 
-    The angle after the last frame would be `degrees` at the time of one more frame, so a video of
-    whole turns repeats without a jump.
+    The angle would reach `degrees` one frame after the last one, so that a video of whole turns
+    repeats without a jump.
 
     Raises CacheError if the run has no frames.
     """
     check_frames(run, None)
-    # Frames are at the same distance in time.
+    # Frames are equally spaced in time.
     spacing = run[1].time - run[0].time if len(run) > 1 else 1.0
     return camera.replace(turn=degrees / (spacing * len(run)))
 
@@ -53,8 +53,8 @@ def turntable(run: FramesOfRun, camera: Camera, *, degrees: float = 360.0) -> Ca
 def read_camera(path: str | os.PathLike[str]) -> Camera:
     """Reads a camera from a JSON file that has fields of Camera, such as eye, target and times.
 
-    A camera with an eye and without `fit` is not fitted. Raises InvalidInput if the file cannot be
-    read.
+    If the file has the field `eye` but not `fit`, `fit` is False. Raises InvalidInput if the file
+    cannot be read.
     """
     try:
         fields = json.loads(Path(path).read_text(encoding="utf-8"))

@@ -54,11 +54,12 @@ def render_run(
     frames : indices of the frames to draw, even if they have pictures; None: all frames. With
         indices, `out` defaults to the run's directory and may not hold the pictures of a whole run.
     jobs : number of processes, 0: one per processor
-    again : delete existing pictures first, as always if new frames change automatic colours or the
-        fit of the camera
+    again : delete existing pictures first. Without it, they are deleted only if new frames change
+        the automatic colours or the fit of the camera.
     progress : function called with the number of pictures finished since its last call
     stop : function called before every picture if jobs=1; drawing ends if it returns True
     simulation : simulation of the run, for field lines; default: made from the stored magnets
+
     A fitted camera shows cloth and bodies of all frames drawn, or is that of the existing pictures
     of the whole run. Automatic colours span the values of all frames.
     """
@@ -97,7 +98,7 @@ def render_run(
 
 
 def framed(run: FramesOfRun, options: RenderOptions, frames: Sequence[int] | None) -> RenderOptions:
-    """Returns options whose camera is fitted, if it is to be, to the frames that are drawn.
+    """Returns the options; a camera with `fit` is fitted to the frames that are drawn.
 
     Single frames have the camera of existing pictures of the whole run with the same options.
     """
@@ -114,7 +115,7 @@ def _claim_all(
 ) -> None:
     """Reserves a directory for the pictures of a whole run.
 
-    Pictures whose automatic colours or fitted camera were others are deleted.
+    Existing pictures with other automatic colours or another fitted camera are deleted.
     """
     note = claim(directory, options, run.metadata_text, again=again, advice=_ADVICE)
     if any(note.get(name) != value for name, value in found.items()):

@@ -1,4 +1,4 @@
-"""What drawing needs of a run."""
+"""The interface of a run that drawing needs, and a check of its frames."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ class Replayed:
     """Predicted collision searches on several ranks.
 
     ranks : numbers of ranks, ascending
-    acceleration : time on one rank over the time on each number of ranks [1]
+    acceleration : time on one rank divided by the time on each number of ranks [1]
     """
 
     decomposition: str
@@ -41,8 +41,8 @@ class ParallelRun:
 
     name : name of its directory
     frames (f) : times of the frames [s]
-    collision, collision_waiting (f) : wall time of collision handling in the steps up to each
-        frame, and its part in which a rank waits for others, means of the ranks [s]
+    collision, collision_waiting (f) : wall time of collision handling in the steps between two
+        frames, and the part of it in which a rank waits for others; means over the ranks [s]
     parts : wall time of preprocessing, integration, collision handling and the rest [s]
     waiting : part of the wall time of all steps in which a rank waits, mean of the ranks [1]
     replayed : predictions for the recorded steps of this run

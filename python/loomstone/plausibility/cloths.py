@@ -60,7 +60,10 @@ def of_attachments(scene: Scene) -> list[str]:
 
 
 def of_contacts(scene: Scene, simulation: Any) -> list[str]:
-    """Returns one sentence for each pair of surfaces that start far within contact distance."""
+    """Returns one sentence for each pair of surfaces that start too close to each other.
+
+    Their distance is less than GAP times the contact distance.
+    """
     vertices, distances, thicknesses = simulation.near_contacts()
     close = distances < GAP * thicknesses
     if not close.any():

@@ -82,7 +82,7 @@ def _reach(magnet: TriangleMesh, body: TriangleMesh) -> float:
 
 
 def _mesh_of(state: tuple[Any, ...]) -> TriangleMesh | None:
-    """Returns the surface of a magnet in the frame of its carrier; None for (cells of) dipoles.
+    """Returns a magnet's surface in the frame of its carrier; None for dipoles and dipole cells.
 
     state : the recipe of the magnet and its pose, as pickle stores them
     """

@@ -150,7 +150,7 @@ class _Course:
     def _asked(self) -> tuple[int, bool]:
         """Returns the signal that ends the run (0: none), and whether a checkpoint is due.
 
-        The same on all ranks.
+        All ranks get the same values.
         """
         mine = 2 * self._received.number + self._received.due
         self._received.due = False

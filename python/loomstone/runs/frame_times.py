@@ -48,7 +48,8 @@ def told_of_part_frame(duration: float, rate: float) -> str:
 def warn_of_part_frame(duration: float, rate: float, stacklevel: int = 1) -> None:
     """Warns with SceneWarning if a duration is no whole number of frames.
 
-    stacklevel : number of calls from the caller of this function to the line that is to blame
+    stacklevel : 1 if the line to blame is in the caller of this function, 2 if it is in the
+        caller's caller, and so on
     """
     if told := told_of_part_frame(duration, rate):
         warnings.warn(told, SceneWarning, stacklevel=stacklevel + 1)

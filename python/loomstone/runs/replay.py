@@ -118,10 +118,10 @@ def replay(
 
     The tests of static and dynamic searches are measured again for every number of ranks, because
     the partitions depend on it. Dynamic searches start from the costs of an earlier step. The lists
-    of predicted searches are measured once. They are cut by the costs of the step before. The
-    motion of earlier steps is taken as the same. Steps without candidate pairs count too. The time
-    in which every rank updates its bounding volumes does not count, nor that of searches for new
-    pairs of clusters.
+    of predicted searches are measured once, and divided by their costs in the preceding step.
+    Earlier steps are assumed to have had the motion of the recorded one. Steps without candidate
+    pairs count too. The time in which every rank updates its bounding volumes does not count, nor
+    that of searches for new pairs of clusters.
 
     observer : receives the path of each motion before it is measured
 

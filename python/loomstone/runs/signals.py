@@ -24,14 +24,14 @@ class Interrupted(Exception):
 
 
 class Received:
-    """The number of the first signal that ends the run (0: none), its time of arrival [s], and
-    whether a checkpoint is due.
+    """The number of the latest signal that ends the run (0: none), the time at which the first one
+    arrived [s], and whether a checkpoint is due.
     """
 
     number, when, due = 0, 0.0, False
 
     def waited(self) -> float:
-        """Returns the time since the signal arrived [s], or 0 if there was none."""
+        """Returns the time since the first signal arrived [s], or 0 if there was none."""
         return time.monotonic() - self.when if self.number else 0.0
 
 
@@ -39,8 +39,8 @@ class Received:
 def noted_signals() -> Iterator[Received]:
     """Records SIGINT, SIGTERM, SIGUSR1 and SIGCONT in the yielded object, for checks between steps.
 
-    A second SIGINT ends the run at once. SIGCONT asks for a checkpoint, because mpirun sends it one
-    second before SIGTERM and two seconds before SIGKILL.
+    A SIGINT that follows a SIGINT, SIGTERM or SIGUSR1 ends the run at once. SIGCONT asks for a
+    checkpoint, because mpirun sends it one second before SIGTERM and two seconds before SIGKILL.
     """
     received = Received()
 

@@ -1,8 +1,8 @@
 """The scene program that is stored in a run, and the rule by which it may run.
 
 A run contains the source of its scene file, so a run from a stranger contains the program of the
-stranger. This program runs only if it equals the scene file at the stored path (the scene file at
-hand), or if the user trusts the run.
+stranger. This program runs only if it equals the scene file at the stored path, or if the user
+trusts the run.
 """
 
 from __future__ import annotations

@@ -94,7 +94,7 @@ def read_scene(directory: Path) -> Scene:
 
 
 def _encoded(value: Any, arrays: Arrays) -> Any:
-    """Returns a value for JSON. Arrays are put into `arrays`, and JSON has their names."""
+    """Returns a value for JSON. Arrays are put into `arrays`, and the result has their names."""
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
     if isinstance(value, np.ndarray):

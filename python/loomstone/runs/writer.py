@@ -287,7 +287,7 @@ def _store_scene(directory: Path, simulation: Any, metadata: str) -> None:
 
 
 def _files_of_others(directory: Path) -> list[str]:
-    """Returns the names of the files in a directory, in order, except hidden ones."""
+    """Returns the sorted names of the entries of a directory, except hidden ones."""
     if not directory.is_dir():
         return []
     return sorted(path.name for path in directory.iterdir() if not path.name.startswith("."))

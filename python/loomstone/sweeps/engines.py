@@ -42,7 +42,7 @@ def on_this_machine(
 ) -> Iterator[tuple[Point, int]]:
     """Runs points in `jobs` processes at a time; yields each with its exit code when it ends.
 
-    A signal that ends this process ends the runs, which save their states. Raises Interrupted then.
+    A signal that ends this process ends the runs, which save their states. Then raises Interrupted.
     """
     with noted_signals() as received, ThreadPoolExecutor(jobs) as pool:
         running = _Running(received)
@@ -99,7 +99,8 @@ def on_dask(
     """Runs points on the workers of a Dask cluster; yields each with its exit code when it ends.
 
     scheduler : address of the scheduler, or its scheduler file
-    A point whose workers die time and again has the exit code 137.
+
+    A point whose workers die repeatedly has the exit code 137.
     """
     try:
         distributed: Any = importlib.import_module("distributed")

@@ -57,9 +57,9 @@ def live(
 ) -> Live:
     """Serves a page with a running simulation, and returns at once.
 
-    On the page, cloth, rigid bodies and obstacles are pulled with the left mouse button. A pull is
-    a force: collisions and strain limits act as always. Simulated time keeps up with real time
-    where the machine is fast enough.
+    On the page, cloth, rigid bodies and obstacles are pulled with the left mouse button. Cloth and
+    rigid bodies are pulled by a force, and collisions and strain limits act as always. Obstacles
+    follow the mouse. Simulated time keeps up with real time where the machine is fast enough.
 
     integrator, threads : as in Simulation
     control : function called before every step, as in Simulation.run

@@ -1,8 +1,9 @@
-"""Things that a user holds in a running simulation: a patch of cloth, a body or an obstacle.
+"""Grips by which a user holds a patch of cloth, a body or an obstacle in a running simulation.
 
-A grip pulls what it holds towards a goal, which the mouse sets. It changes only values that any
-program may assign between two steps: external forces and poses of obstacles. Forces leave the
-collision handling free to stop what is held, so a user cannot pull cloth through itself.
+A grip pulls what it holds towards a goal, which the mouse sets. "Hand" means the user's end of a
+grip. It changes only values that any program may assign between two steps: external forces and
+poses of obstacles. Forces leave the collision handling free to stop what is held, so a user cannot
+pull cloth through itself.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ _SPEED = 1.0
 
 
 class Grip(Protocol):
-    """A held thing. `goal` (3) is where the hand wants the grabbed point to be [m]."""
+    """Holds a part of the scene, and pulls the grabbed point to the position `goal` (3) [m]."""
 
     goal: Floats
 
@@ -129,7 +130,7 @@ class BodyGrip:
 
 
 class ObstacleGrip:
-    """Holds an obstacle and keeps its orientation. The obstacle leaves its keyframes for good."""
+    """Holds an obstacle and keeps its orientation. The obstacle never returns to its keyframes."""
 
     def __init__(
         self,

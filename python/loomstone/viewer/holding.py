@@ -31,7 +31,7 @@ class Holder:
         self._body_of_vertex = topology.body_of_vertex
 
     def can_hold(self, body: int) -> bool:
-        """Returns whether a body or obstacle can be held: it is rigid and no floor."""
+        """Returns whether a body or obstacle can be held: it does not deform and is not a floor."""
         if body < len(self._scene.bodies):
             return True
         obstacle = self._scene.obstacles[body - len(self._scene.bodies)]

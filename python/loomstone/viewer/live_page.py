@@ -65,12 +65,12 @@ class Live:
         frame = self._sim.frame()
         self.page = Page(title, self._sim.topology, frame, camera=camera, host=host, port=port)
         self._holder = Holder(scene, self._sim)
-        self._lock = threading.Lock()  # guards _grips and _restart
+        self._lock = threading.Lock()  # guards _sim, _grips and _restart
         self._grips: dict[int, Grip] = {}
         self._restart = False
         self._single = 0
         self._stopped = threading.Event()
-        self._pictures: deque[tuple[float, float]] = deque()  # wall and simulated time
+        self._pictures: deque[tuple[float, float]] = deque()  # wall time and simulated time [s]
         self._lines_at = 0.0
         self._add_controls(paused)
         self._listen()

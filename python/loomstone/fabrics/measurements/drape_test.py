@@ -4,9 +4,9 @@ A disc of fabric with a diameter of 30 cm is clamped between discs of 18 cm.
 
     drape coefficient = (A_shadow - A_disc) / (A_specimen - A_disc) * 100 %
 
-The fabric is flat between the discs: vertices within a radius of 9 cm are pinned. The rest hangs
-over a solid pedestal and comes to rest by kinetic damping. The shadow is the union of all triangles
-as seen from above, computed on a pixel grid.
+The fabric is flat between the discs: vertices within a radius of 9 cm are pinned. The remaining
+ring hangs over a solid pedestal and comes to rest by kinetic damping. The shadow is the union of
+all triangles as seen from above, computed on a pixel grid.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
     spack repo add scripts/spack
     spack dev-build loomstone@0.1.0
 
-Not tried with Spack itself; tests/python/architecture/test_packages.py compares its dependencies
-with those of pyproject.toml and CMake.
+The recipe has not been tried with Spack. tests/python/architecture/test_packages.py compares its
+dependencies with those of pyproject.toml and CMake.
 """
 
 from spack.package import *
