@@ -11,9 +11,9 @@ namespace {
 
 using Six = std::array<Vec3, 6>;  // three vectors at the start, then the same vectors at the end
 
-// Returns true if the volume spanned by three linearly changing vectors keeps its sign and if its
-// magnitude always exceeds `margin` times an upper bound of the area that the last two vectors
-// span. The volume is bounded by its Bernstein coefficients.
+// Returns true only if the volume spanned by three linearly changing vectors keeps its sign and its
+// magnitude always exceeds `margin` [m] times an upper bound of the area that the last two vectors
+// span. May return false although both hold, because Bernstein coefficients bound the volume.
 bool off_plane(const Six& q, double margin) {
   const auto volume = [&](int i, int k, int l) { return q[i].dot(q[1 + k].cross(q[2 + l])); };
   const double b[4] = {volume(0, 0, 0), (volume(3, 0, 0) + volume(0, 3, 0) + volume(0, 0, 3)) / 3.0,
@@ -77,8 +77,8 @@ struct ApproachSearch::PairTest {
     for (int k = 0; k < 4; ++k) p[k] = motion.x0.row(v[k]).transpose();
     return p;
   }
-  // Returns whether the motion stays off the plane of the face, or off the common plane of the two
-  // edges.
+  // Returns true only if the vertex stays farther than `thickness` [m] from the plane of the face,
+  // or if the parallel planes through the two edges stay farther apart than this.
   bool off_common_plane(ContactKind kind, const std::array<Index, 4>& v, double thickness) const {
     Six q;
     for (int s = 0; s < 2; ++s) {
@@ -100,7 +100,7 @@ struct ApproachSearch::PairTest {
     const bool smooth = model.surfaces[surfaces.a].smooth || model.surfaces[surfaces.b].smooth;
     return !smooth && closest.interior;
   }
-  // Returns the time in which the pair may lose its distance beyond the thickness [s].
+  // Returns the shortest time after which the pair may be closer than its thickness [s].
   double wake(ContactKind kind, const std::array<Index, 4>& v, const ClosestPair& closest,
               double thickness) const {
     if (closest.distance <= thickness) return 0.0;
@@ -109,7 +109,7 @@ struct ApproachSearch::PairTest {
       speeds[k] = motion.v0.row(v[k]).dot(closest.difference.transpose()) / closest.distance;
     return time_to_close(closest.distance - thickness, largest_approach(kind, speeds));
   }
-  // Adds the pair to `found` if it is within reach. Returns a lower bound of its distance [m].
+  // Counts the pair if it is within reach. Adds it to `found` unless it is culled or ignored.
   double look(ApproachingPair pair, const std::array<Index, 4>& v, double reach,
               Approach& found) const {
     FourPoints p;

@@ -24,7 +24,7 @@ struct ApproachingPair {
 
 struct Approach {
   std::vector<ApproachingPair> pairs;  // sorted by (kind, a, b)
-  std::int64_t candidates = 0;         // number of pairs that come within reach, with culled ones
+  std::int64_t candidates = 0;         // number of pairs within reach, including culled ones
 };
 
 // Allowance for velocities that change within a step. Our choice: features are assumed to approach
@@ -45,8 +45,8 @@ inline double largest_approach(ContactKind kind, const std::array<double, 4>& sp
     return std::max({speeds[1], speeds[2], speeds[3]}) - speeds[0];
   return std::max(speeds[2], speeds[3]) - std::min(speeds[0], speeds[1]);
 }
-// Returns the time in which a pair may lose the distance `gap` [s].
-inline double time_to_close(double gap, double approach) {
+// Returns the shortest time in which a pair at this speed of approach may lose the gap [s].
+inline double time_to_close(double gap, double approach) {  // [m], [m/s]
   return gap / (faster_approach * std::max(0.0, approach) + added_approach);
 }
 

@@ -54,7 +54,7 @@ CollisionModel model_of(const CollisionRecord& record) {
   return model;
 }
 
-// Returns 1 for vertices of cloth, which can move whatever their mass is, and 0 for all others.
+// Returns inverse masses: 1 for cloth, 0 for other vertices. Searches only test whether they are 0.
 Vector movable(const CollisionModel& model) {
   Vector inverse_mass = Vector::Zero(model.n_vertices);
   for (const CollisionSurface& surface : model.surfaces)
@@ -107,7 +107,7 @@ struct ListsOfStep {
     return costs;
   }
   // Stores in `work` the times of the work on lists since the last call [s]. If an earlier call
-  // stored a smaller time for the same work, this time is kept.
+  // stored a smaller time for the same work, the smaller time is kept.
   void take_work(OrderedWork& work) {
     const double pass = lists.take_pass_seconds() / static_cast<double>(lists.lists().size());
     std::vector<double> seconds(first.back(), 0.0);
@@ -131,7 +131,7 @@ struct ListsOfStep {
   BroadPhase boxes;
   NeighbourLists lists;
   ImpactSearch search;
-  SectionStarts first = {0};  // number of pieces in earlier surface pairs
+  SectionStarts first = {0};  // number of first clusters in the preceding surface pairs
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Predicts how long ranks take to find the collisions of a recorded motion. The work is measured on
-// one thread, and its distribution over ranks is simulated.
+// Repeats the searches for collisions in a recorded motion. Measures their work on one thread, from
+// which core/parallel/pool_replay.h predicts times on many ranks, or their time on existing ranks.
 #pragma once
 
 #include <memory>

@@ -50,7 +50,7 @@ struct CollisionStage::Data {
   CollisionRecord motion;
   std::unique_ptr<BroadPhase> own_broad_phase;  // performs tasks of all ranks; made at first use
   // Positions x0 of the last call of proximity(), and the contacts at x0. A part of a step begins
-  // where the last one ended, so contacts found at its end are used again. `known` also contains
+  // where the preceding one ended, so contacts found there are used again. `known` also contains
   // the contacts that proximity() omits because of a tangle. Both members are the same on all
   // ranks.
   Points known_x;

@@ -43,7 +43,7 @@ class CollisionStage {
 
   // Collective. Returns the contacts closer than their thickness at x0, sorted by (kind, a, b). x0
   // contains the vertices of all surfaces.
-  // The reference is valid until the next call.
+  // The reference is valid until the next call of proximity() or proximity_alone().
   const std::vector<Contact>& proximity(const Team& team, const Points& x0, const Tangle& tangle);
   // Returns the same contacts as proximity(). Not collective: a rank may call it without the
   // others. Slow unless x0 is that of the last call of proximity() or there is only one rank.

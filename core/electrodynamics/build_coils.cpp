@@ -57,8 +57,8 @@ void check_coil(const Coil& coil, const std::string& where) {
                where);
 }
 
-// Checks what a circuit requires if there are magnetisable bodies. They must respond linearly and
-// to each other's fields, and the circuit must have a self-inductance.
+// Checks what a circuit requires if there are magnetisable bodies. The bodies must respond linearly
+// and to each other's fields, and the circuit must have a self-inductance.
 void check_circuit(const Coil& coil, const MagneticModel& model, const std::string& where) {
   for (std::size_t k = 0; k < model.magnets.size(); ++k) {
     const CarriedMagnet& magnet = model.magnets[k];

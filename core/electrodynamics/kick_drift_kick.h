@@ -63,7 +63,7 @@ class Substeps {
   bool left() const { return place_ < parts_; }
   double elapsed() const { return step_ * place_ / parts_; }             // [s]
   double share() const { return static_cast<double>(place_) / parts_; }  // elapsed fraction
-  double next_share() const { return static_cast<double>(place_ + 1) / parts_; }  // with the next
+  double next_share() const { return static_cast<double>(place_ + 1) / parts_; }  // after the next
   double length() const { return step_ / parts_; }                                // [s]
   // Halves the remaining sub-steps until they resolve the angular frequency [rad/s]. After the
   // first call, a small growth of the frequency is tolerated. Throws SolverFailure if too many

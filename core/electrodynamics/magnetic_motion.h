@@ -47,7 +47,7 @@ class MagneticMotion {
   double energy(const Team& team, const CarrierPlaces& places, const Points& moments) const;
 
   // Advances bodies, circuits and the moments of induced dipoles. `world` must have been built
-  // without gravity and gyroscopic torques. Throws SolverFailure.
+  // without gravity and gyroscopic torques. Throws SolverFailure if resolve() or end_motion() does.
   MagneticEffort advance(const Team& team, const MagneticStep& step, RigidWorld& world,
                          RigidState& bodies, MagneticState& magnetic);
 
@@ -72,7 +72,7 @@ class MagneticMotion {
     Magnetised magnetised;
     Actions actions;
   };
-  // All that a sub-step changes, at its start, except for the instant.
+  // Values at the start of a sub-step, from which it can be repeated. `previous_` is its instant.
   struct Start {
     RigidState bodies;
     Points momenta;

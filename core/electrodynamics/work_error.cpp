@@ -7,7 +7,7 @@ namespace loomstone {
 
 namespace {
 
-// Errors below this fraction of the kinetic energy, times the tolerance, are not resolved.
+// Least energy to which the error is relative, as a fraction of the kinetic energy [1].
 constexpr double least_work = 0.1;
 
 double work_along(const Wrench& wrench, const Twist& displacement) {

@@ -126,7 +126,7 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
       const Vec3 axis = solver.eigenvectors().col(k);
       delta += core.margin * axis.dot(sums[i]) / eigenvalues[k] * axis;
     }
-    // The limit keeps the tips of needles away from the centre.
+    // Without this limit, a sharp corner could move beyond the centre.
     const double limit = 0.5 * (vertices[i] - centre).norm();
     if (delta.norm() > limit) delta *= limit / delta.norm();
     core.points.push_back(vertices[i] - delta);

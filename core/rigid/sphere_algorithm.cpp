@@ -26,7 +26,7 @@ bool touched_before(const btPersistentManifold& manifold, const SphereContact& c
 }
 
 // Replaces the contact points of the last step. A new point starts from the impulse of the old
-// point whose normal is closest.
+// point whose normal is closest, if the two points count as the same contact.
 void put_points(btPersistentManifold& manifold, const std::vector<SphereContact>& contacts) {
   struct Before {
     btVector3 normal;

@@ -1,5 +1,7 @@
-"""Converts query archives (npz with Q, kind, gt, toi_lo, toi_hi) to the plain file that
-test_continuous.cpp reads.
+"""Converts query archives to the plain file that narrow_phase/test_exact_continuous.cpp reads.
+
+An archive (npz) contains 24 coordinates Q, the kind (0 vertex-face, 1 edge-edge), the exact
+verdict gt, and the bounds toi_lo and toi_hi of the first contact time for each query.
 
 python3 tests/collision/convert_queries.py out.bin queries/*.npz
 """

@@ -192,7 +192,7 @@ TEST_CASE("impacts agree with a test of all pairs, with lists and without") {
           std::vector<Contact> contacts =
               find_contacts(Team{1}, model, pairs, x0, (lists.update(Team{threads}, x0), lists));
         } else {
-          // Lists that were built for other positions are not used.
+          // The search must update lists that were last updated at other positions.
           lists.update(Team{1}, x0 + Points::Constant(x0.rows(), 3, 1e-3));
         }
         std::vector<Key> found;

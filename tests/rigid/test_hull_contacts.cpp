@@ -224,8 +224,8 @@ TEST_CASE(
     CHECK(on_post.speed < 1e-6);
     CHECK(std::abs(on_post.at.z() - 0.04) < 1e-6);
   }
-  // The cells of the floor are smaller than the contact distance, so there are more than the four
-  // contact points that can be kept. Those that support the body must be among the four.
+  // The rod lies on a side face that covers several cells of the floor, so there are more than the
+  // four contact points that can be kept. Those that support the body must be among the four.
   RigidBody rod = body_of(
       cylinder(0.004, 0.027, 14)
           .moved(Vec3::Zero(), about(Vec3::UnitY(), M_PI / 2) * about(Vec3::UnitZ(), M_PI / 14)),

@@ -32,8 +32,8 @@ TEST_CASE("a falling sphere follows symplectic Euler to rounding") {
   const double h = 1e-3;
   const int n = 500;
   run(world, state, h, n, 0);
-  // v_n = v0 + n h g, x_n = x0 + n h v0 + n (n + 1) / 2 h^2 g. Tolerance: 500 roundings of numbers
-  // of about one, with a margin.
+  // v_n = v0 + n h g, x_n = x0 + n h v0 + n (n + 1) / 2 h^2 g. The tolerance allows for 500
+  // rounding errors of numbers of about one, with a margin.
   const Vec3 g(0, 0, -9.81);
   CHECK((state.velocities.row(0).transpose() - (sphere.velocity + n * h * g)).norm() < 1e-12);
   CHECK((state.positions.row(0).transpose() -

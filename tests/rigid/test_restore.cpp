@@ -51,7 +51,7 @@ struct Pile {
     world.advance(step, none, none, ObstaclePlaces({pose}), state);
   }
   // Takes the steps from `first` to `last` - 1, and rebuilds the world every 40 steps. `state` must
-  // contain the manifolds at the start, and contains them at the end.
+  // contain the manifolds unless it is the initial state, and contains them at the end.
   void run(RigidWorld& world, RigidState& state, int first, int last) const {
     for (int i = first; i < last; ++i) {
       if (i % 40 == 0) {

@@ -10,8 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Minimum number of tasks. Node pairs are expanded from the roots until there are this many tasks.
-// The value does not depend on the number of threads.
+// Node pairs are expanded from the roots until there are this many tasks, or only pairs of leaves.
+// The value does not depend on the number of threads, so task numbers do not depend on it either.
 constexpr std::size_t enough_tasks = 256;
 
 // Maximum number of pairs in a batch that is passed to the sink.

@@ -96,7 +96,7 @@ class ClusterTree {
   std::vector<Index> edge_ids_;
   std::vector<Index> foreign_;  // sorted
   Index n_clusters_ = 0;
-  double built_area_ = -1.0;  // total box area when clusters were formed [m^2]; -1: no clusters
+  double built_area_ = -1.0;  // total box area when clusters were formed [m^2]; -1: not formed
   Features faces_, edge_features_, vertices_;
   std::vector<std::vector<SlabGroup>> levels_;  // node boxes by level
   SlabGroup root_;                              // box of the root in lane 0

@@ -47,7 +47,7 @@ struct BoxScene {
 };
 
 struct Reports {
-  std::mutex lock;  // Embree may call report() from its own threads
+  std::mutex lock;  // Embree may call report() from a thread of its own
   std::vector<std::pair<unsigned, unsigned>> pairs;
 };
 

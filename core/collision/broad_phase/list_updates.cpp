@@ -1,5 +1,5 @@
-// The part of NeighbourLists that decides when lists end and when cluster pairs are searched, and
-// lets the ranks agree on it.
+// The part of NeighbourLists that decides when lists end and when cluster pairs are searched. The
+// ranks agree on both decisions.
 #include <algorithm>
 #include <atomic>
 #include <cstring>
@@ -79,7 +79,7 @@ void NeighbourLists::begin_update(const Team& team, const Points& x) {
   }
 }
 
-// Adds the last step to the lists, and finds those that end.
+// Adds the change of distances in the last step to `used` of each list, and finds lists that end.
 NeighbourLists::Pass NeighbourLists::pass_at_x(const Team& team) {
   if (!unchecked_) return {};
   const WorkTimer<double> timing(pass_seconds_, clock_);
@@ -153,7 +153,7 @@ NeighbourLists::Pass NeighbourLists::pass_to(const Team& team, const Points& x1)
   return pass;
 }
 
-// Finds the lists that do not contain all pairs of the motion from the last update to x1.
+// Finds the lists that may lack pairs of the motion from the last update to x1.
 NeighbourLists::Pass NeighbourLists::find_ended_before(const Team& team, const Points& x1) {
   const WorkTimer<double> timing(pass_seconds_, clock_);
   find_motions(team, x_, x1);
@@ -196,7 +196,7 @@ bool NeighbourLists::search_is_due(const std::vector<Pass>& passes) const {
          (updates_ >= least_updates && most * ranks_.size() > unbalanced * sum);
 }
 
-// Finds the lists of this rank for which `ends` is true.
+// Marks the lists of this rank for which `ends` is true, and updates `fast` and `cost` of `pass`.
 template <class Ends>
 void NeighbourLists::find_ended(const Team& team, Pass& pass, Ends&& ends) {
   constexpr Index grain = 1024;

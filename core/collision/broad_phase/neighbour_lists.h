@@ -55,8 +55,8 @@ struct NeighbourList {
   }
 };
 
-// Approximate costs of work on lists [ns]. They decide when lists are distributed again. Values are
-// fitted to measured times of a drape and of a disc on a table.
+// Approximate costs of work on lists [ns]. NeighbourLists::work_on() divides measured times among
+// lists in proportion to them. Values are fitted to times of a drape and of a disc on a table.
 struct ListCosts {
   static constexpr float list = 60.0f;        // visiting a list
   static constexpr float pair = 3.0f;         // reading a pair of a list
@@ -119,7 +119,7 @@ class NeighbourLists {
   // are complete, and results and passes share one exchange. First, all ranks call begin_update(),
   // which usually does not communicate. Each rank then calls pass_at_x(), and works unless
   // Pass::unexpected is set. Finally, each rank passes the passes of all ranks to end_update(). If
-  // this returns false, lists were missing. They exist then, and the ranks repeat pass and work.
+  // this returns false, lists were missing. It has added them, and the ranks repeat pass and work.
   void begin_update(const Team& team, const Points& x);
   Pass pass_at_x(const Team& team);
   bool end_update(const Team& team, const std::vector<Pass>& passes);
@@ -135,8 +135,8 @@ class NeighbourLists {
   std::vector<NeighbourList>& lists() { return lists_; }  // lists of this rank
   // Vertices of all features in the lists of this rank.
   const std::vector<Index>& vertices() const { return vertices_.vertices(); }
-  // Calls work(list) for all lists of this rank, in parallel, and passes the index of the range of
-  // lists: work(list, range). There are n_ranges() ranges of at most `most_at_once` lists.
+  // Calls work(list, range) for all lists of this rank, in parallel. `range` is the index of the
+  // range that contains the list. There are n_ranges() ranges of at most `most_at_once` lists.
   template <class Work>
   void each_list(const Team& team, Work&& work) {
     const Index n = static_cast<Index>(lists_.size());
@@ -223,8 +223,8 @@ class NeighbourLists {
   bool search_is_due(const std::vector<Pass>& passes) const;
   void unlist_fast(const std::vector<Pass>& passes);
   void make(NeighbourList& list, PairSearch::Slots& slots) const;
-  // Returns the base distance minus 1.01 times the gap floor [m]. Even a list whose slack is used
-  // up contains all pairs closer than the base distance.
+  // Returns by how much the change of distances may exceed the slack of a list before the list may
+  // lack pairs closer than 1.01 times the gap floor [m].
   double spare(Index pair) const { return base_[pair] - 1.01 * model_.gap_floor; }
 
   // Allowance for rounding errors, which accumulate as bounds are summed over steps [m].
@@ -240,7 +240,7 @@ class NeighbourLists {
   // Base distance and largest slack of each surface pair [m].
   std::vector<double> base_, most_slack_;
   std::vector<double> inflation_;  // inflation of the vertex boxes of each surface [m]
-  // Largest distance of the vertices of each surface from their expected motion [m].
+  // Distance from their expected motion that the vertices of each surface may reach [m].
   std::vector<double> margin_;
   Points x_, before_;  // positions of the last update() and of the one before it
   Points from_, to_;   // expected motion in the last search for cluster pairs

@@ -182,7 +182,7 @@ PartitionTrees::Clusters PartitionTrees::clusters_of(const NodeTest& test) const
           part.first_cluster + static_cast<std::size_t>(last)};
 }
 
-// Calls visit(other) for the second hierarchy of each top-level test whose first one is given.
+// Calls visit(other) for the second hierarchy of each top-level test that starts with `hierarchy`.
 template <class Visit>
 void PartitionTrees::each_partner(Index hierarchy, Visit&& visit) const {
   const Index s = parts_[hierarchy].surface;

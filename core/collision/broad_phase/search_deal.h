@@ -15,7 +15,7 @@ class SearchDeal {
  public:
   explicit SearchDeal(std::size_t n_clusters = 0) : n_clusters_(n_clusters) {}
 
-  // One in this number of searches measures costs. Reading the clock makes it a tenth slower.
+  // One in this number of searches measures costs. Reading the clock makes this one a tenth slower.
   static constexpr int interval = 8;
 
   // Starts a search. Returns whether it measures costs.

@@ -87,7 +87,7 @@ bool outdone(const CollisionModel& model, const Contact& contact, const Contact&
   return !inside;
 }
 
-// Keeps only the nearest contact of each vertex with a smooth surface. Distance and interpolated
+// Keeps only the nearest contact of a vertex with each smooth surface. Distance and interpolated
 // normal are then continuous across faces. Of several equally near contacts, the first is kept.
 void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& contacts) {
   const auto surface = [&](const Contact& c) { return model.surface_of_triangle[c.b]; };
@@ -143,7 +143,7 @@ bool before(const FoundContact& a, const FoundContact& b) {
   return std::tie(a.kind, a.key) < std::tie(b.kind, b.key);
 }
 
-// Sorts contacts by (kind, a, b).
+// Returns the contacts sorted by (kind, a, b).
 std::vector<FoundContact> in_order(const std::vector<FoundContact>& contacts) {
   std::vector<const FoundContact*> order;
   order.reserve(contacts.size());
@@ -169,8 +169,8 @@ class ContactFinder {
     return distance_within(kind == ContactKind::VertexFace, p, reach) <= reach;
   }
 
-  // Returns the distance between the two features of one pair, which belongs to surface pair i.
-  // Appends their contact to `out` if this distance is below the thickness.
+  // Returns the distance of two features [m] of surface pair i. Appends their contact to `out` if
+  // they are closer than the thickness. Edges must also be closest inside both edges.
   double look(Index i, ContactKind kind, PairKey key, std::vector<FoundContact>& out) const {
     const std::array<Index, 4> v = pair_vertices(model_, kind, key);
     const FourPoints p = points(v);

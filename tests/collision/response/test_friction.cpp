@@ -9,13 +9,13 @@ using Kind = CollisionSurface::Kind;
 
 namespace {
 
+struct Slide {
+  double distance, speed;
+};
 // Moves a small sheet as a rigid block on a floor under tilted gravity. All vertices have the same
 // velocity, computed by semi-implicit Euler. At the start, vertex contacts carry the weight of the
 // block. Each has the force 2 k depth^2 / xi, where k is the contact stiffness and xi the
 // thickness.
-struct Slide {
-  double distance, speed;
-};
 Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 1e-3,
             bool again = true) {
   const double thickness = 1e-3;
