@@ -7,7 +7,7 @@
 On one rank, compares the ways in which threads share a traversal: OpenMP tasks, loops and the pool.
 On several ranks, compares static and dynamic decomposition with their replays. Each number is the
 smallest of the repetitions, so that times in which other programs ran do not count. The default
-network is shared memory.
+latency and overhead of a message in the replays are those of shared memory.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ SHARES = {
     "start": 2,
     "end": 2,
     "parallel": 2,
-}  # relative number of queries per family; 1 for families that take long to decide
+}  # relative number of queries of a family; 1 for the others, which take long to decide
 
 
 def main() -> None:

@@ -1,7 +1,7 @@
 """Scenes whose fields are mutated at random by hypothesis, for faults.py and the tests.
 
 A mutated scene must either be refused by an ls.Error of one line, or be simulated with finite
-positions and without intersections of cloth.
+positions and velocities. The report must count any intersections of cloth.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ INTEGRATORS = (ls.SemiImplicitEuler, ls.BackwardEuler, ls.SymplecticEuler, ls.As
 
 
 def mostly(usual: Any, other: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
-    """Returns another value than the usual one in one of eight cases."""
+    """Returns a strategy that draws from `other` in one of eight cases, and else gives `usual`."""
     return st.integers(0, 7).flatmap(lambda k: other if k == 0 else st.just(usual))
 
 
 def changes(names: tuple[str, ...], kind: type) -> st.SearchStrategy[dict[str, Any]]:
-    """Returns values for up to two fields of a description."""
+    """Returns a strategy that draws values for up to two fields of the description `kind`."""
     known = [name for name in names if name in kind.field_names]  # type: ignore[attr-defined]
     return mostly({}, st.dictionaries(st.sampled_from(known), NUMBERS, max_size=2))
 

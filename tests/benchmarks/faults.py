@@ -176,7 +176,7 @@ def long(place: Path, scale: float) -> Trials:
 
 
 def sixty_seconds(name: str, duration: float) -> str:
-    """Memory and processor time of the first and the last third of a run."""
+    """Returns a sentence with the memory and the time of a step in two thirds of a run."""
     file = SceneFile.open(SCENES / f"{name}.py", LONG[name])
     sim = ls.Simulation(file.scene(), integrator=file.integrator, threads=1)
     memory, seconds = [], []

@@ -134,7 +134,7 @@ def figure_4(options: argparse.Namespace) -> None:
 
 
 def figure_5(options: argparse.Namespace) -> None:
-    """Figure 4.5. A queue without contacts at events (stage 2) is slow with more triangles."""
+    """Draws figure 4.5: pairs that remain after culling, and impacts left to certification."""
     plt = plotter()
     file = SceneFile.open(SCENES / "ribbon.py", {"triangles": options.triangles or 2000})
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")

@@ -10,7 +10,7 @@ includes. `end` is like `gain`, but at the end of the run. `parts` is the number
 `shortest` the length of the shortest part [ms], and `cpu` the processor time [s].
 
 The second table is about a sheet that is pinned at two corners and released flat. It lists the time
-until the free edge passes below these corners.
+until the free edge is vertically below these corners.
 """
 
 from __future__ import annotations

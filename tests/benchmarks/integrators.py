@@ -5,10 +5,10 @@ over time as a plot, and pictures at one instant side by side (figures 4.1 and 4
     --plot integrators.png --pictures sheets.png]
     python tests/benchmarks/integrators.py --survive
 
-With --survive, the program instead searches for the least viscosity with which symplectic and
+With --survive, the program instead finds the least of several viscosities with which symplectic and
 explicit Euler and the linearised midpoint rule survive the whole duration, for several steps. A run
-has not survived if it fails, or if its energy rises above its start by a tenth of what the sheet
-gains in its fall. Failed runs are drawn up to their failure.
+has not survived if it fails, or if its energy rises above its initial value by a tenth of the
+energy that the fall of the sheet releases. Failed runs are drawn up to their failure.
 """
 
 import argparse

@@ -8,7 +8,7 @@ of folds as means over specimens. Limits:
 - none: the knit strains by 2 %
 - tight: 1 % of stretch and shear; compression is free, as by default
 - both ways: also 1 % of compression
-- 0.1 %: a tenth of these limits, which shows what locking looks like
+- 0.1 %, 0.1 % both: a tenth of the limits "tight" and "both ways", to show what locking looks like
 """
 
 from __future__ import annotations

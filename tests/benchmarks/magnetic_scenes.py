@@ -4,12 +4,14 @@ run on one thread.
     python tests/benchmarks/magnetic_scenes.py [--steps 400]
             [--scenes toy_magnets lift levitation]
 
-- cells: dipoles that represent all magnets; a sphere counts as one
+- cells: dipoles that represent all magnets; a soft body counts as one unless its response is
+  explicit
 - magnetics: one evaluation of all forces and torques, including induced moments
 - substeps: evaluations per step
 - rigid: remaining time of a step, mostly contacts
 - frames/s: frames of 40 ms
-- gain: time of the sum over all pairs of leaves divided by that of the sum over fronts (6.19), for
+- gain: time of the sum over all pairs of leaves (smallest cells) divided by that of the sum over
+  fronts, which have larger cells for distant magnets (equation (6.19) of [Thomaszewski2010]); for
   magnets at their initial poses, if there are at least two; soft spheres are not timed
 
 Times are processor times in milliseconds. An evaluation is the minimum of repeats, averaged over

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from smoke import SCENES, SHARED, parsed
 
 NAMES = {"drape": "W1", "twist": "W3", "swing": "W2"}  # scene names in SHARED/peers
-# Blender's steps per frame. With fewer steps, its simulation of the twist fails.
+# Blender's steps per frame. With fewer than 30 steps, its simulation of the twist fails.
 QUALITY = {"drape": 10, "twist": 30, "swing": 10}
 DURATION = {"drape": 1.0, "twist": 1.0, "swing": 4.0}  # [s]
 
@@ -38,7 +38,7 @@ class Seen(NamedTuple):
     seconds: float  # per frame
     stretch: float
     pairs: int  # largest number of intersecting pairs in a frame
-    kept: float | None = None  # energy at the end divided by energy at the start
+    kept: float | None = None  # energy at the end as a share of that at the start; see above
 
     def __str__(self) -> str:
         text = f"{self.seconds:.3f} s a frame, stretch {self.stretch:.3f}, "
@@ -66,7 +66,7 @@ def total(report: ls.StepReport) -> float:
 
 
 def energy_at_rest(scene: ls.Scene) -> float:
-    """Returns the energy of hanging cloth [J], which long implicit steps bring to rest."""
+    """Returns the energy [J] of the hanging cloth after long implicit steps bring it to rest."""
     sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-2, accuracy=None))
     while sim.time < 6.0:
         sim.step()

@@ -4,12 +4,12 @@
     --damping 1e-5 --duration 4]
 
 In the first tables, the hat hangs from a point of its brim, without collisions. They list updates
-of triangles and processor time of stepping, both per second of motion. They also list by which
-factors both are larger with symplectic Euler, whose step is the same share of its limit of
-stability. With the default rigidity, bending limits the steps at the tip; with `--bending 1e-5
---damping 0`, the membrane does. In the last table, the hat falls on the floor. It lists the
-processor time of stepping and of collision handling. Stepping of the nested schedule includes the
-contacts at events.
+of triangles and processor time of stepping, both per second of motion. The columns "fewer" and
+"less" give the updates and the time of symplectic Euler divided by those of the row. The step of
+symplectic Euler is the same share of its limit of stability. With the default rigidity, bending
+limits the steps at the tip; with `--bending 1e-5 --damping 0`, the membrane does. In the last
+table, the hat falls on the floor. It lists the processor time of stepping and of collision
+handling. Stepping of the nested schedule includes the contacts at events.
 """
 
 import argparse
@@ -21,7 +21,7 @@ import numpy as np
 from loomstone.runs.scene_file import SceneFile
 from smoke import SCENES, parsed
 
-# Default step divided by the stability limit: of Asynchronous, and of SymplecticEuler
+# Step divided by the limit of stability: Asynchronous by default, SymplecticEuler(step="auto")
 SHARE, SHARE_OF_AUTO = 0.4, 0.5
 
 

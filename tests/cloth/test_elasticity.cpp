@@ -1,5 +1,5 @@
-// Elasticity keeps the forces and energies of the last positions. They must be those of an object
-// that has computed nothing before.
+// Elasticity keeps the forces and energies of the last positions. They must be bitwise equal to
+// those of a new object, which keeps none.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -63,7 +63,7 @@ Values values(Elasticity& elasticity, const Points& x, const Points* v) {
   return found;
 }
 
-// Compares one object, which is asked repeatedly and in different phases, with new objects.
+// Compares one object, which is evaluated repeatedly with and without a limit phase, with new ones.
 void check_repeated(const ClothModel& model, BendingTreatment treatment,
                     const std::vector<Points>& positions, const Points& v) {
   const auto phase_at = [&](Elasticity& elasticity, const Points& x) {

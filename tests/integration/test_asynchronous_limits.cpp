@@ -264,7 +264,7 @@ TEST_CASE("limits of edges bound the stretch of a triangle only by its largest a
     const double angle = degrees * M_PI / 180.0, bound = 1.075 / std::cos(0.5 * angle);
     ClothRun run = triangle_with_angle(angle);
     // The edges of the largest angle fold together along its bisector and keep within their limits.
-    // No force opposes this but that of the membrane without limits.
+    // Only the force of the membrane without limits opposes this motion.
     const double length = 0.05 * 1.0749;
     Points& x = run.state.x;
     x.setZero();

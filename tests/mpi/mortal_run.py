@@ -1,4 +1,4 @@
-"""A run in which a rank dies or stops in step 25, and how it is resumed."""
+"""A run in which a rank dies, stops or sleeps after step 25, and how the run is resumed."""
 
 import json
 import subprocess
@@ -44,7 +44,7 @@ def straight():
 
 
 def resumes(out, command=(sys.executable,)):
-    """Returns whether resuming completes the run with the bits of a run without death.
+    """Returns whether resuming completes the run with the bits of a run without the fault.
 
     The run continues from a checkpoint before the fault, which does not occur again.
     """

@@ -148,8 +148,8 @@ void solutions_keep_their_bits(const RankProgram& program) {
     const LinearReport again = solve();
     program.claim("a solution is a good guess", again.iterations == 0);
 
-    // The couplings of vanished terms remain in the coarse levels for a while. They must not change
-    // the bits, because each rank decides for its own rows how long it keeps them.
+    // The couplings of removed terms remain in the coarse levels for some solves. They must not
+    // change the bits, because each rank decides for its own rows how long it keeps them.
     system.terms.resize(system.terms.size() / 3);
     x = system.x;
     program.claim("the solve with fewer terms converges", solve().converged);

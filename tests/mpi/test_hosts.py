@@ -33,7 +33,7 @@ def test_a_run_on_three_hosts_loses_one_and_continues_on_two(hosts, tmp_path, de
     scene, out = tmp_path / "scene.py", tmp_path / "out"
     seen = "    open(os.path.join(os.path.dirname(__file__), os.uname().nodename), 'w').close()\n"
     scene.write_text(SCENE.replace("    global death\n", "    global death\n" + seen))
-    # With a cut link, the last rank stops in step 25, so that the run does not end before the cut.
+    # With a cut link, the last rank sleeps after step 25, so that the run does not end before it.
     fault = "SIGKILL" if death == "SIGKILL" else "slow"
     with open(tmp_path / "said", "w+") as said:
         process = subprocess.Popen(

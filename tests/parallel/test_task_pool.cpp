@@ -101,7 +101,7 @@ TEST_CASE("a rank without work receives tasks while another rank has work") {
 TEST_CASE("ranks of several threads perform every test once") { run_rounds(2, 2, 20, 3); }
 
 TEST_CASE("more ranks than messages can pass directly still end together") {
-  // 40 ranks need three levels of the tree along which the end is detected.
+  // The tree of 40 ranks along which the end is detected has three levels, rank 0 included.
   run_rounds(40, 1, 3, 11);
 }
 

@@ -87,7 +87,7 @@ TEST_CASE("the memory of elements, matrix and solver falls with the number of ra
   const Scene scene = sheets(60);
   const auto bytes = [&](int n_ranks) { return run(scene, test::step_of(4e-3), n_ranks, 2).bytes; };
   auto one = bytes(1), two = bytes(2), four = bytes(4);
-  // Beside its share, a rank stores elements along its boundary, the coarse levels of the
+  // Besides its share, a rank stores elements along its boundary, the coarse levels of the
   // preconditioner and some vectors of all rows. The measured fractions are 0.53 to 0.58 on two
   // ranks and 0.29 to 0.38 on four; the bounds are the largest of them plus a tenth.
   for (const char* part : {"membrane", "bending", "matrix", "solver", "preconditioner"}) {

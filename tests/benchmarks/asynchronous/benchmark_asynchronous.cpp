@@ -26,8 +26,8 @@ double now() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-// Square sheet of 2 m whose triangles become smaller towards its centre. Their edges at the centre
-// are about `least` times as long as those at the rim.
+// Square sheet of 2 m whose triangles become smaller towards its centre. Edges parallel to the rim
+// are least / (least + 1) times as long at the centre as at the rim: all equal if `least` is large.
 TriangleMesh sheet(Index cells, double least) {
   const TriangleMesh mesh = jittered_grid(2.0, 2.0, cells, cells, 0.24, 5);
   Points x = mesh.vertices();

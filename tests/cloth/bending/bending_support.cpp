@@ -60,8 +60,8 @@ Points noise(Index n, double size, unsigned seed) {
 
 namespace {
 
-// Mesh of diamonds. The lattice points (i, j) h / 2 with even i + j are vertices. Every other
-// lattice point is the centre of a diamond, which is cut in half at the boundary.
+// Mesh of diamonds. The lattice points (i, j) h / 2 with even i + j are vertices. Those with odd
+// i + j are centres of diamonds; diamonds at the boundary are cut in half.
 Strip diamond_strip(bool along, double length, double width, Index across) {
   const Index ny = 2 * across,
               nx = static_cast<Index>(std::lround(ny * length / width)) / 2 * 2 + 2, clamp = 2;

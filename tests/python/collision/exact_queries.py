@@ -166,7 +166,7 @@ class Hull:
         self.dot = {(i, j): dot(corners[i], corners[j]) for i, j in self.cross}
 
     def holds_origin(self, time: Time) -> bool:
-        """Returns whether the origin is in the hull; both must lie in one plane (Caratheodory)."""
+        """Returns whether the hull holds the origin; origin and corners must lie in one plane."""
         if any(all(time.sign_of(x) == 0 for x in corner) for corner in self.corners):
             return True
         known: dict[tuple[int, int, int], int] = {}

@@ -372,4 +372,4 @@ def test_what_an_export_writes_is_an_obstacle_of_the_next_run(tmp_path):
     again = ls.obstacles.baked(path)
     assert again.times == pytest.approx(run.times)
     wanted = run.positions[:].reshape(-1, 3)
-    assert again.vertex_positions == pytest.approx(wanted, abs=2.0**-27)  # floats below 0.1 m
+    assert again.vertex_positions == pytest.approx(wanted, abs=2.0**-27)  # single precision

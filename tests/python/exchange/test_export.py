@@ -80,7 +80,7 @@ def names(run):
 
 
 def corner_uv(run, name):
-    """(3 m x 2) uv of the corners of a cloth."""
+    """Returns the uv of the corners of a cloth of m triangles (3 m x 2)."""
     t = run.topology
     mine = np.flatnonzero(t.cloth_of_triangle == t.cloth_names.index(name))
     return t.corner_uv.reshape(-1, 3, 2)[mine].reshape(-1, 2)
@@ -384,7 +384,7 @@ def textured(tmp_path_factory):
     return ls.Run(out)
 
 
-IMAGE = [[[255, 0, 0], [0, 0, 255]]]  # the colour shows through
+IMAGE = [[[255, 0, 0], [0, 0, 255]]]  # the blue of the look replaces the transparent pixel
 
 
 def test_gltf_contains_textures_and_looks(textured, tmp_path):

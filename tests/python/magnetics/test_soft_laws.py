@@ -63,8 +63,8 @@ def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
     """Uses plates that are six times as wide as the height h of the magnet above them, and as thick
     as h. The force comes from a spot about h across, which the cells must resolve. If cells focus
     on the spot, only the error of the finite width remains. This error is 0.9 % for a moment along
-    the plate, with 24 as with 32 cells. Without a focus the error is no larger, because the charge
-    varies within panels like the magnet's field.
+    the plate, with 24 cells and with 32. Without a focus, the error is no larger, because the
+    charge varies within panels like the magnet's field.
     """
     height = 0.015
     plates = [
@@ -170,7 +170,8 @@ def test_hard_magnets_have_no_stable_place_and_superconductors_do():
         return M.force(on=there, by=M.induce(plate, by=there).bodies[0]).force
 
     size = np.linalg.norm(by_hard(place)) / 0.01
-    assert abs(stiffness_sum(by_hard, place)) < 1e-5 * size  # errors: 1e-10 / step; second order
+    # Forces have errors of 1e-10, and the difference quotients are of second order in their step.
+    assert abs(stiffness_sum(by_hard, place)) < 1e-5 * size
     assert (
         stiffness_sum(by_superconductor, place)
         < -0.1 * np.linalg.norm(by_superconductor(place)) / 0.01

@@ -58,7 +58,7 @@ def seen_on_floor(floor, x, y):
     return picture[rows, columns].argmax(1)
 
 
-# Its pixels are so small that smooth transitions between them do not matter.
+# CHECKER with pixels so small that smooth transitions between them do not matter.
 FINE = CHECKER.repeat(16, axis=0).repeat(16, axis=1)
 PLACES = np.random.default_rng(5).uniform((0.38, -0.2), (0.8, 0.2), (200, 2))
 

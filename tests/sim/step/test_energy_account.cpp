@@ -10,7 +10,7 @@ using namespace loomstone::test;
 
 namespace {
 
-// A sheet held along one edge.
+// A sheet that is pinned along one edge.
 Scene sheet() {
   Scene scene;
   Cloth cloth;
@@ -22,7 +22,7 @@ Scene sheet() {
   return scene;
 }
 
-// Returns `scene` with a script that moves the held edge by `motion` [m] in 0.2 s, and then back.
+// Returns `scene` with a script that moves the pinned edge by `motion` [m] in 0.2 s, then back.
 Scene drawn(Scene scene, const Vec3& motion) {
   Cloth& cloth = scene.cloths[0];
   const Index n = static_cast<Index>(cloth.pins.size());
@@ -65,8 +65,8 @@ TEST_CASE("without losses, energy minus work stays constant, the better the shor
     options.implicit()->jacobian = JacobianKind::Exact;
     return options;
   };
-  // In the first scene, the held edge does not move. In the others, it moves in the plane of the
-  // sheet and perpendicular to it.
+  // In the first scene, the pinned edge does not move. In the second, it moves in the plane of the
+  // sheet, and in the third perpendicular to this plane.
   for (const Scene& scene :
        {sheet(), drawn(sheet(), Vec3(-0.03, 0, 0)), drawn(sheet(), Vec3(0, 0, 0.1))}) {
     const double coarse = imbalance(scene, midpoint(2e-3)), fine = imbalance(scene, midpoint(5e-4));

@@ -20,7 +20,7 @@ ClothMaterial isotropic(double stiffness, double density) {
   return material;
 }
 
-// A towel, tilted by 60 degrees, that falls to a floor with this speed [m/s].
+// A towel, tilted by 60 degrees, that falls to a floor at `speed` [m/s].
 Scene towel(double speed) {
   Scene scene;
   Cloth cloth;
@@ -137,7 +137,7 @@ TEST_CASE("a towel that meets a floor gains no energy of contacts") {
       // thickness in the shortest part of a 10 ms step.
       CHECK(fall(towel(speed), step_with(h, 1.0), 0.02).contact_gain < 0.04);
     }
-  // If parts are not shortened, contacts of the lower edge gain a third of the kinetic energy in
+  // Without a bound on the error, contacts of the lower edge gain a third of the kinetic energy in
   // one part.
   CHECK(fall(towel(2.0), step_with(2.5e-3, std::nullopt), 0.02).contact_gain > 0.2);
 }
