@@ -49,8 +49,8 @@ struct EventBody {
 };
 
 // Cloth and bodies at one instant of a step. Each vertex and each body moves at constant velocity
-// between its own events. Its position or pose is stored at a time of its own. This time minus the
-// present time is ahead() or body_ahead().
+// between its own events. The stored position or pose belongs to a time that may differ from the
+// present time. ahead() and body_ahead() return the difference.
 struct EventMotion {
   Points &x, &v;  // (n x 3)
   std::vector<EventBody>& bodies;
@@ -86,7 +86,7 @@ struct EventMotion {
 struct AttachedVertex {
   Index row = 0;  // row of the cloth vertex
   int body = 0;
-  Vec3 local = Vec3::Zero();  // point relative to the body's centre of mass, in mesh axes [m]
+  Vec3 local = Vec3::Zero();  // point relative to the body's centre of mass, in body axes [m]
 };
 
 }  // namespace loomstone

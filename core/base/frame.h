@@ -1,6 +1,6 @@
-// A frame is the data of one instant of a run, for the cache and the renderer. All arrays are in
-// the user's order. Arrays of cloth concatenate all cloths. Arrays of bodies concatenate all rigid
-// bodies, followed by all obstacles.
+// A frame is the data of one instant of a run, for the cache and the renderer. Vertices and
+// triangles are in the user's order. Arrays of cloth concatenate all cloths. Arrays of bodies
+// concatenate all rigid bodies, followed by all obstacles.
 #pragma once
 
 #include <cstdint>

@@ -12,7 +12,7 @@ void check_look(const Look& look, const std::string& where) {
             (*look.color)[0], (*look.color)[1], (*look.color)[2]);
   if (!look.texture) return;
   const TextureImage& image = *look.texture;
-  constexpr int most = 16384;  // largest side that OpenGL implementations accept [pixels]
+  constexpr int most = 16384;  // largest side that most OpenGL drivers accept [pixels]
   require(image.width > 0 && image.height > 0 && image.width <= most && image.height <= most,
           "{}.texture must have 1 to {} pixels along each side, got {} x {}; scale it", where, most,
           image.width, image.height);

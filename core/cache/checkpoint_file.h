@@ -1,5 +1,5 @@
-// Checkpoint files, which store named arrays and texts without loss. A file is written under a
-// temporary name and then renamed.
+// Checkpoint files, which store named arrays, integers, bytes and texts without loss. A file is
+// written under a temporary name and then renamed.
 #pragma once
 
 #include <string>

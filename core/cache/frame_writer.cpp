@@ -182,7 +182,7 @@ struct FrameWriter::Data {
 
   // Renames the bodies file first. If the process is killed before it renames the run file, the two
   // files still match: either the old run file has already been removed or, if a run is continued,
-  // both files have the same frames.
+  // the frames of the bodies file are the first frames of the old run file.
   void publish(bool same_run) {
     const std::string run_path = directory + "/" + run_file,
                       bodies_path = directory + "/" + bodies_file;

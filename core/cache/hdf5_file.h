@@ -120,7 +120,7 @@ class Hdf5File {
   std::string text_attribute(const std::string& object, const std::string& name) const;
   std::int64_t attribute(const std::string& object, const std::string& name) const;
 
-  // Write or read an array of fixed shape ({} for a single number).
+  // These functions write or read an array of fixed shape ({} for a single number).
   void write_array(const std::string& path, Number type, const std::vector<std::int64_t>& shape,
                    const void* values);
   template <class T>
@@ -134,7 +134,7 @@ class Hdf5File {
   std::string read_text(const std::string& path) const;
   std::vector<std::string> read_texts(const std::string& path) const;
 
-  // Create or open a dataset to which rows can be appended. The file grows by whole chunks.
+  // These functions create or open a dataset that can grow by rows. The file grows by whole chunks.
   Hdf5Rows create_rows(const std::string& path, const RowFormat& format, RowStorage storage);
   Hdf5Rows open_rows(const std::string& path, const RowFormat& format) const;
 

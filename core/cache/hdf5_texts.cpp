@@ -1,6 +1,6 @@
 // Texts are stored as strings of fixed length, padded with zeros, in attributes and in datasets.
-// VTK expects such strings. Strings of variable length would lie in a heap of the HDF5 file, which
-// may be damaged.
+// VTK expects such strings. Strings of variable length would need a heap in the HDF5 file, which is
+// one more structure that may be damaged.
 #include <algorithm>
 
 #include "core/cache/hdf5_handles.h"

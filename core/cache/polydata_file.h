@@ -55,7 +55,7 @@ class PolyDataWriter {
  private:
   struct Table {  // one row per frame
     Hdf5Rows rows;
-    std::int64_t stride;  // row k contains k * stride in every column
+    std::int64_t stride;  // row k has k * stride in every column (NumberOfParts: 1)
     int columns;
   };
   struct Values {

@@ -40,8 +40,8 @@ class DisplacementError {
   // 1/2 m (v1 - v0)^2. The energy of the cloth is the sum of its kinetic energy, its membrane
   // energy and 1/2 m g L, where L is the square root of its area. Cloths whose motion the step does
   // not resolve, such as snapping wrinkles, are left out. x1 (n x 3) are the positions at the end,
-  // and v0 and v1 (n x 3) the velocities at the start and at the end. The membrane energy is that
-  // of the last call of over() if it ended at x1. Collective.
+  // and v0 and v1 (n x 3) the velocities at the start and at the end. The membrane energy at
+  // x1 is reused from the last call of over() if that call ended at x1. Collective.
   double dissipation(const Team& team, const Points& x1, const Points& v0, const Points& v1,
                      double h);
 
@@ -87,7 +87,7 @@ class DisplacementError {
   std::vector<std::size_t> offsets_;  // (ranks + 1) start of the blocks of each rank [byte]
   std::vector<Scales> scales_;        // (cloths)
   std::vector<Sums> sums_;            // (blocks)
-  Points end_;  // positions of Sums::elastic of the blocks of this rank; no rows: none
+  Points end_;  // positions for which Sums::elastic of this rank's blocks is valid; no rows: none
 };
 
 }  // namespace loomstone

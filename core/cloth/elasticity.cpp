@@ -267,7 +267,7 @@ void Elasticity::strain_of_rank(const Team& team, const Points& x, Points& green
 void Elasticity::strain(const Team& team, const Points& x, Points& green, Vector& stretch) {
   const Index m = membrane_.n_triangles();
   if (!divided()) return membrane_.strain(team, x, green, stretch);
-  // Makes the elements of a few triangles at a time.
+  // Builds the elements of at most 16,384 triangles at a time, to save memory.
   constexpr Index at_once = 16384;
   green.resize(m, 3), stretch.resize(m);
   Points green_of_piece;

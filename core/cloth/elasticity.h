@@ -38,8 +38,8 @@ class Elasticity {
   BlockMatrix& matrix() { return matrix_; }
 
   // Adds the elastic and viscous forces of the membrane and, if bending is implicit, of bending to
-  // rows [begin, end) of `force`. These are the forces that the matrix covers. If v is null,
-  // viscous forces are omitted.
+  // rows [begin, end) of `force`. The matrix contains the stiffness of these forces. If
+  // v is null, viscous forces are omitted.
   void add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin,
                            Index end, Points& force);
   // Adds the elastic and damping forces of explicit bending. Adds nothing if bending is implicit.
@@ -49,7 +49,7 @@ class Elasticity {
   // A matrix-vector product that assemble() computes while the assembled rows are in the cache. `w`
   // must be up to date in all rows that the matrix couples to [begin, end).
   struct Product {
-    const Points* w;  // at least the rows of the matrix; null: no product
+    const Points* w;  // one row per vertex or more; null: no product
     Points* y;        // y = (matrix - M) w on rows [begin, end)
   };
   // Sets rows [begin, end) of the matrix to M + s K + t D, where s and t are the factors `elastic`
@@ -118,7 +118,7 @@ class Elasticity {
     Points force;         // (n x 3) [N]
     double energy = 0.0;  // [J]
   };
-  // Adds to `force` what `add` adds to rows without force.
+  // Adds the forces of add() to `force`. Reuses those in `known` if the rows and x are the same.
   template <class Add>
   void add_known(const Team& team, const Points& x, Range rows, Known& known, Add&& add,
                  Points& force) const;
@@ -146,7 +146,7 @@ class Elasticity {
   std::vector<double> wide_in_;  // vector padded to 4 doubles per row
   Points zero_velocity_;         // made at first use
   bool damped_bending_ = false;
-  // They are not used while the membrane includes stiff phases, nor for viscous forces.
+  // These values are not used while the membrane includes stiff phases, nor for viscous forces.
   Known membrane_force_, bending_force_, membrane_energy_, bending_energy_;
 };
 

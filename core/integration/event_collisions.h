@@ -1,5 +1,5 @@
-// Interface by which an asynchronous integrator handles collisions at events. A step is divided
-// into equal ticks, and events take place at the boundaries of ticks.
+// Interface by which an asynchronous integrator handles collisions at events. Nested steps divide a
+// step into equal ticks, and their events take place at the boundaries of ticks.
 #pragma once
 
 #include <vector>

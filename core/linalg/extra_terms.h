@@ -1,9 +1,9 @@
 // Terms that couple a few rows in an implicit solve, in addition to the fixed elastic pattern:
 // contacts, friction, attachments. A term depends on one relative velocity
-// u = sum_i J_i v_i - drift (3-vector). Its energy E depends on the relative displacement u'. With
-// g = dE/du' and H = d2E/du'2 at the start of the step, row i gets the force -J_i^T g, and block
-// (i, j) of the stiffness gets J_i^T H J_j. Block rows 0 to n - 1 are cloth vertices. Body b has
-// row n + 2b for the translation of its centre and row n + 2b + 1 for the rotation about it.
+// u = sum_i J_i v_i - drift (3-vector). Its energy E depends on the relative displacement u', where
+// du'/dt = u. With g = dE/du' and H = d2E/du'2 at the start of the step, row i gets the force
+// -J_i^T g, and block (i, j) of the stiffness gets J_i^T H J_j. Rows 0 to n - 1 are cloth vertices.
+// Body b has row n + 2b for translation of its centre and row n + 2b + 1 for rotation about it.
 #pragma once
 
 #include <array>
@@ -65,7 +65,7 @@ struct ExtraTerm {
 // potential.
 enum class TermRequest { Derivative, Secant, NewLimits };
 
-// Terms of contacts are sorted by the key (kind, a, b) of their contact.
+// Terms of contacts are sorted by (kind, a, b) of their Contact (core/collision/model/contact.h).
 using ExtraTerms = std::vector<ExtraTerm>;
 
 }  // namespace loomstone

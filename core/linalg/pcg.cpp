@@ -25,9 +25,9 @@ namespace loomstone {
 
 namespace {
 
-// Factor by which the iterated residual must fall in single precision before the true residual is
-// computed. The value is not tuned, because the default tolerance is reached in one round. It
-// affects the number of matrix products but not the accuracy.
+// In single precision, the true residual is computed at the latest when the iterated residual has
+// fallen by this factor. The value is not tuned, because the default tolerance is reached in one
+// round. It affects the number of matrix products but not the accuracy.
 constexpr double trusted_fall = 3e-5;
 
 // Sets the inner and outer blocks. An outer block contains rows that terms or the matrix couple to

@@ -1,6 +1,6 @@
 // Vector kernels of conjugate gradients in single and double precision, for eight rows at once.
-// Directions and solutions have four numbers per row; the fourth is zero. Residuals r, z = P^-1 r
-// and products q have the shape (slices x 3 x 8). Inverse diagonal blocks have the shape
+// Directions and solutions have four numbers per row; the fourth is zero. Residuals r, z = D^-1 r
+// and products q have the shape (slices x 3 x 8). Inverse diagonal blocks D^-1 have the shape
 // (slices x 6 x 8), with the entries 00 01 02 11 12 22. Dot products are accumulated in double
 // precision.
 #pragma once
@@ -39,13 +39,13 @@ void update_direction(SliceRows on, DirectionFactors<float> factors,
 void update_direction(SliceRows on, DirectionFactors<double> factors,
                       PreconditionedResidual<double> residual, double* p, double* x);
 
-// Computes z = P^-1 r on slices [first, last). Returns r . z.
+// Computes z = D^-1 r on slices [first, last). Returns r . z.
 double precondition(Index first, Index last, const float* inverse, const float* r, float* z);
 double precondition(Index first, Index last, const double* inverse, const double* r, double* z);
-// Returns r . P^-1 r.
+// Returns r . D^-1 r.
 double preconditioned_square(Index first, Index last, const float* inverse, const double* r);
 
-// The vectors that take_step() updates. take_step() computes r -= alpha q and z = P^-1 r, and
+// The vectors that take_step() updates. take_step() computes r -= alpha q and z = D^-1 r, and
 // returns r . z.
 template <class Scalar>
 struct Residuals {

@@ -47,7 +47,7 @@ void TermRows::build(const ExtraTerms* terms, double scale, const RowLayout& lay
   for (Index row = layout.n_rows(); row > 0; --row) row_start_[row] = row_start_[row - 1];
   row_start_[0] = 0;
   forces_.resize(4 * hessians_.size());
-  // find_forces() adds the products of the first three columns in order. In row 2, the columns are
+  // find_forces() adds the products of the three columns in order. In row 2, the columns are
   // rotated, so that products are added in the same order as by Eigen.
   scaled_.assign(12 * hessians_.size(), 0.0);
   for (std::size_t t = 0; t < hessians_.size(); ++t)
@@ -85,8 +85,8 @@ void TermRows::evaluate(const Team& team, const Scalar* x) {
   });
 }
 
-// Not compiled for several instruction sets, because rows have too few terms for a call. The first
-// two components are added as a vector, which every x86-64 processor has.
+// This function is not compiled for several instruction sets, because the call would cost more than
+// it saves for the few terms of a row. Every x86-64 processor adds two doubles as a vector.
 Vec3 TermRows::force(Index row) const {
   QuarterLanes sum{};
   double sum_z = 0.0;

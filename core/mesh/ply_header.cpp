@@ -144,7 +144,7 @@ class HeaderParser {
 
 }  // namespace
 
-// If several elements have the same name, the last one is used.
+// If several elements have the same name, the last one determines the result.
 bool Header::has_vertex_uv() const {
   bool has = false;
   for (const Element& element : elements)

@@ -8,7 +8,7 @@
 namespace loomstone {
 namespace {
 
-// True if every vertex has exactly one uv, in the same order.
+// True if every vertex has exactly one uv, and the uv are in the order of the vertices.
 bool uv_per_vertex(const TriangleMesh& mesh) {
   return mesh.has_uv() && mesh.uv().rows() == mesh.vertices().rows() &&
          mesh.uv_triangles() == mesh.triangles();

@@ -11,8 +11,8 @@
 
 namespace loomstone {
 
-// The part of a mesh of which elements are stored: all triangles that touch `rows`, and all of
-// `triangles`.
+// The part of a mesh whose elements are stored: all triangles that touch `rows`, and all triangles
+// in the range `triangles`.
 struct MeshPart {
   IndexRange rows, triangles;
 

@@ -226,7 +226,7 @@ class MpiWatch::Thread {
     return flag != 0;
   }
 
-  // Sends the number of this call, and does not wait for the receiver, which may be unreachable.
+  // Sends the number of the roll call without waiting for the receiver, which may be unreachable.
   void ask(int rank) {
     Sent& sent = sent_.emplace_back(Sent{Answer{call_, 0, 0.0}, MPI_REQUEST_NULL});
     MPI_Isend(&sent.content.call, 1, MPI_INT, rank, question_tag, comm_, &sent.request);

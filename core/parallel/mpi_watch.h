@@ -1,5 +1,5 @@
 // Ends the job if a rank waits for the others longer than a time-out, because MPI detects neither a
-// stopped process nor a cut link. Part of the MPI plug-in.
+// stopped process nor a cut link. This file belongs to the MPI plug-in.
 #pragma once
 
 #include <chrono>

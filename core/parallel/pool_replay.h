@@ -20,8 +20,8 @@ struct RecordedTests {
   std::vector<std::vector<Index>> roots;  // tests with which each rank starts
   std::vector<double> start;              // time that each rank needs to find its first tests [s]
   std::size_t result_bytes = 0;           // size of all results, which all ranks receive [bytes]
-  // Exchanges for the deal of first tests in each search, on average, and the size of the costs
-  // that all ranks receive in them [bytes].
+  // Number of exchanges per search, on average, that divide the first tests among ranks by their
+  // costs, and the size of the costs that all ranks receive in them [bytes].
   double deal_exchanges = 0.0, deal_bytes = 0.0;
 
   std::size_t size() const { return seconds.size(); }
@@ -62,8 +62,8 @@ ReplayReport replay_static(const RecordedTests& tests, const Network& network);
 // Replays a dynamic division: the ranks balance the tests as TaskPool does.
 ReplayReport replay_dynamic(const RecordedTests& tests, const Network& network,
                             const PoolOptions& options = {});
-// Replays a division by expected costs: each rank performs its ranges of work. Before they exchange
-// results, the ranks agree on whether lists are valid.
+// Replays a division by expected costs: each rank performs its ranges of work, and all ranks then
+// exchange results. The model has no other communication.
 ReplayReport replay_predicted(const OrderedWork& work, int n_ranks, const Network& network);
 
 }  // namespace loomstone

@@ -42,7 +42,7 @@ SectionRanges section_ranges(const std::vector<float>& costs, const SectionStart
       joined.insert(joined.end(), costs.begin() + static_cast<std::ptrdiff_t>(first[s]),
                     costs.begin() + static_cast<std::ptrdiff_t>(first[s + 1]));
     const std::vector<std::size_t> cut = contiguous_ranges(joined, n_ranges);
-    std::size_t begin = 0;  // of the section in `joined`
+    std::size_t begin = 0;  // start of the section in `joined`
     for (const std::size_t s : group) {
       const std::size_t end = begin + first[s + 1] - first[s];
       for (const std::size_t start : cut)

@@ -19,8 +19,8 @@ using SectionRanges = std::vector<std::vector<std::size_t>>;
 SectionRanges section_ranges(const std::vector<float>& costs, const SectionStarts& first,
                              int n_ranges);
 
-// Returns the sum of the most expensive ranges of all sections that are cut on their own, and of
-// the other sections together, divided by the mean cost of a rank [1].
+// Returns the imbalance of ranges [1]: the cost of the most expensive range, summed over the groups
+// of sections that are cut together, divided by the mean cost of a rank.
 double imbalance(const std::vector<float>& costs, const SectionStarts& first,
                  const SectionRanges& ranges);
 

@@ -66,13 +66,13 @@ class Bending {
   virtual std::vector<std::pair<Index, Index>> couplings() const = 0;
 
   virtual double energy(const Team& team, const Points& x) const = 0;
-  // Sets sums[i] to the energy [J] of the triangles 128 i to 128 i + 127 of `triangles`, counted
-  // from its beginning. The total over all triangles is energy(). Only if sums_by_triangle().
+  // Sets sums[i] to the energy [J] of the triangles 128 i to 128 i + 127, counted from the
+  // beginning of `triangles`. The total of all triangles is energy(). Requires sums_by_triangle().
   virtual void sum_energies(const Team& team, const Points& x, IndexRange triangles,
                             double* sums) const = 0;
   virtual bool sums_by_triangle() const = 0;
   // Adds the elastic force and the stiffness-proportional damping force to rows [begin, end) of
-  // `force`. Contributions are summed per vertex in ascending order, so the result is bitwise
+  // `force`. For each vertex, hinges are added in ascending order, so the result is bitwise
   // identical for any number of threads and any row range.
   virtual void add_forces(const Team& team, const Points& x, const Points& v, Index begin,
                           Index end, Points& force) const = 0;
@@ -87,7 +87,7 @@ class Bending {
                                        Index end, BlockMatrix& matrix) const = 0;
   // Largest eigenvalue lambda of M^-1 K in the rest shape, by power iteration [1/s^2]. M is the
   // mass matrix, and K is the bending stiffness. Explicit steps need a length h <= 0.8 * 2 /
-  // sqrt(lambda). Only if BendingSetup::keeps_rest was set.
+  // sqrt(lambda). Requires BendingSetup::keeps_rest.
   virtual double largest_eigenvalue(const Vector& mass) const = 0;
 
   // Number of edges next to slivers. The slope at such an edge is the unweighted mean of the slopes

@@ -58,8 +58,8 @@ class HingeBending final : public Bending {
       const EdgeOfTriangle a = edge_of_triangle(setup, edges, h.triangles[0], h.edge);
       const EdgeOfTriangle b = edge_of_triangle(setup, edges, h.triangles[1], h.edge);
       const double length = 0.5 * (a.length + b.length);
-      // Stiffness of the hinge at edge e: c = k |e|^2 / (|N1| + |N2|) with k = 4 B. The normals N1
-      // and N2 are twice as long as the areas of the triangles.
+      // Stiffness of the hinge at edge e: c = k |e|^2 / (|N1| + |N2|) with k = 4 B. The length of a
+      // normal N1 or N2 is twice the area of its triangle.
       const double c =
           4.0 * 0.5 * (a.rigidity + b.rigidity) * length * length / (2.0 * (a.area + b.area));
       const double beta = 0.5 * (setup.damping[h.triangles[0]] + setup.damping[h.triangles[1]]);

@@ -11,7 +11,7 @@ namespace loomstone::limit {
 // batch s / 8.
 struct Tables {
   const Index* corners;  // (batches x 3 x 8) vertices
-  // (batches x 4 x 8) gradients of Element, which are all that checks read
+  // (batches x 4 x 8) gradients of Element, the only numbers of an Element that check() reads
   const double* gradients;
   const double* numbers;  // (batches x 9 x 8) the other numbers of Element
   // (slots) bit k: corner k may move; bit two_held: only one corner may move; 0: none may move

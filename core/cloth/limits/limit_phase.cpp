@@ -15,11 +15,11 @@ namespace {
 constexpr int bound_stride = 12 * n_lanes;
 constexpr Index batches_per_range = 32;
 
-// The second phase begins at the distance limit_margin() inside the limit. From there, the third
-// phase begins at the fraction `third_begins` of the way to the limit. The fourth phase begins as
-// far beyond the limit as the third phase begins inside it. `stiffening` is the modulus of the
-// second phase divided by that of the membrane. `steeper` and `steepest` are the moduli of the
-// third and the fourth phase divided by that of the second.
+// The second phase begins at the distance limit_margin() inside the limit. The third phase begins
+// at the fraction `third_begins` of the way from there to the limit. The fourth phase begins as far
+// beyond the limit as the third phase begins inside it. `stiffening` is the modulus of the second
+// phase divided by that of the membrane. `steeper` and `steepest` are the moduli of the third and
+// the fourth phase divided by that of the second.
 //
 // Light loads reach only the second phase. If the third phase began at once, triangles would
 // rebound and change phase every other step. The third phase limits strain under heavy loads, as at

@@ -162,7 +162,7 @@ class Membrane {
   const double* phase_ = nullptr;
   const std::uint8_t* in_phase_ = nullptr;
   bool viscous_ = false;
-  std::vector<Index> slot_start_, slots_;  // element slots of each stored row, ascending
+  std::vector<Index> slot_start_, slots_;  // offsets in element_forces_ of the forces on each row
 
   std::vector<Index> batches_;  // batches that touch rows [begin_, end_)
   Index begin_ = -1, end_ = -1;

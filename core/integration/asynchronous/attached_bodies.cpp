@@ -48,7 +48,7 @@ void AttachedBodies::begin(const StepInputs& inputs, const Vector& mass,
     if (!own_[b].tied.empty()) join(b, v);
 }
 
-// Adds the masses of its vertices to a body. The body and its vertices then move as one rigid body,
+// Adds the masses of the tied vertices to a body. Body and vertices then move as one rigid body,
 // with the velocity and angular velocity that conserve their momentum and angular momentum.
 void AttachedBodies::join(Index b, Points& v) {
   EventBody& body = bodies_[b];

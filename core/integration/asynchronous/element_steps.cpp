@@ -85,7 +85,7 @@ Mat3 viscous_moduli(const MembraneConstants& m) {
 }
 
 // Largest stiffness against plane waves in any direction [N/m]: largest eigenvalue of the acoustic
-// tensor. For isotropic cloth this is lambda + 2 mu of (4.26).
+// tensor. For isotropic cloth this is lambda + 2 mu, as in (4.26) of [Thomaszewski2010].
 double wave_stiffness(const MembraneConstants& m) {
   constexpr int directions = 180;
   double largest = 0.0;

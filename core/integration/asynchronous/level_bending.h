@@ -1,5 +1,5 @@
-// Bending evaluated in groups of triangles. Each group contains the triangles of one level of
-// nested steps, and their neighbours.
+// Bending evaluated in groups of triangles: in nested steps those of a level, and in a queue of
+// events single triangles or runs of triangles with the same step.
 #pragma once
 
 #include <memory>
@@ -55,9 +55,9 @@ class BendingGroup {
   Points x_, last_, rate_, force_;
 };
 
-// Longest steps h (m) of bending without other forces [s]: h (h + 2 beta) lambda = 4 safety^2. All
-// triangles of a patch have the same damping beta [s] and eigenvalue lambda [1/s^2]: the largest
-// ones of the bending of the patch and its neighbours. Infinity without bending.
+// Longest steps h (m) of bending without other forces [s]: h (h + 2 beta) lambda = 4 safety^2. A
+// patch is a run of 64 consecutive triangles. They have the same damping beta [s] and eigenvalue
+// lambda [1/s^2]: the largest ones of the patch and its neighbours. Infinity without bending.
 Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& meshes,
                      double safety);
 
@@ -66,7 +66,7 @@ Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& me
 Vector mean_of_patches(const Vector& steps);
 
 // Groups of all bending parts by the level of their triangles. Undamped groups also include the
-// triangles of finer levels. Only one group then acts in an event, and angles are evaluated once.
+// triangles of finer levels, so that one group per mesh acts in an event and evaluates angles once.
 // The forces of these triangles are multiplied by the ratio of their step to that of the group.
 class LevelGroups {
  public:
