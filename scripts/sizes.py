@@ -121,7 +121,7 @@ COMMENTS = ("//", "/*", "#")
 class CppNesting:
     """Counts the nesting depth of control structures in C++ text.
 
-    An `else if` counts as deep as its `if`; a lambda adds nothing.
+    An `else if` is as deep as its `if`; a lambda adds no depth.
     """
 
     def __init__(self, text: str):

@@ -28,7 +28,7 @@ def declaration(text: str) -> tuple[str, str, str]:
 
 
 def table(widths: dict[str, int], rows: Iterable[tuple[str, ...]], code: set[int]) -> nodes.table:
-    """Returns a table of texts. The columns whose numbers are in `code` are set as code."""
+    """Returns a table of texts. The columns whose indices are in `code` are set as code."""
 
     def row(texts: Iterable[str], code: set[int]) -> nodes.row:
         made = nodes.row()

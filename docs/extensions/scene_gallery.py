@@ -20,7 +20,7 @@ TABLE = ROOT / "docs/gallery.json"
 
 
 def measured(numbers: dict[str, float]) -> str:
-    """Returns the line about size and time of a scene."""
+    """Returns a text about the size of a scene and its computing time."""
     surfaces = [
         f"{numbers[key]:,} {key if key == 'triangles' else 'bodies and obstacles'}"
         for key in ("triangles", "bodies")

@@ -155,8 +155,8 @@ class Simulation(_core.Simulation):
             rate are the same.
         render : draw pictures and a video with these RenderOptions. True: the options of the
             pictures of a resumed run, or else the defaults. Pictures are drawn during the run, or
-            at its end if their colours span the values of all frames. Options that differ from
-            those of existing pictures are refused.
+            at its end if their colours or a fitted camera depend on all frames. Options that differ
+            from those of existing pictures are refused.
         verify : count the intersecting triangles of every frame exactly, and write the counts to
             frames.csv and the report
         record_tasks : record the collision work of every n-th step for `loomstone replay`; 0: of

@@ -87,7 +87,10 @@ def _explain(owner: Any) -> None:
 
 
 def _is_constructor(owner: Any, name: str) -> bool:
-    """Returns whether an attribute is a constructor that does not explain errors by itself."""
+    """Returns whether an attribute is a constructor that does not itself explain errors.
+
+    Constructors of classes with field_names, such as Cloth, do so.
+    """
     return name == "__init__" and isinstance(owner, type) and not hasattr(owner, "field_names")
 
 

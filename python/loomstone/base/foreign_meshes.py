@@ -15,7 +15,8 @@ from .._core import InvalidInput, TriangleMesh
 __all__ = ["converted", "triangles_of_cells"]
 
 _FACES = ("triangle", "quad", "polygon")
-_IGNORED = ("vertex", "line", "line3")  # cells without area, which Gmsh writes for groups
+# Cells without area, which Gmsh writes for its physical groups.
+_IGNORED = ("vertex", "line", "line3")
 
 
 def converted(value: Any) -> TriangleMesh | None:

@@ -32,7 +32,7 @@ _REPEAT = 10497
 def write_gltf(path: Path, clip: Clip) -> None:
     """Writes a clip to a .glb file, or to a .gltf file with embedded data.
 
-    Raises InvalidInput if the data exceed 4 GiB, and Unsupported without the package pygltflib.
+    Raises InvalidInput if the frames exceed 4 GiB, and Unsupported without the package pygltflib.
     """
     gltf = imported("pygltflib", path)
     _check_size(path, clip)

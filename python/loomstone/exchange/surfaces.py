@@ -182,7 +182,7 @@ def _body(topology: FrameTopology, index: int, taken: set[str]) -> Surface:
 
 
 def _image(look: Look, color: Floats) -> Bytes | None:
-    """Returns the texture of a look, over its color where the texture is transparent."""
+    """Returns the texture of a look, blended with `color` where the texture is transparent."""
     if look.texture is None:
         return None
     share = look.texture[..., 3:] / 255.0

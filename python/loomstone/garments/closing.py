@@ -135,8 +135,8 @@ def _pulled(
     a, b = pairs.T
     pair_mass = mass[a] * mass[b] / (mass[a] + mass[b])
     # A spring between the two vertices of each pair acts as an external force, outside the implicit
-    # solve. Its stiffness is a fifth of the stability limit, divided by the larger number of
-    # springs at its two vertices.
+    # solve. Its stiffness is a fifth of pair_mass / step^2, which keeps explicit integration
+    # stable, divided by the larger number of springs at its two vertices.
     meets = np.bincount(np.concatenate([a, b]), minlength=len(mass))
     stiffness = 0.2 * pair_mass / step**2 / np.maximum(meets[a], meets[b])
     least, since = np.inf, 0

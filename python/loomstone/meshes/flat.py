@@ -1,8 +1,8 @@
 """Flat cloth in z = 0, centred at the origin, weft along x: grids and unstructured meshes.
 
 Unstructured meshes are Delaunay triangulations of points relaxed by Lloyd's iteration [Lloyd1982].
-Boundary points are fixed and evenly spaced. Interior points start at random and move to the
-centroid of their neighbouring triangles.
+Boundary points are fixed and evenly spaced. Interior points start on a jittered hexagonal lattice
+and move to the centroid of their neighbouring triangles.
 """
 
 from __future__ import annotations

@@ -74,8 +74,8 @@ def claim(
     Returns the content of its options.json.
 
     metadata : metadata of the run, as in its cache
-    again : whether pictures of other runs or options are deleted. Otherwise they raise an
-        InvalidInput that ends with `advice`.
+    again : whether existing pictures are deleted. Otherwise, pictures of another run or with other
+        options cause an InvalidInput that ends with `advice`.
     """
     make_directory(directory)
     wanted = {

@@ -56,6 +56,8 @@ class Prediction:
     exchange : the part of `seconds` in which ranks exchange results [s]
     serial : time of the searches on one rank [s]
     busy : mean time that a rank spends on tests, summed over the searches [s]
+    requests, refusals : number of requests of idle ranks for tasks, and of those that were refused
+    transfers : number of tasks that moved to another rank
     """
 
     ranks: int

@@ -1,4 +1,7 @@
-"""The table of a sweep, and plots of its figures over a parameter."""
+"""The table of a sweep, and plots of its figures over a parameter.
+
+A figure is a number in the report of a run.
+"""
 
 from __future__ import annotations
 
