@@ -13,7 +13,7 @@ using Six = std::array<Vec3, 6>;  // three vectors at the start, then the same v
 
 // Returns true only if the volume spanned by three linearly changing vectors keeps its sign and its
 // magnitude always exceeds `margin` [m] times an upper bound of the area that the last two vectors
-// span. May return false although both hold, because Bernstein coefficients bound the volume.
+// span. May also return false if both hold, because Bernstein coefficients only bound the volume.
 bool off_plane(const Six& q, double margin) {
   const auto volume = [&](int i, int k, int l) { return q[i].dot(q[1 + k].cross(q[2 + l])); };
   const double b[4] = {volume(0, 0, 0), (volume(3, 0, 0) + volume(0, 3, 0) + volume(0, 0, 3)) / 3.0,

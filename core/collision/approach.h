@@ -37,15 +37,15 @@ inline constexpr double faster_approach = 1.5, added_approach = 0.3;
 std::int8_t side_of(ContactKind kind, const FourPoints& points);
 
 // Returns the largest speed at which a corner of feature a approaches one of feature b [m/s]. Two
-// features that are `distance` apart along `normal` stay farther apart than `distance` minus this
-// speed times the time, if their velocities are constant. `speeds` are those of the four vertices
-// along `normal`, which points from b to a.
+// features at a distance d along the contact normal stay farther apart than d minus this speed
+// times the time, if their velocities are constant. `speeds` are those of the four vertices along
+// the normal, which points from b to a [m/s].
 inline double largest_approach(ContactKind kind, const std::array<double, 4>& speeds) {
   if (kind == ContactKind::VertexFace)
     return std::max({speeds[1], speeds[2], speeds[3]}) - speeds[0];
   return std::max(speeds[2], speeds[3]) - std::min(speeds[0], speeds[1]);
 }
-// Returns the shortest time in which a pair at this speed of approach may lose the gap [s].
+// Returns the shortest time [s] in which a pair with this speed of approach may lose this gap.
 inline double time_to_close(double gap, double approach) {  // [m], [m/s]
   return gap / (faster_approach * std::max(0.0, approach) + added_approach);
 }
@@ -62,8 +62,8 @@ struct ExpectedMotion {
 // relative motion and whose 18-DOPs overlap; the 18-DOPs enclose the motion at the assumed speed.
 // Candidates are culled if their distance stays above the thickness along a direction: that between
 // the closest points at the start, the normal of the face, or the common normal of the two edges.
-// A pair is a contact if it is closer than its thickness; edges must be closest inside both edges
-// of surfaces that are not smooth.
+// A pair is a contact if it is closer than its thickness. For edges, the closest points must also
+// lie inside both edges, and neither surface may be smooth.
 class ApproachSearch {
  public:
   // The ranks of `ranks` divide the tasks of the broad phase.

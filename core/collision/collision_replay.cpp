@@ -98,8 +98,8 @@ struct ListsOfStep {
   void each_list(Add&& add) {
     for (NeighbourList& list : lists.lists()) add(first[list.pair] + list.a, list);
   }
-  // Returns the times spent on the lists of each first cluster since the last call. Ranks divide
-  // the lists by these times.
+  // Returns the times spent on the lists of each first cluster since the last call [ns]. Ranks
+  // divide the lists by these times.
   std::vector<float> take_expected() {
     std::vector<float> costs(first.back(), 0.0f);
     each_list(

@@ -1,5 +1,5 @@
 // Repeats the searches for collisions in a recorded motion. Measures their work on one thread, from
-// which core/parallel/pool_replay.h predicts times on many ranks, or their time on existing ranks.
+// which core/parallel/pool_replay.h predicts times on many ranks. perform() uses existing ranks.
 #pragma once
 
 #include <memory>

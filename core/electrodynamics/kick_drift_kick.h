@@ -1,7 +1,7 @@
 // Stages of a sub-step in which bodies that carry magnets move. The integrator is kick-drift-kick
 // (Stoermer-Verlet). Its rotational variable is the angular momentum in world axes. RigidWorld
-// resolves contacts and does not influence bodies that are not in contact. These conserve linear
-// and angular momentum up to rounding, and their trajectories are second-order accurate.
+// resolves contacts and does not influence bodies that are not in contact. Together, such bodies
+// conserve linear and angular momentum up to rounding. Their paths are second-order accurate.
 //
 // Let a and a' be the accelerations at the start and end of a sub-step h. The velocity of a free
 // body changes by a h/2 before the drift and by a' h/2 after it. RigidWorld starts from the

@@ -175,7 +175,7 @@ struct MagneticMotion::Course {
   SubstepResult advance(const Substeps& parts);
 };
 
-// Advances by one sub-step from the instant `last_`, at which the bodies are.
+// Advances the bodies by one sub-step. `last_` must be the instant of their poses at its start.
 MagneticMotion::SubstepResult MagneticMotion::Course::advance(const Substeps& parts) {
   const MagneticModel& model = motion.model_;
   const double start = step.start + parts.elapsed(), h = parts.length();

@@ -160,7 +160,7 @@ TEST_CASE("two free magnets keep their energy with second order of the sub-step"
 }
 
 TEST_CASE("magnets that snap together gain less than two hundredths of their kinetic energy") {
-  // If `substep` alone limited them, sub-steps would double the kinetic energy in the last one.
+  // If only `substep` limited its length, the last sub-step would double the kinetic energy.
   Experiment made;
   made.add("a", Vec3(0, 0, 0));
   made.add("b", Vec3(0, 0, 0.03));

@@ -44,7 +44,7 @@ struct NeighbourList {
   double change = 0.0;
   double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` in `near` [m]
   float cost = 0.0f;     // estimated cost of this list since lists were distributed [ns]
-  float spent = 0.0f;    // time spent on this list since then [ns]; ranks divide lists by it
+  float spent = 0.0f;    // time spent on this list since then [ns]; ranks balance these times
   float seconds = 0.0f;  // measured time of work on this list [s]; see time_work()
   std::vector<NearPair> near = {};
 
@@ -115,11 +115,11 @@ class NeighbourLists {
   // CollisionModel::gap_floor while vertices move from the positions of the last update() to x1.
   void cover(const Team& team, const Points& x1);
 
-  // update() and cover() in parts, so that ranks work on their lists before they know that these
-  // are complete, and results and passes share one exchange. First, all ranks call begin_update(),
-  // which usually does not communicate. Each rank then calls pass_at_x(), and works unless
-  // Pass::unexpected is set. Finally, each rank passes the passes of all ranks to end_update(). If
-  // this returns false, lists were missing. It has added them, and the ranks repeat pass and work.
+  // update() and cover() in parts, so that ranks test pairs before they know that the lists are
+  // complete, and send results and passes in one exchange. All ranks first call begin_update(),
+  // which rarely communicates. Each rank then calls pass_at_x(), and tests the pairs in its lists
+  // unless Pass::unexpected is set. Finally, it gives the passes of all ranks to end_update(). If
+  // this returns false, it has added missing lists, and the ranks repeat the passes and the tests.
   void begin_update(const Team& team, const Points& x);
   Pass pass_at_x(const Team& team);
   bool end_update(const Team& team, const std::vector<Pass>& passes);

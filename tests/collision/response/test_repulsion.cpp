@@ -77,7 +77,7 @@ TEST_CASE(
       CHECK(turned < 1e-14);
     else
       CHECK(turned < 2e-3 * size);  // torque of friction: at most thickness times impulse
-    // No contact still approaches, up to the tolerance of the sweeps.
+    // After the impulses, no pair in contact approaches, up to the tolerance of the sweeps.
     for (const Contact& contact : contacts) {
       double approach = 0.0;
       for (int i = 0; i < 4; ++i)
