@@ -115,9 +115,9 @@ class Support {
   Vec3 axis_, centre_;
 };
 
-// Linear functionals of a point. Their largest values over all points bound the position of the eye
-// along `axis` and its depth, such that no point is farther from the middle of the picture than
-// `slope`, the distance across the view divided by the depth.
+// Two linear functionals of a point. Their largest values over all points bound the position of the
+// eye along `axis` and along `forward`. Within these bounds, the distance of each point from the
+// eye along `axis` is at most `slope` times that along `forward`.
 std::array<Vec3, 2> functionals(const Vec3& axis, const Vec3& forward, double slope) {
   return {axis - slope * forward, -axis - slope * forward};
 }

@@ -84,7 +84,7 @@ vec2 seen_at(float depth) {
 vec3 ambient(vec3 n) { return mix(ground, sky, 0.5 + 0.5 * dot(n, up)); }
 )";
 
-// Materials of cloth and bodies (Material).
+// Shading by the materials of cloth and bodies; see Material in materials.h.
 const char* material = R"(
 uniform vec3 front_color, back_color;
 uniform float roughness;

@@ -43,8 +43,8 @@ class Simulation {
   int threads() const;
   const Communicator& communicator() const;
   // Sets whether the motion that certification receives in each step is kept. collision_motion()
-  // returns the motion that was kept last. It has no vertices if nothing collides or no step has
-  // been taken.
+  // returns the motion that was kept last. It has no vertices if nothing collides or no motion was
+  // kept.
   void keep_collision_motion(bool keep);
   CollisionRecord collision_motion() const;
   // Memory of the bounding-volume hierarchies, which every rank stores whole [bytes].
@@ -70,7 +70,7 @@ class Simulation {
 
   // Returns the internal tables, in the internal order, to read and write between steps. Writing
   // positions or velocities restarts multistep schemes. Every step first checks that all values are
-  // finite. Every rank has all rows, which are current after every step. A rank should write only
+  // finite. Every rank has all rows, which every step updates. A rank should write only
   // the rows that it owns. `pin_override` and poses of obstacles are taken from rank 0.
   State& state();
   std::array<Index, 2> owned_rows() const;  // cloth rows of this rank, [first, end)
@@ -115,7 +115,7 @@ class Simulation {
 
   // Returns the pairs of triangles (user numbering, all surfaces concatenated) that intersect after
   // a step has left unresolved impacts, for example because scripted motion leaves the cloth no
-  // room. The list stays current until the cloth is free of intersections.
+  // room. Every step updates the list until the cloth is free of intersections.
   std::vector<std::array<Index, 2>> forced_pairs() const;
 
   // Returns the triangles (user numbering, all cloths concatenated) that exceed a strain limit by

@@ -74,7 +74,7 @@ double box_distance(const Vec3& low, const Vec3& high, const Vec3& other_low,
     const Vec3 better = nearest(simplex);
     if (better.squaredNorm() >= square) break;
     point = better;
-    if (simplex.n == 4) return 0.0;  // the origin is inside
+    if (simplex.n == 4) return 0.0;  // the boxes overlap
   }
   return point.norm();
 }

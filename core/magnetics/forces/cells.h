@@ -53,7 +53,7 @@ class CellMagnet final : public Source {
   const std::vector<Cell>& cells() const { return cells_; }  // the first one is the root
   double leaf_diameter() const { return diameter_; }         // cube root of the leaf volume [m]
   // Returns the front towards a box whose pose is given in this body's axes. It consists of the
-  // coarsest cells that are far enough from the box for their size.
+  // coarsest cells that are far enough from the box for their size, and of leaves elsewhere.
   std::vector<Index> front(const Vec3& low, const Vec3& high, const RigidPose& pose) const;
 
  private:

@@ -72,7 +72,7 @@ std::vector<Wrench> wrenches(const MagneticBody& induced, const MagneticBody& by
   Points local(charges.size(), 3), x(charges.size(), 3);
   for (std::size_t i = 0; i < charges.size(); ++i) local.row(i) = charges[i].position.transpose();
   place_points(induced.pose, local, x);
-  const SourcePtr means = by.source->panel_means();  // its field is cheaper to evaluate
+  const SourcePtr means = by.source->panel_means();  // their field is cheaper to evaluate
   const Points field = magnetic_field(Team{}, {{means ? means : by.source, by.pose}}, x, "B");
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
     const double charge[2] = {charges[static_cast<std::size_t>(i)].charge,

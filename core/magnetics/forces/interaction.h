@@ -44,7 +44,7 @@ std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<Magnet
                                       const std::vector<KnownField>& known = {});
 
 // Returns the interaction energy [J] of two bodies with constant magnetisation. It is defined for
-// solid magnets and dipoles only.
+// solid magnets and dipoles only. At most one of the bodies may be induced.
 double magnetic_energy(const MagneticBody& on, const MagneticBody& by, double tolerance);
 // Returns the sum of the energies of all pairs with different carriers [J].
 double magnetic_energy(const Team& team, const std::vector<MagneticBody>& bodies, double tolerance,

@@ -14,7 +14,7 @@ namespace loomstone {
 namespace {
 
 constexpr int most_parts = 64;
-constexpr double longest_part = 1.5;  // limit of the longest edge over the cube root of the volume
+constexpr double longest_part = 1.5;  // largest ratio of longest edge to cube root of volume
 
 // Returns the centres of the parts of a box that is divided into `count` parts along each axis.
 Points part_middles(const Vec3& low, const Vec3& part, const int* count) {

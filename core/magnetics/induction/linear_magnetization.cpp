@@ -194,7 +194,7 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
 
 void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                  const std::vector<std::string>& names) {
-  constexpr double rounding = 1e-6;  // tolerated depth / radius, because bodies may touch
+  constexpr double rounding = 1e-6;  // tolerated depth [radii], because bodies may touch
   for (std::size_t i = 0; i < soft.size(); ++i) {
     const Points& samples = soft[i].shape->samples();
     Points world(samples.rows(), 3);

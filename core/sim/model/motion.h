@@ -15,7 +15,7 @@ namespace loomstone {
 void pin_targets(const Model& model, const State& state, double time, double share, Points& target);
 
 // Returns the pose of an obstacle's mesh at `time`. The pose follows from the keyframes. If the
-// user has set a pose, the result is between the present pose and this pose, according to `share`.
+// user has set a pose, the result is between the present and the user's pose, according to `share`.
 RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, double time,
                         double share);
 

@@ -1,6 +1,6 @@
 // Divides a step into parts. A part that fails is repeated in two halves. It fails if the solver
 // finds no solution, or if certification leaves impacts or withholds much of the motion. It also
-// fails if strain limits that are satisfied at its start are violated at its end. A part whose
+// fails if strain limits that are satisfied at its start are exceeded at its end. A part whose
 // error is too large is repeated with a length that the error allows.
 #pragma once
 
@@ -23,7 +23,7 @@ struct PartResult {
   bool contacts_gain = false;       // contacts have created energy
   std::int64_t impacts = 0;         // impacts that remain after certification
   bool withheld_much = false;       // certification withheld much of the motion
-  bool broke_limits = false;        // limits satisfied at the start are violated at the end
+  bool broke_limits = false;        // limits satisfied at the start are exceeded at the end
   bool stopped_for_limits = false;  // fallbacks withheld much of the motion
 };
 

@@ -46,7 +46,7 @@ struct ConstrainReport {
   CertifyReport certified;
   int rounds = 0;                   // number of certifications
   int fallbacks = 0;                // number of fallbacks
-  bool broke_limits = false;        // limits that are satisfied at x0 are violated at x1
+  bool broke_limits = false;        // limits that are satisfied at x0 are exceeded at x1
   bool stopped_for_limits = false;  // fallbacks withheld more than 1 % of the motion
   double requested = 0.0;  // sum of displacement lengths of free cloth before certification [m]
   double withheld_for_limits = 0.0;  // sum of the lengths that fallbacks withhold [m]

@@ -7,9 +7,9 @@
 namespace loomstone {
 
 // The impulses of the cloth follow from the difference between the velocities in `solved` and those
-// predicted in `loads`. If the integrator has moved the bodies, bodies without a contact keep its
-// poses. Attached vertices are then placed at their points on the bodies. Returns the work that
-// scripted obstacles do on bodies through contacts and magnets [J].
+// predicted in `loads`. If the integrator has moved the bodies, bodies without a contact keep the
+// poses that it computed. Attached vertices are then placed at their points on the bodies. Returns
+// the work that scripted obstacles do on bodies through contacts and magnets [J].
 double move_bodies(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
                    State& state, Engines& engines, StepReport& report);
 

@@ -20,8 +20,8 @@ StepSpan span_of(double t0, double h) { return {t0, h, t0 + h}; }
 
 StepSpan next_span(const StepChoice& steps, Engines& engines, const State& state) {
   if (steps.automatic) return span_of(state.time, automatic_step(steps.largest, state, engines));
-  // The end of a fixed step is computed from the number of steps, so rounding errors do not
-  // accumulate.
+  // The end of a step of given length is computed from the number of steps, so rounding errors do
+  // not accumulate.
   return {state.time, steps.largest, static_cast<double>(state.step + 1) * steps.largest};
 }
 

@@ -14,8 +14,8 @@ constexpr double strain_tolerance = 0.1;
 // Tolerated energy of the neglected strain, as a fraction of the kinetic energy. Our choice: this
 // bound shortens the steps of stiff cloth, whose neglected strains are small.
 constexpr double energy_tolerance = 0.2;
-// A part of a given step is divided before an attempt if its expected error is more than this
-// multiple of the tolerance. Our choice: the expected error is that of the last part, and the
+// A part of a step of given length is divided before an attempt if its expected error is more than
+// this multiple of the tolerance. Our choice: the expected error is that of the last part, and the
 // actual error is often smaller. With the multiple 1, a part that is expected to be only slightly
 // too long would be halved.
 constexpr double expected_in_parts = 2.0;

@@ -48,8 +48,8 @@ struct RankWork {
   Traffic traffic;
 };
 
-// Returns the work of this rank in a step of length `wall` [s] that began with the traffic
-// `before`. The times of collisions are those of `report`.
+// Returns the work of this rank in a step that took the wall time `wall` [s] and began with the
+// traffic `before`. The times of collision handling are those of `report`.
 RankWork work_of_step(const Communicator& ranks, const Traffic& before, double wall,
                       const RankReport& report);
 
