@@ -3,10 +3,10 @@ plastic rods on a table, with a magnet in each end.
 
 One rod is held, with the ball at its end, and the other rod approaches. In the antiparallel case
 the other rod is repelled until a sliding block has pushed it close enough. The unevenly magnetised
-ball then attracts it more strongly than the held rod repels it, and it jumps ahead of the block. In
-the parallel case the rod is attracted from a distance and snaps to the ball. In the free case the
-rod is antiparallel and unguided: it moves away, turns round and snaps on with its other end. Red is
-north and blue is south.
+ball then attracts the other rod more strongly than the held rod repels it, and the other rod jumps
+ahead of the block. In the parallel case the rod is attracted from a distance and snaps to the ball.
+In the free case the rod is antiparallel and unguided: it moves away, turns round and snaps on with
+its other end. Red is north and blue is south.
 """
 
 from typing import Any

@@ -23,7 +23,8 @@ _SHELL = (
 # them.
 RESUME = "loomstone resume"
 # mpirun kills a rank one second after SIGTERM and then forwards no output. If the rank has not
-# ended this time [s] after SIGTERM, the sentence is printed while output is still forwarded.
+# ended within this time after SIGTERM [s], the sentence is printed, because output is still
+# forwarded then.
 _PATIENCE = 0.5
 
 

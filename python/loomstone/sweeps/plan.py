@@ -125,7 +125,7 @@ def _directory_name(parameters: dict[str, Any]) -> str:
 
 
 def claim(out: Path, settings: dict[str, Any]) -> None:
-    """Makes the directory of a sweep. If it has runs of other settings, raises CacheError.
+    """Makes the directory of a sweep. Raises CacheError if it has runs with other settings.
 
     settings : what all runs have in common, as JSON; kept in sweep.json
     """

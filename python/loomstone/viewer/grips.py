@@ -1,9 +1,9 @@
 """Grips by which a user holds a patch of cloth, a body or an obstacle in a running simulation.
 
-A grip pulls what it holds towards a goal, which the mouse sets. "Hand" means the user's end of a
-grip. It changes only values that any program may assign between two steps: external forces and
-poses of obstacles. Forces leave the collision handling free to stop what is held, so a user cannot
-pull cloth through itself.
+A grip pulls what it holds towards a goal, which the mouse sets. It changes only values that any
+program may assign between two steps: external forces and poses of obstacles. Forces leave the
+collision handling free to stop what is held, so a user cannot pull cloth through itself. "Hand"
+means the user's end of a grip.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class _Spring:
         self._carried = np.zeros(3)
 
     def force(self, way: Floats, velocity: Floats, length: float) -> Floats:
-        """Returns the force (3) [N] on a held part from which `way` (3) [m] leads to the goal."""
+        """Returns the force (3) [N] on a held part; `way` (3) [m] leads from it to the goal."""
         stiffness = self._mass / self._time**2
         force = stiffness * way - self._mass / self._time * velocity + self._carried
         size = float(np.linalg.norm(force))
