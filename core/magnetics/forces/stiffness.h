@@ -1,8 +1,8 @@
 // Upper bounds of the oscillation frequencies due to magnetic forces, which an explicit integrator
 // must resolve. Every magnet is approximated by dipoles at the centres of nearly cubic parts. A
 // coil is treated as the magnet that fills its bore. At a distance r, the derivative of the force
-// between two dipoles is at most 24 mu0/4pi m m' / r^5, and that of the torque at most 2 mu0/4pi m
-// m' / r^3. If r is less than the mean size of the two parts, this size replaces it.
+// between two dipoles along a displacement is at most 24 mu0/4pi m m' / r^5, and that of the torque
+// by an angle 2 mu0/4pi m m' / r^3. The mean size of the two parts replaces r if r is smaller.
 #pragma once
 
 #include <memory>

@@ -2,7 +2,7 @@
 // product of the magnetisation and the field of a current of one ampere in the coil. For a body
 // without volume charge, it equals -mu0 times the sum of q psi, where q is the surface charge of
 // the body and psi the scalar potential of the coil. The branch of psi must be continuous in the
-// body. For a body in the bore, psi therefore decreases along the whole bore, towards the field.
+// body. For a body in the bore, psi therefore decreases along the bore in the field's direction.
 #pragma once
 
 #include "core/magnetics/sources/body.h"
