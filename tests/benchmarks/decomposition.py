@@ -4,7 +4,7 @@
     mpirun -n 2 python tests/benchmarks/decomposition.py out/twist
     python tests/benchmarks/decomposition.py out/twist --threads 1 2
 
-On one rank, compares the ways in which threads share a traversal: OpenMP tasks, loops and the pool.
+On one rank, compares how threads share the traversal of hierarchies: OpenMP tasks, loops, the pool.
 On several ranks, compares static and dynamic decomposition with their replays. Each number is the
 smallest of the repetitions, so that times in which other programs ran do not count. The default
 latency and overhead of a message in the replays are those of shared memory.

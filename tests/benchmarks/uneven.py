@@ -3,13 +3,14 @@
     python tests/benchmarks/uneven.py [--triangles 2304 --fine 0.003 0.00166 --bending 1e-3
     --damping 1e-5 --duration 4]
 
-In the first tables, the hat hangs from a point of its brim, without collisions. They list updates
-of triangles and processor time of stepping, both per second of motion. The columns "fewer" and
-"less" give the updates and the time of symplectic Euler divided by those of the row. The step of
-symplectic Euler is the same share of its limit of stability. With the default rigidity, bending
-limits the steps at the tip; with `--bending 1e-5 --damping 0`, the membrane does. In the last
-table, the hat falls on the floor. It lists the processor time of stepping and of collision
-handling. Stepping of the nested schedule includes the contacts at events.
+In the first tables, the cloth (a hat) hangs from a point of its brim, without collisions. They
+list updates of triangles and processor time of stepping, both per second of motion. The columns
+"fewer" and "less" give the updates and the time of symplectic Euler divided by those of the row.
+Asynchronous steps and the step of symplectic Euler are the same share of their limits of
+stability. With the default rigidity, bending limits the steps at the tip; with `--bending 1e-5
+--damping 0`, the membrane does. In the last table, the hat falls on the floor. The table lists the
+processor time of stepping and of collision handling. Stepping of the nested schedule includes the
+contacts at events.
 """
 
 import argparse

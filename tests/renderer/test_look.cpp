@@ -42,7 +42,7 @@ std::shared_ptr<const TextureImage> four_colors() {
 }
 
 int strongest(const std::array<int, 4>& color) {
-  for (int i = 0; i < 3; ++i)  // other channels contain only mirrored light
+  for (int i = 0; i < 3; ++i)  // other channels contain only specular light
     if (color[i] > color[(i + 1) % 3] + 60 && color[i] > color[(i + 2) % 3] + 60) return i;
   return -1;
 }
@@ -94,7 +94,7 @@ TEST_CASE("a texture lies where its uv say, repeats by its width, and shows the 
     CHECK(strongest(pixel(image, 96, 32)) == 1);
     CHECK(strongest(pixel(image, 32, 96)) == 2);
     const std::array<int, 4> through = pixel(image, 96, 96);
-    CHECK(std::max({through[0], through[1], through[2]}) < 90);  // black, but for mirrored light
+    CHECK(std::max({through[0], through[1], through[2]}) < 90);  // black, but for specular light
   }
   scene.topology.cloth_looks[0].texture_width = 0.25;
   const Image image = Renderer(scene.topology, square_options()).render(scene.frame);

@@ -11,7 +11,7 @@ def incline(slope, step, cells=4):
     """A sheet on a plane. Gravity is tilted so that the plane slopes down along x."""
     angle = np.arctan(slope)
     mesh = ls.grid(size=(0.12, 0.12), cells=(cells, cells)).moved((0.0031, 0.0017, 0.9995 * GAP))
-    # With one cell, the sheet covers the common edge of the plane's two triangles.
+    # The plane has a single cell, so that the sheet lies on the common edge of its two triangles.
     plane = ls.obstacles.mesh(ls.meshes.floor(size=4.0, cells=1), friction=MU, thickness=GAP)
     gravity = (9.81 * np.sin(angle), 0.0, -9.81 * np.cos(angle))
     scene = ls.Scene(

@@ -1,5 +1,5 @@
 """Magnets as hierarchies of dipole cells: figures 6.5 and 6.7 of [Thomaszewski2010], consistent
-levels, fronts by (6.19), and conservation of momentum.
+levels, fronts (cells that interact, chosen by (6.19)), and conservation of momentum.
 """
 
 import loomstone as ls
@@ -108,8 +108,9 @@ def test_every_level_carries_the_whole_moment_and_leaves_keep_their_margin():
         else:
             depth = np.minimum(0.01 - rho, 0.01 - np.abs(leaves[:, 2]))
             depth = np.minimum(depth, rho - 0.005) if name == "ring" else depth
-        # The centre of a leaf lies at least half a diameter below the surface. The last subdivision
-        # is a bisection, so leaves have up to twice the given density, and the bound uses 1e8.
+        # The centre of a leaf lies at least half its diameter (the cube root of its volume) below
+        # the surface. The last subdivision is a bisection, so leaves have up to twice the given
+        # density, and the bound uses 1e8.
         slack = 1e-12 if name != "mesh" else 2e-4  # the mesh lies inside its sphere
         assert depth.min() >= 0.5 * (1 / 1e8) ** (1 / 3) - slack, name
 

@@ -358,7 +358,7 @@ def test_solid_magnets_that_overlap_are_refused(name):
 
 
 def _touching_pairs():
-    """Bodies whose distance along z is 0 if the second is moved there, by name."""
+    """Returns, by name, two bodies and the height [m] at which the second touches the first."""
     cuboid = M.cuboid(size=(0.008, 0.008, 0.03), polarization=(0.2, 0, 1))
     small = M.cuboid(size=(0.006, 0.006, 0.02), polarization=(0, 0.1, 1))
     cylinder = M.cylinder(radius=0.005, height=0.01, polarization=(0, 0.1, 1))
@@ -376,9 +376,10 @@ def _touching_pairs():
 
 @pytest.mark.parametrize("name", _touching_pairs())
 def test_the_force_between_magnets_does_not_jump_where_they_touch(name):
-    """Poses of bodies in contact are rounded, so that bodies overlap a little. Charge must not
-    experience the field inside the other body then, which has the opposite direction. A change
-    of the gap by 1.6e-8 m changes the force by about 1e-5; the tolerance allows for the quadrature.
+    """Poses of bodies in contact are rounded, so that bodies overlap a little. The force on the
+    surface charge of one must then use the field outside the other, because the field inside has
+    the opposite direction. A change of the gap by 1.6e-8 m changes the force by the fraction 1e-5;
+    the tolerance allows for the quadrature.
     """
     by, body, touching = _touching_pairs()[name]
     apart = M.force(on=body.moved((0, 0, touching + 8e-9)), by=by, tolerance=1e-5)
