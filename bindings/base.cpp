@@ -166,7 +166,8 @@ void bind_frame_topology(py::module_& m) {
         "(mb x 3) vertex indices of the triangles of rigid bodies and obstacles");
   list("body_of_triangle", &T::body_of_triangle, "(mb) index into body_names");
   list("body_of_vertex", &T::body_of_vertex, "(nb) index into body_names");
-  c.def_readonly("body_names", &T::body_names, "rigid bodies first, then obstacles");
+  c.def_readonly("body_names", &T::body_names,
+                 "names of the rigid bodies, followed by those of the obstacles");
   list("body_pole", &T::body_pole,
        "(nb) 1 at north poles of magnets, -1 at south poles, 0 elsewhere; may be empty");
   list("body_is_floor", &T::body_is_floor, "(bodies) 1 if the body is drawn as ground");

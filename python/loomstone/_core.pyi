@@ -914,7 +914,7 @@ class FrameTopology:
     @property
     def body_names(self) -> list[str]:
         """
-        rigid bodies first, then obstacles
+        names of the rigid bodies, followed by those of the obstacles
         """
     @property
     def body_of_triangle(self) -> numpy.typing.NDArray[numpy.int32]:
