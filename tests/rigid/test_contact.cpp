@@ -124,7 +124,7 @@ TEST_CASE("a brick sticks on an incline below the friction angle and slides abov
     CHECK(std::abs(slide(0.9 * angle, mu, 1.0, shape)) < 1e-3);
     const double slope = 1.25 * angle, seconds = 0.5;
     const double acceleration = 9.81 * (std::sin(slope) - mu * std::cos(slope));
-    // The tolerance of 5 % covers the first contact and the edges between the floor's triangles.
+    // The tolerance of 5 % covers effects of the first contact and of edges of the floor's mesh.
     CHECK(slide(slope, mu, seconds, shape) ==
           Approx(0.5 * acceleration * seconds * seconds).epsilon(0.05));
   }

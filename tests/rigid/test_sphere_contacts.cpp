@@ -150,7 +150,7 @@ TEST_CASE("balls that come at 3 m/s, 3 mm in a step, do not enter floors or one 
 }
 
 TEST_CASE("balls that bounce are thrown back where they touch, no sooner, and keep their energy") {
-  // `gap` [m] is what remains between the balls before the step in which they meet.
+  // `gap` [m] is the distance between the balls at the start of the step in which they meet.
   for (const double gap : {0.0, 0.03e-3, 0.08e-3, 0.5e-3}) {
     CAPTURE(gap);
     const double x = 0.005 + 0.01 + 0.5 * gap;

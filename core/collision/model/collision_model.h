@@ -44,8 +44,8 @@ struct CollisionModel {
   std::vector<Index> surface_of_triangle;  // (m)
   std::vector<Index> surface_of_edge;      // (k)
   VertexRows rows;
-  // (n) Surface to which each vertex is attached, or -1; empty if there are no attachments. Faces
-  // and edges with an attached vertex do not collide with that surface.
+  // (n) Surface to which each vertex is attached, or -1; empty if there are no attachments.
+  // Attached vertices, and the edges and faces that contain one, do not collide with that surface.
   std::vector<Index> attached_surface;
   double contact_stiffness = 1000.0;  // stiffness k in the force law of contacts [N/m]
   // Largest gap that certification keeps open, see gap_floor() in narrow_phase/continuous.h [m].

@@ -19,8 +19,8 @@ using Kind = CollisionSurface::Kind;
 
 namespace {
 
-// Two crumpled sheets above a body and an obstacle. A corner of the first sheet is attached to the
-// body.
+// Two crumpled sheets above a body and an obstacle. A strip along a border of the first sheet is
+// attached to the body.
 TestScene crumpled() {
   TestScene scene = make_scene(
       {{grid_cells(0.2, 0.2, 40, 40), Kind::Cloth, 3e-3},
