@@ -1,5 +1,5 @@
-// State of all cloths. Together with the model it fully determines the further course of the
-// simulation.
+// State of all cloths. Together with the model, the contacts and the loads, it fully determines the
+// further motion of the cloths.
 #pragma once
 
 #include "core/base/bytes.h"

@@ -53,7 +53,7 @@ struct StepInputs {
   const Points* force = nullptr;  // (n x 3) gravity, drag and user forces at the start [N]
   // Contacts, friction and attachments at the start; implicit schemes only.
   const ExtraTerms* terms = nullptr;
-  // Called once per iterate by Newton schemes; null: the terms are linear.
+  // Called by Newton schemes for each velocity that they try; null: the terms are linear.
   const TermsAt* terms_at = nullptr;
   // Called after a linear solve, which is repeated if the returned error of friction is too large.
   // May be null.
@@ -98,7 +98,7 @@ class Integrator {
   virtual ~Integrator() = default;
   // Advances state.x and state.v by one step, in all rows on all ranks. On entry, body_velocity
   // (2 b x 3) contains the velocities predicted from the loads on the bodies. On return, they also
-  // include the action of the cloth. Throws SolverFailure.
+  // include the action of the cloth. Throws SolverFailure if the step fails.
   virtual IntegrationReport advance(const Team& team, const RowLayout& layout,
                                     const StepInputs& inputs, ClothState& state,
                                     Points& body_velocity) = 0;

@@ -160,7 +160,7 @@ class NewtonIntegrator final : public Integrator {
     return true;
   }
 
-  // Line search. Accepts a step that gives the smallest residual so far or that lowers the
+  // Line search. Accepts a step by its residual (see least_gain) or because it lowers the
   // potential. The second criterion is needed near buckling, where the residual must first grow on
   // the way to the solution. Neither criterion allows cycles. The combination is our choice.
   bool search(const Step& step, double least) {

@@ -17,7 +17,7 @@ using LanesOf =
     std::conditional_t<std::is_same_v<Scalar, float>, FloatLanes<Lanes>,
                        std::conditional_t<std::is_same_v<Lanes, Lanes128>, Lanes256, Lanes>>;
 
-// Load and store eight rows that are stored as eight x, eight y and eight z components.
+// These functions load and store eight rows as eight x, eight y and eight z components.
 template <class Vector, class Scalar>
 LOOMSTONE_INLINE Lanes3<Vector> load_rows(const Scalar* p) {
   return {lanes_load<Vector>(p), lanes_load<Vector>(p + 8), lanes_load<Vector>(p + 16)};

@@ -1,5 +1,5 @@
-// Iteration of preconditioned conjugate gradients, in single or double precision. An iteration has
-// three parallel regions, and one more with extra terms.
+// Iteration of preconditioned conjugate gradients, in single or double precision. It has three
+// parallel regions on one rank, one more with extra terms, and those of the multigrid levels.
 #pragma once
 
 #include "core/linalg/pcg_memory.h"

@@ -1,5 +1,5 @@
-// Wavefront OBJ. Reads the statements v, vt and f and skips all others (normals, groups, materials,
-// lines, curves).
+// Wavefront OBJ files. The reader uses the statements v, vt and f, and skips all others (normals,
+// groups, materials, lines, curves).
 #include <algorithm>
 #include <limits>
 

@@ -35,8 +35,8 @@ class Bisection {
     const Index n = end - begin, n_blocks = (n + rows_per_block - 1) / rows_per_block;
     if (n_blocks <= 1) return breadth_first(begin, end);
     extract(begin, end);
-    // The first part consists of whole blocks of rows, so that block boundaries are close to the
-    // cuts of the bisection.
+    // The wanted size of the first part is a multiple of the block size, so that block boundaries
+    // are close to the cuts of the bisection.
     const Index target = n_blocks / 2 * rows_per_block;
     const Index middle = begin + bisect(begin, n, target);
     split(begin, middle);

@@ -86,8 +86,8 @@ class Bending {
   virtual void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin,
                                        Index end, BlockMatrix& matrix) const = 0;
   // Largest eigenvalue lambda of M^-1 K in the rest shape, by power iteration [1/s^2]. M is the
-  // mass matrix, and K is the bending stiffness. Explicit steps need a length h <= 0.8 * 2 /
-  // sqrt(lambda). Requires BendingSetup::keeps_rest.
+  // mass matrix, and K is the bending stiffness. Undamped explicit steps are stable below the
+  // length 2 / sqrt(lambda). Requires BendingSetup::keeps_rest.
   virtual double largest_eigenvalue(const Vector& mass) const = 0;
 
   // Number of edges next to slivers. The slope at such an edge is the unweighted mean of the slopes

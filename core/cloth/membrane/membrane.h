@@ -129,7 +129,7 @@ class Membrane {
                       Index last_triangle) const;
 
   // Computes the Green strain (E11, E22, E12) (k x 3) and the largest principal stretch (k) of k
-  // stored triangles. The first one must be a multiple of eight.
+  // stored triangles. The index of the first one must be a multiple of eight.
   void strain(const Team& team, const Points& x, IndexRange triangles, Points& green,
               Vector& stretch);
   // Computes the strain of all triangles. All of them must be stored.

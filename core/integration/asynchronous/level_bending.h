@@ -56,7 +56,7 @@ class BendingGroup {
 };
 
 // Longest steps h (m) of bending without other forces [s]: h (h + 2 beta) lambda = 4 safety^2. A
-// patch is a run of 64 consecutive triangles. They have the same damping beta [s] and eigenvalue
+// patch is a run of 64 consecutive triangles, which have the same damping beta [s] and eigenvalue
 // lambda [1/s^2]: the largest ones of the patch and its neighbours. Infinity without bending.
 Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& meshes,
                      double safety);

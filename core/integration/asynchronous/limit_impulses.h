@@ -26,7 +26,7 @@ class LimitImpulses {
 
  private:
   using Corners = double[9];
-  // Moves the corners so that the strain is within the bounds. Returns false if it already is.
+  // Moves the corners so that the strain is within the bounds. Returns false if none has moved.
   bool limit(Index triangle, const std::vector<limit::Bounds>& bounds, Corners& x) const;
   bool limit_edges(Index triangle, double longest, Corners& x) const;
   bool exceeds(Index triangle, double step, const Points& x, const Points& v) const;
