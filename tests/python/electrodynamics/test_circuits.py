@@ -307,7 +307,7 @@ def series_force(radius: float, distance: float, ball: float, chi: float, curren
     n = np.arange(60)
     # Field on the axis as a power series in z.
     field = current * radius**2 / (2 * s**3) * eval_gegenbauer(n, 1.5, distance / s) / s**n
-    potential = np.append(0.0, -field / (n + 1))  # coefficients of degree l
+    potential = np.append(0.0, -field / (n + 1))  # coefficients of the powers of z
     degree = n[1:]
     answer = (
         -degree * chi / (degree * chi + 2 * degree + 1) * potential[1:-1] * ball ** (2 * degree + 1)

@@ -70,7 +70,7 @@ def test_a_magnet_floats_above_a_superconducting_plate():
     assert frequency == pytest.approx(case["vertical_frequency_Hz"], rel=0.035)
     places, _ = heights(floating(case, "superconductor", rest + 2e-4), 110)
     z = places[:, 2] - rest
-    # The amplitude is the initial displacement of 2e-4. The bounds allow for the error of `rest`,
+    # The amplitude is the initial displacement of 2e-4 m. The bounds allow for the error of `rest`,
     # which is 6 um: `rest` follows from the force on the panels, and the scene computes the force
     # on the ball. The two forces differ by the fraction 2e-3.
     assert 1.5e-4 < np.abs(z).max() < 2.4e-4, "it swings about its place"

@@ -107,8 +107,8 @@ def test_weak_magnetisation_has_the_demagnetising_factors_of_uniform_cylinders(s
             polarizability(M.soft_cylinder(radius=1, height=2 * t, susceptibility=c), volume, axis)
             for c in (chi, -chi)
         ]
-        # The moment is chi (1 - N chi + ...). In the sum over both signs of chi, only the term of
-        # second order remains.
+        # The moment is chi (1 - N chi + ...) with the demagnetising factor N. In the sum over both
+        # signs of chi, only the term of second order remains.
         assert -sum(both) / (2 * chi * chi) == pytest.approx(factor, rel=2e-3)
 
 

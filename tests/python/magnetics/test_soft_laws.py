@@ -245,7 +245,7 @@ def test_bodies_of_all_kinds_keep_momentum_whatever_frame_and_threads():
     soft, magnet = several(turn)
     turned = M.induce(soft, by=magnet, field=turn.apply((0.01, 0, 0.02)), tolerance=1e-9)
     for a, b in zip(turned.bodies, induced.bodies, strict=True):
-        # The tolerance covers the far field of panels, used at other points after the rotation.
+        # The tolerance covers the approximate far field of panels, which the rotation changes.
         assert away(a.moment, turn.apply(b.moment)) < 1e-6
 
 

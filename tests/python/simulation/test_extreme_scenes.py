@@ -29,7 +29,8 @@ def test_a_curtain_gives_way_to_pins_that_jump_through_it(cells: int, hung: bool
         assert report.contacts.unresolved == 0
         assert report.withheld.motion <= 0.2 * report.withheld.requested
     assert recovered < 0.2
-    # The curtain swings at the end. Runs from slightly different starts end at 1.01 to 1.21.
+    # The curtain swings at the end. Runs from slightly different starts end with a stretch of 1.01
+    # to 1.21.
     assert sim.report.strain.stretch < 1.25
     if cells != 18:  # with 18 cells, the largest number is 26 times the median
         assert max(iterations) <= 20 * np.median(iterations)

@@ -42,8 +42,8 @@ Scene drum(double size, Index cells) {
   return scene;
 }
 
-// A loose sheet between two plates that close within `duration` to a gap, rest for a while and open
-// again. If the gap is negative, the plates pass through each other.
+// Loose sheets between two plates, which close within `duration` [s] to `gap` [m], rest for 0.02 s
+// and open again. If the gap is negative, the plates pass through each other.
 Scene press(double gap, double duration, bool turning = false, double offset = 0.0,
             int layers = 1) {
   Scene scene;
