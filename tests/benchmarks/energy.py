@@ -1,7 +1,7 @@
 """Energy balance of every scene: tests whether energy minus work stays below its initial value.
 
     python tests/benchmarks/energy.py
-    python tests/benchmarks/energy.py drape twist --integrator bdf-2
+    python tests/benchmarks/energy.py drape twist --integrator bdf2
 
 Every scene file runs with at most 3,600 triangles for at most 1 s, at its own step. The table lists
 the largest kinetic energy K, the largest gain without and with the energy of contacts, the gain at

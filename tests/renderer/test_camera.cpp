@@ -98,7 +98,7 @@ TEST_CASE("a camera goes through its key frames, smoothly, and stays at the ends
 
 TEST_CASE("framing leaves room for the fall, down to the floor but no further", "[renderer]") {
   DrapedScene flat = flat_scene();
-  for (Index v = 0; v < flat.frame.positions.rows(); ++v) {  // flat, 0.5 m wide, at height 1
+  for (Index v = 0; v < flat.frame.positions.rows(); ++v) {  // flat, 0.5 m wide, at a height of 1 m
     flat.frame.positions.row(v) << flat.frame.positions(v, 0), flat.frame.positions(v, 2), 1.0;
   }
   CHECK(make_framing(flat.topology, flat.frame).low.z() == Approx(0.5));

@@ -31,7 +31,7 @@ Scene falling_sheet() {
   return scene;
 }
 
-// A sheet of 1 m that swings from two corners and stretches by more than half if it may.
+// A sheet of 1 m that swings from two corners. Without limits, it stretches by more than half.
 Scene limited_sheet() {
   Scene scene;
   scene.collisions = false;
