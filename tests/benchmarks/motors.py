@@ -1,12 +1,12 @@
-"""Complete runs of the motors of the table vii_motors: a brushed motor with two segments, and
-magnets that follow a rotating field.
+"""Complete runs of the motors of the table vii_motors: a brushed motor whose commutator has two
+segments, and magnets that follow a rotating field.
 
     python tests/benchmarks/motors.py [PATH/vii_motors.json]
 
 The benchmark prints for each motor:
 - angle, speed: the largest deviations from the table, relative to its largest values
-- balance: the energy missing at the end, relative to the energy supplied by sources and lost to
-  friction
+- balance: the energy missing at the end, relative to the sum of the energies that sources supply
+  and that resistances and bearings dissipate
 
 The benchmark takes about 20 s.
 """
