@@ -119,7 +119,7 @@ def falling(magnets=(), **given) -> ls.Scene:
     """A soft ball flies through a loop with a circuit. Next to them is a body that carries magnets
     and an optional second coil. All bodies are free.
     """
-    places = {  # of the bodies; "coil" carries the loop at a distance of 6 cm
+    places = {  # of the bodies; the body "coil" carries the loop 6 cm beside it
         "ball": (0, 0, 0),
         "coil": (0.06, 0, 0.02),
         "magnet": (0.03, 0, 0),

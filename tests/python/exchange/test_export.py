@@ -16,8 +16,8 @@ FLOAT = 0.5 * 2.0**-24
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """A run of 6 frames with two cloths, a spinning body, a deforming obstacle, and a magnet and a
-    floor at rest. The uv of the first cloth have a seam.
+    """A run of 6 frames with two cloths, a spinning body, a falling magnet, a deforming obstacle
+    and a floor at rest. The uv of the first cloth have a seam.
     """
     out = tmp_path_factory.mktemp("run") / "out"
     flat = ls.grid(size=(0.1, 0.1), cells=(6, 6))

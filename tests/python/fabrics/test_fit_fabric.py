@@ -69,7 +69,7 @@ def test_units_of_the_kawabata_system_give_the_same_as_si():
 
 
 def test_a_curve_that_stiffens_is_limited_at_the_load_and_fitted_below_it():
-    """Uses an exponential curve, as typical for woven fabrics.
+    """Uses an exponential curve, which is typical of woven fabrics.
 
     The limit has a closed form. The linear fit lies between the initial slope and the secant to the
     limit.

@@ -61,7 +61,8 @@ def test_a_grip_brings_cloth_to_the_mouse_without_intersections():
     grip.goal = np.array([0.05, 0.0, 0.35])  # above the ball
     assert lead(sim, grip, 1.5) == 0
     held = grip._centre(sim.positions) + grip._arm
-    # The mouse stands still, so the integral term of the spring has removed nearly all of the sag.
+    # The goal does not move, so the integral term of the grip's spring balances the weight, and the
+    # cloth hangs hardly below the goal.
     assert np.linalg.norm(held - grip.goal) < 5e-3
     grip.release(sim)
     assert not sim.external_forces.any()
@@ -180,7 +181,7 @@ def test_a_drag_in_a_browser_moves_cloth(tmp_path):
 
 
 def _compare_with_renderer(shown, camera, picture):
-    """The browser draws the cloth and the ball at the same pixels as the renderer."""
+    """Tests that the browser draws the cloth and the ball at the same pixels as the renderer."""
     options = ls.RenderOptions(width=400, height=300, camera=camera, shadows=False)
     drawn = ls._core.Renderer(shown._sim.topology, options).render(shown.frame).astype(float)
     masks = []
@@ -192,7 +193,10 @@ def _compare_with_renderer(shown, camera, picture):
 
 
 def _pixel_of_cloth(frame, camera, width, height):
-    """Returns the pixel of the cloth point that is nearest to the camera."""
+    """Returns the pixel of a vertex of the hanging part of the cloth, near the plane x = 0.
+
+    Of these vertices, it is the one with the least distance along the viewing direction.
+    """
     eye, target = np.array(camera.eye), np.array(camera.target)
     forward = (target - eye) / np.linalg.norm(target - eye)
     right = np.cross(forward, camera.up)
