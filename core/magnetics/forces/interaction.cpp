@@ -234,6 +234,10 @@ double charge_energy(const MagneticBody& induced, const MagneticBody& by) {
   return energy;
 }
 
+bool is_current(const Source& source) {
+  return !source.induced() && !source.dipoles() && source.surface().empty();
+}
+
 double energy_integral(const MagneticBody& on, const MagneticBody& by, double tolerance) {
   if (const DipoleSet* set = on.source->dipoles()) {
     const Mat3 rotation = rotation_matrix(on.pose.orientation);
@@ -246,8 +250,6 @@ double energy_integral(const MagneticBody& on, const MagneticBody& by, double to
     return energy;
   }
   const std::vector<Panel> surface = on.source->surface();
-  if (surface.empty())
-    throw Unsupported("only magnets and dipoles have an energy here, got a current");
   // Absolute scale of the tolerance: a thousandth of the energy of the total moment in a typical
   // field of the other body.
   const double least = 1e-3 * on.source->moment().norm() * by.source->moment().norm() * mu0 /
@@ -261,6 +263,9 @@ double energy_integral(const MagneticBody& on, const MagneticBody& by, double to
 
 double magnetic_energy(const MagneticBody& on, const MagneticBody& by, double tolerance) {
   check_tolerance(tolerance);
+  for (const Source* source : {on.source.get(), by.source.get()})
+    if (is_current(*source))
+      throw Unsupported("only magnets and dipoles have an energy here, got a current");
   for (const auto& [induced, other] : {std::pair(&on, &by), std::pair(&by, &on)}) {
     if (!induced->source->induced()) continue;
     return other->source->dipoles() ? energy_integral(*other, *induced, tolerance)

@@ -67,11 +67,15 @@ def test_the_energy_of_spheres_is_that_of_their_dipoles():
     )
 
 
-def test_the_energy_of_currents_is_refused():
-    with pytest.raises(ls.Unsupported, match="got a current"):
-        ls.magnetics.energy(
-            [
-                ls.magnetics.loop(radius=0.1, current=1.0),
-                ls.magnetics.loop(radius=0.1, current=1.0).moved((0, 0, 1)),
-            ]
-        )
+@pytest.mark.parametrize("other", ["loop", "larger magnet", "smaller magnet", "dipole"])
+def test_the_energy_of_currents_is_refused(other):
+    bodies = {
+        "loop": ls.magnetics.loop(radius=0.1, current=1.0),
+        "larger magnet": ls.magnetics.cuboid(size=(0.4, 0.4, 0.4), polarization=(0, 0, 1)),
+        "smaller magnet": ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1)),
+        "dipole": ls.magnetics.dipoles([[0, 0, 0]], [(0, 0, 1)]),
+    }
+    loop = ls.magnetics.loop(radius=0.1, current=1.0)
+    for pair in ([loop, bodies[other].moved((0, 0, 1))], [bodies[other].moved((0, 0, 1)), loop]):
+        with pytest.raises(ls.Unsupported, match="got a current"):
+            ls.magnetics.energy(pair)
