@@ -224,13 +224,12 @@ def _split(surface: Surface, motion: Motion, points: Floats) -> tuple[Indices, I
     file (m x 3), and the normals at its vertices (k x 3).
     """
     corner_vertex = surface.triangles.reshape(-1)
+    keys = corner_vertex[:, None]
+    if len(surface.uv):
+        keys = np.column_stack([keys, surface.uv_triangles.reshape(-1)])
     if motion.rigid:
         per_corner = corner_normals(points, surface.triangles)
-        keys = np.column_stack([corner_vertex, np.round(per_corner, 6)])
-    else:
-        keys = corner_vertex[:, None]
-        if len(surface.uv):
-            keys = np.column_stack([corner_vertex, surface.uv_triangles.reshape(-1)])
+        keys = np.column_stack([keys, np.round(per_corner, 6)])
     table, first, index = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     vertex = table[:, 0].astype(np.int64)
     repeated = np.r_[False, vertex[1:] == vertex[:-1]]
