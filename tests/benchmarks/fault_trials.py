@@ -246,6 +246,7 @@ def in_child(arguments: list[str], seeds: list[int], seconds: float) -> Iterator
         ) as child:
             assert child.stdout and child.stderr
             timer = threading.Timer(seconds, child.kill)
+            timer.start()
             for line in child.stdout:
                 timer.cancel()
                 timer = threading.Timer(seconds, child.kill)
