@@ -48,7 +48,7 @@ class PlacedCoils {
   Part magnet(const std::vector<MagneticBody>& magnets, std::size_t k) const {
     return {magnets[k], model_.magnets[k].carrier};
   }
-  // Returns whether the two carriers do not move relative to each other in the step.
+  // Returns true if both carriers are the same, or if both are obstacles at rest in the step.
   bool joined(Index a, Index b) const;
   void meet(const Part& coil, const Part& other, double factor, CarrierWrenches& result) const;
 

@@ -19,8 +19,8 @@ class SlicedEllpack {
   struct Range {
     Index n_rows, begin, end;  // [begin, end)
   };
-  // Builds the slices for a range of rows. `matrix` may be null. Returns false if the slices were
-  // already built for the same pattern and the same range.
+  // Builds the slices for a range of rows. Without a matrix (null), rows have no off-diagonal
+  // blocks. Returns false if the slices were already built for the same pattern and range.
   bool set_pattern(const BlockMatrix* matrix, Range range);
 
   Index n_rows() const { return range_.n_rows; }  // including rows outside the range

@@ -21,7 +21,7 @@ struct IndexRange {
   bool contains(Index i) const { return i >= begin && i < end; }
 };
 
-// Returns the range of [0, n) that a rank computes if all ranks compute equally many indices.
+// Returns the range of [0, n) that a rank computes if all ranks compute equally many, up to one.
 inline IndexRange even_share(Index n, int rank, int size) {
   const auto start = [&](int r) {
     return static_cast<Index>(static_cast<std::int64_t>(n) * r / size);

@@ -1,7 +1,8 @@
 """Converts docstrings of this project to reStructuredText for autodoc.
 
-A docstring consists of paragraphs, examples (>>>), indented code, and lines `name : text` that
-describe parameters, continued by indented lines. Words in single backticks are code.
+A docstring consists of paragraphs, examples (>>>), indented code, lists (lines `- text`), and lines
+`name : text` that describe parameters. Indented lines continue list items and parameters. Words in
+single backticks are code.
 """
 
 from __future__ import annotations

@@ -74,7 +74,9 @@ def fitted(runs: list[Measured], part: str) -> tuple[float, float]:
 
 
 def predicted(runs: list[Measured], ranks: int, network: tuple[float, float, float]) -> float:
-    """Returns the time of a step [s]."""
+    """Returns the predicted time of a step [s]; network: latency [s], bandwidth [bytes/s] and
+    processor time per message [s].
+    """
     latency, bandwidth, overhead = network
     seconds = sum(a + b / ranks for a, b in (fitted(runs, "collision"), fitted(runs, "other")))
     if ranks == 1:

@@ -170,8 +170,8 @@ void NeighbourLists::search(const Team& team, const Points& x1) {
   find_used();
 }
 
-// Replaces the lists by those of the cluster pairs in `found`. Keeps existing lists of surfaces
-// whose clusters have not been formed again.
+// Sets the lists to those of the cluster pairs in `found`. Keeps a list that exists already if the
+// clusters of neither surface have been formed again.
 void NeighbourLists::keep_or_add(const std::vector<std::vector<PairKey>>& found,
                                  const std::vector<std::uint8_t>& formed) {
   std::vector<NeighbourList> old;

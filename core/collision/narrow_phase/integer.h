@@ -62,8 +62,8 @@ class Integer {
  private:
   __extension__ using Wide = unsigned __int128;
 
-  // Limbs from the lowest to the highest. The highest limb is not zero. A few limbs are stored
-  // inline, and longer integers on the heap.
+  // Limbs from the lowest to the highest. The highest limb is not zero. Up to `in_place` limbs are
+  // stored inline, more of them on the heap.
   class Limbs {
    public:
     Limbs() {}

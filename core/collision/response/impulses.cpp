@@ -13,8 +13,8 @@ Mat3 cross_matrix(const Vec3& v) {
   return m;
 }
 
-// Returns the inverse of the positive definite matrix k, restricted to the plane perpendicular to
-// n.
+// Restricts the positive definite matrix k to the plane perpendicular to n and returns the inverse
+// of the restriction. The returned matrix maps n to zero.
 Mat3 tangential_inverse(const Mat3& k, const Vec3& n) {
   const Vec3 a = n.unitOrthogonal(), b = n.cross(a);
   const double aa = a.dot(k * a), ab = a.dot(k * b), bb = b.dot(k * b),

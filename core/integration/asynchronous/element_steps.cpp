@@ -174,7 +174,7 @@ LimitPhases ElementSteps::phases_at(Index t, const Points& green) const {
   return phases;
 }
 
-// Computes the strains at x, unless x is the same as in the last call.
+// Computes the strains, limit phases and tensions at x, unless x is the same as in the last call.
 void ElementSteps::measure(const Team& team, const Points& x, Elasticity& elasticity) {
   if (x.rows() == x_.rows() && std::memcmp(x.data(), x_.data(), sizeof(double) * x.size()) == 0)
     return;

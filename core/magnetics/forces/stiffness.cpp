@@ -108,7 +108,7 @@ constexpr double neighbours = 1.6;
 
 // Returns an upper bound of the amount by which all spheres far from sphere i raise its squared
 // frequency, divided by the moment of i and by mu0/4pi. `near` receives the indices of the spheres
-// that are not far, including i.
+// that are not far, including i, and possibly indices of padding, which the caller must skip.
 template <class Lanes>
 LOOMSTONE_INLINE double far_kernel(const double* table, Index padded, Index i, Index* near,
                                    Index* n_near) {

@@ -13,8 +13,8 @@ class MutualFluxes {
  public:
   // `pose` is the pose of `on` in the axes of `by`.
   MutualFluxes(const Team& team, const PanelSet& on, const RigidPose& pose, const PanelSet& by);
-  // Adds the fluxes of `charges` to `fluxes` [T m^2]. The charges mu0 sigma [T] are already
-  // multiplied by PanelGrid::share.
+  // Adds the flux of the charges of `by` through each panel of `on` to `fluxes` [T m^2]. `charges`
+  // contains mu0 sigma [T] times PanelGrid::share.
   void add(const Team& team, const Vector& charges, Vector& fluxes) const;
 
  private:

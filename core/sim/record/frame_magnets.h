@@ -8,9 +8,9 @@
 
 namespace loomstone {
 
-// Returns all magnets of the model in the order of the scene, including coils that carry current.
-// Soft-magnetic spheres appear with their magnetisation in that frame. Throws InvalidInput if the
-// frame belongs to another scene.
+// Returns all magnets of the model in the order of the scene, then the coils that carry current.
+// Soft-magnetic bodies have their magnetisation in that frame. Throws InvalidInput unless the frame
+// has as many vertices of bodies and obstacles as the model.
 std::vector<MagneticBody> magnets_of_frame(const Team& team, const Model& model,
                                            const Frame& frame);
 

@@ -28,7 +28,7 @@ struct PartResult {
 };
 
 // Divides a step into parts and decides whether an attempt is accepted. The decision depends only
-// on the results of attempts.
+// on the results of attempts and on limits_in_solve.
 class Bisection {
  public:
   // limits_in_solve: strain limits act in the implicit solve, not only in sweeps.

@@ -31,7 +31,7 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Wor
       collision_team(team) {
   collision_team.busy = busy.data();
   const BendingTreatment bending = bending_treatment(options, model.cloth);
-  // Asynchronous steps evaluate elements of all triangles on every rank.
+  // In asynchronous steps, every rank evaluates the elements of all triangles.
   elasticity = options.is<Asynchronous>()
                    ? std::make_unique<Elasticity>(model.cloth, bending)
                    : std::make_unique<Elasticity>(model.cloth, bending, layout);

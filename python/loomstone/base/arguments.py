@@ -34,7 +34,7 @@ def vector(name: str, value: Any, size: int) -> NDArray[np.float64]:
 
 
 def whole(name: str, value: Any, low: int, high: int) -> int:
-    """Returns `value` as an int in [low, high]; raises InvalidInput if it is not one."""
+    """Returns `value` as an int; raises InvalidInput if it is no whole number in [low, high]."""
     if (
         isinstance(value, bool)
         or not isinstance(value, (int, float, np.integer, np.floating))
@@ -54,8 +54,9 @@ def takes(**units: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
 
     Arguments annotated as TriangleMesh may also be meshes of trimesh and meshio.
 
-    A misspelt keyword raises a TypeError that suggests the right one. If the C++ core rejects the
-    type of an argument, the TypeError shows the given arguments and the expected types.
+    A misspelt keyword raises a TypeError that suggests the right one or lists all keywords. If the
+    C++ core rejects the type of an argument, the TypeError shows the given arguments and the
+    expected types.
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:

@@ -206,7 +206,9 @@ def _tree(file: GltfFile) -> list[tuple[int, int | None]]:
 def _pose(
     file: GltfFile, channels: list[Channel], time: float
 ) -> tuple[dict[int, Floats], dict[int, Floats]]:
-    """Returns the poses (4 x 4) of all nodes in world space and the animated weights at a time."""
+    """Returns two dictionaries by the index of the node at `time` [s]: the poses (4 x 4) in world
+    space of the nodes of the default scene, and the animated weights of morph targets.
+    """
     changed: dict[int, dict[str, Floats]] = {}
     for channel in channels:
         changed.setdefault(channel.node, {})[channel.path] = value_at(channel, time)

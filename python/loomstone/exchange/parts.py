@@ -39,8 +39,8 @@ class Part:
 def sample_times(path: Path, length: float, rate: float) -> Floats:
     """Returns times from 0 to `length` [s] with `rate` samples per second.
 
-    If this gives only the time 0, `length` is added. Raises InvalidInput if there would be more
-    than 100,000 times.
+    If this gives only the time 0 and `length` is not 0, `length` is added. Raises InvalidInput if
+    `length` times `rate` exceeds 100,000.
     """
     if not length * rate <= _MOST:
         raise InvalidInput(

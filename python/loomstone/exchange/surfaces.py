@@ -56,7 +56,7 @@ def surfaces_of(topology: FrameTopology) -> list[Surface]:
 
 
 def vertex_normals(points: Floats, triangles: Indices) -> Floats:
-    """Returns unit normals (n x 3) of vertices: means over their triangles, weighted by area."""
+    """Returns unit normals (n x 3) of vertices, along area-weighted means over triangles."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     faces = np.cross(b - a, c - a)
     normals = np.zeros(points.shape)

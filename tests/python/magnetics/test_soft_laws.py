@@ -206,7 +206,7 @@ def test_the_energy_of_what_magnetises_is_that_of_the_magnets_dipoles(gap):
         np.einsum("i,j,k->ijk", w, w, w).reshape(-1, 1) * size.prod() / 8 * polarization / M.MU0
     )
     # The tolerance allows for two quadrature errors near contact. Each panel has only 9 sample
-    # points, half a millimetre apart, and the dipoles' volume rule is inaccurate close to panels.
+    # points, up to 0.8 mm apart, and the dipoles' volume rule is inaccurate close to panels.
     wanted = M.energy([M.dipoles(nodes, moments).moved(magnet.position), induced])
     assert M.energy([magnet, induced]) == pytest.approx(
         wanted, rel={2e-3: 1e-4, 2e-4: 3e-3, 0.0: 1e-2}[gap]
