@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/integration/schemes.h"
+#include "core/integration/integrator_factories.h"
 
 namespace loomstone {
 

@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "core/base/message.h"
-#include "core/integration/scheme.h"
-#include "core/integration/schemes.h"
+#include "core/integration/integrator_factories.h"
+#include "core/integration/scheme_coefficients.h"
 #include "core/integration/step_solve.h"
 
 namespace loomstone {

@@ -8,7 +8,7 @@
 
 #include "core/mesh/adjacency.h"
 #include "core/mesh/triangle_mesh.h"
-#include "core/parallel/partition.h"
+#include "core/parallel/vertex_order.h"
 
 namespace loomstone::test {
 

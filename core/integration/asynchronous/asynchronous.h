@@ -8,7 +8,7 @@
 #include "core/integration/asynchronous/element_steps.h"
 #include "core/integration/asynchronous/level_bending.h"
 #include "core/integration/asynchronous/limit_impulses.h"
-#include "core/integration/schemes.h"
+#include "core/integration/integrator_factories.h"
 
 namespace loomstone {
 

@@ -3,7 +3,7 @@
 #include <numeric>
 
 #include "core/base/message.h"
-#include "core/parallel/partition.h"
+#include "core/parallel/vertex_order.h"
 #include "core/sim/model/build.h"
 
 namespace loomstone {

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "core/sim/model/motion.h"
-#include "core/sim/step/constrain.h"
 #include "core/sim/step/energies.h"
+#include "core/sim/step/limits_with_contacts.h"
 
 namespace loomstone {
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "core/linalg/linear_solver.h"
-#include "core/parallel/partition.h"
+#include "core/parallel/vertex_order.h"
 
 using namespace loomstone;
 

@@ -69,7 +69,7 @@ DOORS = {
     r"<(bullet/)?bt|BulletDynamics|BulletCollision": r"core/rigid/bullet\.h$",
     r"<embree3/": r"core/(mesh/spatial_query|collision/broad_phase/embree\w*)\.cpp$",
     r"cholmod\.h": r"core/linalg/cholmod_solver\.cpp$",
-    r"<metis\.h>": r"core/parallel/partition\.cpp$",
+    r"<metis\.h>": r"core/parallel/vertex_order\.cpp$",
     r"<GL/osmesa|<EGL/": r"renderer/context\.cpp$",
     r"<png\.h>": r"renderer/|tests/",
     r"<pybind11/": r"bindings/",

@@ -1,4 +1,4 @@
-#include "core/sim/step/constrain.h"
+#include "core/sim/step/limits_with_contacts.h"
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "core/integration/integrator.h"
-#include "core/integration/scheme.h"
+#include "core/integration/scheme_coefficients.h"
 
 namespace loomstone {
 

@@ -1,7 +1,7 @@
 // Orders vertices by recursive bisection with METIS (Karypis and Kumar, "A fast and high quality
 // multilevel scheme for partitioning irregular graphs", SIAM J. Sci. Comput. 20 (1998)). Only this
 // file includes METIS.
-#include "core/parallel/partition.h"
+#include "core/parallel/vertex_order.h"
 
 #include <metis.h>
 

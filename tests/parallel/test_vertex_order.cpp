@@ -5,8 +5,8 @@
 #include <numeric>
 #include <thread>
 
-#include "core/parallel/partition.h"
 #include "core/parallel/team.h"
+#include "core/parallel/vertex_order.h"
 
 using namespace loomstone;
 
