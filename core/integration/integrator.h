@@ -51,6 +51,7 @@ struct StepInputs {
   double step = 0.0;              // length h [s]
   double time = 0.0;              // start of the step [s]
   const Points* force = nullptr;  // (n x 3) gravity, drag and user forces at the start [N]
+  double gravity = 0.0;           // magnitude of the gravitational acceleration [m/s^2]
   // Contacts, friction and attachments at the start; implicit schemes only.
   const ExtraTerms* terms = nullptr;
   // Called by Newton schemes for each velocity that they try; null: the terms are linear.

@@ -62,6 +62,7 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
   inputs.step = part.h;
   inputs.time = part.t0;
   inputs.force = &loads.force;
+  inputs.gravity = model.scene.gravity.norm();
   inputs.terms = &near.terms;
   inputs.terms_at = &at;
   if (near.contact_terms.size() > 0) inputs.friction_at = &friction;
