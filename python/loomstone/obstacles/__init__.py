@@ -10,6 +10,7 @@ True
 
 from .._core import Obstacle
 from .baked_motion import baked
+from .following import follow
 from .sequences import sequence
 from .shapes import box, capsule, floor, funnel, mesh, sphere, wave_bar
 
@@ -19,6 +20,7 @@ __all__ = [
     "box",
     "capsule",
     "floor",
+    "follow",
     "funnel",
     "mesh",
     "sequence",
