@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import traceback
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -88,19 +89,26 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
             raise typer.Exit(1) from None
         fail(str(error))
     except AssertionError as error:
-        fail(f"a claim does not hold: {error}")
+        fail(f"a claim does not hold: {_claim(error)}")
     except KeyboardInterrupt:
         fail("interrupted")
     except (typer.Exit, typer.Abort):
         raise
     except BaseException:
         if communicator.size > 1:
-            import traceback
-
             traceback.print_exc()
             sys.stderr.flush()
             communicator.abort(1)
         raise
+
+
+def _claim(error: AssertionError) -> str:
+    """Returns the message of a failed assertion or, if it has none, its line and source."""
+    message = " ".join(str(error).split())
+    frames = traceback.extract_tb(error.__traceback__)
+    if message or not frames:
+        return message
+    return f"{frames[-1].filename}, line {frames[-1].lineno}: {frames[-1].line}"
 
 
 @contextmanager

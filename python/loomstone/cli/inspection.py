@@ -86,7 +86,8 @@ def _describe_run(run: Run) -> None:
         )
     if (run.directory / "steps.csv").exists():
         summary = summary_of_steps(run.directory / "steps.csv")
-        lines = [*event_lines(run, summary), *contact_lines(summary), *energy_lines(summary)]
+        lines = [*event_lines(run, summary), *contact_lines(summary), *limit_lines(summary)]
+        lines += energy_lines(summary)
         print("\n".join(lines))
 
 
@@ -220,6 +221,17 @@ def contact_lines(summary: dict[str, Any]) -> list[str]:
     return lines
 
 
+def limit_lines(summary: dict[str, Any]) -> list[str]:
+    """Returns a line of text if steps of a run exceeded strain limits, from their summary."""
+    if not summary.get("steps_with_broken_limits"):
+        return []
+    return [
+        f"strain limits: {summary['steps_with_broken_limits']} steps exceeded them, at most in"
+        f" {summary['most_broken_limits']} triangles and by {summary['largest_excess']:.2g}"
+        " (limits.csv); look for pins, bodies and obstacles that pull cloth apart"
+    ]
+
+
 def energy_lines(summary: dict[str, Any]) -> list[str]:
     """Returns lines of text about the energies of a run, from the summary of its steps."""
     if not summary.get("largest_kinetic_energy"):
@@ -275,7 +287,7 @@ def report_text(report: dict[str, Any]) -> str:
             f"{report['linear_iterations_per_step']:.1f} linear iterations per step, at most"
             f" {report['most_contacts']} contacts, largest stretch {report['largest_stretch']:.3f}"
         )
-        lines.extend(contact_lines(report))
+        lines.extend([*contact_lines(report), *limit_lines(report)])
     if report.get("unresolved_steps"):
         lines.append(
             f"{report['unresolved_steps']} steps left impacts unresolved, and at most"
@@ -306,7 +318,8 @@ def report_text(report: dict[str, Any]) -> str:
     if report.get("steps_beyond_accuracy"):
         lines.append(
             f"the error of {report['steps_beyond_accuracy']} steps is larger than"
-            " integrator.accuracy allows, even in the shortest parts; shorten integrator.step"
+            " integrator.accuracy allows, even in the shortest parts; look for pins that pull cloth"
+            " apart, or shorten a given integrator.step"
         )
     lines.extend(_gain_lines(report))
     lines.append(f"state {report['digest'][:16]}")
