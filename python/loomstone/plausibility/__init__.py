@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..integrators import Asynchronous
+from .air import of_air
 from .bodies import of_overlaps, of_reversed, of_sizes, reversed_obstacles
 from .cloths import of_attachments, of_cloths, of_contacts
 from .magnets import of_magnets
@@ -25,7 +26,7 @@ def implausible(simulation: Any) -> list[str]:
     All ranks must call this function, and all get the same sentences.
     """
     scene = simulation.scene
-    found = [*of_cloths(scene.cloths), *of_attachments(scene)]
+    found = [*of_cloths(scene.cloths), *of_attachments(scene), *of_air(scene)]
     if _throws(simulation):
         found += of_contacts(scene, simulation)
     found += of_sizes(scene)

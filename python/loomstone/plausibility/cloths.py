@@ -19,6 +19,11 @@ LARGEST = 30.0  # largest extent of a cloth [m]
 GAP = 0.5  # smallest distance at the start, as a fraction of the contact distance
 AWAY = 0.1  # largest jump of a pin in the first step, as a fraction of the mean edge
 SPEED = 30.0  # largest speed of a scripted pin [m/s]
+BENDING = 1.0  # largest bending rigidity [N m]; that of paper is 1e-3
+SOFTEST = 1.0  # smallest stiffness [N/m]; that of rubber thread is 10
+LIMIT = 2.0  # largest strain limit [1]
+PULLED = 1.1  # largest distance of adjacent scripted pins, relative to that at the start
+SCALES = {"centimetres": 0.01, "millimetres": 0.001}  # units of uv in patterns [m]
 
 
 def of_cloths(cloths: list[Cloth]) -> list[str]:
@@ -30,8 +35,12 @@ def of_cloths(cloths: list[Cloth]) -> list[str]:
             _size(cloth),
             _areas(cloth),
             _density(cloth),
+            _stiffness(cloth),
+            _bending(cloth),
+            _limit(cloth),
             _first_pins(cloth),
             _pins(cloth),
+            _pulled(cloth),
         )
         if sentence
     ]
@@ -117,6 +126,13 @@ def _areas(cloth: Cloth) -> str:
     rest = _area(np.pad(uv, ((0, 0), (0, 1))), np.asarray(mesh.uv_triangles))
     if start / AREAS <= rest <= start * AREAS:
         return ""
+    for unit, scale in SCALES.items():
+        if start / AREAS <= scale**2 * rest <= start * AREAS:
+            return (
+                f"its rest area is {rest:.3g} m^2 (uv in metres), but its mesh starts with"
+                f" {start:.3g} m^2; if uv are in {unit}, give TriangleMesh(mesh.vertices,"
+                f" mesh.triangles, {scale} * mesh.uv, uv_triangles=mesh.uv_triangles)"
+            )
     return (
         f"its rest area is {rest:.3g} m^2 (uv in metres), but its mesh starts with {start:.3g} m^2;"
         ' if uv are texture coordinates, give rest="mesh"'
@@ -136,6 +152,41 @@ def _density(cloth: Cloth) -> str:
         f"its density is {density:g} kg/m^2, but fabrics have 0.01 to 2; if {density:g} g/m^2 is"
         f" meant, give {density / 1e3:g}"
     )
+
+
+def _stiffness(cloth: Cloth) -> str:
+    for name in ("weft_stiffness", "warp_stiffness"):
+        value = getattr(cloth.material, name)
+        if 0.0 < value < SOFTEST:
+            return (
+                f"its {name} is {value:g} N/m, but fabrics have 10 to 1e5; if {value:g} N/mm is"
+                f" meant, give {1e3 * value:g}"
+            )
+    return ""
+
+
+def _bending(cloth: Cloth) -> str:
+    for name in ("bending_weft", "bending_warp"):
+        value = getattr(cloth.material, name)
+        if value > BENDING:
+            return (
+                f"its {name} is {value:g} N m, but fabrics have 1e-7 to 1e-3; if {value:g} uN m is"
+                f" meant, give {1e-6 * value:g}"
+            )
+    return ""
+
+
+def _limit(cloth: Cloth) -> str:
+    if cloth.strain_limit is None:
+        return ""
+    for name in ("weft", "warp", "shear"):
+        value = getattr(cloth.strain_limit, name)
+        if LIMIT <= value < np.inf:
+            return (
+                f"its strain limit along {name} is {value:g}, which is {100 * value:g} %; if"
+                f" {value:g} % is meant, give {value / 100:g}"
+            ).replace("along shear", "in shear")
+    return ""
 
 
 def _first_pins(cloth: Cloth) -> str:
@@ -173,6 +224,34 @@ def _pins(cloth: Cloth) -> str:
         f"vertex {cloth.pins[pin]} jumps by {moved[k, pin]:.3g} m from {times[k]:.6g} s to"
         f" {times[k + 1]:.6g} s ({speeds[k, pin]:.3g} m/s), which tears cloth; give its script more"
         " time"
+    )
+
+
+def _pulled(cloth: Cloth) -> str:
+    """Returns a sentence if the script pulls adjacent pins apart, or ""."""
+    if not cloth.script_times or len(cloth.pins) < 2:
+        return ""
+    times, places = _script(cloth)
+    place = np.full(cloth.mesh.n_vertices, -1)
+    place[cloth.pins] = np.arange(len(cloth.pins))
+    triangles = place[np.asarray(cloth.mesh.triangles)]
+    edges = np.unique(
+        np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=0
+    )
+    edges = edges[(edges >= 0).all(axis=1)]
+    if not len(edges):
+        return ""
+    vertices = np.asarray(cloth.mesh.vertices)[cloth.pins]
+    start = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
+    ratios = np.linalg.norm(places[:, edges[:, 0]] - places[:, edges[:, 1]], axis=2) / start
+    if ratios.max() <= PULLED:
+        return ""
+    k, edge = np.unravel_index(int(ratios.argmax()), ratios.shape)
+    one, other = (cloth.pins[pin] for pin in edges[edge])
+    return (
+        f"the script pulls the adjacent vertices {one} and {other} apart, by"
+        f" {100 * (ratios[k, edge] - 1):.3g} % at {times[k]:.6g} s; move pins like a rigid body,"
+        " for instance by ls.obstacles.follow"
     )
 
 

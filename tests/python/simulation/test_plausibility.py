@@ -82,6 +82,39 @@ MISTAKES = {
         scene(cloth(material=ls.ClothMaterial(density=150))),
         r"its density is 150 kg/m\^2, but fabrics .* if 150 g/m\^2 is meant, give 0.15",
     ),
+    "a pattern in centimetres": (
+        scene(cloth(mesh=with_uv(100.0))),
+        r"its rest area is 400 m\^2 .* if uv are in centimetres, give TriangleMesh\(.* 0.01 \*",
+    ),
+    "a stiffness in N/mm": (
+        scene(cloth(material=ls.ClothMaterial(warp_stiffness=0.5))),
+        r"its warp_stiffness is 0.5 N/m, .* if 0.5 N/mm is meant, give 500",
+    ),
+    "a bending rigidity in uN m": (
+        scene(cloth(material=ls.ClothMaterial(bending_weft=7.2, bending_warp=7.2))),
+        r"its bending_weft is 7.2 N m, .* if 7.2 uN m is meant, give 7.2e-06",
+    ),
+    "pins that a script pulls apart": (
+        scene(
+            cloth(
+                pins=[0, 1],
+                script_times=[0.0, 1.0],
+                script_positions=[
+                    *np.asarray(GRID.vertices)[:2],
+                    *(np.asarray(GRID.vertices)[:2] * (1.3, 1, 1)),
+                ],
+            )
+        ),
+        r"pulls the adjacent vertices 0 and 1 apart, by 30 % at 1 s; move pins like a rigid body",
+    ),
+    "a strain limit in per cent": (
+        scene(cloth(strain_limit=ls.StrainLimit(0.5, 5, 20))),
+        r"its strain limit along warp is 5, which is 500 %; if 5 % is meant, give 0.05",
+    ),
+    "wind without drag": (
+        scene(cloth(), air=ls.Air(wind=(5, 0, 0))),
+        r"scene.air: its wind has no effect, .* give a normal_drag of about 1",
+    ),
     "a mesh of cloth in millimetres": (
         scene(cloth(mesh=GRID.moved(scale=1000))),
         r"cloths\[0\] .* is 200 m long; if its file is in millimetres, scale it by 0.001",
