@@ -70,6 +70,11 @@ class SceneFile:
     @classmethod
     def open(cls, path: Path, parameters: dict[str, Any]) -> SceneFile:
         """Reads a scene file in its current state."""
+        if path.suffix.lower() in _MESHES:
+            raise InvalidInput(
+                f"{path} is a mesh, not a scene file; read it in a scene file by"
+                f" ls.meshes.read({path.name!r}), see `loomstone new`"
+            )
         try:
             source = path.read_text()
         except OSError as error:
@@ -124,19 +129,28 @@ class SceneFile:
         try:
             with in_directory_of(self.path):
                 yield
-        except (Error, AssertionError) as error:
-            raise error
+        except AssertionError:
+            raise
+        except InvalidInput as error:
+            if str(error).startswith(str(self.path)):
+                raise
+            raise InvalidInput(f"{self._line_of(error)}: {error}") from error
+        except Error:
+            raise
         except SyntaxError as error:
             raise InvalidInput(f"{error.filename}, line {error.lineno}: {error.msg}") from error
         except Exception as error:
-            lines = [
-                f.lineno
-                for f in traceback.extract_tb(error.__traceback__)
-                if f.filename == str(self.path)
-            ]
-            where = f"{self.path}, line {lines[-1]}" if lines else str(self.path)
             told = " ".join(str(error).split())
-            raise InvalidInput(f"{where}: {_kind(error)}: {told}") from error
+            raise InvalidInput(f"{self._line_of(error)}: {_kind(error)}: {told}") from error
+
+    def _line_of(self, error: Exception) -> str:
+        """Returns the scene file, with its line at which an error was raised, if there is one."""
+        lines = [
+            f.lineno
+            for f in traceback.extract_tb(error.__traceback__)
+            if f.filename == str(self.path)
+        ]
+        return f"{self.path}, line {lines[-1]}" if lines else str(self.path)
 
     @property
     def duration(self) -> float:
@@ -220,6 +234,8 @@ class SceneFile:
             )
             raise InvalidInput(f"{self.path.name}: scene() has no parameter {name!r}; {hint}")
         default = self.known.get(name)
+        if isinstance(default, bool) and value in ("true", "false"):
+            return value == "true"
         if isinstance(default, float) and isinstance(value, int):
             return float(value)
         if isinstance(default, (bool, int, float, str)) and type(value) is not type(default):
@@ -235,6 +251,7 @@ def _kind(error: Exception) -> str:
     return "TypeError" if isinstance(error, TypeError) else type(error).__name__
 
 
+_MESHES = (".obj", ".ply", ".stl", ".glb", ".gltf", ".usd", ".usda", ".usdc", ".abc", ".fbx")
 _ARTICLES = {bool: "a bool", int: "an int", float: "a float", str: "a str"}
 
 

@@ -172,3 +172,45 @@ def test_the_metadata_name_files_by_their_absolute_path(loomstone, project, monk
     assert json.loads(ls.Run("out").metadata_text)["scene_file"]["path"] == str(
         project / "files.py"
     )
+
+
+def test_wrong_input_in_a_scene_file_is_reported_with_its_line(loomstone, tmp_path):
+    path = tmp_path / "wrong.py"
+    path.write_text(
+        "import loomstone as ls\n\n\ndef scene():\n"
+        "    return ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(1, 1)))])\n"
+    )
+    code, said = loomstone("check", path)
+    assert code == 1 and said.err.count("\n") == 1
+    assert said.err.startswith(f"loomstone: {path}, line 5: grid: "), said.err
+
+
+def test_a_claim_without_a_message_is_reported_with_its_source(loomstone, tmp_path):
+    path = tmp_path / "claim.py"
+    path.write_text(
+        "import loomstone as ls\n\nduration = 0.04\n\n\ndef scene():\n"
+        "    mesh = ls.grid(size=(0.1, 0.1), cells=(2, 2))\n"
+        "    return ls.Scene(cloths=[ls.Cloth(mesh=mesh)])\n\n\n"
+        "def check(run):\n    assert len(run) == 77\n"
+    )
+    assert loomstone("run", path, "--out", tmp_path / "out", "--quiet")[0] == 0
+    code, said = loomstone("check", tmp_path / "out")
+    assert code == 1
+    expected = f"a claim does not hold: {path}, line 12: assert len(run) == 77\n"
+    assert said.err.endswith(expected), said.err
+
+
+def test_a_mesh_given_as_a_scene_file_is_named(loomstone, tmp_path):
+    path = tmp_path / "cape.obj"
+    ls.meshes.write(path, ls.grid(size=(0.2, 0.2), cells=(3, 3)))
+    code, said = loomstone("run", path, "--out", tmp_path / "out")
+    assert code == 1 and said.err.count("\n") == 1
+    assert "is a mesh, not a scene file" in said.err
+
+
+@pytest.mark.parametrize(("text", "value"), [("true", True), ("False", False)])
+def test_a_bool_is_given_in_lower_or_upper_case(text, value, tmp_path):
+    path = tmp_path / "bools.py"
+    path.write_text(f"def scene(flip: bool = {not value}):\n    pass\n")
+    parameters = {"flip": text if text.islower() else value}
+    assert SceneFile.open(path, parameters).parameters == {"flip": value}
