@@ -48,7 +48,8 @@ class Units(pint.UnitRegistry[Any]):
         except pint.UndefinedUnitError as error:
             names = ", ".join(map(repr, error.unit_names))
             raise InvalidInput(
-                f"unit {unit!r}: {names} is not known; see pint.readthedocs.io"
+                f"unit {unit!r}: {names} is not known; write powers like m^2, and see"
+                " pint.readthedocs.io for names"
             ) from None
         except Exception:  # Pint and its tokenizer raise exceptions of many types
             raise InvalidInput(
