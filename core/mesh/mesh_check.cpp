@@ -262,9 +262,9 @@ void check_rest_coordinates(const Triangles& triangles, const Points2& uv,
     const Index first = panel[static_cast<std::size_t>(t)];
     if (signed_area(uv, uv_triangles, t) * total[static_cast<std::size_t>(first)] < 0.0) {
       fail<InvalidInput>(
-          "triangle {} must be oriented in uv like the rest of its panel (that of triangle {}), "
-          "but its uv {} are inverted; unfold the pattern there",
-          t, first, corners(uv_triangles, t));
+          "triangle {} must be oriented in uv like most of its panel, but its uv {} are inverted; "
+          "unfold the pattern there",
+          t, corners(uv_triangles, t));
     }
   }
 }
