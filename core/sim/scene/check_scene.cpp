@@ -132,6 +132,16 @@ void check_names(const char* what, const List& list, std::set<std::string>& seen
             "{}: names of surfaces must be unique, got \"{}\" twice; rename one", what, each.name);
 }
 
+// Throws InvalidInput if a name that must be that of a carrier is that of another surface.
+template <class List, class Names>
+void check_carriers(const char* what, const List& list, const Names& wrong, const char* kind,
+                    const char* remedy) {
+  for (std::size_t i = 0; i < list.size(); ++i)
+    for (const auto& each : wrong)
+      require(each.name.empty() || list[i].body != each.name, "{}[{}].body \"{}\" is {}; {}", what,
+              i, each.name, kind, remedy);
+}
+
 }  // namespace
 
 void check_scene(const Scene& scene) {
@@ -146,6 +156,10 @@ void check_scene(const Scene& scene) {
   check_names("cloths", scene.cloths, names);
   check_names("bodies", scene.bodies, names);
   check_names("obstacles", scene.obstacles, names);
+  check_carriers("attachments", scene.attachments, scene.obstacles, "an obstacle",
+                 "pin the vertices and move them by script_positions");
+  check_carriers("magnets", scene.magnets, scene.cloths, "a cloth",
+                 "put the magnet on a rigid body, and attach the cloth to it");
   for (std::size_t i = 0; i < scene.cloths.size(); ++i)
     check_cloth(scene.cloths[i], item("cloths", i, scene.cloths[i].name));
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i)

@@ -34,10 +34,24 @@ def attached_twice(integrator):
     return ls.Simulation(scene, integrator=integrator)
 
 
+def with_magnet_on(name):
+    sheet = ls.Cloth(name="sheet", mesh=ls.grid(cells=(4, 4)))
+    magnet = ls.Magnet(body=name, source=ls.magnetics.sphere(radius=0.01, polarization=(0, 0, 1)))
+    return ls.Simulation(ls.Scene(cloths=[sheet], magnets=[magnet]))
+
+
 @pytest.mark.parametrize(
     "mistake, said",
     [
         (lambda: ls.Simulation(None), "scene must be Scene, got a NoneType"),
+        (
+            lambda: simulation(
+                obstacles=[ls.sphere(radius=0.1, centre=(0, 0, -1))],
+                attachments=[ls.Attachment(cloth="cloth", body="sphere", vertices=[0])],
+            ),
+            r'attachments\[0\].body "sphere" is an obstacle; pin the vertices',
+        ),
+        (lambda: with_magnet_on("sheet"), r'magnets\[0\].body "sheet" is a cloth; put the magnet'),
         (lambda: ls.Simulation(ls.Cloth()), "scene must be Scene, got a Cloth"),
         (
             lambda: ls.Simulation(ls.Scene(), integrator="bdf2"),
