@@ -32,8 +32,8 @@ constexpr double rough_tolerance = 1e-2;
 // At rest, the right-hand side is nearly zero, and solving to a fraction of it would cost as many
 // iterations as in motion. Residuals are therefore related to at least this fraction of the change
 // of momentum that gravity alone would cause. With the default tolerance of 1e-4, the error of
-// accelerations is then about 1e-5 g.
-constexpr double negligible_weight = 0.1;
+// accelerations is then about 5e-6 g.
+constexpr double negligible_weight = 0.05;
 
 class LinearisedIntegrator final : public Integrator {
  public:
