@@ -124,16 +124,18 @@ void NeighbourLists::search_at_x(const Team& team) {
 
 // The negated comparisons are also true for NaN.
 bool NeighbourLists::ends_at_x(const NeighbourList& list) const {
-  return !(list.used <= list.slack) || !(list.used + list.change <= list.slack + spare(list.pair));
+  return !(list.used <= list.slack) ||
+         !(list.used + list.change <= list.slack + spare(list.pair, Cover::Gap));
 }
 
-void NeighbourLists::cover(const Team& team, const Points& x1) {
-  begin_cover(team, x1);
+void NeighbourLists::cover(const Team& team, const Points& x1, Cover what) {
+  begin_cover(team, x1, what);
   end_cover(team, x1, results_of_ranks(ranks_, [&] { return pass_to(team, x1); }));
 }
 
-void NeighbourLists::begin_cover(const Team& team, const Points& x1) {
+void NeighbourLists::begin_cover(const Team& team, const Points& x1, Cover what) {
   uncovered_ = true;
+  cover_ = what;
   if (!refit_.other_trees()) return;
   lists_.clear(), ended_.clear();
   search(team, x1);
@@ -141,10 +143,11 @@ void NeighbourLists::begin_cover(const Team& team, const Points& x1) {
 
 NeighbourLists::Pass NeighbourLists::pass_to(const Team& team, const Points& x1) {
   if (!uncovered_) return {};
-  make_ended(team);
+  // Lists that reach the pairs of Cover::Reach also contain those of an update.
+  if (cover_ == Cover::Gap) make_ended(team);
   Pass pass = find_ended_before(team, x1);
   pass.unexpected = unlisted().size() < pairs_.size() && !as_expected(team, x_, x1, 0.0);
-  if (ranks_.size() == 1) return pass;
+  if (ranks_.size() == 1 || cover_ == Cover::Reach) return pass;
   pass.due = pass.unexpected || !unlisted().empty() || !as_expected(team, x_, x1, 1.0);
   const IndexRange share = own_vertices();
   covered_.resize(model_.n_vertices, 3);
@@ -161,7 +164,8 @@ NeighbourLists::Pass NeighbourLists::find_ended_before(const Team& team, const P
                [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
   Pass pass;
   find_ended(team, pass, [&](const NeighbourList& list) {
-    return !(list.slack >= 0.0) || !(list.used + list.change <= list.slack + spare(list.pair));
+    return !(list.slack >= 0.0) ||
+           !(list.used + list.change <= list.slack + spare(list.pair, cover_));
   });
   return pass;
 }
@@ -174,7 +178,8 @@ bool NeighbourLists::end_cover(const Team& team, const Points& x1,
     unlist_fast(results_of_ranks(ranks_, [&] { return find_ended_before(team, x1); }));
     return false;
   }
-  settled_ = ranks_.size() > 1 && !any(passes, &Pass::due) && !search_is_due(passes);
+  settled_ = cover_ == Cover::Gap && ranks_.size() > 1 && !any(passes, &Pass::due) &&
+             !search_is_due(passes);
   unlist_fast(passes);
   return true;
 }

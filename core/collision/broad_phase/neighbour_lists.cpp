@@ -70,11 +70,23 @@ NeighbourLists::NeighbourLists(const CollisionModel& model, const std::vector<Su
       motions_(model.surfaces.size()),
       marked_(model.surfaces.size()),
       unlisted_(pairs.size(), 0) {
-  for (const SurfacePair& pair : pairs) {
-    base_.push_back(std::max(pair.thickness, 1.02 * model.gap_floor));
+  find_bases();
+}
+
+void NeighbourLists::find_bases() {
+  base_.clear();
+  for (const SurfacePair& pair : pairs_) {
+    base_.push_back(std::max(pair.thickness + extra_, 1.02 * model_.gap_floor));
     for (const Index s : {pair.a, pair.b})
       inflation_[s] = std::max(inflation_[s], 0.5 * base_.back() + rounding);
   }
+}
+
+void NeighbourLists::widen(double extra) {
+  if (extra <= extra_) return;
+  extra_ = extra;
+  find_bases();
+  x_.resize(0, 3);  // the next update makes all lists again
 }
 
 bool NeighbourLists::updated_at(const Points& x) const {
@@ -82,6 +94,8 @@ bool NeighbourLists::updated_at(const Points& x) const {
 }
 
 void NeighbourLists::find_slacks_and_margins(const Points& x) {
+  most_slack_.clear();
+  std::fill(margin_.begin(), margin_.end(), std::numeric_limits<double>::infinity());
   for (const SurfacePair& pair : pairs_) {
     double sum = 0.0;
     Index n = 0;

@@ -106,14 +106,25 @@ class NeighbourLists {
     double cost = 0.0;        // time spent on all lists since they were distributed [ns]
   };
 
+  // Widens all lists, so that their base distance exceeds the thickness by at least `extra` [m].
+  // All ranks must pass the same value. Affects Cover::Reach, and otherwise only speed.
+  void widen(double extra);
+
   // Collective. After update() and make_ended(), the lists contain all pairs of features closer
   // than the thickness at x.
   void update(const Team& team, const Points& x);
   bool updated_at(const Points& x) const;
 
-  // Collective. After cover() and make_ended(), the lists contain all pairs that come closer than
-  // CollisionModel::gap_floor while vertices move from the positions of the last update() to x1.
-  void cover(const Team& team, const Points& x1);
+  // Which pairs the lists contain after cover() and make_ended(). Vertices move from the positions
+  // of the last update() to x1.
+  // Gap: all pairs that come closer than CollisionModel::gap_floor.
+  // Reach: all pairs within reach. The 18-DOPs of the motions of the two features, inflated by half
+  // the thickness plus half the extra distance of widen(), overlap, and the distance at the start
+  // is at most the thickness plus the extra distance plus the relative displacement.
+  enum class Cover { Gap, Reach };
+
+  // Collective.
+  void cover(const Team& team, const Points& x1, Cover what = Cover::Gap);
 
   // update() and cover() in parts, so that ranks test pairs before they know that the lists are
   // complete, and send results and passes in one exchange. All ranks first call begin_update(),
@@ -123,7 +134,7 @@ class NeighbourLists {
   void begin_update(const Team& team, const Points& x);
   Pass pass_at_x(const Team& team);
   bool end_update(const Team& team, const std::vector<Pass>& passes);
-  void begin_cover(const Team& team, const Points& x1);
+  void begin_cover(const Team& team, const Points& x1, Cover what = Cover::Gap);
   Pass pass_to(const Team& team, const Points& x1);
   bool end_cover(const Team& team, const Points& x1, const std::vector<Pass>& passes);
   GatherRoom& contact_room() { return contact_room_; }
@@ -208,6 +219,7 @@ class NeighbourLists {
   }
   bool as_expected(const Team& team, const Points& start, const Points& x, double ahead) const;
   bool covered(const Points& x) const;
+  void find_bases();
   Pass find_ended_before(const Team& team, const Points& x1);
   void search_at_x(const Team& team);
   bool ends_at_x(const NeighbourList& list) const;
@@ -224,8 +236,11 @@ class NeighbourLists {
   void unlist_fast(const std::vector<Pass>& passes);
   void make(NeighbourList& list, PairSearch::Slots& slots) const;
   // Returns by how much the change of distances may exceed the slack of a list before the list may
-  // lack pairs closer than 1.01 times the gap floor [m].
-  double spare(Index pair) const { return base_[pair] - 1.01 * model_.gap_floor; }
+  // lack pairs that it must contain [m].
+  double spare(Index pair, Cover what) const {
+    return base_[pair] -
+           (what == Cover::Reach ? pairs_[pair].thickness + extra_ : 1.01 * model_.gap_floor);
+  }
 
   // Allowance for rounding errors, which accumulate as bounds are summed over steps [m].
   static constexpr double rounding = 1e-12;
@@ -237,6 +252,7 @@ class NeighbourLists {
   const std::size_t most_per_cluster_;
   SharedRefit refit_;
   ClusterOwners owners_;
+  double extra_ = 0.0;  // see widen() [m]
   // Base distance and largest slack of each surface pair [m].
   std::vector<double> base_, most_slack_;
   std::vector<double> inflation_;  // inflation of the vertex boxes of each surface [m]
@@ -249,6 +265,7 @@ class NeighbourLists {
   bool settled_ = false;    // the ranks agree that an update at covered_ needs no search
   bool unchecked_ = false;  // the ranks have not exchanged the passes of an update
   bool uncovered_ = false;  // the ranks have not exchanged the passes of a cover
+  Cover cover_ = Cover::Gap;  // of the last begin_cover()
   GatherRoom contact_room_;
   // Box of each vertex at its position in x_, without motion. Only the boxes of the vertices in
   // `still_at_x_` are up to date.
