@@ -92,8 +92,9 @@ class WorkTimer {
 class NeighbourLists {
  public:
   // Some surface pairs are unlisted and are searched in full each time. A pair becomes unlisted if
-  // it has more than `most_per_cluster` cluster pairs per cluster, or if many of its clusters move
-  // too fast for lists to last.
+  // it has more than `most_per_cluster` cluster pairs per cluster, if many of its clusters move too
+  // fast for lists to last, or if too many of its lists are made again in each update. After a
+  // pause, its lists are tried again.
   NeighbourLists(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                  BroadPhase& broad_phase, const Communicator& ranks,
                  std::size_t most_per_cluster = 64);
@@ -102,7 +103,7 @@ class NeighbourLists {
   struct Pass {
     bool unexpected = false;  // vertices have left their expected motion
     bool due = false;         // the next update at the end of the motion needs a search
-    bool fast = false;        // some lists have a `change` above the largest slack
+    bool fast = false;        // a surface pair may have to be unlisted
     double cost = 0.0;        // time spent on all lists since they were distributed [ns]
   };
 
@@ -160,7 +161,7 @@ class NeighbourLists {
     });
   }
   std::size_t n_ranges() const { return (lists_.size() + most_at_once - 1) / most_at_once; }
-  bool listed(Index pair) const { return !unlisted_[pair]; }
+  bool listed(Index pair) const { return unlisted_[pair] == 0; }
   // Returns the feature pairs of unlisted surface pairs that are closer than the thickness at the
   // positions of the last update(). Each pair is found by one rank.
   std::vector<FeaturePairs> unlisted_near_pairs(const Team& team) const;
@@ -181,12 +182,20 @@ class NeighbourLists {
   std::size_t bytes() const;                               // memory [bytes]
 
  private:
-  // Number of lists of a surface pair on a rank, and number of those with a `change` above the
-  // largest slack.
+  // Upkeep of the lists of a surface pair on this rank: sum of the numbers of lists in some updates,
+  // and number of lists made again since the first of them.
+  struct Upkeep {
+    int updates = 0;
+    std::int64_t lists = 0, made = 0;
+  };
+  // Number of lists of a surface pair on a rank, number of those with a `change` above the largest
+  // slack, and upkeep.
   struct Counts {
     std::int64_t lists = 0, fast = 0;
+    Upkeep upkeep;
   };
 
+  static constexpr int pause = 64;           // number of updates for which a pair stays unlisted
   static constexpr Index most_at_once = 64;  // number of lists in a call of work_on()
   // Calls work(list) for some lists, and divides the time that this takes among them in proportion
   // to their estimated costs.
@@ -221,10 +230,13 @@ class NeighbourLists {
   bool covered(const Points& x) const;
   void find_bases();
   Pass find_ended_before(const Team& team, const Points& x1);
-  void search_at_x(const Team& team);
+  void search_at_x(const Team& team, bool all);
+  void count_update();
+  bool retries_within(int updates) const;
+  bool costly(const Upkeep& upkeep) const;
   bool ends_at_x(const NeighbourList& list) const;
   void find_slacks_and_margins(const Points& x);
-  void search(const Team& team, const Points& x1);
+  void search(const Team& team, const Points& x1, bool may_rebuild = false);
   void distribute();
   void keep_or_add(const std::vector<std::vector<PairKey>>& found,
                    const std::vector<std::uint8_t>& formed);
@@ -278,7 +290,10 @@ class NeighbourLists {
   std::vector<std::vector<std::uint8_t>> marked_;  // scratch: clusters whose boxes are needed
   std::vector<NeighbourList> lists_;               // sorted by surface pair and clusters
   std::vector<std::uint8_t> ended_;                // (lists) 1: must be made again
-  std::vector<std::uint8_t> unlisted_;             // (surface pairs) 1: unlisted
+  // (surface pairs) 0: listed; otherwise number of updates until lists are tried again.
+  std::vector<int> unlisted_;
+  std::vector<std::int64_t> n_lists_;  // (surface pairs) number of lists of this rank
+  std::vector<Upkeep> upkeep_;         // (surface pairs)
   std::int64_t n_searches_ = 0, n_made_ = 0;
   int updates_ = 0;      // number of updates since lists were distributed
   double clock_ = -1.0;  // see time_work(); negative: work is not timed
