@@ -182,8 +182,8 @@ class NeighbourLists {
   std::size_t bytes() const;                               // memory [bytes]
 
  private:
-  // Upkeep of the lists of a surface pair on this rank: sum of the numbers of lists in some updates,
-  // and number of lists made again since the first of them.
+  // Upkeep of the lists of a surface pair on this rank: sum of the numbers of lists in some
+  // updates, and number of lists made again since the first of them.
   struct Upkeep {
     int updates = 0;
     std::int64_t lists = 0, made = 0;
@@ -274,9 +274,9 @@ class NeighbourLists {
   Points from_, to_;   // expected motion in the last search for cluster pairs
   // End of the motion of the last cover(). Only the rows of own_vertices() are set.
   Points covered_;
-  bool settled_ = false;    // the ranks agree that an update at covered_ needs no search
-  bool unchecked_ = false;  // the ranks have not exchanged the passes of an update
-  bool uncovered_ = false;  // the ranks have not exchanged the passes of a cover
+  bool settled_ = false;      // the ranks agree that an update at covered_ needs no search
+  bool unchecked_ = false;    // the ranks have not exchanged the passes of an update
+  bool uncovered_ = false;    // the ranks have not exchanged the passes of a cover
   Cover cover_ = Cover::Gap;  // of the last begin_cover()
   GatherRoom contact_room_;
   // Box of each vertex at its position in x_, without motion. Only the boxes of the vertices in
