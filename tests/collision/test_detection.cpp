@@ -148,6 +148,7 @@ TEST_CASE("a surface pair is unlisted while its lists do not last, and then list
   const Communicator& alone = *single_communicator();
   NeighbourLists lists(scene.model, pairs, broad_phase, alone),
       nothing_listed(scene.model, pairs, other, alone, 0);
+  lists.widen(1e-5);
   // One sheet moves to and fro, so that lists of two sheets last for two steps. Lists of one sheet
   // last.
   const auto place = [&](int step) {

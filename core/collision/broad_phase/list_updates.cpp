@@ -16,8 +16,8 @@ namespace {
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 
-// Searching a surface pair in full costs less than its lists if more than this share of them is
-// made again in an update, on average over some updates. Measured on a ribbon and on a dress.
+// Searching a surface pair in full costs less than its widened lists if more than this share of
+// them is made again in an update, on average over some updates. Measured on a ribbon and a dress.
 constexpr double most_made = 1.0 / 6.0;
 constexpr int upkeep_updates = 8;
 
@@ -136,9 +136,10 @@ bool NeighbourLists::retries_within(int updates) const {
                      [&](int left) { return left > 0 && left <= updates; });
 }
 
-// Returns whether too many lists were made again, except because they changed their owners.
+// Returns whether too many widened lists were made again, except because they changed their owners.
+// Lists that are not widened pay even if they last for few updates.
 bool NeighbourLists::costly(const Upkeep& upkeep) const {
-  return upkeep.updates == upkeep_updates && !owners_.rotates() &&
+  return extra_ > 0.0 && upkeep.updates == upkeep_updates && !owners_.rotates() &&
          static_cast<double>(upkeep.made) > most_made * static_cast<double>(upkeep.lists);
 }
 
@@ -287,7 +288,8 @@ void NeighbourLists::unlist_fast(const std::vector<Pass>& passes) {
       sum.upkeep.lists += own.upkeep.lists, sum.upkeep.made += own.upkeep.made;
     }
     if (!listed(static_cast<Index>(pair))) continue;
-    if (sum.fast > sum.lists / 4 || costly(sum.upkeep)) unlisted_[pair] = pause, any = true;
+    if (sum.fast > sum.lists / 4 || costly(sum.upkeep))
+      unlisted_[pair] = extra_ > 0.0 ? pause : 1, any = true;
   }
   if (!any) return;
   std::size_t kept = 0;

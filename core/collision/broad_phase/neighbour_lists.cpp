@@ -181,7 +181,7 @@ void NeighbourLists::search(const Team& team, const Points& x1, bool may_rebuild
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     std::size_t n = 0;
     for (std::size_t k = i; k < counts.elements.size(); k += pairs_.size()) n += counts.elements[k];
-    if (n > most(static_cast<Index>(i))) unlisted_[i] = pause;
+    if (n > most(static_cast<Index>(i))) unlisted_[i] = extra_ > 0.0 ? pause : 1;
   }
   keep_or_add(found, formed);
   find_used();
