@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <tuple>
 
@@ -135,7 +136,24 @@ struct ApproachSearch::PairTest {
   }
 };
 
+// Results of a rank that accompany its pairs.
+struct ApproachSearch::Note {
+  NeighbourLists::Pass update, cover;
+  std::int64_t candidates = 0;
+};
+
 namespace {
+
+void append(const Approach& part, Approach& all) {
+  all.candidates += part.candidates;
+  all.pairs.insert(all.pairs.end(), part.pairs.begin(), part.pairs.end());
+}
+
+Approach joined(const std::vector<Approach>& parts) {
+  Approach all;
+  for (const Approach& part : parts) append(part, all);
+  return all;
+}
 
 // Collects what test.look() finds among the pairs of each task of the broad phase. The order of
 // tasks does not depend on threads.
@@ -147,14 +165,7 @@ class Candidates final : public PairSink {
   void take(Index task, Index surface_pair, ContactKind kind, std::vector<PairKey>& keys) override {
     for (const PairKey key : keys) test_.look({kind, key, surface_pair, false}, parts_[task]);
   }
-  Approach take_all() const {
-    Approach all;
-    for (const Approach& part : parts_) {
-      all.candidates += part.candidates;
-      all.pairs.insert(all.pairs.end(), part.pairs.begin(), part.pairs.end());
-    }
-    return all;
-  }
+  const std::vector<Approach>& parts() const { return parts_; }
 
  private:
   const Test& test_;
@@ -164,19 +175,19 @@ class Candidates final : public PairSink {
 }  // namespace
 
 ApproachSearch::ApproachSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
-                               BroadPhase& broad_phase, const Communicator& ranks)
+                               BroadPhase& broad_phase, NeighbourLists& lists)
     : model_(model),
       pairs_(pairs),
       broad_phase_(broad_phase),
-      ranks_(ranks),
+      lists_(lists),
       thickness_(model.surfaces.size(), 0.0),
       motion_(model.n_vertices) {
   for (const SurfacePair& pair : pairs)
     for (const Index s : {pair.a, pair.b}) thickness_[s] = std::max(thickness_[s], pair.thickness);
 }
 
-Approach ApproachSearch::find(const Team& team, const ExpectedMotion& motion,
-                              const Tangle& tangle) {
+// Finds the end positions at the assumed speed and the box of the motion of each vertex.
+void ApproachSearch::find_boxes(const Team& team, const ExpectedMotion& motion) {
   x1_.resize(motion.x0.rows(), 3);
   parallel_for(
       team, static_cast<Index>(motion.x0.rows()),
@@ -188,26 +199,98 @@ Approach ApproachSearch::find(const Team& team, const ExpectedMotion& motion,
                                      0.5 * (thickness + added_reach(motion))));
       },
       2048);
-  const PairTest test{model_, pairs_, motion, tangle, motion_};
-  std::vector<Index> which(pairs_.size());
-  std::iota(which.begin(), which.end(), Index{0});
-  const double thickness =
-      thickness_.empty() ? 0.0 : *std::max_element(thickness_.begin(), thickness_.end());
-  const double margin = 0.5 * (thickness + added_reach(motion));  // of each feature [m]
+}
+
+void ApproachSearch::find_in_list(NeighbourList& list, const PairTest& test,
+                                  Approach& found) const {
+  // Skips pairs that are too far apart at the start. list.change bounds the relative displacement
+  // of their features.
+  const double thickness = pairs_[list.pair].thickness,
+               farthest = thickness + added_reach(test.motion) + list.change + list.used;
+  list.cost += ListCosts::list;
+  if (farthest < list.nearest) return;
+  list.nearest = std::numeric_limits<double>::infinity();
+  std::size_t n_looks = 0;
+  const std::int64_t n_before = found.candidates;
+  for (std::size_t i = 0; i < list.near.size(); ++i) {
+    NearPair& near = list.near[i];
+    if (near.distance <= farthest) {
+      const ApproachingPair pair{list.kind(i), near.key, list.pair, false};
+      const std::array<Index, 4> v = pair_vertices(model_, pair.kind, pair.key);
+      const double reach = thickness + test.travel(pair.kind, v);
+      if (near.distance <= reach * 1.0000001 + list.used && test.boxes_meet(pair.kind, v)) {
+        near.distance = test.look(pair, v, reach, found) + list.used;
+        ++n_looks;
+      }
+    }
+    list.nearest = std::min(list.nearest, near.distance);
+  }
+  list.cost += ListCosts::pair * static_cast<float>(list.near.size()) +
+               ListCosts::distance * static_cast<float>(n_looks) +
+               ListCosts::contact * static_cast<float>(found.candidates - n_before);
+}
+
+// Tests the pairs in the lists of this rank.
+Approach ApproachSearch::find_listed(const Team& team, const PairTest& test) {
+  lists_.make_ended(team);
+  std::vector<Approach> of_range(lists_.n_ranges());
+  lists_.each_list(
+      team, [&](NeighbourList& list, Index range) { find_in_list(list, test, of_range[range]); });
+  return joined(of_range);
+}
+
+// Tests the pairs of the surface pairs in `which` that the tasks of this rank find.
+Approach ApproachSearch::find_unlisted(const Team& team, const PairTest& test,
+                                       const std::vector<Index>& which) {
+  if (which.empty()) return {};
+  const WorkTimer<double> timing = lists_.unlisted_timer();
+  const double thickness = *std::max_element(thickness_.begin(), thickness_.end());
+  const double margin = 0.5 * (thickness + added_reach(test.motion));  // of each feature [m]
   Candidates<PairTest> candidates(test);
-  Approach all;
-  all.pairs = gather_from_ranks(ranks_, [&] {
-                broad_phase_.swept_pairs(team, {motion.x0, x1_, margin}, which, candidates);
-                Approach own = candidates.take_all();
-                all.candidates = own.candidates;
-                return std::move(own.pairs);
-              }).elements;
-  const std::vector<std::int64_t> counts = results_of_ranks(ranks_, [&] { return all.candidates; });
-  all.candidates = std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
-  std::sort(all.pairs.begin(), all.pairs.end(), [](const auto& a, const auto& b) {
-    return std::tie(a.kind, a.key) < std::tie(b.kind, b.key);
-  });
-  return all;
+  broad_phase_.swept_pairs(team, {test.motion.x0, x1_, margin}, which, candidates);
+  return joined(candidates.parts());
+}
+
+Approach ApproachSearch::find(const Team& team, const ExpectedMotion& motion, const Tangle& tangle,
+                              bool in_lists) {
+  find_boxes(team, motion);
+  if (in_lists) {
+    lists_.widen(added_reach(motion));
+    if (!lists_.updated_at(motion.x0)) lists_.begin_update(team, motion.x0);
+    lists_.begin_cover(team, x1_, NeighbourLists::Cover::Reach);
+  }
+  const PairTest test{model_, pairs_, motion, tangle, motion_};
+  std::vector<Index> all_pairs(pairs_.size());
+  std::iota(all_pairs.begin(), all_pairs.end(), Index{0});
+  const auto find = [&](Note& note) {
+    Approach own;
+    if (in_lists) {
+      note.update = lists_.pass_at_x(team);
+      if (!note.update.unexpected) note.cover = lists_.pass_to(team, x1_);
+      if (note.update.unexpected || note.cover.unexpected) return own.pairs;
+      own = find_listed(team, test);
+    }
+    append(find_unlisted(team, test, in_lists ? lists_.unlisted() : all_pairs), own);
+    note.candidates = own.candidates;
+    return std::move(own.pairs);
+  };
+  for (;;) {
+    auto found = gather_again<ApproachingPair, Note>(lists_.ranks(), room_, find);
+    std::vector<NeighbourLists::Pass> updates, covers;
+    Approach all;
+    for (const Note& note : found.notes) {
+      updates.push_back(note.update);
+      covers.push_back(note.cover);
+      all.candidates += note.candidates;
+    }
+    if (in_lists && !(lists_.end_update(team, updates) && lists_.end_cover(team, x1_, covers)))
+      continue;
+    all.pairs = std::move(found.gathered.elements);
+    std::sort(all.pairs.begin(), all.pairs.end(), [](const auto& a, const auto& b) {
+      return std::tie(a.kind, a.key) < std::tie(b.kind, b.key);
+    });
+    return all;
+  }
 }
 
 }  // namespace loomstone

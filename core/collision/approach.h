@@ -7,7 +7,7 @@
 #include <array>
 #include <vector>
 
-#include "core/collision/broad_phase/broad_phase.h"
+#include "core/collision/broad_phase/neighbour_lists.h"
 #include "core/collision/narrow_phase/distance.h"
 #include "core/collision/tangle/tangle.h"
 
@@ -66,20 +66,28 @@ struct ExpectedMotion {
 // lie inside both edges, and neither surface may be smooth.
 class ApproachSearch {
  public:
-  // The ranks of `ranks` divide the tasks of the broad phase.
+  // The lists are those of certification. What else they contain does not affect the result.
   ApproachSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
-                 BroadPhase& broad_phase, const Communicator& ranks);
+                 BroadPhase& broad_phase, NeighbourLists& lists);
 
-  // Collective.
-  Approach find(const Team& team, const ExpectedMotion& motion, const Tangle& tangle);
+  // Collective. Each rank tests the pairs in its lists, which are updated to motion.x0 if
+  // necessary. If `in_lists` is false, each rank tests pairs from its tasks of the broad phase.
+  Approach find(const Team& team, const ExpectedMotion& motion, const Tangle& tangle,
+                bool in_lists);
 
  private:
   struct PairTest;
+  struct Note;
+  void find_boxes(const Team& team, const ExpectedMotion& motion);
+  void find_in_list(NeighbourList& list, const PairTest& test, Approach& found) const;
+  Approach find_listed(const Team& team, const PairTest& test);
+  Approach find_unlisted(const Team& team, const PairTest& test, const std::vector<Index>& which);
 
   const CollisionModel& model_;
   const std::vector<SurfacePair>& pairs_;
   BroadPhase& broad_phase_;
-  const Communicator& ranks_;
+  NeighbourLists& lists_;
+  GatherRoom room_;
   std::vector<double> thickness_;    // largest thickness of the pairs of each surface [m]
   std::vector<PackedSlabs> motion_;  // scratch: boxes of the motion of the vertices
   Points x1_;                        // scratch: positions at the end, at the assumed speed [m]

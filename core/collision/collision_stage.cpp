@@ -27,7 +27,7 @@ struct CollisionStage::Data {
         lists(model, pairs, broad_phase, ranks),
         tangles(model),
         search(model, broad_phase, lists),
-        approaches(model, pairs, broad_phase, ranks) {
+        approaches(model, pairs, broad_phase, lists) {
     if (decomposition != Decomposition::Predicted)
       shared =
           std::make_unique<SharedSearch>(model, pairs, broad_phase, decomposition, communicator);
@@ -120,7 +120,7 @@ const CollisionRecord& CollisionStage::motion() const { return data_->motion; }
 
 Approach CollisionStage::approach(const Team& team, const ExpectedMotion& motion,
                                   const Tangle& tangle) {
-  return data_->approaches.find(team, motion, tangle);
+  return data_->approaches.find(team, motion, tangle, !data_->shared);
 }
 
 const std::vector<SurfacePair>& CollisionStage::pairs() const { return data_->pairs; }

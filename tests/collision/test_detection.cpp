@@ -139,6 +139,49 @@ TEST_CASE(
   CHECK(lists.n_made() <= 6 * static_cast<std::int64_t>(lists.lists().size()));
 }
 
+TEST_CASE("a surface pair is unlisted while its lists do not last, and then listed again") {
+  const TestScene scene = make_scene(
+      {{grid_cells(0.2, 0.2, 24, 24), Kind::Cloth, 1e-3},
+       {grid_cells(0.2, 0.2, 23, 23).moved(Vec3(1e-3, 2e-3, 0.9e-3)), Kind::Cloth, 1e-3}});
+  const std::vector<SurfacePair> pairs = surface_pairs(scene.model);
+  BroadPhase broad_phase(scene.model, pairs), other(scene.model, pairs);
+  const Communicator& alone = *single_communicator();
+  NeighbourLists lists(scene.model, pairs, broad_phase, alone),
+      nothing_listed(scene.model, pairs, other, alone, 0);
+  lists.widen(1e-5);
+  // One sheet moves to and fro, so that lists of two sheets last for two steps. Lists of one sheet
+  // last.
+  const auto place = [&](int step) {
+    Points x = scene.x;
+    if (step < 30 && step % 2 == 1)
+      x.topRows(scene.model.surfaces[0].n_vertices).col(0).array() += 3e-3;
+    return x;
+  };
+  int n_listed = 0, last_listed = -1;
+  std::int64_t n_made_before = 0;
+  for (int step = 0; step < 120; ++step) {
+    const Points x = place(step);
+    lists.update(Team{1}, x);
+    nothing_listed.update(Team{1}, x);
+    const std::size_t n_contacts = find_contacts(Team{1}, scene.model, pairs, x, lists).size();
+    CHECK(n_contacts > 500);
+    CHECK(n_contacts == find_contacts(Team{1}, scene.model, pairs, x, nothing_listed).size());
+    lists.cover(Team{1}, place(step + 1));
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const bool listed = lists.listed(static_cast<Index>(i));
+      if (pairs[i].a == pairs[i].b) CHECK(listed);
+      if (pairs[i].a == pairs[i].b || !listed) continue;
+      ++n_listed;
+      last_listed = step;
+    }
+    if (step == 15) n_made_before = lists.n_made();
+    if (step == 29) CHECK(lists.n_made() == n_made_before);
+  }
+  CHECK(n_listed > 8);
+  CHECK(n_listed < 80);
+  CHECK(last_listed == 119);
+}
+
 TEST_CASE(
     "a sheet that falls freely in steps of 10 ms needs a search in at most every other step") {
   const TestScene scene =

@@ -57,9 +57,9 @@ TEST_CASE("the registered pairs do not depend on earlier steps, or on the decomp
   const double step = 2.5e-3;
   CollisionStage used(scene.model), whole(scene.model, Decomposition::Static);
   Points x = scene.x;
-  for (int i = 0; i < 60; ++i) {
+  for (int i = 0; i < 120; ++i) {
     // In the fast steps, the neighbour lists of `used` do not last.
-    const double speed = i % 25 < 5 ? 8.0 : 0.4;
+    const double speed = i % 100 >= 20 && i % 100 < 25 ? 8.0 : 0.4;
     const Points v = velocities(scene, (i % 2 == 0 ? 1.0 : -1.0) * speed);
     if (i % 4 == 0) used.proximity({}, x, {});
     const Approach found = used.approach({}, {x, v, step}, {});

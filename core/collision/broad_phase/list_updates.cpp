@@ -16,15 +16,24 @@ namespace {
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 
+// Searching a surface pair in full costs less than its widened lists if more than this share of
+// them is made again in an update, on average over some updates. Measured on a ribbon and a dress.
+constexpr double most_made = 1.0 / 6.0;
+constexpr int upkeep_updates = 8;
+
 }  // namespace
 
 // Returns whether the vertices that this rank checks are within the margin of their expected
-// motion, at x and at x + ahead * (x - start).
+// motion, at x and at x + ahead * (x - start). Omits surfaces without lists.
 bool NeighbourLists::as_expected(const Team& team, const Points& start, const Points& x,
                                  double ahead) const {
   const IndexRange share = own_vertices();
   std::atomic<bool> all{true};
+  std::vector<std::uint8_t> has_lists(model_.surfaces.size(), 0);
+  for (std::size_t i = 0; i < pairs_.size(); ++i)
+    if (listed(static_cast<Index>(i))) has_lists[pairs_[i].a] = has_lists[pairs_[i].b] = 1;
   for (std::size_t s = 0; s < model_.surfaces.size(); ++s) {
+    if (!has_lists[s]) continue;
     const CollisionSurface& surface = model_.surfaces[s];
     const double most = margin_[s] - rounding, most2 = most * most;
     const Index first = std::max(surface.first_vertex, share.begin),
@@ -71,9 +80,10 @@ void NeighbourLists::begin_update(const Team& team, const Points& x) {
   x_ = x;
   still_at_x_.clear();
   ++updates_;
+  count_update();
   unchecked_ = !again;
   if (again) {
-    search_at_x(team);
+    search_at_x(team, true);
   } else if (!settled_) {
     end_update(team, results_of_ranks(ranks_, [&] { return pass_at_x(team); }));
   }
@@ -84,7 +94,7 @@ NeighbourLists::Pass NeighbourLists::pass_at_x(const Team& team) {
   if (!unchecked_) return {};
   const WorkTimer<double> timing(pass_seconds_, clock_);
   Pass pass;
-  pass.unexpected = !unlisted().empty();
+  pass.unexpected = retries_within(1);
   if (!pass.unexpected && !(settled_ && covered(x_)))
     pass.unexpected = !as_expected(team, before_, x_, 1.0);
   find_motions(team, before_, x_);
@@ -101,17 +111,49 @@ bool NeighbourLists::end_update(const Team& team, const std::vector<Pass>& passe
   const bool search = settled_ ? any(passes, &Pass::unexpected) : search_is_due(passes);
   settled_ = false;
   if (search)
-    search_at_x(team);
+    search_at_x(team, false);
   else
     unlist_fast(passes);
   return !search;
 }
 
-// Searches for cluster pairs at the positions of the last update.
-void NeighbourLists::search_at_x(const Team& team) {
-  std::fill(unlisted_.begin(), unlisted_.end(), 0);
+// Counts an update in the upkeep of listed surface pairs and in the pause of the others.
+void NeighbourLists::count_update() {
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    if (unlisted_[i] > 1) --unlisted_[i];
+    if (unlisted_[i] > 0) continue;
+    Upkeep& upkeep = upkeep_[i];
+    if (upkeep.updates == upkeep_updates) upkeep = {};
+    ++upkeep.updates;
+    upkeep.lists += n_lists_[i];
+  }
+}
+
+// Returns whether the lists of an unlisted surface pair are tried again within some updates, of
+// which the present one is the first.
+bool NeighbourLists::retries_within(int updates) const {
+  return std::any_of(unlisted_.begin(), unlisted_.end(),
+                     [&](int left) { return left > 0 && left <= updates; });
+}
+
+// Returns whether too many widened lists were made again, except because they changed their owners.
+// Lists that are not widened pay even if they last for few updates.
+bool NeighbourLists::costly(const Upkeep& upkeep) const {
+  return extra_ > 0.0 && upkeep.updates == upkeep_updates && !owners_.rotates() &&
+         static_cast<double>(upkeep.made) > most_made * static_cast<double>(upkeep.lists);
+}
+
+// Searches for cluster pairs at the positions of the last update. Tries the lists of surface pairs
+// again whose pause is over. `all`: there are no lists yet.
+void NeighbourLists::search_at_x(const Team& team, bool all) {
+  const std::vector<int> before = unlisted_;
+  const bool retries = retries_within(1);
+  std::replace(unlisted_.begin(), unlisted_.end(), 1, 0);
   const Points ahead = 2.0 * x_ - before_;  // extrapolates the last step
-  search(team, ahead);
+  search(team, ahead, retries);
+  for (std::size_t i = 0; i < pairs_.size(); ++i)
+    if (listed(static_cast<Index>(i)) && (all || before[i] > 0))
+      upkeep_[i] = {0, 0, -n_lists_[i]};  // does not count that all lists are new
   unlist_fast(results_of_ranks(ranks_, [&] {
     find_motions(team, x_, ahead);
     parallel_for(team, static_cast<Index>(lists_.size()),
@@ -124,16 +166,18 @@ void NeighbourLists::search_at_x(const Team& team) {
 
 // The negated comparisons are also true for NaN.
 bool NeighbourLists::ends_at_x(const NeighbourList& list) const {
-  return !(list.used <= list.slack) || !(list.used + list.change <= list.slack + spare(list.pair));
+  return !(list.used <= list.slack) ||
+         !(list.used + list.change <= list.slack + spare(list.pair, Cover::Gap));
 }
 
-void NeighbourLists::cover(const Team& team, const Points& x1) {
-  begin_cover(team, x1);
+void NeighbourLists::cover(const Team& team, const Points& x1, Cover what) {
+  begin_cover(team, x1, what);
   end_cover(team, x1, results_of_ranks(ranks_, [&] { return pass_to(team, x1); }));
 }
 
-void NeighbourLists::begin_cover(const Team& team, const Points& x1) {
+void NeighbourLists::begin_cover(const Team& team, const Points& x1, Cover what) {
   uncovered_ = true;
+  cover_ = what;
   if (!refit_.other_trees()) return;
   lists_.clear(), ended_.clear();
   search(team, x1);
@@ -141,11 +185,12 @@ void NeighbourLists::begin_cover(const Team& team, const Points& x1) {
 
 NeighbourLists::Pass NeighbourLists::pass_to(const Team& team, const Points& x1) {
   if (!uncovered_) return {};
-  make_ended(team);
+  // Lists that reach the pairs of Cover::Reach also contain those of an update.
+  if (cover_ == Cover::Gap) make_ended(team);
   Pass pass = find_ended_before(team, x1);
   pass.unexpected = unlisted().size() < pairs_.size() && !as_expected(team, x_, x1, 0.0);
-  if (ranks_.size() == 1) return pass;
-  pass.due = pass.unexpected || !unlisted().empty() || !as_expected(team, x_, x1, 1.0);
+  if (ranks_.size() == 1 || cover_ == Cover::Reach) return pass;
+  pass.due = pass.unexpected || retries_within(2) || !as_expected(team, x_, x1, 1.0);
   const IndexRange share = own_vertices();
   covered_.resize(model_.n_vertices, 3);
   covered_.middleRows(share.begin, share.end - share.begin) =
@@ -161,7 +206,8 @@ NeighbourLists::Pass NeighbourLists::find_ended_before(const Team& team, const P
                [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
   Pass pass;
   find_ended(team, pass, [&](const NeighbourList& list) {
-    return !(list.slack >= 0.0) || !(list.used + list.change <= list.slack + spare(list.pair));
+    return !(list.slack >= 0.0) ||
+           !(list.used + list.change <= list.slack + spare(list.pair, cover_));
   });
   return pass;
 }
@@ -174,7 +220,8 @@ bool NeighbourLists::end_cover(const Team& team, const Points& x1,
     unlist_fast(results_of_ranks(ranks_, [&] { return find_ended_before(team, x1); }));
     return false;
   }
-  settled_ = ranks_.size() > 1 && !any(passes, &Pass::due) && !search_is_due(passes);
+  settled_ = cover_ == Cover::Gap && ranks_.size() > 1 && !any(passes, &Pass::due) &&
+             !search_is_due(passes);
   unlist_fast(passes);
   return true;
 }
@@ -213,15 +260,18 @@ void NeighbourLists::find_ended(const Team& team, Pass& pass, Ends&& ends) {
     }
   });
   for (const Pass& own : of_range) pass.fast |= own.fast, pass.cost += own.cost;
+  for (std::size_t i = 0; i < pairs_.size(); ++i)
+    pass.fast |= listed(static_cast<Index>(i)) && costly(upkeep_[i]);
 }
 
 // Makes a surface pair unlisted if more than a quarter of its lists on all ranks have a `change`
-// above the largest slack.
+// above the largest slack, or if too many of them were made again.
 void NeighbourLists::unlist_fast(const std::vector<Pass>& passes) {
   if (std::none_of(passes.begin(), passes.end(), [](const Pass& pass) { return pass.fast; }))
     return;
   const Gathered<Counts> counts = gather_from_ranks(ranks_, [&] {
     std::vector<Counts> own(pairs_.size());
+    for (std::size_t i = 0; i < pairs_.size(); ++i) own[i].upkeep = upkeep_[i];
     for (const NeighbourList& list : lists_) {
       ++own[list.pair].lists;
       own[list.pair].fast += list.change > most_slack_[list.pair];
@@ -231,20 +281,27 @@ void NeighbourLists::unlist_fast(const std::vector<Pass>& passes) {
   bool any = false;
   for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
     Counts sum;
-    for (std::size_t k = pair; k < counts.elements.size(); k += pairs_.size())
-      sum.lists += counts.elements[k].lists, sum.fast += counts.elements[k].fast;
-    if (sum.fast > sum.lists / 4) unlisted_[pair] = 1, any = true;
+    sum.upkeep.updates = upkeep_[pair].updates;
+    for (std::size_t k = pair; k < counts.elements.size(); k += pairs_.size()) {
+      const Counts& own = counts.elements[k];
+      sum.lists += own.lists, sum.fast += own.fast;
+      sum.upkeep.lists += own.upkeep.lists, sum.upkeep.made += own.upkeep.made;
+    }
+    if (!listed(static_cast<Index>(pair))) continue;
+    if (sum.fast > sum.lists / 4 || costly(sum.upkeep))
+      unlisted_[pair] = extra_ > 0.0 ? pause : 1, any = true;
   }
   if (!any) return;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < lists_.size(); ++i) {
-    if (unlisted_[lists_[i].pair]) continue;
+    if (!listed(lists_[i].pair)) continue;
     ended_[kept] = ended_[i];
     if (kept != i) lists_[kept] = std::move(lists_[i]);
     ++kept;
   }
   lists_.erase(lists_.begin() + static_cast<std::ptrdiff_t>(kept), lists_.end());
   ended_.resize(kept);
+  find_used();
 }
 
 }  // namespace loomstone

@@ -69,12 +69,26 @@ NeighbourLists::NeighbourLists(const CollisionModel& model, const std::vector<Su
       used_(model.surfaces.size()),
       motions_(model.surfaces.size()),
       marked_(model.surfaces.size()),
-      unlisted_(pairs.size(), 0) {
-  for (const SurfacePair& pair : pairs) {
-    base_.push_back(std::max(pair.thickness, 1.02 * model.gap_floor));
+      unlisted_(pairs.size(), 0),
+      n_lists_(pairs.size(), 0),
+      upkeep_(pairs.size()) {
+  find_bases();
+}
+
+void NeighbourLists::find_bases() {
+  base_.clear();
+  for (const SurfacePair& pair : pairs_) {
+    base_.push_back(std::max(pair.thickness + extra_, 1.02 * model_.gap_floor));
     for (const Index s : {pair.a, pair.b})
       inflation_[s] = std::max(inflation_[s], 0.5 * base_.back() + rounding);
   }
+}
+
+void NeighbourLists::widen(double extra) {
+  if (extra <= extra_) return;
+  extra_ = extra;
+  find_bases();
+  x_.resize(0, 3);  // the next update makes all lists again
 }
 
 bool NeighbourLists::updated_at(const Points& x) const {
@@ -82,6 +96,8 @@ bool NeighbourLists::updated_at(const Points& x) const {
 }
 
 void NeighbourLists::find_slacks_and_margins(const Points& x) {
+  most_slack_.clear();
+  std::fill(margin_.begin(), margin_.end(), std::numeric_limits<double>::infinity());
   for (const SurfacePair& pair : pairs_) {
     double sum = 0.0;
     Index n = 0;
@@ -130,8 +146,9 @@ void NeighbourLists::distribute() {
 }
 
 // Finds the pairs of clusters that come near each other while vertices move from the positions of
-// the last update() towards x1. The motion is extrapolated over `steps_ahead` steps.
-void NeighbourLists::search(const Team& team, const Points& x1) {
+// the last update() towards x1. The motion is extrapolated over `steps_ahead` steps. May form new
+// clusters in every eighth search, and if `may_rebuild`.
+void NeighbourLists::search(const Team& team, const Points& x1, bool may_rebuild) {
   ++n_searches_;
   settled_ = false;
   distribute();
@@ -143,7 +160,7 @@ void NeighbourLists::search(const Team& team, const Points& x1) {
         const std::size_t at = 3 * static_cast<std::size_t>(v);
         return packed(slabs_of(from_.data() + at, to_.data() + at, inflation_[s] + margin_[s]));
       },
-      n_searches_ % 8 == 0);
+      may_rebuild || n_searches_ % 8 == 0);
   for (std::size_t s = 0; s < formed.size(); ++s) {
     if (formed[s]) motions_[s].resize(refit_.members(static_cast<Index>(s)).n_clusters());
     marked_[s].assign(motions_[s].size(), 0);
@@ -156,7 +173,7 @@ void NeighbourLists::search(const Team& team, const Points& x1) {
   const Gathered<std::size_t> counts = gather_from_ranks(ranks_, [&] {
     std::vector<std::size_t> n;
     for (Index i = 0; i < static_cast<Index>(pairs_.size()); ++i) {
-      if (!unlisted_[i]) found[i] = broad_phase_.cluster_pairs(team, i, owners_.own(i), most(i));
+      if (listed(i)) found[i] = broad_phase_.cluster_pairs(team, i, owners_.own(i), most(i));
       n.push_back(found[i].size());
     }
     return n;
@@ -164,7 +181,7 @@ void NeighbourLists::search(const Team& team, const Points& x1) {
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     std::size_t n = 0;
     for (std::size_t k = i; k < counts.elements.size(); k += pairs_.size()) n += counts.elements[k];
-    if (n > most(static_cast<Index>(i))) unlisted_[i] = 1;
+    if (n > most(static_cast<Index>(i))) unlisted_[i] = extra_ > 0.0 ? pause : 1;
   }
   keep_or_add(found, formed);
   find_used();
@@ -179,7 +196,7 @@ void NeighbourLists::keep_or_add(const std::vector<std::vector<PairKey>>& found,
   lists_.reserve(old.size() + old.size() / 8);
   std::size_t next = 0;
   for (Index i = 0; i < static_cast<Index>(pairs_.size()); ++i) {
-    if (unlisted_[i]) continue;
+    if (!listed(i)) continue;
     const SurfacePair& pair = pairs_[i];
     const bool known = !formed[pair.a] && !formed[pair.b];
     for (const PairKey clusters : found[i]) {
@@ -203,7 +220,9 @@ void NeighbourLists::find_used() {
     used_[surface].push_back(cluster);
     refit_.members(surface).each(cluster, [&](Index v) { vertices_.add(v); });
   };
+  n_lists_.assign(pairs_.size(), 0);
   for (const NeighbourList& list : lists_) {
+    ++n_lists_[list.pair];
     use(pairs_[list.pair].a, list.a);
     use(pairs_[list.pair].b, list.b);
   }
@@ -260,6 +279,7 @@ void NeighbourLists::make_ended(const Team& team) {
     refit_.members(surface).each(cluster, [&](Index v) { still_at_x_.add(v); });
   };
   for (const Index i : which) {
+    ++upkeep_[lists_[i].pair].made;
     mark(pairs_[lists_[i].pair].a, lists_[i].a);
     mark(pairs_[lists_[i].pair].b, lists_[i].b);
   }
@@ -293,7 +313,7 @@ void NeighbourLists::make_ended(const Team& team) {
 std::vector<Index> NeighbourLists::unlisted() const {
   std::vector<Index> which;
   for (Index i = 0; i < static_cast<Index>(pairs_.size()); ++i)
-    if (unlisted_[i]) which.push_back(i);
+    if (!listed(i)) which.push_back(i);
   return which;
 }
 
@@ -311,7 +331,8 @@ std::vector<FeaturePairs> NeighbourLists::unlisted_near_pairs(const Team& team) 
 std::size_t NeighbourLists::bytes() const {
   return bytes_of(refit_, owners_, base_, most_slack_, inflation_, x_, before_, from_, to_,
                   still_) +
-         bytes_of(still_at_x_, vertices_, used_, motions_, marked_, lists_, ended_, unlisted_);
+         bytes_of(still_at_x_, vertices_, used_, motions_, marked_, lists_, ended_, unlisted_,
+                  n_lists_, upkeep_);
 }
 
 }  // namespace loomstone

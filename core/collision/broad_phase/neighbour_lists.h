@@ -92,8 +92,9 @@ class WorkTimer {
 class NeighbourLists {
  public:
   // Some surface pairs are unlisted and are searched in full each time. A pair becomes unlisted if
-  // it has more than `most_per_cluster` cluster pairs per cluster, or if many of its clusters move
-  // too fast for lists to last.
+  // it has more than `most_per_cluster` cluster pairs per cluster, if many of its clusters move too
+  // fast for lists to last, or if too many of its lists are made again in each update. After a
+  // pause, its lists are tried again.
   NeighbourLists(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                  BroadPhase& broad_phase, const Communicator& ranks,
                  std::size_t most_per_cluster = 64);
@@ -102,18 +103,29 @@ class NeighbourLists {
   struct Pass {
     bool unexpected = false;  // vertices have left their expected motion
     bool due = false;         // the next update at the end of the motion needs a search
-    bool fast = false;        // some lists have a `change` above the largest slack
+    bool fast = false;        // a surface pair may have to be unlisted
     double cost = 0.0;        // time spent on all lists since they were distributed [ns]
   };
+
+  // Widens all lists, so that their base distance exceeds the thickness by at least `extra` [m].
+  // All ranks must pass the same value. Affects Cover::Reach, and otherwise only speed.
+  void widen(double extra);
 
   // Collective. After update() and make_ended(), the lists contain all pairs of features closer
   // than the thickness at x.
   void update(const Team& team, const Points& x);
   bool updated_at(const Points& x) const;
 
-  // Collective. After cover() and make_ended(), the lists contain all pairs that come closer than
-  // CollisionModel::gap_floor while vertices move from the positions of the last update() to x1.
-  void cover(const Team& team, const Points& x1);
+  // Which pairs the lists contain after cover() and make_ended(). Vertices move from the positions
+  // of the last update() to x1.
+  // Gap: all pairs that come closer than CollisionModel::gap_floor.
+  // Reach: all pairs within reach. The 18-DOPs of the motions of the two features, inflated by half
+  // the thickness plus half the extra distance of widen(), overlap, and the distance at the start
+  // is at most the thickness plus the extra distance plus the relative displacement.
+  enum class Cover { Gap, Reach };
+
+  // Collective.
+  void cover(const Team& team, const Points& x1, Cover what = Cover::Gap);
 
   // update() and cover() in parts, so that ranks test pairs before they know that the lists are
   // complete, and send results and passes in one exchange. All ranks first call begin_update(),
@@ -123,7 +135,7 @@ class NeighbourLists {
   void begin_update(const Team& team, const Points& x);
   Pass pass_at_x(const Team& team);
   bool end_update(const Team& team, const std::vector<Pass>& passes);
-  void begin_cover(const Team& team, const Points& x1);
+  void begin_cover(const Team& team, const Points& x1, Cover what = Cover::Gap);
   Pass pass_to(const Team& team, const Points& x1);
   bool end_cover(const Team& team, const Points& x1, const std::vector<Pass>& passes);
   GatherRoom& contact_room() { return contact_room_; }
@@ -149,7 +161,7 @@ class NeighbourLists {
     });
   }
   std::size_t n_ranges() const { return (lists_.size() + most_at_once - 1) / most_at_once; }
-  bool listed(Index pair) const { return !unlisted_[pair]; }
+  bool listed(Index pair) const { return unlisted_[pair] == 0; }
   // Returns the feature pairs of unlisted surface pairs that are closer than the thickness at the
   // positions of the last update(). Each pair is found by one rank.
   std::vector<FeaturePairs> unlisted_near_pairs(const Team& team) const;
@@ -170,12 +182,20 @@ class NeighbourLists {
   std::size_t bytes() const;                               // memory [bytes]
 
  private:
-  // Number of lists of a surface pair on a rank, and number of those with a `change` above the
-  // largest slack.
+  // Upkeep of the lists of a surface pair on this rank: sum of the numbers of lists in some
+  // updates, and number of lists made again since the first of them.
+  struct Upkeep {
+    int updates = 0;
+    std::int64_t lists = 0, made = 0;
+  };
+  // Number of lists of a surface pair on a rank, number of those with a `change` above the largest
+  // slack, and upkeep.
   struct Counts {
     std::int64_t lists = 0, fast = 0;
+    Upkeep upkeep;
   };
 
+  static constexpr int pause = 64;           // number of updates for which a pair stays unlisted
   static constexpr Index most_at_once = 64;  // number of lists in a call of work_on()
   // Calls work(list) for some lists, and divides the time that this takes among them in proportion
   // to their estimated costs.
@@ -208,11 +228,15 @@ class NeighbourLists {
   }
   bool as_expected(const Team& team, const Points& start, const Points& x, double ahead) const;
   bool covered(const Points& x) const;
+  void find_bases();
   Pass find_ended_before(const Team& team, const Points& x1);
-  void search_at_x(const Team& team);
+  void search_at_x(const Team& team, bool all);
+  void count_update();
+  bool retries_within(int updates) const;
+  bool costly(const Upkeep& upkeep) const;
   bool ends_at_x(const NeighbourList& list) const;
   void find_slacks_and_margins(const Points& x);
-  void search(const Team& team, const Points& x1);
+  void search(const Team& team, const Points& x1, bool may_rebuild = false);
   void distribute();
   void keep_or_add(const std::vector<std::vector<PairKey>>& found,
                    const std::vector<std::uint8_t>& formed);
@@ -224,8 +248,11 @@ class NeighbourLists {
   void unlist_fast(const std::vector<Pass>& passes);
   void make(NeighbourList& list, PairSearch::Slots& slots) const;
   // Returns by how much the change of distances may exceed the slack of a list before the list may
-  // lack pairs closer than 1.01 times the gap floor [m].
-  double spare(Index pair) const { return base_[pair] - 1.01 * model_.gap_floor; }
+  // lack pairs that it must contain [m].
+  double spare(Index pair, Cover what) const {
+    return base_[pair] -
+           (what == Cover::Reach ? pairs_[pair].thickness + extra_ : 1.01 * model_.gap_floor);
+  }
 
   // Allowance for rounding errors, which accumulate as bounds are summed over steps [m].
   static constexpr double rounding = 1e-12;
@@ -237,6 +264,7 @@ class NeighbourLists {
   const std::size_t most_per_cluster_;
   SharedRefit refit_;
   ClusterOwners owners_;
+  double extra_ = 0.0;  // see widen() [m]
   // Base distance and largest slack of each surface pair [m].
   std::vector<double> base_, most_slack_;
   std::vector<double> inflation_;  // inflation of the vertex boxes of each surface [m]
@@ -246,9 +274,10 @@ class NeighbourLists {
   Points from_, to_;   // expected motion in the last search for cluster pairs
   // End of the motion of the last cover(). Only the rows of own_vertices() are set.
   Points covered_;
-  bool settled_ = false;    // the ranks agree that an update at covered_ needs no search
-  bool unchecked_ = false;  // the ranks have not exchanged the passes of an update
-  bool uncovered_ = false;  // the ranks have not exchanged the passes of a cover
+  bool settled_ = false;      // the ranks agree that an update at covered_ needs no search
+  bool unchecked_ = false;    // the ranks have not exchanged the passes of an update
+  bool uncovered_ = false;    // the ranks have not exchanged the passes of a cover
+  Cover cover_ = Cover::Gap;  // of the last begin_cover()
   GatherRoom contact_room_;
   // Box of each vertex at its position in x_, without motion. Only the boxes of the vertices in
   // `still_at_x_` are up to date.
@@ -261,7 +290,10 @@ class NeighbourLists {
   std::vector<std::vector<std::uint8_t>> marked_;  // scratch: clusters whose boxes are needed
   std::vector<NeighbourList> lists_;               // sorted by surface pair and clusters
   std::vector<std::uint8_t> ended_;                // (lists) 1: must be made again
-  std::vector<std::uint8_t> unlisted_;             // (surface pairs) 1: unlisted
+  // (surface pairs) 0: listed; otherwise number of updates until lists are tried again.
+  std::vector<int> unlisted_;
+  std::vector<std::int64_t> n_lists_;  // (surface pairs) number of lists of this rank
+  std::vector<Upkeep> upkeep_;         // (surface pairs)
   std::int64_t n_searches_ = 0, n_made_ = 0;
   int updates_ = 0;      // number of updates since lists were distributed
   double clock_ = -1.0;  // see time_work(); negative: work is not timed
