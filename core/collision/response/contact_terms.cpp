@@ -98,21 +98,19 @@ double steepest_slope(const Contact& contact, const ContactInputs& inputs) {
 }  // namespace
 
 ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inputs,
-                           const std::vector<Contact>& contacts, const ContactState& state,
+                           const std::vector<Contact>& contacts, const ContactStrengths& strengths,
                            ExtraTerms& terms)
-    : shares_(contact_shares(contacts, model, inputs.x0)),
-      slips_(anchored_slips(contacts, model, state)),
+    : shares_(strengths.shares),
+      slips_(strengths.slips),
       forces_(contacts.size(), 0.0),
       tangential_(model.contact_stiffness),
       n_cloth_(inputs.n_cloth) {
   const double step = inputs.step;
-  const std::vector<double> normal_stiffness =
-      contact_stiffness(contacts, model, inputs.inverse_mass, inputs.forces);
   laws_.reserve(contacts.size());
   terms.reserve(terms.size() + contacts.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
-    const double steepest = steepest_slope(contact, inputs), k = normal_stiffness[c];
+    const double steepest = steepest_slope(contact, inputs), k = strengths.stiffness[c];
     const Gaps gaps{contact.distance, steepest_gap(contact.thickness, shares_[c] * k, steepest)};
     const ContactForce normal = extended_force(gaps, contact.thickness, k);
     forces_[c] = normal.force;
@@ -239,25 +237,23 @@ std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& mo
   return anchors;
 }
 
-std::vector<double> contact_energies(const CollisionModel& model, const ContactEnergyInputs& inputs,
+std::vector<double> contact_energies(const CollisionModel& model, const ContactMotion& motion,
                                      const std::vector<Contact>& contacts,
-                                     const ContactState& state) {
-  const std::vector<double> shares = contact_shares(contacts, model, inputs.x);
-  const std::vector<double> stiffness =
-      contact_stiffness(contacts, model, inputs.inverse_mass, inputs.forces);
-  const std::vector<Vec3> slips = anchored_slips(contacts, model, state);
-  const int n = inputs.n_parts;
+                                     const ContactStrengths& strengths) {
+  const int n = motion.n_parts;
   std::vector<double> energies(n, 0.0);
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
-    const double anchor = 0.5 * model.contact_stiffness * slips[c].squaredNorm();
+    const double anchor = 0.5 * model.contact_stiffness * strengths.slips[c].squaredNorm();
     const double change =
-        contact.normal.dot(weighted(contact, inputs.x) - weighted(contact, inputs.x0));
+        n == 1 ? 0.0
+               : contact.normal.dot(weighted(contact, motion.x) - weighted(contact, motion.x0));
     for (int part = 1; part <= n; ++part) {
       const double done = static_cast<double>(part) / n;  // fraction of the motion
       const double distance = contact.distance - (1.0 - done) * change;
-      const double normal = contact_force(distance, contact.thickness, stiffness[c]).energy;
-      energies[part - 1] += shares[c] * (normal + done * done * anchor);
+      const double normal =
+          contact_force(distance, contact.thickness, strengths.stiffness[c]).energy;
+      energies[part - 1] += strengths.shares[c] * (normal + done * done * anchor);
     }
   }
   return energies;

@@ -5,6 +5,7 @@
 #include "core/base/bytes.h"
 #include "core/collision/model/collision_model.h"
 #include "core/collision/model/contact.h"
+#include "core/collision/response/contact_strengths.h"
 #include "core/collision/response/response_inputs.h"
 #include "core/linalg/extra_terms.h"
 #include "core/parallel/team.h"
@@ -30,7 +31,8 @@ class ContactTerms {
   ContactTerms() = default;
   // Appends a term for each contact that has a positive share and acts on at least one row.
   ContactTerms(const CollisionModel& model, const ContactInputs& inputs,
-               const std::vector<Contact>& contacts, const ContactState& state, ExtraTerms& terms);
+               const std::vector<Contact>& contacts, const ContactStrengths& strengths,
+               ExtraTerms& terms);
 
   std::size_t size() const { return laws_.size(); }
   std::size_t bytes() const { return bytes_of(laws_, shares_, slips_, forces_); }
@@ -69,20 +71,18 @@ class ContactTerms {
   double energy_ = 0.0;
 };
 
-// Inputs of contact_energies(), for n collision vertices.
-struct ContactEnergyInputs {
-  const Points& x;             // (n x 3) [m]
-  const Points& x0;            // (n x 3) start of the motion that ends at x, or x itself [m]
-  const Vector& inverse_mass;  // (n) inverse masses of cloth vertices, 0 if prescribed [1/kg]
-  const Points& forces;        // see ContactInputs::forces
-  int n_parts = 1;             // number of equal parts of the motion from x0 to x
+// Motion of n collision vertices.
+struct ContactMotion {
+  const Points& x;   // (n x 3) end of the motion [m]
+  const Points& x0;  // (n x 3) start of the motion, unused if it has one part [m]
+  int n_parts = 1;   // number of equal parts of the motion
 };
 
 // Returns the energy of the normal forces and of the friction anchors of contacts at the end of
 // each part of the motion [J]. The energies of all parts but the last are estimates. They assume
 // that distances change linearly and that the anchors have no slip at the start.
-std::vector<double> contact_energies(const CollisionModel& model, const ContactEnergyInputs& inputs,
+std::vector<double> contact_energies(const CollisionModel& model, const ContactMotion& motion,
                                      const std::vector<Contact>& contacts,
-                                     const ContactState& state);
+                                     const ContactStrengths& strengths);
 
 }  // namespace loomstone

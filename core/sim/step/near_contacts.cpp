@@ -156,8 +156,8 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
     elasticity.add_explicit_bending(engines.team, y, still, rows.begin, rows.end, forces);
     if (divided) gather_rows(engines.layout, forces);
   }
-  const ContactEnergyInputs inputs{x, x0 ? *x0 : x, model.inverse_mass, forces, n_parts};
-  return engines.collision->energies(inputs, contacts, state.contacts);
+  const StrengthInputs inputs{x, model.inverse_mass, forces, state.contacts};
+  return engines.collision->energies({x, x0 ? *x0 : x, n_parts}, inputs, contacts);
 }
 
 std::vector<Contact> present_contacts(const State& state, const Engines& engines) {
