@@ -148,18 +148,23 @@ class LinearisedIntegrator final : public Integrator {
     displace_rows_of_others(step, state, body_velocity);
   }
 
-  // Sets u0 (displacement_) in the rows of other ranks that this rank reads. If there are terms,
-  // these are all rows, and otherwise the halo of the matrix.
+  // Sets u0 (displacement_) in the rows of other ranks that this rank reads: the rows of terms and
+  // the halo of the matrix.
   void displace_rows_of_others(const Step& step, const ClothState& state,
                                const Points& body_velocity) {
     const RowLayout& layout = step.layout;
-    if (step.has_terms()) {
-      if (layout.single()) return;
+    if (layout.single()) return;
+    if (step.has_terms() && 4 * step.inputs.terms->size() > static_cast<std::size_t>(step.n)) {
       parallel_for(step.team, layout.n_rows(), [&](Index row) {
         if (!layout.owns(row)) displace(step, state, body_velocity, row);
       });
       return;
     }
+    if (step.has_terms())
+      for (const ExtraTerm& term : *step.inputs.terms)
+        for (int e = 0; e < term.n_entries; ++e)
+          if (const Index row = term.entries[e].row; !layout.owns(row))
+            displace(step, state, body_velocity, row);
     for (const Halo::Neighbour& neighbour : solver_.halo(elasticity_.matrix(), layout).neighbours)
       for (const Index row : neighbour.receive) displace(step, state, body_velocity, row);
   }
