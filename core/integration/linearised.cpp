@@ -45,6 +45,8 @@ class LinearisedIntegrator final : public Integrator {
         elasticity_(elasticity),
         tolerance_(options.tolerance),
         mass_(model.mass.sum()),
+        direct_(options.linear_solver == LinearMethod::Direct ||
+                options.linear_solver == LinearMethod::Supernodal),
         corrects_stress_(options.accuracy.has_value() && scheme != Scheme::Bdf2),
         solver_({options.linear_solver, options.tolerance, options.max_iterations}) {}
 
@@ -54,6 +56,7 @@ class LinearisedIntegrator final : public Integrator {
                 bytes_of(drift_, product_, bending_, next_x_, next_v_, terms_, body_mass_),
             memory_.solver_bytes(), memory_.preconditioner_bytes()};
   }
+  bool needs_all_terms() const override { return direct_; }
   bool damps() const override { return scheme_ == Scheme::BackwardEuler; }
   double time_of_forces() const override { return scheme_ == Scheme::Midpoint ? 0.5 : 1.0; }
 
@@ -92,8 +95,8 @@ class LinearisedIntegrator final : public Integrator {
 
     bool has_terms() const { return inputs.terms && !inputs.terms->empty(); }
     // True if friction must be updated after a solve, because it depends on slip and normal force
-    // at the end of the step.
-    bool asks_friction() const { return inputs.friction_at && has_terms(); }
+    // at the end of the step. This is the same on all ranks.
+    bool asks_friction() const { return inputs.friction_at != nullptr; }
     // [begin, end): cloth rows of this rank
     Index begin() const { return std::min(layout.begin(), n); }
     Index end() const { return std::min(layout.end(), n); }
@@ -292,6 +295,7 @@ class LinearisedIntegrator final : public Integrator {
   Elasticity& elasticity_;
   double tolerance_;
   double mass_;  // of the cloth [kg]
+  bool direct_;
   // True if the stress in the geometric term of the Jacobian excludes the strain that the last step
   // neglected. It is false for steps without a bounded error, in which snapping wrinkles would lose
   // their damping. It is also false for BDF-2, with which a swinging triangle would gain 30 % of

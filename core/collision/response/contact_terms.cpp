@@ -115,6 +115,12 @@ ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inp
     const ContactForce normal = extended_force(gaps, contact.thickness, k);
     forces_[c] = normal.force;
     if (shares_[c] <= 0.0) continue;
+    const ActingOn acting = acting_on(model, contact, inputs.rows);
+    if (!acting.any) continue;
+    const double stiffness = shares_[c] * tangential_;
+    energy_ += shares_[c] * normal.energy + 0.5 * stiffness * slips_[c].squaredNorm();
+    ++n_all_;
+    if (!acting.given) continue;
     ExtraTerm term;
     set_entries(model, contact.vertices, contact.weights, inputs, term);
     if (term.n_entries == 0) continue;
@@ -122,7 +128,6 @@ ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inp
     const Vec3& n = contact.normal;
     const Mat3 tangent = tangent_projector(n);
     const Vec3 predicted = step * (tangent * weighted(contact, inputs.v0));
-    const double stiffness = shares_[c] * tangential_;
     const Vec3 gained = step * (tangent * weighted(contact, inputs.last_change));
     const double limit = contact.friction * shares_[c] * normal.force;
     const FrictionResponse friction =
@@ -133,8 +138,8 @@ ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inp
     term.hessian = shares_[c] * normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;
     terms.push_back(term);
     laws_.push_back({n, contact.distance, contact.thickness, shares_[c], contact.friction,
-                     slips_[c], limit, shares_[c] * k, steepest});
-    energy_ += shares_[c] * normal.energy + 0.5 * stiffness * slips_[c].squaredNorm();
+                     slips_[c], limit, shares_[c] * k, steepest, static_cast<Index>(c),
+                     inputs.rows.contains(term.entries[0].row)});
   }
 }
 
@@ -157,8 +162,14 @@ double ContactTerms::at(const Team& team, const Points& displacement, double tim
   });
 }
 
-double ContactTerms::friction_at(const Team& team, const Points& displacement, double time,
-                                 const Vector& inverse_mass, ExtraTerms& terms) const {
+double FrictionError::relative() const {
+  if (sums[Closing].value() > 0.0) return 1.0;
+  const double wrong = sums[Wrong].value();
+  return wrong > 0.0 ? wrong / std::max(sums[Limit].value(), 1e-300) : 0.0;
+}
+
+FrictionError ContactTerms::friction_at(const Team& team, const Points& displacement, double time,
+                                        const Vector& inverse_mass, ExtraTerms& terms) const {
   struct Sums {
     double wrong = 0.0, limit = 0.0;
     bool closes = false;
@@ -200,13 +211,14 @@ double ContactTerms::friction_at(const Team& team, const Points& displacement, d
         term.hessian = normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;
       },
       128);
-  Sums all;
-  for (const Sums& each : sums) {
-    all.wrong += each.wrong, all.limit += each.limit;
-    all.closes = all.closes || each.closes;
+  FrictionError error;
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    if (!laws_[i].counts) continue;
+    error.sums[FrictionError::Wrong].add(sums[i].wrong);
+    error.sums[FrictionError::Limit].add(sums[i].limit);
+    error.sums[FrictionError::Closing].add(sums[i].closes ? 1.0 : 0.0);
   }
-  if (all.closes) return 1.0;
-  return all.wrong > 0.0 ? all.wrong / std::max(all.limit, 1e-300) : 0.0;
+  return error;
 }
 
 std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& model,

@@ -102,8 +102,10 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
   if (!engines.contacts_in_solve) return;
   expect_motion(part, loads, state, engines, near);
   const Points forces = pressing_forces(loads, near.contacts, engines);
-  const ContactInputs inputs{loads.x0, near.v0, near.last_change,           state.rigid.positions,
-                             part.h,   n,       engines.model.inverse_mass, forces};
+  ContactInputs inputs{loads.x0, near.v0, near.last_change,           state.rigid.positions,
+                       part.h,   n,       engines.model.inverse_mass, forces};
+  near.terms_divided = !engines.layout.single() && !engines.integrator->needs_all_terms();
+  if (near.terms_divided) inputs.rows = {engines.layout.begin(), engines.layout.end()};
   near.contact_terms = collision.terms(inputs, near.contacts, state.contacts, near.terms);
   collision.untangle(inputs, near.tangle, near.terms);
 }
