@@ -56,7 +56,8 @@ class CollisionStage {
   const std::vector<SurfacePair>& pairs() const;
 
   // Appends the contact terms of the implicit solve to `terms`. The returned object updates these
-  // terms during the solve.
+  // terms during the solve. `contacts` must be the result of proximity() at inputs.x0, or some of
+  // these contacts.
   ContactTerms terms(const ContactInputs& inputs, const std::vector<Contact>& contacts,
                      const ContactState& state, ExtraTerms& terms) const;
 
