@@ -1,6 +1,8 @@
 // Terms of contacts that are divided among ranks, and data of contacts that are kept.
 #include <catch2/catch.hpp>
 
+#include <array>
+
 #include "core/collision/collision_stage.h"
 #include "tests/collision/collision_scenes.h"
 
@@ -14,6 +16,13 @@ ContactState anchored(const std::vector<Contact>& contacts, double slip) {
     state.anchors.push_back(
         {c.kind, c.a, c.b, slip * c.normal.unitOrthogonal() * double(c.a % 3), 1.0});
   return state;
+}
+
+TestScene two_sheets() {
+  using Kind = CollisionSurface::Kind;
+  return make_scene(
+      {{grid_cells(0.1, 0.1, 6, 6), Kind::Cloth, 4e-3},
+       {grid_cells(0.1, 0.1, 5, 5).moved(Vec3(3e-3, 2e-3, 2e-3)), Kind::Cloth, 4e-3}});
 }
 
 bool same(const ExtraTerm& a, const ExtraTerm& b) {
@@ -87,7 +96,7 @@ TEST_CASE("contacts of the same positions follow new anchors and forces") {
   const Index n = static_cast<Index>(x.rows());
   const Points none = Points::Zero(n, 3), no_forces(0, 3);
   Points pressing = none;
-  for (Index i = 0; i < n; ++i) pressing(i, 2) = i < n / 2 ? 50.0 : -50.0;
+  for (Index i = 0; i < n; ++i) pressing(i, 2) = i < 49 ? 50.0 : -50.0;
   CollisionStage stage(scene.model);
   const std::vector<Contact> contacts = stage.proximity(Team{1}, x, {});
   const auto energy_in = [&](CollisionStage& of, const Points& forces, double slip) {
@@ -96,7 +105,8 @@ TEST_CASE("contacts of the same positions follow new anchors and forces") {
     return of.energies({x, x}, inputs, of.proximity(Team{1}, x, {})).back();
   };
   std::vector<double> seen;
-  for (const Points* forces : {&no_forces, &pressing, &none})
+  const std::array<const Points*, 3> given = {&no_forces, &pressing, &none};
+  for (const Points* forces : given)
     for (const double slip : {1e-4, 2e-4, 1e-4}) {
       CollisionStage fresh(scene.model);
       const double energy = energy_in(stage, *forces, slip);
