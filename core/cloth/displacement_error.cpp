@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/same_bits.h"
+
 namespace loomstone {
 
 namespace {
@@ -85,7 +87,7 @@ StepError DisplacementError::evaluate(const Team& team, const Points* start, con
 
 double DisplacementError::dissipation(const Team& team, const Points& x1, const Points& v0,
                                       const Points& v1, double h) {
-  const bool known = end_.rows() == x1.rows() && end_ == x1;
+  const bool known = same_bits(end_, x1);
   gather(team, [&](const Block& block) {
     Sums sums = vertex_sums(block, nullptr, v1);
     sums.elastic =

@@ -1,9 +1,9 @@
 #include "core/cloth/elasticity.h"
 
 #include <algorithm>
-#include <cstring>
 #include <numeric>
 
+#include "core/base/same_bits.h"
 #include "core/cloth/bending/bending_subset.h"
 
 namespace loomstone {
@@ -45,10 +45,6 @@ Membrane make_membrane(const ClothModel& model, const RowLayout* layout,
   const MembraneConstantsOf constants(model.constants, model.first_triangle);
   return Membrane(model.triangles, model.corners, constants, model.n_vertices,
                   layout ? part_of_rank(*layout, first) : all);
-}
-
-bool same_positions(const Points& a, const Points& b) {
-  return a.rows() == b.rows() && std::memcmp(a.data(), b.data(), sizeof(double) * a.size()) == 0;
 }
 
 }  // namespace
@@ -123,9 +119,10 @@ Elasticity::LimitPhaseScope Elasticity::limit_phase(const Team& team, const Poin
 template <class Add>
 void Elasticity::add_known(const Team& team, const Points& x, Range rows, Known& known, Add&& add,
                            Points& force) const {
-  if (rows != known.rows || !same_positions(x, known.x)) {
+  if (rows != known.rows || !same_bits(x, known.x)) {
     known.x = x, known.rows = rows;
-    known.force.setZero(x.rows(), 3);
+    known.force.resize(x.rows(), 3);
+    known.force.middleRows(rows.begin, rows.end - rows.begin).setZero();
     add(known.force);
   }
   parallel_for(team, rows.end - rows.begin,
@@ -220,7 +217,7 @@ void Elasticity::finish_rows(Index begin, Index end, Product product) {
 
 double Elasticity::membrane_energy(const Team& team, const Points& x) {
   if (membrane_.in_phase()) return sum_of_membrane(team, x);
-  if (!same_positions(x, membrane_energy_.x))
+  if (!same_bits(x, membrane_energy_.x))
     membrane_energy_.energy = sum_of_membrane(team, x), membrane_energy_.x = x;
   return membrane_energy_.energy;
 }
@@ -238,7 +235,7 @@ double Elasticity::sum_of_membrane(const Team& team, const Points& x) {
 }
 
 double Elasticity::bending_energy(const Team& team, const Points& x) {
-  if (same_positions(x, bending_energy_.x)) return bending_energy_.energy;
+  if (same_bits(x, bending_energy_.x)) return bending_energy_.energy;
   double sum = 0.0;
   for (const BendingElements& of_part : bending_) {
     if (of_part.first.empty()) {

@@ -86,7 +86,7 @@ struct ListsOfStep {
   // contacts() and impacts() return the size of their results [bytes].
   std::size_t contacts(const Points& x) {
     lists.update(Team{}, x);
-    return find_contacts(Team{}, model, pairs, x, lists).size() * bytes_of_found_contact;
+    return find_contacts(Team{}, model, pairs, x, lists, normals).size() * bytes_of_found_contact;
   }
   std::size_t impacts(const Points& x0, const Points& x1) {
     return search.find(Team{}, {x0, inverse_mass, {}}, x1, nullptr).size() * sizeof(StepImpact);
@@ -131,6 +131,7 @@ struct ListsOfStep {
   BroadPhase boxes;
   NeighbourLists lists;
   ImpactSearch search;
+  SmoothNormals normals;
   SectionStarts first = {0};  // number of first clusters in the preceding surface pairs
 };
 
@@ -163,7 +164,8 @@ std::size_t CollisionReplay::find(Search search, const Team& team, SharedSearch&
   const Points earlier = steps_before * (d.record.x1 - d.record.x0);
   const Points x0 = d.record.x0 - earlier;
   if (search == Search::Contacts) {
-    find_contacts(team, d.model, d.pairs, x0, shared);
+    SmoothNormals normals;
+    find_contacts(team, d.model, d.pairs, x0, shared, normals);
     return shared.result_bytes();
   }
   const std::shared_ptr<const Communicator> alone = single_communicator();

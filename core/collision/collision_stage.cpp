@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/same_bits.h"
 #include "core/collision/certify/clean_up.h"
 #include "core/collision/certify/withholding.h"
 #include "core/collision/response/contact_terms.h"
@@ -34,7 +35,17 @@ struct CollisionStage::Data {
     search.share(shared.get());
   }
 
-  bool knows(const Points& x) const { return known_x.rows() == x.rows() && known_x == x; }
+  bool knows(const Points& x) const { return same_bits(known_x, x); }
+
+  // Calls use(strengths) with the strengths of contacts that proximity() has found.
+  template <class Use>
+  auto with_strengths(const std::vector<Contact>& contacts, const StrengthInputs& inputs,
+                      Use&& use) {
+    // If a tangle omits contacts, the others have other shares.
+    if (contacts.size() == known.size() && knows(inputs.x))
+      return use(strengths.find(model, contacts, inputs));
+    return use(contact_strengths(model, contacts, inputs));
+  }
 
   const CollisionModel& model;
   const std::shared_ptr<const Communicator> communicator;
@@ -45,6 +56,7 @@ struct CollisionStage::Data {
   TangleFinder tangles;
   ImpactSearch search;
   ApproachSearch approaches;
+  SmoothNormals normals;
   std::unique_ptr<SharedSearch> shared;  // null: searches use the lists
   bool keeps_motion = false;
   CollisionRecord motion;
@@ -55,6 +67,7 @@ struct CollisionStage::Data {
   // ranks.
   Points known_x;
   std::vector<Contact> known;
+  KnownStrengths strengths;       // of the contacts in `known`
   std::vector<Contact> returned;  // result of the last call, if it differs from `known`
 
   std::vector<Contact> without_ignored(const std::vector<Contact>& contacts,
@@ -79,12 +92,13 @@ const std::vector<Contact>& CollisionStage::proximity(const Team& team, const Po
   Data& d = *data_;
   if (!d.knows(x0)) {
     if (d.shared) {
-      d.known = find_contacts(team, d.model, d.pairs, x0, *d.shared);
+      d.known = find_contacts(team, d.model, d.pairs, x0, *d.shared, d.normals);
     } else {
       d.lists.begin_update(team, x0);
-      d.known = find_contacts(team, d.model, d.pairs, x0, d.lists);
+      d.known = find_contacts(team, d.model, d.pairs, x0, d.lists, d.normals);
     }
     d.known_x = x0;
+    d.strengths.forget();
   }
   if (tangle.empty()) return d.known;
   d.returned = d.without_ignored(d.known, tangle);
@@ -96,7 +110,7 @@ const std::vector<Contact>& CollisionStage::proximity_alone(const Team& team, co
   Data& d = *data_;
   if (d.ranks.size() == 1 || d.knows(x0)) return proximity(team, x0, tangle);
   if (!d.own_broad_phase) d.own_broad_phase = std::make_unique<BroadPhase>(d.model, d.pairs);
-  d.returned = find_contacts_alone(team, d.model, d.pairs, x0, *d.own_broad_phase);
+  d.returned = find_contacts_alone(team, d.model, d.pairs, x0, *d.own_broad_phase, d.normals);
   if (!tangle.empty()) d.returned = d.without_ignored(d.returned, tangle);
   return d.returned;
 }
@@ -112,7 +126,7 @@ std::size_t CollisionStage::list_bytes() const {
 }
 
 std::size_t CollisionStage::contact_bytes() const {
-  return bytes_of(data_->known_x, data_->known, data_->returned);
+  return bytes_of(data_->known_x, data_->known, data_->returned, data_->strengths, data_->normals);
 }
 
 void CollisionStage::keep_motion(bool keep) { data_->keeps_motion = keep; }
@@ -128,13 +142,18 @@ const std::vector<SurfacePair>& CollisionStage::pairs() const { return data_->pa
 ContactTerms CollisionStage::terms(const ContactInputs& inputs,
                                    const std::vector<Contact>& contacts, const ContactState& state,
                                    ExtraTerms& terms) const {
-  return ContactTerms(data_->model, inputs, contacts, state, terms);
+  const StrengthInputs at_start{inputs.x0, inputs.inverse_mass, inputs.forces, state};
+  return data_->with_strengths(contacts, at_start, [&](const ContactStrengths& strengths) {
+    return ContactTerms(data_->model, inputs, contacts, strengths, terms);
+  });
 }
 
-std::vector<double> CollisionStage::energies(const ContactEnergyInputs& inputs,
-                                             const std::vector<Contact>& contacts,
-                                             const ContactState& state) const {
-  return contact_energies(data_->model, inputs, contacts, state);
+std::vector<double> CollisionStage::energies(const ContactMotion& motion,
+                                             const StrengthInputs& inputs,
+                                             const std::vector<Contact>& contacts) const {
+  return data_->with_strengths(contacts, inputs, [&](const ContactStrengths& strengths) {
+    return contact_energies(data_->model, motion, contacts, strengths);
+  });
 }
 
 void CollisionStage::untangle(const ContactInputs& inputs, const Tangle& tangle,

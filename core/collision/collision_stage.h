@@ -56,14 +56,15 @@ class CollisionStage {
   const std::vector<SurfacePair>& pairs() const;
 
   // Appends the contact terms of the implicit solve to `terms`. The returned object updates these
-  // terms during the solve.
+  // terms during the solve. `contacts` must be the result of proximity() at inputs.x0, or some of
+  // these contacts.
   ContactTerms terms(const ContactInputs& inputs, const std::vector<Contact>& contacts,
                      const ContactState& state, ExtraTerms& terms) const;
 
-  // Returns contact_energies() [J]. `contacts` must be the result of proximity() at inputs.x.
-  std::vector<double> energies(const ContactEnergyInputs& inputs,
-                               const std::vector<Contact>& contacts,
-                               const ContactState& state) const;
+  // Returns contact_energies() [J] at the end of `motion`, which is also StrengthInputs::x.
+  // `contacts` must be the result of proximity() there.
+  std::vector<double> energies(const ContactMotion& motion, const StrengthInputs& inputs,
+                               const std::vector<Contact>& contacts) const;
 
   // Appends terms that push intersecting features apart.
   void untangle(const ContactInputs& inputs, const Tangle& tangle, ExtraTerms& terms) const;

@@ -52,7 +52,8 @@ struct StepInputs {
   double time = 0.0;              // start of the step [s]
   const Points* force = nullptr;  // (n x 3) gravity, drag and user forces at the start [N]
   double gravity = 0.0;           // magnitude of the gravitational acceleration [m/s^2]
-  // Contacts, friction and attachments at the start; implicit schemes only.
+  // Contacts, friction and attachments at the start; implicit schemes only. See also
+  // Integrator::needs_all_terms().
   const ExtraTerms* terms = nullptr;
   // Called by Newton schemes for each velocity that they try; null: the terms are linear.
   const TermsAt* terms_at = nullptr;
@@ -109,6 +110,9 @@ class Integrator {
   virtual double time_of_forces() const { return 1.0; }
   // True if the scheme handles collisions at events within a step.
   virtual bool events_collide() const { return false; }
+  // True if the scheme needs the extra terms of all rows on every rank. Otherwise a rank may omit
+  // terms that act on no row of this rank.
+  virtual bool needs_all_terms() const { return true; }
   // True if the scheme moves rigid bodies together with the cloth.
   virtual bool moves_bodies() const { return false; }
   // True if the scheme evaluates the energy of all rows on every rank.

@@ -45,6 +45,8 @@ class LinearisedIntegrator final : public Integrator {
         elasticity_(elasticity),
         tolerance_(options.tolerance),
         mass_(model.mass.sum()),
+        direct_(options.linear_solver == LinearMethod::Direct ||
+                options.linear_solver == LinearMethod::Supernodal),
         corrects_stress_(options.accuracy.has_value() && scheme != Scheme::Bdf2),
         solver_({options.linear_solver, options.tolerance, options.max_iterations}) {}
 
@@ -54,6 +56,7 @@ class LinearisedIntegrator final : public Integrator {
                 bytes_of(drift_, product_, bending_, next_x_, next_v_, terms_, body_mass_),
             memory_.solver_bytes(), memory_.preconditioner_bytes()};
   }
+  bool needs_all_terms() const override { return direct_; }
   bool damps() const override { return scheme_ == Scheme::BackwardEuler; }
   double time_of_forces() const override { return scheme_ == Scheme::Midpoint ? 0.5 : 1.0; }
 
@@ -92,8 +95,8 @@ class LinearisedIntegrator final : public Integrator {
 
     bool has_terms() const { return inputs.terms && !inputs.terms->empty(); }
     // True if friction must be updated after a solve, because it depends on slip and normal force
-    // at the end of the step.
-    bool asks_friction() const { return inputs.friction_at && has_terms(); }
+    // at the end of the step. This is the same on all ranks.
+    bool asks_friction() const { return inputs.friction_at != nullptr; }
     // [begin, end): cloth rows of this rank
     Index begin() const { return std::min(layout.begin(), n); }
     Index end() const { return std::min(layout.end(), n); }
@@ -148,18 +151,23 @@ class LinearisedIntegrator final : public Integrator {
     displace_rows_of_others(step, state, body_velocity);
   }
 
-  // Sets u0 (displacement_) in the rows of other ranks that this rank reads. If there are terms,
-  // these are all rows, and otherwise the halo of the matrix.
+  // Sets u0 (displacement_) in the rows of other ranks that this rank reads: the rows of terms and
+  // the halo of the matrix.
   void displace_rows_of_others(const Step& step, const ClothState& state,
                                const Points& body_velocity) {
     const RowLayout& layout = step.layout;
-    if (step.has_terms()) {
-      if (layout.single()) return;
+    if (layout.single()) return;
+    if (step.has_terms() && 4 * step.inputs.terms->size() > static_cast<std::size_t>(step.n)) {
       parallel_for(step.team, layout.n_rows(), [&](Index row) {
         if (!layout.owns(row)) displace(step, state, body_velocity, row);
       });
       return;
     }
+    if (step.has_terms())
+      for (const ExtraTerm& term : *step.inputs.terms)
+        for (int e = 0; e < term.n_entries; ++e)
+          if (const Index row = term.entries[e].row; !layout.owns(row))
+            displace(step, state, body_velocity, row);
     for (const Halo::Neighbour& neighbour : solver_.halo(elasticity_.matrix(), layout).neighbours)
       for (const Index row : neighbour.receive) displace(step, state, body_velocity, row);
   }
@@ -287,6 +295,7 @@ class LinearisedIntegrator final : public Integrator {
   Elasticity& elasticity_;
   double tolerance_;
   double mass_;  // of the cloth [kg]
+  bool direct_;
   // True if the stress in the geometric term of the Jacobian excludes the strain that the last step
   // neglected. It is false for steps without a bounded error, in which snapping wrinkles would lose
   // their damping. It is also false for BDF-2, with which a swinging triangle would gain 30 % of

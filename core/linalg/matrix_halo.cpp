@@ -68,11 +68,12 @@ Halo halo_of_ranges(const BlockMatrix& matrix, const std::vector<Index>& starts,
   return builder.halo();
 }
 
-Halo with_term_rows(const Halo& halo, const ExtraTerms& terms, const RowLayout& layout) {
+Halo with_term_rows(const Halo& halo, const ExtraTerms* terms, const RowLayout& layout) {
   if (layout.single()) return {};
+  if (terms == nullptr || terms->empty()) return halo;
   HaloBuilder builder(layout.starts(), layout.communicator().rank());
   builder.add(halo);
-  for (const ExtraTerm& term : terms)
+  for (const ExtraTerm& term : *terms)
     for (int a = 0; a < term.n_entries; ++a) {
       if (!layout.owns(term.entries[a].row)) continue;
       for (int b = 0; b < term.n_entries; ++b)

@@ -16,8 +16,8 @@ Halo matrix_halo(const BlockMatrix& matrix, const RowLayout& layout);
 // starts[i + 1]).
 Halo halo_of_ranges(const BlockMatrix& matrix, const std::vector<Index>& starts, int rank);
 
-// Returns `halo` extended by the rows that terms couple. Every rank stores all terms, so no
-// communication is needed.
-Halo with_term_rows(const Halo& halo, const ExtraTerms& terms, const RowLayout& layout);
+// Returns `halo` extended by the rows that terms (may be null) couple. Every rank has all terms
+// that act on its rows, so no communication is needed.
+Halo with_term_rows(const Halo& halo, const ExtraTerms* terms, const RowLayout& layout);
 
 }  // namespace loomstone

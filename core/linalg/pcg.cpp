@@ -54,7 +54,7 @@ void set_terms(PcgSolve& solve) {
   m.terms.build(system.terms, system.term_scale, layout);
   if (!layout.single())
     m.halo = with_term_rows(system.halo ? *system.halo : matrix_halo(*system.matrix, layout),
-                            system.terms ? *system.terms : ExtraTerms{}, layout);
+                            system.terms, layout);
   divide_blocks(solve);
 }
 

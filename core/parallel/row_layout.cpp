@@ -22,6 +22,7 @@ RowLayout::RowLayout(Index n_rows, std::shared_ptr<const Communicator> communica
     const Index first_block = static_cast<Index>(n_blocks * rank / n_ranks);
     starts_[rank] = std::min<Index>(n_rows, first_block * rows_per_block);
   }
+  begin_ = starts_[communicator_->rank()], end_ = starts_[communicator_->rank() + 1];
 }
 
 int RowLayout::owner(Index row) const {

@@ -32,9 +32,9 @@ class RowLayout {
   RowLayout(Index n_rows, std::shared_ptr<const Communicator> communicator);
 
   Index n_rows() const { return starts_.back(); }
-  Index begin() const { return starts_[communicator_->rank()]; }
-  Index end() const { return starts_[communicator_->rank() + 1]; }
-  bool owns(Index row) const { return row >= begin() && row < end(); }
+  Index begin() const { return begin_; }
+  Index end() const { return end_; }
+  bool owns(Index row) const { return row >= begin_ && row < end_; }
   int owner(Index row) const;
   const std::vector<Index>& starts() const { return starts_; }
   const Communicator& communicator() const { return *communicator_; }
@@ -58,6 +58,7 @@ class RowLayout {
  private:
   std::vector<Index> starts_;
   std::shared_ptr<const Communicator> communicator_;
+  Index begin_, end_;  // rows of this rank
 };
 
 // An exchange of halo rows that can overlap with other work. The halo and the rows must stay in

@@ -116,15 +116,17 @@ TEST_CASE(
     x.col(0).array() += 3e-3 * step;
     return x;
   };
+  SmoothNormals normals;
   std::size_t n_contacts = 0;
   for (int step = 0; step < 24; ++step) {
     const Points x = place(step);
     lists.update(Team{2}, x);
     nothing_listed.update(Team{1}, x);
     REQUIRE(nothing_listed.unlisted().size() == pairs.size());
-    const std::vector<Contact> found = find_contacts(Team{2}, scene.model, pairs, x, lists);
+    const std::vector<Contact> found =
+        find_contacts(Team{2}, scene.model, pairs, x, lists, normals);
     const std::vector<Contact> expected =
-        find_contacts(Team{1}, scene.model, pairs, x, nothing_listed);
+        find_contacts(Team{1}, scene.model, pairs, x, nothing_listed, normals);
     REQUIRE(found.size() == expected.size());
     for (std::size_t i = 0; i < found.size(); ++i) {
       CHECK((found[i].kind == expected[i].kind && found[i].a == expected[i].a &&
@@ -232,8 +234,9 @@ TEST_CASE("impacts agree with a test of all pairs, with lists and without") {
     for (const bool with_lists : {false, true})
       for (const int threads : {1, 3}) {
         if (with_lists) {
-          std::vector<Contact> contacts =
-              find_contacts(Team{1}, model, pairs, x0, (lists.update(Team{threads}, x0), lists));
+          lists.update(Team{threads}, x0);
+          SmoothNormals normals;
+          std::vector<Contact> contacts = find_contacts(Team{1}, model, pairs, x0, lists, normals);
         } else {
           // The search must update lists that were last updated at other positions.
           lists.update(Team{1}, x0 + Points::Constant(x0.rows(), 3, 1e-3));

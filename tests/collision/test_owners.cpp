@@ -187,13 +187,14 @@ TEST_CASE("each neighbour list is on one rank, and costs are balanced after some
     BroadPhase broad_phase(scene.model, pairs, {ranks.rank(), ranks.size()});
     NeighbourLists lists(scene.model, pairs, broad_phase, ranks);
     Seen seen;
+    SmoothNormals normals;
     for (int step = 0; step < 40; ++step) {
       if (step == 30)
         for (NeighbourList& list : lists.lists()) seen.cost -= list.cost;
       Points x = shaken(scene.x, 2e-5, 3 + step);
       for (Index v = 0; v < x.rows(); ++v) x(v, 2) += v % 2 ? 0.0 : 0.1 * x(v, 0) * x(v, 0);
       lists.update(Team{}, x);
-      find_contacts(Team{}, scene.model, pairs, x, lists);
+      find_contacts(Team{}, scene.model, pairs, x, lists, normals);
     }
     seen.n_lists = lists.lists().size();
     for (const NeighbourList& list : lists.lists()) {

@@ -88,8 +88,9 @@ void HingeSet::find_range(Index begin, Index end, HingeRange& range) const {
 
 void HingeSet::evaluate(const Team& team, const std::vector<Index>& batches, const Points& x,
                         const Points* v, bool with_gradient, HingeValues& values) const {
-  const bool same =
-      (values.has_gradient || !with_gradient) && values.batches == batches && keeps(x, values.x);
+  const bool has_batches =
+      values.batches == batches || static_cast<Index>(values.batches.size()) == n_batches();
+  const bool same = (values.has_gradient || !with_gradient) && has_batches && keeps(x, values.x);
   if (same && !v) return;
   keep(x, values.x);
   values.batches = batches, values.has_gradient = with_gradient;

@@ -217,10 +217,13 @@ double MidedgeBending::energy(const Team& team, const Points& x) const {
 void MidedgeBending::sum_energies(const Team& team, const Points& x, IndexRange triangles,
                                   double* sums) const {
   if (hinges_.n_hinges() == 0) return;
-  // Gradients are evaluated too, so that forces at the same positions use these values.
+  // Gradients and hinges of other triangles are evaluated too, so that forces at the same positions
+  // use these values.
   hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, true, values_);
-  const std::vector<Index> batches = all_of((n_triangles_ + lanes - 1) / lanes);
-  energy_.resize(batches.size() * lanes);
+  const Index first_batch = triangles.begin / lanes;
+  std::vector<Index> batches((triangles.end + lanes - 1) / lanes - first_batch);
+  std::iota(batches.begin(), batches.end(), first_batch);
+  energy_.resize(element_hinges_.size() / midedge::hinge_stride * lanes);
   parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range,
                   [&](Index first, Index last) {
                     midedge::energies(tables(), batches.data() + first, last - first,

@@ -30,6 +30,8 @@ struct ContactState {
     Index a, b;
     Vec3 slip;            // tangential displacement of a relative to b since the anchor was set [m]
     double normal_force;  // normal force of the last step [N]
+
+    bool operator==(const Anchor& other) const = default;
   };
   std::vector<Anchor> anchors;
 };

@@ -98,25 +98,29 @@ double steepest_slope(const Contact& contact, const ContactInputs& inputs) {
 }  // namespace
 
 ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inputs,
-                           const std::vector<Contact>& contacts, const ContactState& state,
+                           const std::vector<Contact>& contacts, const ContactStrengths& strengths,
                            ExtraTerms& terms)
-    : shares_(contact_shares(contacts, model, inputs.x0)),
-      slips_(anchored_slips(contacts, model, state)),
+    : shares_(strengths.shares),
+      slips_(strengths.slips),
       forces_(contacts.size(), 0.0),
       tangential_(model.contact_stiffness),
       n_cloth_(inputs.n_cloth) {
   const double step = inputs.step;
-  const std::vector<double> normal_stiffness =
-      contact_stiffness(contacts, model, inputs.inverse_mass, inputs.forces);
   laws_.reserve(contacts.size());
   terms.reserve(terms.size() + contacts.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
-    const double steepest = steepest_slope(contact, inputs), k = normal_stiffness[c];
+    const double steepest = steepest_slope(contact, inputs), k = strengths.stiffness[c];
     const Gaps gaps{contact.distance, steepest_gap(contact.thickness, shares_[c] * k, steepest)};
     const ContactForce normal = extended_force(gaps, contact.thickness, k);
     forces_[c] = normal.force;
     if (shares_[c] <= 0.0) continue;
+    const ActingOn acting = acting_on(model, contact, inputs.rows);
+    if (!acting.any) continue;
+    const double stiffness = shares_[c] * tangential_;
+    energy_ += shares_[c] * normal.energy + 0.5 * stiffness * slips_[c].squaredNorm();
+    ++n_all_;
+    if (!acting.given) continue;
     ExtraTerm term;
     set_entries(model, contact.vertices, contact.weights, inputs, term);
     if (term.n_entries == 0) continue;
@@ -124,7 +128,6 @@ ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inp
     const Vec3& n = contact.normal;
     const Mat3 tangent = tangent_projector(n);
     const Vec3 predicted = step * (tangent * weighted(contact, inputs.v0));
-    const double stiffness = shares_[c] * tangential_;
     const Vec3 gained = step * (tangent * weighted(contact, inputs.last_change));
     const double limit = contact.friction * shares_[c] * normal.force;
     const FrictionResponse friction =
@@ -135,8 +138,8 @@ ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inp
     term.hessian = shares_[c] * normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;
     terms.push_back(term);
     laws_.push_back({n, contact.distance, contact.thickness, shares_[c], contact.friction,
-                     slips_[c], limit, shares_[c] * k, steepest});
-    energy_ += shares_[c] * normal.energy + 0.5 * stiffness * slips_[c].squaredNorm();
+                     slips_[c], limit, shares_[c] * k, steepest, static_cast<Index>(c),
+                     inputs.rows.contains(term.entries[0].row)});
   }
 }
 
@@ -159,8 +162,14 @@ double ContactTerms::at(const Team& team, const Points& displacement, double tim
   });
 }
 
-double ContactTerms::friction_at(const Team& team, const Points& displacement, double time,
-                                 const Vector& inverse_mass, ExtraTerms& terms) const {
+double FrictionError::relative() const {
+  if (sums[Closing].value() > 0.0) return 1.0;
+  const double wrong = sums[Wrong].value();
+  return wrong > 0.0 ? wrong / std::max(sums[Limit].value(), 1e-300) : 0.0;
+}
+
+FrictionError ContactTerms::friction_at(const Team& team, const Points& displacement, double time,
+                                        const Vector& inverse_mass, ExtraTerms& terms) const {
   struct Sums {
     double wrong = 0.0, limit = 0.0;
     bool closes = false;
@@ -202,13 +211,14 @@ double ContactTerms::friction_at(const Team& team, const Points& displacement, d
         term.hessian = normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;
       },
       128);
-  Sums all;
-  for (const Sums& each : sums) {
-    all.wrong += each.wrong, all.limit += each.limit;
-    all.closes = all.closes || each.closes;
+  FrictionError error;
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    if (!laws_[i].counts) continue;
+    error.sums[FrictionError::Wrong].add(sums[i].wrong);
+    error.sums[FrictionError::Limit].add(sums[i].limit);
+    error.sums[FrictionError::Closing].add(sums[i].closes ? 1.0 : 0.0);
   }
-  if (all.closes) return 1.0;
-  return all.wrong > 0.0 ? all.wrong / std::max(all.limit, 1e-300) : 0.0;
+  return error;
 }
 
 std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& model,
@@ -239,25 +249,23 @@ std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& mo
   return anchors;
 }
 
-std::vector<double> contact_energies(const CollisionModel& model, const ContactEnergyInputs& inputs,
+std::vector<double> contact_energies(const CollisionModel& model, const ContactMotion& motion,
                                      const std::vector<Contact>& contacts,
-                                     const ContactState& state) {
-  const std::vector<double> shares = contact_shares(contacts, model, inputs.x);
-  const std::vector<double> stiffness =
-      contact_stiffness(contacts, model, inputs.inverse_mass, inputs.forces);
-  const std::vector<Vec3> slips = anchored_slips(contacts, model, state);
-  const int n = inputs.n_parts;
+                                     const ContactStrengths& strengths) {
+  const int n = motion.n_parts;
   std::vector<double> energies(n, 0.0);
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
-    const double anchor = 0.5 * model.contact_stiffness * slips[c].squaredNorm();
+    const double anchor = 0.5 * model.contact_stiffness * strengths.slips[c].squaredNorm();
     const double change =
-        contact.normal.dot(weighted(contact, inputs.x) - weighted(contact, inputs.x0));
+        n == 1 ? 0.0
+               : contact.normal.dot(weighted(contact, motion.x) - weighted(contact, motion.x0));
     for (int part = 1; part <= n; ++part) {
       const double done = static_cast<double>(part) / n;  // fraction of the motion
       const double distance = contact.distance - (1.0 - done) * change;
-      const double normal = contact_force(distance, contact.thickness, stiffness[c]).energy;
-      energies[part - 1] += shares[c] * (normal + done * done * anchor);
+      const double normal =
+          contact_force(distance, contact.thickness, strengths.stiffness[c]).energy;
+      energies[part - 1] += strengths.shares[c] * (normal + done * done * anchor);
     }
   }
   return energies;

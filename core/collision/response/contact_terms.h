@@ -2,11 +2,15 @@
 // its normal and an anchored tangential spring (method.md, Contact terms and Friction).
 #pragma once
 
+#include <array>
+
 #include "core/base/bytes.h"
 #include "core/collision/model/collision_model.h"
 #include "core/collision/model/contact.h"
+#include "core/collision/response/contact_strengths.h"
 #include "core/collision/response/response_inputs.h"
 #include "core/linalg/extra_terms.h"
+#include "core/parallel/binned_sum.h"
 #include "core/parallel/team.h"
 
 namespace loomstone {
@@ -21,6 +25,19 @@ struct ContactLaw {
   double limit;                // largest friction force, mu N [N]
   double normal_stiffness;     // stiffness in the normal direction times the share [N/m]
   double steepest;             // largest slope of the normal force [N/m]
+  Index contact;               // index of the contact
+  bool counts;                 // sums over all contacts include it (see ContactTerms::counts())
+};
+
+// Error of the friction of contacts. Errors of several ranks can be added in any order.
+struct FrictionError {
+  enum { Wrong, Limit, Closing, n_sums };
+  // Sums over contacts: error of friction [N], largest friction [N], and number of contacts that
+  // would close.
+  std::array<BinnedSum, n_sums> sums;
+
+  // Returns the first sum divided by the second one, or 1 if any contact would close [1].
+  double relative() const;
 };
 
 // Contact terms of one step, in the order of the contacts. They must be the first terms in the
@@ -28,14 +45,23 @@ struct ContactLaw {
 class ContactTerms {
  public:
   ContactTerms() = default;
-  // Appends a term for each contact that has a positive share and acts on at least one row.
+  // Appends a term for each contact that has a positive share and acts on at least one of
+  // `inputs.rows`.
   ContactTerms(const CollisionModel& model, const ContactInputs& inputs,
-               const std::vector<Contact>& contacts, const ContactState& state, ExtraTerms& terms);
+               const std::vector<Contact>& contacts, const ContactStrengths& strengths,
+               ExtraTerms& terms);
 
-  std::size_t size() const { return laws_.size(); }
+  std::size_t size() const { return laws_.size(); }  // number of terms
+  // Number of terms if `inputs.rows` were all rows.
+  std::size_t n_all() const { return n_all_; }
+  Index contact(std::size_t term) const { return laws_[term].contact; }
+  // Returns whether the first row of a term is one of `inputs.rows`. If ranks make terms for
+  // different rows, each term counts on one rank.
+  bool counts(std::size_t term) const { return laws_[term].counts; }
   std::size_t bytes() const { return bytes_of(laws_, shares_, slips_, forces_); }
   Vec3 normal(std::size_t term) const { return laws_[term].normal; }
-  double energy() const { return energy_; }  // energy of normal forces and anchors at the start [J]
+  // Energy of normal forces and anchors of all contacts at the start [J].
+  double energy() const { return energy_; }
 
   // Updates the first size() entries of `terms` to the normal and friction forces after the rows
   // have moved by `displacement` (rows x 3) [m] in `time` [s]. Returns the energy of these forces
@@ -47,11 +73,10 @@ class ContactTerms {
   // Linearises the terms again about the start of the step. The normal force after `displacement`
   // gives the friction limit. The slip after `displacement` gives the friction force and its secant
   // stiffness. If a contact would close, its normal stiffness is also a secant stiffness. Returns
-  // the error that friction had in `terms` before the call, summed over all contacts and divided by
-  // the sum of their friction limits [1]. Returns 1 if any contact would close. `inverse_mass` of
+  // the error that friction had in `terms` before the call, for terms that count. `inverse_mass` of
   // cloth rows [1/kg] is used to predict the slip of contacts whose friction was too large.
-  double friction_at(const Team& team, const Points& displacement, double time,
-                     const Vector& inverse_mass, ExtraTerms& terms) const;
+  FrictionError friction_at(const Team& team, const Points& displacement, double time,
+                            const Vector& inverse_mass, ExtraTerms& terms) const;
 
   // Returns the friction anchors after the motion x0 -> x1, one for each contact. `contacts` must
   // be those passed to the constructor.
@@ -66,23 +91,22 @@ class ContactTerms {
   std::vector<double> forces_;    // normal force of each contact at the start, for share 1 [N]
   double tangential_ = 0.0;       // stiffness of the anchor of a contact with share 1 [N/m]
   Index n_cloth_ = 0;
+  std::size_t n_all_ = 0;
   double energy_ = 0.0;
 };
 
-// Inputs of contact_energies(), for n collision vertices.
-struct ContactEnergyInputs {
-  const Points& x;             // (n x 3) [m]
-  const Points& x0;            // (n x 3) start of the motion that ends at x, or x itself [m]
-  const Vector& inverse_mass;  // (n) inverse masses of cloth vertices, 0 if prescribed [1/kg]
-  const Points& forces;        // see ContactInputs::forces
-  int n_parts = 1;             // number of equal parts of the motion from x0 to x
+// Motion of n collision vertices.
+struct ContactMotion {
+  const Points& x;   // (n x 3) end of the motion [m]
+  const Points& x0;  // (n x 3) start of the motion, unused if it has one part [m]
+  int n_parts = 1;   // number of equal parts of the motion
 };
 
 // Returns the energy of the normal forces and of the friction anchors of contacts at the end of
 // each part of the motion [J]. The energies of all parts but the last are estimates. They assume
 // that distances change linearly and that the anchors have no slip at the start.
-std::vector<double> contact_energies(const CollisionModel& model, const ContactEnergyInputs& inputs,
+std::vector<double> contact_energies(const CollisionModel& model, const ContactMotion& motion,
                                      const std::vector<Contact>& contacts,
-                                     const ContactState& state);
+                                     const ContactStrengths& strengths);
 
 }  // namespace loomstone

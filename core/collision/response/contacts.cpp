@@ -40,22 +40,6 @@ double edge_share(const Contact& contact, const Points& x0) {
   return share;
 }
 
-// Returns area-weighted unit vertex normals of smooth surfaces. Rows of other vertices are unused.
-Points smooth_normals(const CollisionModel& model, const Points& x) {
-  Points normals;
-  for (const CollisionSurface& surface : model.surfaces) {
-    if (!surface.smooth) continue;
-    if (normals.rows() == 0) normals = Points::Zero(x.rows(), 3);
-    for (Index t = surface.first_triangle; t < surface.first_triangle + surface.n_triangles; ++t) {
-      const auto corner = [&](int k) { return Vec3(x.row(model.triangles(t, k)).transpose()); };
-      const Vec3 area = (corner(1) - corner(0)).cross(corner(2) - corner(0));
-      for (int k = 0; k < 3; ++k) normals.row(model.triangles(t, k)) += area.transpose();
-    }
-    normals.middleRows(surface.first_vertex, surface.n_vertices).rowwise().normalize();
-  }
-  return normals;
-}
-
 // Returns the normal interpolated from the vertices of the face, oriented like the flat normal.
 // Returns the flat normal if the interpolation degenerates.
 Vec3 rounded_normal(const Points& normals, const std::array<Index, 4>& v,
@@ -159,8 +143,9 @@ std::vector<FoundContact> in_order(const std::vector<FoundContact>& contacts) {
 // Finds contacts among pairs of features.
 class ContactFinder {
  public:
-  ContactFinder(const CollisionModel& model, const std::vector<SurfacePair>& pairs, const Points& x)
-      : model_(model), pairs_(pairs), x_(x), normals_(smooth_normals(model, x)) {}
+  ContactFinder(const CollisionModel& model, const std::vector<SurfacePair>& pairs, const Points& x,
+                SmoothNormals& normals)
+      : model_(model), pairs_(pairs), x_(x), normals_(normals.at(model, x)) {}
 
   // Returns false only if the features are at least their thickness apart.
   bool near(Index i, ContactKind kind, PairKey key) const {
@@ -249,7 +234,7 @@ class ContactFinder {
   const CollisionModel& model_;
   const std::vector<SurfacePair>& pairs_;
   const Points& x_;
-  const Points normals_;  // vertex normals of smooth surfaces
+  const Points& normals_;  // vertex normals of smooth surfaces
 };
 
 // Returns the contacts of the pairs in the lists of this rank, and those of the unlisted pairs that
@@ -289,8 +274,8 @@ ContactForce contact_force(double distance, double thickness, double stiffness) 
 
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
-                                   NeighbourLists& lists) {
-  const ContactFinder finder(model, pairs, x);
+                                   NeighbourLists& lists, SmoothNormals& normals) {
+  const ContactFinder finder(model, pairs, x, normals);
   const auto find = [&](NeighbourLists::Pass& pass) {
     std::vector<FoundContact> found;
     pass = lists.pass_at_x(team);
@@ -306,8 +291,8 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
 
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
-                                   SharedSearch& search) {
-  const ContactFinder finder(model, pairs, x);
+                                   SharedSearch& search, SmoothNormals& normals) {
+  const ContactFinder finder(model, pairs, x, normals);
   std::vector<double> inflation(model.surfaces.size(), 0.0);
   for (const SurfacePair& pair : pairs)
     for (const Index s : {pair.a, pair.b})
@@ -326,7 +311,7 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
 
 std::vector<Contact> find_contacts_alone(const Team& team, const CollisionModel& model,
                                          const std::vector<SurfacePair>& pairs, const Points& x,
-                                         BroadPhase& broad_phase) {
+                                         BroadPhase& broad_phase, SmoothNormals& normals) {
   std::vector<Index> which;
   std::vector<double> reach;
   for (const SurfacePair& pair : pairs) {
@@ -335,7 +320,7 @@ std::vector<Contact> find_contacts_alone(const Team& team, const CollisionModel&
   }
   std::vector<FeaturePairs> near;
   broad_phase.near_pairs(team, x, which, reach, near);
-  const ContactFinder finder(model, pairs, x);
+  const ContactFinder finder(model, pairs, x, normals);
   std::vector<FoundContact> found;
   finder.look(near, found);
   return finder.chosen(in_order(found));

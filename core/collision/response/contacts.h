@@ -6,6 +6,7 @@
 #include "core/collision/broad_phase/neighbour_lists.h"
 #include "core/collision/broad_phase/shared_search.h"
 #include "core/collision/model/contact.h"
+#include "core/collision/response/smooth_normals.h"
 
 namespace loomstone {
 
@@ -17,17 +18,17 @@ inline constexpr std::size_t bytes_of_found_contact = 80;
 // begin_update() of `lists` must have been called with x. Updates the distances in `lists`.
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
-                                   NeighbourLists& lists);
+                                   NeighbourLists& lists, SmoothNormals& normals);
 // Collective. Returns the same contacts as the function above, but uses no lists. Instead, the
 // ranks divide the traversal of the trees of `search` among themselves.
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
-                                   SharedSearch& search);
+                                   SharedSearch& search, SmoothNormals& normals);
 // Returns the same contacts as the functions above. Not collective: the calling rank searches all
 // surface pairs without lists. `broad_phase` must search the tasks of all ranks.
 std::vector<Contact> find_contacts_alone(const Team& team, const CollisionModel& model,
                                          const std::vector<SurfacePair>& pairs, const Points& x,
-                                         BroadPhase& broad_phase);
+                                         BroadPhase& broad_phase, SmoothNormals& normals);
 
 // Returns the share [1] of each contact, in [0, 1]. Shares prevent double counting and keep forces
 // continuous in x. A vertex above the common edge of two faces has a contact with each face. These

@@ -1,8 +1,11 @@
 // State at the start of a step, as input to contact terms and to corrections of the motion.
 #pragma once
 
+#include <limits>
+
 #include "core/base/types.h"
 #include "core/collision/tangle/tangle.h"
+#include "core/parallel/shared_work.h"
 
 namespace loomstone {
 
@@ -18,6 +21,8 @@ struct ContactInputs {
   // (n_cloth x 3) elastic and external forces on cloth at the start [N]; 0 rows if they are not
   // known
   const Points& forces;
+  // Rows of the solve for which terms are made. Contacts that act on none of them have no term.
+  IndexRange rows = {0, std::numeric_limits<Index>::max()};
 };
 
 // Inputs for corrections of the motion x0 -> x1.

@@ -44,4 +44,16 @@ void set_entries(const CollisionModel& model, std::span<const Index> vertices,
             [](const TermEntry& x, const TermEntry& y) { return x.row < y.row; });
 }
 
+ActingOn acting_on(const CollisionModel& model, const Contact& contact, IndexRange rows) {
+  ActingOn acting;
+  for (int i = 0; i < 4; ++i) {
+    const Index vertex = contact.vertices[i], row = model.rows.row[vertex];
+    if (row < 0 || contact.weights[i] == 0.0) continue;
+    acting.any = true;
+    acting.given = acting.given || rows.contains(row) ||
+                   (model.rows.is_body[vertex] && rows.contains(row + 1));
+  }
+  return acting;
+}
+
 }  // namespace loomstone

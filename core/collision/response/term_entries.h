@@ -4,6 +4,7 @@
 #include <span>
 
 #include "core/collision/model/collision_model.h"
+#include "core/collision/model/contact.h"
 #include "core/collision/response/response_inputs.h"
 #include "core/linalg/extra_terms.h"
 
@@ -14,5 +15,11 @@ namespace loomstone {
 // and its rotation row.
 void set_entries(const CollisionModel& model, std::span<const Index> vertices,
                  std::span<const double> weights, const ContactInputs& inputs, ExtraTerm& term);
+
+// Whether a contact acts on any row, and whether it acts on one of the given rows.
+struct ActingOn {
+  bool any = false, given = false;
+};
+ActingOn acting_on(const CollisionModel& model, const Contact& contact, IndexRange rows);
 
 }  // namespace loomstone

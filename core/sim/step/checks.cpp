@@ -9,9 +9,28 @@
 
 namespace loomstone {
 
+namespace {
+
+// Returns whether all vertices have moved by at most `most` [m] and have finite velocities.
+bool all_within(const Points& x0, const ClothState& cloth, Index n, double most) {
+  const double *a = x0.data(), *b = cloth.x.data(), *v = cloth.v.data();
+  const double most2 = most * most;
+  int within = 1;
+  for (Index i = 0; i < n; ++i, a += 3, b += 3, v += 3) {
+    const double x = b[0] - a[0], y = b[1] - a[1], z = b[2] - a[2];
+    // The difference of an infinite number or NaN and itself is NaN.
+    const double zero = (v[0] - v[0]) + (v[1] - v[1]) + (v[2] - v[2]);
+    within &= static_cast<int>(x * x + y * y + z * z <= most2) & static_cast<int>(zero == 0.0);
+  }
+  return within != 0;
+}
+
+}  // namespace
+
 void check_divergence(const Model& model, const Points& x0, const ClothState& cloth,
                       const char* stage) {
   double most = 100.0 * model.cloth_size;
+  if (all_within(x0, cloth, model.cloth.n_vertices, most)) return;
   Index worst = -1;
   for (Index i = 0; i < model.cloth.n_vertices; ++i) {
     const double moved = (cloth.x.row(i) - x0.row(i)).norm();

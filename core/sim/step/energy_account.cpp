@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/base/same_bits.h"
 #include "core/sim/step/energies.h"
 
 namespace loomstone {
@@ -38,9 +39,9 @@ double lost_after_solve(const Solved& solved, const Engines& engines, const Stat
   measure_bodies(engines.model, state.rigid, bodies);
   double lost = solved.body_energy - bodies.body_kinetic - bodies.body_gravity;
   const ClothState& cloth = state.cloth;
-  if (solved.v != cloth.v)
+  if (!same_bits(solved.v, cloth.v))
     lost += kinetic_energy(engines, solved.v) - kinetic_energy(engines, cloth.v);
-  if (solved.x != cloth.x)
+  if (!same_bits(solved.x, cloth.x))
     lost += potential_energy(engines, solved.x) - potential_energy(engines, cloth.x);
   return lost;
 }

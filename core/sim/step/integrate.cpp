@@ -55,8 +55,11 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
     return terms_at(near, engines, displacement, time, request, terms);
   };
   const FrictionAt friction = [&](const Points& displacement, double time, ExtraTerms& terms) {
-    return near.contact_terms.friction_at(engines.team, displacement, time, model.inverse_mass,
-                                          terms);
+    FrictionError error =
+        near.contact_terms.friction_at(engines.team, displacement, time, model.inverse_mass, terms);
+    if (near.terms_divided)
+      engines.layout.communicator().add(error.sums.data(), FrictionError::n_sums);
+    return error.relative();
   };
   StepInputs inputs;
   inputs.step = part.h;
@@ -65,7 +68,7 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
   inputs.gravity = model.scene.gravity.norm();
   inputs.terms = &near.terms;
   inputs.terms_at = &at;
-  if (near.contact_terms.size() > 0) inputs.friction_at = &friction;
+  if (near.contact_terms.n_all() > 0) inputs.friction_at = &friction;
   inputs.fixed = &model.prescribed;
   inputs.target = &loads.target;
   inputs.body_mass = &loads.body_mass;

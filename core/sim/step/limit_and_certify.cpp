@@ -1,6 +1,7 @@
 #include "core/sim/step/limit_and_certify.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "core/sim/model/motion.h"
 #include "core/sim/step/energies.h"
@@ -38,6 +39,8 @@ FreeBodies free_bodies(const Loads& loads, const State& state, const Engines& en
 // Moves the cloth to x1 and adds the displacement, divided by the length of the part, to its
 // velocities. Returns true if any vertex moved.
 bool move_cloth(const StepContext& part, const Points& x1, ClothState& cloth) {
+  const std::size_t size = sizeof(double) * static_cast<std::size_t>(cloth.x.size());
+  if (std::memcmp(x1.data(), cloth.x.data(), size) == 0) return false;  // usually
   bool any = false;
   for (Index i = 0; i < cloth.x.rows(); ++i) {
     if (x1.row(i) == cloth.x.row(i)) continue;

@@ -164,10 +164,11 @@ class Constraining {
   void certify() {
     target_ = x1_;
     CertifyReport done = in_.collision->certify(*in_.collision_team, motion(), x1_, bodies_);
+    const bool may_move = done.impacts > 0;
     done.impacts += report_.certified.impacts;
     done.merge(report_.certified.withheld);
     report_.certified = std::move(done);
-    for (Index i = 0; i < in_.cloth->n_vertices; ++i)
+    for (Index i = 0; may_move && i < in_.cloth->n_vertices; ++i)
       if (x1_.row(i) != target_.row(i)) report_.touched.push_back(i);
     ++report_.rounds;
   }

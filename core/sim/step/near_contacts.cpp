@@ -102,8 +102,10 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
   if (!engines.contacts_in_solve) return;
   expect_motion(part, loads, state, engines, near);
   const Points forces = pressing_forces(loads, near.contacts, engines);
-  const ContactInputs inputs{loads.x0, near.v0, near.last_change,           state.rigid.positions,
-                             part.h,   n,       engines.model.inverse_mass, forces};
+  ContactInputs inputs{loads.x0, near.v0, near.last_change,           state.rigid.positions,
+                       part.h,   n,       engines.model.inverse_mass, forces};
+  near.terms_divided = !engines.layout.single() && !engines.integrator->needs_all_terms();
+  if (near.terms_divided) inputs.rows = {engines.layout.begin(), engines.layout.end()};
   near.contact_terms = collision.terms(inputs, near.contacts, state.contacts, near.terms);
   collision.untangle(inputs, near.tangle, near.terms);
 }
@@ -156,8 +158,8 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
     elasticity.add_explicit_bending(engines.team, y, still, rows.begin, rows.end, forces);
     if (divided) gather_rows(engines.layout, forces);
   }
-  const ContactEnergyInputs inputs{x, x0 ? *x0 : x, model.inverse_mass, forces, n_parts};
-  return engines.collision->energies(inputs, contacts, state.contacts);
+  const StrengthInputs inputs{x, model.inverse_mass, forces, state.contacts};
+  return engines.collision->energies({x, x0 ? *x0 : x, n_parts}, inputs, contacts);
 }
 
 std::vector<Contact> present_contacts(const State& state, const Engines& engines) {

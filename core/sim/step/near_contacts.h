@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "core/parallel/repeated_gather.h"
 #include "core/sim/step/loads.h"
 
 namespace loomstone {
@@ -14,7 +15,10 @@ struct NearContacts {
   std::vector<Contact> repelled;  // contacts that receive impulses after the solve
   // Vertices of the pairs closer than their thickness, if the integrator handles them at events.
   std::vector<std::array<Index, 4>> touching;
-  ExtraTerms terms;  // in this order: contacts, intersections to untangle, attachments
+  // In this order: contacts, intersections to untangle, attachments. Contacts that act on no row of
+  // this rank may be omitted.
+  ExtraTerms terms;
+  bool terms_divided = false;  // true: each rank has the terms of its rows
   std::size_t n_attachments = 0;
   ContactTerms contact_terms;  // evaluates the terms of contacts during the solve
   Tangle tangle;               // intersections at the start
@@ -24,6 +28,7 @@ struct NearContacts {
   // (vertices x 3) change of velocity in the last step [m/s]. Contact terms assume that it repeats
   // in this step, which reduces the lag of sliding contacts.
   Points last_change;
+  GatherRoom work_room;
 };
 
 void find_near_contacts(const StepContext& part, const Loads& loads, const State& state,

@@ -130,35 +130,72 @@ std::vector<std::array<Vec3, 2>> solved_terms(const StepContext& part, NearConta
   return terms;
 }
 
+// A number that a contact adds to a sum of work [J].
+struct WorkOfContact {
+  enum Sum : Index { Scripts, Friction };
+  Index contact;
+  Sum sum;
+  double work;
+};
+
+// Returns the work that scripted surfaces and prescribed vertices do through the contacts that
+// count on this rank, and the work done against their friction.
+std::vector<WorkOfContact> work_of_terms(const StepContext& part, const NearContacts& near,
+                                         const std::vector<std::array<Vec3, 2>>& terms,
+                                         const Points& displacement, const Model& model) {
+  std::vector<WorkOfContact> works;
+  for (std::size_t t = 0; t < near.contact_terms.size(); ++t) {
+    if (near.terms_divided && !near.contact_terms.counts(t)) continue;
+    const ExtraTerm& term = near.terms[t];
+    const auto& [force, d] = terms[t];
+    const Vec3 normal = near.contact_terms.normal(t);
+    const auto add = [&](WorkOfContact::Sum sum, double work) {
+      if (work != 0.0) works.push_back({near.contact_terms.contact(t), sum, work});
+    };
+    add(WorkOfContact::Scripts, -part.h * force.dot(term.drift));
+    for (int e = 0; e < term.n_entries; ++e) {
+      const Index row = term.entries[e].row;
+      if (row < model.cloth.n_vertices && model.cloth.prescribed[row])
+        add(WorkOfContact::Scripts,
+            force.dot(term.entries[e].apply(displacement.row(row).transpose())));
+    }
+    add(WorkOfContact::Friction, force.dot(d - d.dot(normal) * normal));
+  }
+  return works;
+}
+
+// Returns the work of the contacts of all ranks, in the order of the contacts. Collective.
+std::vector<WorkOfContact> gathered(std::vector<WorkOfContact> works, const RowLayout& layout,
+                                    GatherRoom& room) {
+  auto all = gather_again<WorkOfContact, Index>(layout.communicator(), room, [&](Index& note) {
+    note = 0;
+    return std::move(works);
+  });
+  std::vector<WorkOfContact>& elements = all.gathered.elements;
+  std::stable_sort(
+      elements.begin(), elements.end(),
+      [](const WorkOfContact& a, const WorkOfContact& b) { return a.contact < b.contact; });
+  return std::move(elements);
+}
+
 // Returns the work that scripted surfaces and prescribed vertices do through contacts, the work
 // done against friction, and the work of forces that untangle. Changes the terms of contacts.
 PartWork work_of_contacts(const StepContext& part, const Loads& loads, NearContacts& near,
                           const Solved& solved, const State& state, const Engines& engines) {
   PartWork work;
-  const std::size_t n_contacts = near.contact_terms.size();
-  if (near.terms.size() == near.n_attachments) return work;
+  if (near.contact_terms.n_all() == 0 && near.terms.size() == near.n_attachments) return work;
   const Model& model = engines.model;
   const Index n = model.cloth.n_vertices;
   Points displacement(model.n_rows(), 3);
   displacement.topRows(n) = state.cloth.x - loads.x0.topRows(n);
   displacement.bottomRows(model.n_rows() - n) = part.h * solved.body_velocity;
   const std::vector<std::array<Vec3, 2>> terms = solved_terms(part, near, displacement, engines);
-  for (std::size_t t = 0; t < terms.size(); ++t) {
-    const ExtraTerm& term = near.terms[t];
-    const auto& [force, d] = terms[t];
-    if (t >= n_contacts) {
-      work.loads -= force.dot(d);
-      continue;
-    }
-    const Vec3 normal = near.contact_terms.normal(t);
-    work.scripts -= part.h * force.dot(term.drift);
-    for (int e = 0; e < term.n_entries; ++e) {
-      const Index row = term.entries[e].row;
-      if (row < n && model.cloth.prescribed[row])
-        work.scripts += force.dot(term.entries[e].apply(displacement.row(row).transpose()));
-    }
-    work.friction += force.dot(d - d.dot(normal) * normal);
-  }
+  std::vector<WorkOfContact> works = work_of_terms(part, near, terms, displacement, model);
+  if (near.terms_divided) works = gathered(std::move(works), engines.layout, near.work_room);
+  for (const WorkOfContact& of_contact : works)
+    (of_contact.sum == WorkOfContact::Scripts ? work.scripts : work.friction) += of_contact.work;
+  for (std::size_t t = near.contact_terms.size(); t < terms.size(); ++t)
+    work.loads -= terms[t][0].dot(terms[t][1]);
   return work;
 }
 

@@ -134,7 +134,9 @@ TEST_CASE("contacts and impacts have the same bits whichever ranks find them") {
   const std::shared_ptr<const Communicator> single = single_communicator();
   NeighbourLists lists(scene.model, pairs, broad_phase, *single);
   lists.update(Team{1}, scene.x);
-  const std::vector<Contact> contacts = find_contacts(Team{1}, scene.model, pairs, scene.x, lists);
+  SmoothNormals normals;
+  const std::vector<Contact> contacts =
+      find_contacts(Team{1}, scene.model, pairs, scene.x, lists, normals);
   ImpactSearch alone(scene.model, broad_phase, lists);
   const MotionInputs inputs{scene.x, scene.inverse_mass, {}};
   const std::vector<StepImpact> impacts = alone.find(Team{1}, inputs, x1, nullptr),
@@ -151,7 +153,9 @@ TEST_CASE("contacts and impacts have the same bits whichever ranks find them") {
       NeighbourLists own_lists(scene.model, pairs, own_boxes, *single);
       ImpactSearch own(scene.model, own_boxes, own_lists);
       own.share(&search);
-      wrong += !same(find_contacts(team, scene.model, pairs, scene.x, search), contacts);
+      SmoothNormals own_normals;
+      wrong +=
+          !same(find_contacts(team, scene.model, pairs, scene.x, search, own_normals), contacts);
       wrong += !same(own.find(team, inputs, x1, nullptr), impacts);
       wrong += !same(own.find(team, inputs, x1, &changed), some);
     });
