@@ -152,9 +152,9 @@ TEST_CASE("a triangle folded over in uv is named, a panel mirrored as a whole is
   const TriangleMesh mesh = grid_cells(1.0, 1.0, 3, 3);
   Points2 uv = mesh.uv();
   uv.row(0) << 0.5, 0.5;  // moves the corner of triangles 0 and 1 far to the other side
-  CHECK_THROWS_WITH(TriangleMesh(mesh.vertices(), mesh.triangles(), uv),
-                    Contains("triangle 0 must be oriented in uv like most of its panel") &&
-                        Contains("inverted"));
+  CHECK_THROWS_WITH(
+      TriangleMesh(mesh.vertices(), mesh.triangles(), uv),
+      Contains("triangle 0 must be oriented in uv like most of its panel") && Contains("inverted"));
   uv = mesh.uv();
   uv.col(0) *= -1.0;
   CHECK_NOTHROW(TriangleMesh(mesh.vertices(), mesh.triangles(), uv));
