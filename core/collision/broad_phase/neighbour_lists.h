@@ -93,8 +93,8 @@ class NeighbourLists {
  public:
   // Some surface pairs are unlisted and are searched in full each time. A pair becomes unlisted if
   // it has more than `most_per_cluster` cluster pairs per cluster, if many of its clusters move too
-  // fast for lists to last, or if too many of its lists are made again in each update. After a
-  // pause, its lists are tried again.
+  // fast for lists to last, or if too many of its widened lists are made again in each update. Its
+  // lists are tried again in the next update, or after a pause if they are widened.
   NeighbourLists(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                  BroadPhase& broad_phase, const Communicator& ranks,
                  std::size_t most_per_cluster = 64);
