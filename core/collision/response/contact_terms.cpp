@@ -106,8 +106,11 @@ ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inp
       tangential_(model.contact_stiffness),
       n_cloth_(inputs.n_cloth) {
   const double step = inputs.step;
-  laws_.reserve(contacts.size());
-  terms.reserve(terms.size() + contacts.size());
+  const auto n_terms = static_cast<std::size_t>(std::count_if(
+      contacts.begin(), contacts.end(),
+      [&](const Contact& contact) { return acting_on(model, contact, inputs.rows).given; }));
+  laws_.reserve(n_terms);
+  terms.reserve(terms.size() + n_terms);
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
     const double steepest = steepest_slope(contact, inputs), k = strengths.stiffness[c];
