@@ -159,15 +159,18 @@ TEST_CASE("a surface pair is unlisted while its lists do not last, and then list
       x.topRows(scene.model.surfaces[0].n_vertices).col(0).array() += 3e-3;
     return x;
   };
+  SmoothNormals normals;
   int n_listed = 0, last_listed = -1;
   std::int64_t n_made_before = 0;
   for (int step = 0; step < 120; ++step) {
     const Points x = place(step);
     lists.update(Team{1}, x);
     nothing_listed.update(Team{1}, x);
-    const std::size_t n_contacts = find_contacts(Team{1}, scene.model, pairs, x, lists).size();
+    const std::size_t n_contacts =
+        find_contacts(Team{1}, scene.model, pairs, x, lists, normals).size();
     CHECK(n_contacts > 500);
-    CHECK(n_contacts == find_contacts(Team{1}, scene.model, pairs, x, nothing_listed).size());
+    CHECK(n_contacts ==
+          find_contacts(Team{1}, scene.model, pairs, x, nothing_listed, normals).size());
     lists.cover(Team{1}, place(step + 1));
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       const bool listed = lists.listed(static_cast<Index>(i));
