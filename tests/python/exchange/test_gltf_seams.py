@@ -17,7 +17,7 @@ def test_gltf_keeps_seams_of_textures_on_flat_faces_of_obstacles(tmp_path):
     crate = ls.obstacles.mesh(mesh, name="crate", look=ls.Look(texture=image, texture_width=1.0))
     sheet = ls.Cloth(mesh=ls.grid(size=(0.1, 0.1), cells=(1, 1)).moved((0, 0, 1)))
     ls.Simulation(ls.Scene(cloths=[sheet], obstacles=[crate])).run(
-        out=tmp_path / "out", duration=0.01, fps=100
+        out=tmp_path / "out", duration=0.01, rate=100
     )
     written = ls.Run(tmp_path / "out").export(tmp_path / "run.glb")[0]
     made = trimesh.load_scene(written, process=False).geometry["crate"]
