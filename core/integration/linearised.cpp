@@ -29,11 +29,6 @@ constexpr double friction_tolerance = 0.1;
 // triangles then needs 0.62 times as many iterations as with two solves to 1e-4 (0.58 times with a
 // tolerance of a tenth).
 constexpr double rough_tolerance = 1e-2;
-// At rest, the right-hand side is nearly zero, and solving to a fraction of it would cost as many
-// iterations as in motion. Residuals are therefore related to at least this fraction of the change
-// of momentum that gravity alone would cause. With the default tolerance of 1e-4, the error of
-// accelerations is then about 5e-6 g.
-constexpr double negligible_weight = 0.05;
 
 class LinearisedIntegrator final : public Integrator {
  public:
@@ -44,7 +39,6 @@ class LinearisedIntegrator final : public Integrator {
         model_(model),
         elasticity_(elasticity),
         tolerance_(options.tolerance),
-        mass_(model.mass.sum()),
         direct_(options.linear_solver == LinearMethod::Direct ||
                 options.linear_solver == LinearMethod::Supernodal),
         corrects_stress_(options.accuracy.has_value() && scheme != Scheme::Bdf2),
@@ -257,15 +251,9 @@ class LinearisedIntegrator final : public Integrator {
       add_term_forces(*inputs.terms, step.layout, step.c, displacement_, rhs_with_terms_);
   }
 
-  // Returns the norm of the weight of the cloth, which is its weight divided by the root of its
-  // mass [N / kg^(1/2)].
-  double weight_norm(const StepInputs& inputs) const { return inputs.gravity * std::sqrt(mass_); }
-
   LinearReport solve(const Step& step, const StepInputs& inputs, double tolerance,
                      Unchanged unchanged) {
-    const StepSystem system{inputs,     elasticity_,
-                            step.c.c_k, rhs_with_terms_,
-                            tolerance,  negligible_weight * step.c.sigma * weight_norm(inputs)};
+    const StepSystem system{inputs, elasticity_, step.c.c_k, rhs_with_terms_, tolerance};
     return solver_.solve(step.team, step.layout, system, change_, memory_, unchanged);
   }
 
@@ -294,7 +282,6 @@ class LinearisedIntegrator final : public Integrator {
   const ClothModel& model_;
   Elasticity& elasticity_;
   double tolerance_;
-  double mass_;  // of the cloth [kg]
   bool direct_;
   // True if the stress in the geometric term of the Jacobian excludes the strain that the last step
   // neglected. It is false for steps without a bounded error, in which snapping wrinkles would lose

@@ -93,8 +93,7 @@ struct ImplicitOptions : IntegratorCommon {
         field("bending", &O::bending, "treatment of bending forces"),
         field("linear_solver", &O::linear_solver, "solver of the linear system"),
         field("tolerance", &O::tolerance, "1", positive(),
-              "tolerance of the linear solver, relative to the change of momentum in the step or "
-              "to a twentieth of that by gravity, if this is larger; in the preconditioned norm"),
+              "relative tolerance of the linear solver, in the preconditioned norm"),
         field("max_iterations", &O::max_iterations, "1", between(1, 1e9),
               "largest number of iterations of the linear solver"),
         field("accuracy", &O::accuracy, "1", positive(),

@@ -18,8 +18,7 @@ struct StepSystem {
   Elasticity& elasticity;
   double c_k;
   const Points& rhs;
-  double tolerance = 0.0;   // tolerance of the iterative solver; 0: that of its options
-  double least_norm = 0.0;  // see LinearSystem
+  double tolerance = 0.0;  // tolerance of the iterative solver; 0: that of its options
 };
 
 class StepSolve {
@@ -47,7 +46,6 @@ class StepSolve {
     system.layout = &layout;
     system.halo = &halo(matrix, layout);
     system.tolerance = step.tolerance;
-    system.least_norm = step.least_norm;
     return solver_->solve(team, system, step.rhs, x, memory, unchanged);
   }
 

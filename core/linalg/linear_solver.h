@@ -30,15 +30,12 @@ struct LinearSystem {
   const RowLayout* layout = nullptr;
   const Halo* halo = nullptr;  // halo of `matrix`; the solver adds rows for terms
   double tolerance = 0.0;      // replaces the solver's tolerance [1]; 0: no replacement
-  // Lower bound of the norm to which iterative solvers relate residuals, in the unit of that norm.
-  double least_norm = 0.0;
 };
 
 struct LinearReport {
   int iterations = 0;
-  // sqrt(r . D^-1 r) divided by its value for x = 0 or, if that is larger, by
-  // LinearSystem::least_norm [1]. r is the residual on free rows, and D consists of the diagonal
-  // blocks. The direct solver reports |r| / |b|.
+  // sqrt(r . D^-1 r) divided by its value for x = 0 [1]. r is the residual on free rows, and D
+  // consists of the diagonal blocks. The direct solver reports |r| / |b|.
   double residual = 0.0;
   bool converged = true;
 };
