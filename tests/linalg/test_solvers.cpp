@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cstring>
 
+#include "core/base/same_bits.h"
 #include "core/linalg/aggregates.h"
 #include "core/linalg/coupling_matrix.h"
 #include "tests/linalg/random_system.h"
@@ -21,10 +22,6 @@ Points solved(const RandomSystem& system, const LinearOptions& options, int thre
       make_linear_solver(options)->solve(Team{threads}, system.view(), system.b, x);
   if (report) *report = got;
   return x;
-}
-
-bool same_bits(const Points& a, const Points& b) {
-  return a.rows() == b.rows() && std::memcmp(a.data(), b.data(), sizeof(double) * a.size()) == 0;
 }
 
 // Solves by dense factorisation, with identity rows and columns in place of the fixed ones.

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
+#include "core/base/same_bits.h"
 #include "core/collision/narrow_phase/distance.h"
 
 namespace loomstone {
@@ -91,9 +91,7 @@ void NeighbourLists::widen(double extra) {
   x_.resize(0, 3);  // the next update makes all lists again
 }
 
-bool NeighbourLists::updated_at(const Points& x) const {
-  return x_.rows() == x.rows() && std::memcmp(x_.data(), x.data(), sizeof(double) * x.size()) == 0;
-}
+bool NeighbourLists::updated_at(const Points& x) const { return same_bits(x_, x); }
 
 void NeighbourLists::find_slacks_and_margins(const Points& x) {
   most_slack_.clear();
@@ -181,7 +179,7 @@ void NeighbourLists::search(const Team& team, const Points& x1, bool may_rebuild
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     std::size_t n = 0;
     for (std::size_t k = i; k < counts.elements.size(); k += pairs_.size()) n += counts.elements[k];
-    if (n > most(static_cast<Index>(i))) unlisted_[i] = extra_ > 0.0 ? pause : 1;
+    if (n > most(static_cast<Index>(i))) unlist(i);
   }
   keep_or_add(found, formed);
   find_used();

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include <Eigen/Eigenvalues>
+
+#include "core/base/same_bits.h"
 
 namespace loomstone {
 
@@ -176,8 +177,7 @@ LimitPhases ElementSteps::phases_at(Index t, const Points& green) const {
 
 // Computes the strains, limit phases and tensions at x, unless x is the same as in the last call.
 void ElementSteps::measure(const Team& team, const Points& x, Elasticity& elasticity) {
-  if (x.rows() == x_.rows() && std::memcmp(x.data(), x_.data(), sizeof(double) * x.size()) == 0)
-    return;
+  if (same_bits(x, x_)) return;
   elasticity.strain(team, x, green_, stretch_);
   x_ = x;
   parallel_for(team, static_cast<Index>(elements_.size()), [&](Index t) {

@@ -1,9 +1,10 @@
 #include "core/integration/asynchronous/level_membrane.h"
 
 #include <algorithm>
-#include <cstring>
 #include <numeric>
 #include <utility>
+
+#include "core/base/same_bits.h"
 
 namespace loomstone {
 
@@ -34,10 +35,6 @@ Membrane make_membrane(const ClothModel& model, const std::vector<Index>& order)
     constants.push_back(model.constants_of(t));
   }
   return {model.n_vertices, triangles, corners, constants};
-}
-
-bool same_bits(const Points& a, const Points& b) {
-  return a.rows() == b.rows() && std::memcmp(a.data(), b.data(), sizeof(double) * a.size()) == 0;
 }
 
 }  // namespace
