@@ -288,8 +288,7 @@ void NeighbourLists::unlist_fast(const std::vector<Pass>& passes) {
       sum.upkeep.lists += own.upkeep.lists, sum.upkeep.made += own.upkeep.made;
     }
     if (!listed(static_cast<Index>(pair))) continue;
-    if (sum.fast > sum.lists / 4 || costly(sum.upkeep))
-      unlisted_[pair] = extra_ > 0.0 ? pause : 1, any = true;
+    if (sum.fast > sum.lists / 4 || costly(sum.upkeep)) unlist(pair), any = true;
   }
   if (!any) return;
   std::size_t kept = 0;

@@ -234,6 +234,8 @@ class NeighbourLists {
   void count_update();
   bool retries_within(int updates) const;
   bool costly(const Upkeep& upkeep) const;
+  // Leaves a surface pair without lists until the next update or, if lists are widened, for longer.
+  void unlist(std::size_t pair) { unlisted_[pair] = extra_ > 0.0 ? pause : 1; }
   bool ends_at_x(const NeighbourList& list) const;
   void find_slacks_and_margins(const Points& x);
   void search(const Team& team, const Points& x1, bool may_rebuild = false);
