@@ -66,7 +66,7 @@ struct ExpectedMotion {
 // lie inside both edges, and neither surface may be smooth.
 class ApproachSearch {
  public:
-  // The lists are those of certification. What else they contain does not affect the result.
+  // Certification uses the same lists. Their other pairs do not affect the result.
   ApproachSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                  BroadPhase& broad_phase, NeighbourLists& lists);
 

@@ -1,4 +1,4 @@
-// What determines the force of contacts besides their distances: shares, stiffness, and slips of
+// Quantities on which forces of contacts depend, except distances: shares, stiffness, and slips of
 // friction anchors.
 #pragma once
 
