@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,16 +15,36 @@ __all__ = ["of_attachments", "of_cloths", "of_contacts"]
 
 # Limits of what is plausible. All values are our choice.
 AREAS = 1.2  # largest ratio of rest area and start area, or of start area and rest area
-DENSITY = 20.0  # largest mass per area [kg/m^2]; the heaviest fabrics have 2
 LARGEST = 30.0  # largest extent of a cloth [m]
 GAP = 0.5  # smallest distance at the start, as a fraction of the contact distance
 AWAY = 0.1  # largest jump of a pin in the first step, as a fraction of the mean edge
 SPEED = 30.0  # largest speed of a scripted pin [m/s]
-BENDING = 1.0  # largest bending rigidity [N m]; that of paper is 1e-3
-SOFTEST = 1.0  # smallest stiffness [N/m]; that of rubber thread is 10
 LIMIT = 2.0  # largest strain limit [1]
 PULLED = 1.1  # largest distance of adjacent scripted pins, relative to that at the start
 SCALES = {"centimetres": 0.01, "millimetres": 0.001}  # units of uv in patterns [m]
+
+
+@dataclass(frozen=True)
+class _Usual:
+    """Plausible values of a parameter of a material, and the unit that users often take instead."""
+
+    least: float
+    most: float
+    unit: str  # of `least` and `most`
+    fabrics: str  # range of fabrics
+    other: str  # the other unit
+    scale: float  # value of the other unit in `unit`
+
+
+_STIFFNESS = _Usual(1.0, np.inf, "N/m", "10 to 1e5", "N/mm", 1e3)
+_BENDING = _Usual(0.0, 1.0, "N m", "1e-7 to 1e-3", "uN m", 1e-6)
+USUAL = {
+    "density": _Usual(0.0, 20.0, "kg/m^2", "0.01 to 2", "g/m^2", 1e-3),
+    "weft_stiffness": _STIFFNESS,
+    "warp_stiffness": _STIFFNESS,
+    "bending_weft": _BENDING,
+    "bending_warp": _BENDING,
+}
 
 
 def of_cloths(cloths: list[Cloth]) -> list[str]:
@@ -34,9 +55,7 @@ def of_cloths(cloths: list[Cloth]) -> list[str]:
         for sentence in (
             _size(cloth),
             _areas(cloth),
-            _density(cloth),
-            _stiffness(cloth),
-            _bending(cloth),
+            *(_unit(cloth, name) for name in USUAL),
             _limit(cloth),
             _first_pins(cloth),
             _pins(cloth),
@@ -144,48 +163,31 @@ def _area(points: NDArray[np.float64], triangles: NDArray[np.int32]) -> float:
     return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
 
-def _density(cloth: Cloth) -> str:
-    density = cloth.material.density
-    if density <= DENSITY:
+def _unit(cloth: Cloth, name: str) -> str:
+    """Returns a sentence if a parameter of the material seems to have another unit, or ""."""
+    value, usual = getattr(cloth.material, name), USUAL[name]
+    if value == 0.0 or usual.least <= value <= usual.most:
         return ""
     return (
-        f"its density is {density:g} kg/m^2, but fabrics have 0.01 to 2; if {density:g} g/m^2 is"
-        f" meant, give {density / 1e3:g}"
+        f"its {name} is {value:g} {usual.unit}, but fabrics have {usual.fabrics}; if {value:g}"
+        f" {usual.other} is meant, give {usual.scale * value:g}"
     )
 
 
-def _stiffness(cloth: Cloth) -> str:
-    for name in ("weft_stiffness", "warp_stiffness"):
-        value = getattr(cloth.material, name)
-        if 0.0 < value < SOFTEST:
-            return (
-                f"its {name} is {value:g} N/m, but fabrics have 10 to 1e5; if {value:g} N/mm is"
-                f" meant, give {1e3 * value:g}"
-            )
-    return ""
-
-
-def _bending(cloth: Cloth) -> str:
-    for name in ("bending_weft", "bending_warp"):
-        value = getattr(cloth.material, name)
-        if value > BENDING:
-            return (
-                f"its {name} is {value:g} N m, but fabrics have 1e-7 to 1e-3; if {value:g} uN m is"
-                f" meant, give {1e-6 * value:g}"
-            )
-    return ""
-
-
 def _limit(cloth: Cloth) -> str:
-    if cloth.strain_limit is None:
+    limit = cloth.strain_limit
+    if limit is None:
         return ""
-    for name in ("weft", "warp", "shear"):
-        value = getattr(cloth.strain_limit, name)
+    for which, value in (
+        ("along weft", limit.weft),
+        ("along warp", limit.warp),
+        ("in shear", limit.shear),
+    ):
         if LIMIT <= value < np.inf:
             return (
-                f"its strain limit along {name} is {value:g}, which is {100 * value:g} %; if"
-                f" {value:g} % is meant, give {value / 100:g}"
-            ).replace("along shear", "in shear")
+                f"its strain limit {which} is {value:g}, which is {100 * value:g} %; if {value:g} %"
+                f" is meant, give {value / 100:g}"
+            )
     return ""
 
 
