@@ -51,6 +51,7 @@ struct StepInputs {
   double step = 0.0;              // length h [s]
   double time = 0.0;              // start of the step [s]
   const Points* force = nullptr;  // (n x 3) gravity, drag and user forces at the start [N]
+  Vec3 gravity = Vec3::Zero();    // acceleration [m/s^2]
   // Contacts, friction and attachments at the start; implicit schemes only. See also
   // Integrator::needs_all_terms().
   const ExtraTerms* terms = nullptr;

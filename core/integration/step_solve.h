@@ -18,7 +18,9 @@ struct StepSystem {
   Elasticity& elasticity;
   double c_k;
   const Points& rhs;
-  double tolerance = 0.0;  // tolerance of the iterative solver; 0: that of its options
+  double tolerance = 0.0;            // tolerance of the iterative solver; 0: that of its options
+  const Vector* masses = nullptr;    // see LinearSystem
+  Vec3 least_change = Vec3::Zero();  // see LinearSystem
 };
 
 class StepSolve {
@@ -46,6 +48,8 @@ class StepSolve {
     system.layout = &layout;
     system.halo = &halo(matrix, layout);
     system.tolerance = step.tolerance;
+    system.masses = step.masses;
+    system.least_change = step.least_change;
     return solver_->solve(team, system, step.rhs, x, memory, unchanged);
   }
 

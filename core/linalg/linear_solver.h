@@ -30,12 +30,18 @@ struct LinearSystem {
   const RowLayout* layout = nullptr;
   const Halo* halo = nullptr;  // halo of `matrix`; the solver adds rows for terms
   double tolerance = 0.0;      // replaces the solver's tolerance [1]; 0: no replacement
+  // Iterative solvers relate residuals to b or, if its norm is larger, to the momentum that
+  // `least_change` would give to the masses of the cloth rows. With x in [m/s], masses are in [kg]
+  // and the change is in [m/s]. The masses may be null.
+  const Vector* masses = nullptr;
+  Vec3 least_change = Vec3::Zero();
 };
 
 struct LinearReport {
   int iterations = 0;
-  // sqrt(r . D^-1 r) divided by its value for x = 0 [1]. r is the residual on free rows, and D
-  // consists of the diagonal blocks. The direct solver reports |r| / |b|.
+  // sqrt(r . D^-1 r) divided by its value for x = 0 or, if that is larger, for the momentum of
+  // `least_change` [1]. r is the residual on free rows, and D consists of the diagonal blocks. The
+  // direct solver reports |r| / |b|.
   double residual = 0.0;
   bool converged = true;
 };

@@ -143,20 +143,22 @@ void set_x(PcgSolve& solve, const Points& guess, bool free_rows) {
   });
 }
 
-// Sets x, residual and b_norm. b_norm is the norm of the residual if x is 0 on all free rows.
-// Residuals are reported relative to b_norm. The guess is used if the norm of its residual is
-// smaller than b_norm. Returns the norm of the residual.
+// Sets x, residual and b_norm. Residuals are reported relative to b_norm. The guess is used if the
+// norm of its residual is smaller than for x = 0 on all free rows. Returns the norm of the
+// residual.
 double start(PcgSolve& solve, const Points& b, const Points& x) {
   PcgMemory& m = solve.memory;
   const Guess guess = look_at(solve, x);
   m.has_iteration = false;
+  const double least = least_norm(solve);
   set_x(solve, x, false);
-  m.b_norm = true_residual(solve, b, !guess.fixed_values);
-  if (!std::isfinite(m.b_norm)) throw_not_finite(solve.system, b, x);
-  if (!guess.free_values) return m.b_norm;
+  const double norm_at_zero = true_residual(solve, b, !guess.fixed_values);
+  if (!std::isfinite(norm_at_zero)) throw_not_finite(solve.system, b, x);
+  m.b_norm = std::max(norm_at_zero, least);
+  if (!guess.free_values) return norm_at_zero;
   set_x(solve, x, true);
   const double norm = guess.is_known ? known_residual(solve, b) : true_residual(solve, b, false);
-  if (std::isfinite(norm) && norm < m.b_norm) return norm;
+  if (std::isfinite(norm) && norm < norm_at_zero) return norm;
   set_x(solve, x, false);
   return true_residual(solve, b, !guess.fixed_values);
 }

@@ -32,6 +32,21 @@ double true_residual(PcgSolve& solve, const Points& b, bool x_is_zero) {
   }));
 }
 
+double least_norm(PcgSolve& solve) {
+  const LinearSystem& system = solve.system;
+  if (!system.masses || system.least_change.isZero(0.0)) return 0.0;
+  PcgMemory& m = solve.memory;
+  return std::sqrt(solve.loops.sum_over_blocks([&](Index begin, Index end) {
+    for (Index row = begin; row < end; ++row) {
+      const bool cloth = row < system.masses->size() && !is_fixed(system, row);
+      const double mass = cloth ? (*system.masses)[row] : 0.0;
+      solve.set_row(row, m.residual,
+                    [&](std::size_t, int d) { return mass * system.least_change[d]; });
+    }
+    return square_of_residual(m, begin, end);
+  }));
+}
+
 double known_residual(PcgSolve& solve, const Points& b) {
   PcgMemory& m = solve.memory;
   solve.refresh(m.x.data());

@@ -370,6 +370,51 @@ TEST_CASE("a system can set a looser tolerance than the solver's") {
   CHECK(report.residual > 1e-6);
 }
 
+TEST_CASE("residuals are relative to the least change where the right-hand side is smaller") {
+  const RandomSystem system = random_system(20, 2, 60);
+  const Points expected = dense_solution(system);
+  const Vector masses = Vector::Ones(400);
+  LinearSystem view = system.view();
+  const auto solver = make_linear_solver({LinearMethod::Pcg, 1e-6, 2000});
+  const auto solve = [&](double scale, Points& x) {
+    view.masses = &masses;
+    view.least_change.setConstant(scale);
+    x = system.x;
+    return solver->solve(Team{1}, view, system.b, x);
+  };
+  Points exact, near, rough;
+  const LinearReport usual = solve(0.0, exact);
+  CHECK(solve(1e-3, near).iterations == usual.iterations);  // smaller than the right-hand side
+  CHECK(same_bits(near, exact));
+  const LinearReport loose = solve(1e6, rough);
+  CHECK(loose.converged);
+  CHECK(loose.residual <= 1e-6);
+  CHECK(loose.iterations > 0);
+  CHECK(loose.iterations < usual.iterations / 2);
+  CHECK((rough - expected).norm() > 100.0 * (exact - expected).norm());
+  CHECK(solve(1e10, rough).iterations == 0);
+}
+
+TEST_CASE("the norm of the least change is that of an equal right-hand side") {
+  RandomSystem system = random_system(20, 0, 0);
+  const Vec3 change(1.0, -2.0, 0.5);
+  const Vector masses = Vector::LinSpaced(400, 1.0, 2.0);
+  system.b = masses * change.transpose();
+  for (Index row = 0; row < system.x.rows(); ++row)
+    if (system.fixed[row] != 0) system.x.row(row).setZero();
+  LinearSystem view = system.view();
+  view.masses = &masses;
+  const auto solver = make_linear_solver({LinearMethod::Pcg, 10.0, 2000});  // x = 0 is accepted
+  const auto residual = [&](double scale) {
+    view.least_change = scale * change;
+    Points x = system.x;
+    return solver->solve(Team{1}, view, system.b, x).residual;
+  };
+  CHECK(residual(0.0) == 1.0);
+  CHECK(residual(0.999) == 1.0);
+  CHECK(residual(2.0) == 0.5);
+}
+
 TEST_CASE("aggregates hold about a dozen connected rows of one block each") {
   const RandomSystem system = random_system(33, 0, 0);
   const Aggregates aggregates = grow_aggregates(system.matrix, *system.layout);

@@ -65,6 +65,7 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
   inputs.step = part.h;
   inputs.time = part.t0;
   inputs.force = &loads.force;
+  inputs.gravity = model.scene.gravity;
   inputs.terms = &near.terms;
   inputs.terms_at = &at;
   if (near.contact_terms.n_all() > 0) inputs.friction_at = &friction;
