@@ -41,8 +41,8 @@ struct PanelTask {
   PanelQuantity quantity;
 };
 
-// Integrates over the panels. The error is at most `tolerance` times the larger of the value and
-// `least`.
+// Integrates over the panels. The estimated error is at most `tolerance` times the larger of the
+// value and `least`, unless most_evaluations is reached.
 PanelIntegral integrate_panels(const PanelTask& task, double tolerance, double least);
 
 }  // namespace loomstone
