@@ -72,7 +72,7 @@ class MagneticMotion {
     Magnetised magnetised;
     Actions actions;
   };
-  // Values at the start of a sub-step, from which it can be repeated. `previous_` is its instant.
+  // Values from which a sub-step can be repeated. `previous_` is the instant at its start.
   struct Start {
     RigidState bodies;
     Points momenta;
