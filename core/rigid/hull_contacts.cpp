@@ -11,7 +11,7 @@ namespace {
 
 constexpr double same_plane = 1e-4;  // sine of the largest angle that counts as zero
 constexpr double turned_to =
-    0.98;  // cosine of the largest angle between parallel directions, 11.5 degrees
+    0.98;  // cosine of the largest angle that counts as parallel, 11.5 degrees
 
 using Contacts = HullOnTriangles::Contacts;
 
