@@ -77,8 +77,8 @@ def force(
 
     Raises InvalidInput for solid magnets that overlap (they may touch), for a tolerance out of
     range, and for polylines that are not closed. Bodies that overlap by at most 1e-6 of their sizes
-    exert the forces of bodies that touch. Overlap is always found between two cuboids and if one
-    body is a sphere. Between other bodies it is found if one of about 300 points on the surface of
+    exert the forces of bodies that touch. Overlap is always found if both bodies are cuboids or one
+    is a sphere. Between other bodies it is found if one of about 300 points on the surface of
     either body lies in the other.
 
     >>> import loomstone as ls
