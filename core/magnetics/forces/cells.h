@@ -8,7 +8,7 @@
 // There are three differences from [Thomaszewski2010]. The position of a cell is the mean of its
 // leaves, not the centre of its box. In (6.19), a cell with longest edge e has the density 1/e^3 of
 // a cube. If cells of overlapping bodies are closer than a leaf's diameter R, their force is
-// F ~ 1/(R^3 r) and their torque T ~ 1/R^3 at a distance r, which conserves angular momentum.
+// F ~ 1/(R^3 r) and their torque T ~ 1/R^3 at a distance r. This conserves angular momentum.
 #pragma once
 
 #include <vector>
