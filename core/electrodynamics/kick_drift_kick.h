@@ -67,7 +67,7 @@ class Substeps {
   double length() const { return step_ / parts_; }                                // [s]
   // Halves the remaining sub-steps until they resolve the angular frequency [rad/s]. After the
   // first call, a small growth of the frequency is tolerated. Throws SolverFailure if too many
-  // sub-steps are needed.
+  // sub-steps are needed or the frequency is not finite.
   void resolve(double frequency);
   // Halves the remaining sub-steps. Returns false, without effect, if there would be too many.
   bool halve();
