@@ -1,6 +1,6 @@
 """Processes launched by MPI that share the work of a simulation.
 
-The failure of one rank raises the same error on all ranks.
+The failure of one rank raises an error with the same message on all ranks.
 """
 
 from __future__ import annotations

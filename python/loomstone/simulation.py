@@ -42,8 +42,8 @@ class Simulation(_core.Simulation):
 
     scene : Scene
     integrator : Integrator, for instance SemiImplicitEuler(...); None: SemiImplicitEuler()
-    threads : largest number of threads; 0: one for each processor. If other programs keep the
-        processors busy, one thread is used. Results do not depend on the number.
+    threads : largest number of threads; 0: one for each processor. While other programs keep the
+        processors busy, a single rank uses one thread. Results do not depend on the number.
     communicator : MPI ranks that share the work: a Communicator, an mpi4py communicator, or None
         for this process alone. Every rank must make the same calls. After every step, every rank
         has the positions and velocities of all vertices. If an array is assigned between steps,

@@ -35,7 +35,7 @@ class Panel:
     place : initial placement: Plane, Cylinder, Cone, Ribbon, or any function that maps points (n x
         2) to (n x 3) [m]
 
-    Raises InvalidInput naming panel and edge if a loop of edges is open or empty, crosses itself or
+    Raises InvalidInput naming the panel if a loop of edges is open or empty, crosses itself or
     another loop, or has the wrong orientation. Holes must lie inside the outline and outside other
     holes.
 

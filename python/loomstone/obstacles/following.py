@@ -108,7 +108,7 @@ class _Patch:
         area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
         count = min(_PATCH, mesh.n_triangles)
         distance, near = cKDTree(corners.mean(1)).query(points, k=range(1, count + 1))
-        # The farthest triangle has the least weight, so another one can replace it smoothly.
+        # The farthest triangle has almost no weight, so another one can replace it smoothly.
         share = 1.0 - (distance / distance[:, -1:].clip(np.finfo(float).tiny)) ** 2
         weights = area[near] * np.maximum(share**2, _FLOOR)
         weights = np.repeat(weights / (3.0 * weights.sum(1, keepdims=True)), 3, axis=1)
