@@ -92,7 +92,7 @@ def linear_rgb(bytes_: Bytes) -> Floats:
 def texture_at_vertices(surface: Surface) -> Bytes | None:
     """Returns the colours (n x 3) of the texture at the vertices, or None without a texture.
 
-    A vertex on the border of the uv has the colour just inside.
+    A vertex on the border of the uv area has the colour just inside it.
     """
     if surface.texture is None:
         return None

@@ -32,7 +32,7 @@ def follow(mesh: TriangleMesh, frames: ArrayLike, points: ArrayLike) -> Floats:
     mesh : mesh in the pose in which the points are given
     frames : (frames x n x 3) positions of the n vertices of the mesh [m], or the same rows as
         (frames * n x 3), such as `vertex_positions` of an obstacle
-    points : (points x 3) positions beside the pose of `mesh` [m]
+    points : (points x 3) positions of the points next to `mesh` [m]
 
     Each point moves rigidly with the 32 triangles whose centres are nearest to it: by the
     displacement and rotation that fit their motion best. The weight of a triangle is its area times

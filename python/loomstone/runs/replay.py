@@ -201,7 +201,7 @@ def write_predictions(path: Path, predictions: Sequence[Prediction]) -> None:
 
 
 def read_predictions(path: Path) -> list[Prediction]:
-    """Returns the predictions in a table, or none if there is no such file.
+    """Returns the predictions in a table, or an empty list if there is no such file.
 
     Raises CacheError if the file is not such a table.
     """

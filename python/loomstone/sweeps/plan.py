@@ -71,7 +71,7 @@ def _pieces(text: str) -> list[str]:
 
 
 def _spaced(name: str, text: str) -> list[Any]:
-    """Returns the values of first:last:count, or nothing if the text has no such form."""
+    """Returns the values of first:last:count, or an empty list if the text has another form."""
     parts = text.split(":")
     if len(parts) != 3:
         return []
