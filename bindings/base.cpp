@@ -1,4 +1,4 @@
-// Binds the exceptions, the reports of steps, and frames.
+// Binds the exceptions, the reports of steps, the looks of surfaces, and frames.
 #include "core/base/frame.h"
 
 #include "bindings/bindings.h"

@@ -54,7 +54,7 @@ void check_indices(const Triangles& triangles, Eigen::Index n) {
                        triangles.minCoeff(), triangles.maxCoeff());
 }
 
-// Runs the exact test on n queries of eight points each. The time of a query without a hit is
+// Runs the exact test on n queries of eight points each. The time of a query without an impact is
 // infinity.
 void test_queries(bool vertex_face, py::ssize_t n, const double* queries, bool* hits,
                   double* times) {

@@ -34,7 +34,7 @@ inline std::string type_name(const py::handle& value) {
   return py::type::handle_of(value).attr("__name__").cast<std::string>();
 }
 
-// The value as Python shows it, in one line of at most 200 characters.
+// The value as Python shows it, cut to at most 200 bytes.
 inline std::string shown(const py::handle& value) {
   return py::repr(value).cast<std::string>().substr(0, 200);
 }

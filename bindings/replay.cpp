@@ -14,7 +14,7 @@ namespace {
 
 using SurfaceTable = Eigen::Matrix<Index, Eigen::Dynamic, 6, Eigen::RowMajor>;
 
-// Rows of `surfaces`: kind (0: cloth, 1: body, 2: obstacle), first vertex, number of vertices,
+// Columns of the table: kind (0: cloth, 1: body, 2: obstacle), first vertex, number of vertices,
 // first triangle, number of triangles, self-collision (0 or 1).
 std::vector<CollisionSurface> surfaces_of(const SurfaceTable& table, const Vector& thickness) {
   if (thickness.size() != table.rows())

@@ -1,7 +1,8 @@
 """Configuration of the documentation, which scripts/docs builds.
 
-Pages are the Markdown files of docs/ and those of the root of the repository, so that relative
-links work in the documentation as on a forge. The reference comes from docstrings and _core.pyi.
+The pages are the Markdown files that include_patterns names. They keep their paths, so that
+relative links work in the documentation as on a forge. The reference comes from docstrings and
+_core.pyi.
 """
 
 import sys

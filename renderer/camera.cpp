@@ -31,7 +31,7 @@ void include(const Vec3& point, Framing& framing) {
 }
 
 // Includes cloth and the visible bodies that are not floors. Returns the height of the highest
-// floor.
+// floor, or minus infinity if there is none.
 double include_surfaces(const FrameTopology& topology, const Frame& frame, Framing& framing) {
   for (Index vertex = 0; vertex < frame.positions.rows(); ++vertex)
     include(frame.positions.row(vertex), framing);

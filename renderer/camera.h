@@ -1,4 +1,4 @@
-// Converts a camera description to view and projection matrices.
+// View and projection matrices of a camera.
 #pragma once
 
 #include "renderer/framing.h"

@@ -1,5 +1,5 @@
-// Checks the input of the renderer. Each message says what must hold, what was given, where, and
-// what to do.
+// Checks the input of the renderer. Messages say what must hold, what was given and where, and in
+// most cases what to do.
 #include "renderer/check.h"
 
 #include <algorithm>

@@ -19,8 +19,8 @@ class Context {
   virtual void release() = 0;  // leaves this thread without a current context
 };
 
-// Throws Unsupported if no context can be created; the message names the libraries that were tried
-// and the packages that provide them.
+// Throws InvalidInput for other values of LOOMSTONE_GL, and Unsupported if no context can be
+// created. The message then names the libraries that were tried and the packages that provide them.
 std::unique_ptr<Context> create_context();
 
 // Loads the OpenGL functions of the current context.

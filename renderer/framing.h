@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// The region that a fitted camera shows. Its radius is the length scale of shading. It is computed
-// once, from the first frame, so that the view stays fixed while the cloth moves.
+// The region that a fitted camera shows. Its radius is the length scale of shading. The region is
+// computed once, from the first frame, so that the view stays fixed while the cloth moves.
 struct Framing {
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // axis-aligned box [m]
   // Points that must be visible [m]; empty: the corners of the box.

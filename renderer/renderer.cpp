@@ -21,7 +21,7 @@ namespace loomstone {
 struct Renderer::Data {
   FrameTopology topology;
   RenderOptions options;
-  bool diverging = false;  // the colours of fields are centred on their neutral value
+  bool diverging = false;  // automatic ranges are centred on the neutral value
   std::unique_ptr<Context> context;
   GL gl{};
   std::optional<Framing> framing;  // determined from the first frame

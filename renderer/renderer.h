@@ -26,8 +26,9 @@ struct ColorRange {
 
 class Renderer {
  public:
-  // `table` contains the colours of fields. If `diverging` is true, their ranges are centred on the
-  // neutral value of the field. Throws Unsupported if no OpenGL library can be loaded.
+  // `table` contains the colours of fields. If `diverging` is true, their automatic ranges (except
+  // that of contact) are centred on the neutral value of the field. Throws Unsupported if no OpenGL
+  // library can be loaded.
   Renderer(const FrameTopology& topology, const RenderOptions& options,
            const ColorTable& table = grey_table(), bool diverging = false);
   ~Renderer();
@@ -36,11 +37,10 @@ class Renderer {
   // not depend on the frames that were drawn before. If fit() is not called, the first rendered
   // frame is used.
   void fit(const Frame& first);
-  // Minimum and maximum of the values that each row of color_by shows in a frame; 0 and 0 for
-  // "cloth".
+  // value_range() of each row of color_by in a frame; 0 to 0 for "cloth".
   std::vector<ColorRange> value_ranges(const Frame& frame) const;
-  // Range that the colours of each row of color_by span in a frame. `values` has the same meaning
-  // as in render().
+  // Range that the colours of each row of color_by span in a frame; 0 to 0 for "cloth". `values`
+  // has the same meaning as in render().
   std::vector<ColorRange> color_ranges(const Frame& frame,
                                        const std::vector<ColorRange>* values = nullptr) const;
   // Draws a frame. `values` contains the range of automatic colours for each row of color_by, for

@@ -34,9 +34,9 @@ std::array<Vector, 2> row_fields(const std::string& row, const FrameTopology& to
 // Returns the smallest and the largest value of both fields. For the field contact, the range is
 // always 0 to 2. If there are no values, it is 0 to 1.
 ColorRange value_range(const std::string& row, const std::array<Vector, 2>& fields);
-// Range given in the options, or else the range of the values. For a diverging map, the range of
-// the values is made symmetric about the neutral value: 1 for stretch, otherwise 0. The range is
-// never empty.
+// Range given in the options, or else the range of the values. For a diverging map, the latter is
+// made symmetric about the neutral value: 1 for stretch and 0 for strains. The range of contact is
+// not changed. The range is never empty.
 ColorRange color_range(const RenderOptions& options, const std::string& row,
                        const ColorRange& values, bool diverging);
 

@@ -10,8 +10,8 @@ namespace {
 
 constexpr int image_unit = 2;  // texture unit of images
 
-// Vectors from each sample to the centre of its pixel [pixels]. The positions are those of
-// llvmpipe, which has four samples.
+// For each drawing, the vector from its sample to the centre of the pixel [pixels], or zero if it
+// has all samples. The positions are those of llvmpipe, which has four samples.
 std::vector<Eigen::Vector2f> centres_from(SurfacePass::Samples samples) {
   if (!samples.separate) return {Eigen::Vector2f::Zero()};
   return {{0.125f, 0.375f}, {-0.375f, 0.125f}, {0.375f, -0.125f}, {-0.125f, -0.375f}};

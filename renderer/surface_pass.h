@@ -20,8 +20,8 @@ struct SurfaceOptions {
   bool transparent;  // no backdrop, and floors show only shadows
   bool colored;      // colour the cloth by its values, mapped from `range`
   ColorRange range;
-  std::vector<double> split;  // per cloth: column right of which its second value is shown
-                              // [pixels]; if empty, the first value is shown everywhere
+  std::vector<double> split;  // (cloths) column [pixels] right of which the second value is
+                              // shown; if empty, the first value is shown everywhere
 };
 
 // Inputs of shading, the same for all surfaces.
@@ -43,7 +43,7 @@ struct SurfaceThings {
 
 class SurfacePass {
  public:
-  // One drawing with all samples, or `separate` drawings with one sample each.
+  // If `separate`, there is one drawing for each sample, otherwise one with all samples.
   struct Samples {
     int per_pixel;
     bool separate;

@@ -122,8 +122,8 @@ in vec2 surface_uv;
 in float surface_value, surface_other;
 )";
 
-// The inputs of the material shaders, moved from the sample to the centre of its pixel. An input
-// divided by its depth is a linear function of the position in the picture.
+// The inputs of the material shaders, moved from the sample to the centre of its pixel. The ratio
+// of an input to the depth of its point is a linear function of the position in the picture.
 const char* moved_inputs = R"(
 uniform vec2 to_centre;   // vector from the sample to the centre of the pixel [pixels]
 in vec3 eye_position, eye_normal;

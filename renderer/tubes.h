@@ -14,8 +14,8 @@ struct BodiesAndTubes {
   Vector values;     // magnetic poles of the bodies' vertices, then values of the curves
 };
 
-// Joins the meshes of bodies and curves. `first_bodies`, the vertices of the bodies in the first
-// frame, determines which edges are sharp.
+// Joins the meshes of bodies and curves. The vertices of the bodies in the first frame,
+// `first_bodies`, determine which edges are sharp.
 BodiesAndTubes bodies_and_tubes(const FrameTopology& topology, const Points& first_bodies,
                                 const Points& body_vertices, const Curves& curves);
 

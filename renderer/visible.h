@@ -11,8 +11,8 @@ namespace loomstone {
 // Removes the triangles of hidden bodies. Their vertices remain, so that frames still match.
 FrameTopology shown(const FrameTopology& topology, const RenderOptions& options);
 
-// The plane of a floor: the mean of its vertices and the upward mean normal of its triangles, which
-// is zero if there are none.
+// The plane of a floor: the mean of its triangles' corners, and the upward mean normal of the
+// triangles. Both are zero if there are no triangles or their mean normal is zero.
 struct Plane {
   Vec3 point, normal;
 };

@@ -52,7 +52,7 @@ def check(run: ls.Run) -> None:
     gap = (distance - RADIUS) / (
         0.1 * np.linalg.norm(start - np.roll(start, 1, axis=1), axis=2).mean()
     )
-    gap = gap[(last.contact > 0) & (gap < 3.0)]  # without folds and vertices without contact
+    gap = gap[(last.contact > 0) & (gap < 3.0)]  # leaves out vertices without contact, and folds
     assert len(gap) > 10 and gap.min() > 0.6, (
         f"what lies on the sphere keeps its distance, got {gap.min():.2f} of it"
     )

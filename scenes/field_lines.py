@@ -1,9 +1,9 @@
 """Field lines of moving bodies: a horseshoe magnet attracts a bar magnet (figure 6.13 of
 [Thomaszewski2010], in motion).
 
-Lines leave red north poles, each with the same share of the flux, and end on blue south poles. The
-bar flies to the pole that attracts it, snaps on and stands up. Lines that had connected this pole
-to the other through the air then start at the far end of the bar. There is no gravity.
+Lines run from red north poles to blue south poles, and each carries the same share of the flux.
+The bar flies to the pole that attracts it, snaps on and stands up. Lines that had connected this
+pole to the other through the air then start at the far end of the bar. There is no gravity.
 """
 
 import loomstone as ls

@@ -1,5 +1,5 @@
 """A cloth pinned at two corners swings for a second, with a selectable method of strain limiting.
-The scene measures how the cost of limits grows with the number of triangles.
+It serves to measure how the cost of limits grows with the number of triangles.
 
 All methods produce the same motion, except for the method "edges", which cannot distinguish shear
 from stretch. With this scene, tests/benchmarks/limits.py reproduces table 3.1 of

@@ -3,8 +3,8 @@
     python scripts/wheel_licenses.py WHEEL DIRECTORY TARGET
 
 DIRECTORY has the texts of libraries built by scripts/wheel_libraries. The texts of other libraries
-are those of the system's packages. The wheel is written to the directory TARGET, and its path is
-printed. A library without an entry below, or without a text, is an error.
+are those of Python packages or of the system's packages. The wheel is written to the directory
+TARGET, and its path is printed. A library without an entry below, or without a text, is an error.
 """
 
 from __future__ import annotations

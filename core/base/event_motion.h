@@ -67,7 +67,7 @@ struct EventMotion {
     double now;
   };
   const Levels* levels = nullptr;
-  const Clocks* clocks = nullptr;  // either `levels` or `clocks` is null
+  const Clocks* clocks = nullptr;  // exactly one of `levels` and `clocks` is null
 
   // Time at which the position of a vertex is stored, minus the present time [s].
   double ahead(Index vertex) const {

@@ -23,7 +23,7 @@
 
 namespace loomstone {
 
-// Interval of admissible numbers, closed or open at its lower end. NaN is never admissible.
+// Interval of admissible numbers, which can be open at its lower end. NaN is never admissible.
 // Infinity is admissible only if allow_infinite is set.
 struct Limits {
   double low = -std::numeric_limits<double>::infinity();

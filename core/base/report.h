@@ -32,7 +32,7 @@ struct StageSeconds {
   }
 };
 
-// Time that each thread spends in the loops of collision handling: minimum, mean and maximum [s].
+// Time that threads spend in the loops of collision handling: minimum, mean and maximum [s].
 struct ThreadReport {
   double least = 0.0, mean = 0.0, most = 0.0;
 

@@ -1,5 +1,5 @@
 // SIMD with eight doubles or floats. A kernel is a function template of the vector type Lanes. It
-// is inlined into three functions, each compiled for one instruction set.
+// is inlined into up to three functions, each compiled for one instruction set.
 // LOOMSTONE_WIDEST(kernel)(arguments) calls the function for the widest instruction set of the
 // processor. All variants give bitwise identical results, because the compiler neither fuses nor
 // reorders operations.

@@ -1,5 +1,5 @@
 // FNV-1a hash over words of eight bytes, with an additional shift that mixes high bits into low
-// ones. The hash is an invertible function of each word, so it differs if a single word differs.
+// ones. The hash is an invertible function of each word, so a change of one word always changes it.
 #pragma once
 
 #include <cstdint>

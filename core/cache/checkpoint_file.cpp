@@ -174,7 +174,7 @@ Checkpoint from_bytes(const std::string& path, std::span<const unsigned char> by
 }  // namespace
 
 // Writes and syncs the complete file under a temporary name before renaming it to `path`. Even
-// after a power failure, `path` is therefore a complete checkpoint: the previous one or this one.
+// after a power failure, a file at `path` is complete: the previous checkpoint or this one.
 void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
   const std::vector<unsigned char> bytes = to_bytes(path, checkpoint);
   Trailer trailer{{}, bytes.size(), checksum(bytes.data(), bytes.size())};

@@ -1,6 +1,6 @@
 // One temporal PolyData dataset in VTKHDF layout (VTK File Formats, "VTKHDF", version 2.0).
-// Triangles are stored once, fields for every frame, and points for every frame in which they
-// differ from the frame before.
+// Triangles and constant fields are stored once, other fields for every frame, and points for every
+// frame in which they differ from the frame before.
 #pragma once
 
 #include <cstdint>

@@ -32,8 +32,9 @@ struct ClothModel {
   std::vector<Corners2> corners;             // (m) rest coordinates [m]
   std::vector<MembraneConstants> constants;  // (cloths)
   std::vector<StrainLimit> strain_limits;
-  std::vector<Index> strain_limit_of;  // (m) index into strain_limits; -1: unlimited
-  bool limited_by_edges = false;       // strain limits apply to edges of all cloths
+  // (m) Index into strain_limits; -1: unlimited. It may be empty if there are no strain limits.
+  std::vector<Index> strain_limit_of;
+  bool limited_by_edges = false;  // true: the strain limits of all cloths apply to edges
   std::vector<BendingPart> bending;
   Points rest_positions;  // (n x 3) shape at rest [m]; for flat cloth, any flat shape
   Vector mass;            // (n) lumped mass [kg]

@@ -8,8 +8,8 @@
 namespace loomstone {
 
 struct ClothState {
-  Points x;  // (n x 3) [m]; written by the integrator, then by certification
-  Points v;  // (n x 3) [m/s]; written by the integrator, then by certification
+  Points x;  // (n x 3) [m]; written by the integrator, then by later stages of the step
+  Points v;  // (n x 3) [m/s]; written by the integrator, then by later stages of the step
   // (rows of the solve x 3) Change of velocity in the last implicit step [m/s]. In rows of bodies
   // it is scaled as in BodyRows. The integrator writes it and uses it as the initial guess of the
   // next solve.

@@ -15,10 +15,10 @@ struct StepError {
   // Largest eigenvalue of 1/2 dF^T dF over all triangles, where dF is the gradient of the
   // displacement [1].
   double strain = 0.0;
-  // Membrane energy of the neglected strain of a cloth, divided by the cloth's kinetic energy [1].
-  // This is the largest ratio of all cloths. Kinetic energy is measured in a frame that moves with
-  // the cloth: with the mean velocity of its prescribed vertices if there are any, and otherwise
-  // with the velocity of its centre of mass.
+  // Membrane energy of the neglected strain of a cloth, divided by the kinetic energy of this cloth
+  // [1]; the largest ratio of all cloths. Kinetic energy is measured in a frame that moves with the
+  // cloth: with the mean velocity of its prescribed vertices if there are any, and otherwise with
+  // the velocity of its centre of mass.
   double energy = 0.0;
 };
 

@@ -77,7 +77,7 @@ class Elasticity {
   // Without strain limits the returned guard changes nothing.
   LimitPhaseScope limit_phase(const Team& team, const Points& x, Index begin, Index end);
 
-  // Adds a strain-limiting potential to the energy and to explicit forces (see
+  // Adds a strain-limiting potential to the energy and the forces, but not to the matrix (see
   // Membrane::add_limits).
   void add_limits(const std::vector<LimitModes>& modes);
 
@@ -106,8 +106,8 @@ class Elasticity {
 
  private:
   Elasticity(const ClothModel& model, BendingTreatment bending, const RowLayout* layout);
-  // Known contains the elastic forces on a range of rows, or an energy, at the positions x. A part
-  // of a step asks for them several times at the same positions.
+  // Known contains the elastic forces on a range of rows, or an energy, at the positions x. They
+  // are needed several times at the same positions within a part of a step.
   struct Range {
     Index begin = 0, end = 0;
     bool operator==(const Range&) const = default;
@@ -146,7 +146,8 @@ class Elasticity {
   std::vector<double> wide_in_;  // vector padded to 4 doubles per row
   Points zero_velocity_;         // made at first use
   bool damped_bending_ = false;
-  // These values are not used while the membrane includes stiff phases, nor for viscous forces.
+  // Values of the membrane are not used while it includes stiff phases, and forces are not used if
+  // viscous forces are added to them.
   Known membrane_force_, bending_force_, membrane_energy_, bending_energy_;
 };
 

@@ -12,9 +12,9 @@ namespace {
 
 using Six = std::array<Vec3, 6>;  // three vectors at the start, then the same vectors at the end
 
-// Returns true only if the volume spanned by three linearly changing vectors keeps its sign and its
-// magnitude always exceeds `margin` [m] times an upper bound of the area that the last two vectors
-// span. May also return false if both hold, because Bernstein coefficients only bound the volume.
+// Returns true only if the volume spanned by three linearly changing vectors keeps its sign, and
+// its magnitude always exceeds `margin` [m] times an upper bound on the area spanned by the last
+// two. May return false although this holds, because Bernstein coefficients only bound the volume.
 bool off_plane(const Six& q, double margin) {
   const auto volume = [&](int i, int k, int l) { return q[i].dot(q[1 + k].cross(q[2 + l])); };
   const double b[4] = {volume(0, 0, 0), (volume(3, 0, 0) + volume(0, 3, 0) + volume(0, 0, 3)) / 3.0,
@@ -51,7 +51,7 @@ std::int8_t side_of(ContactKind kind, const FourPoints& p) {
   return static_cast<std::int8_t>((volume > 0.0) - (volume < 0.0));
 }
 
-// Tests feature pairs of one step.
+// Test of the feature pairs of one step.
 struct ApproachSearch::PairTest {
   const CollisionModel& model;
   const std::vector<SurfacePair>& pairs;
@@ -59,7 +59,7 @@ struct ApproachSearch::PairTest {
   const Tangle& tangle;
   const std::vector<PackedSlabs>& boxes;  // of the vertices
 
-  // Returns a bound on the relative displacement of two points, one of each feature [m].
+  // Returns an upper bound on the relative displacement of two points, one on each feature [m].
   double travel(ContactKind kind, const std::array<Index, 4>& v) const {
     const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
     double largest = 0.0;
@@ -111,6 +111,7 @@ struct ApproachSearch::PairTest {
     return time_to_close(closest.distance - thickness, largest_approach(kind, speeds));
   }
   // Counts the pair if it is within reach. Adds it to `found` unless it is culled or ignored.
+  // Returns its distance at the start [m].
   double look(ApproachingPair pair, const std::array<Index, 4>& v, double reach,
               Approach& found) const {
     FourPoints p;
@@ -186,7 +187,7 @@ ApproachSearch::ApproachSearch(const CollisionModel& model, const std::vector<Su
     for (const Index s : {pair.a, pair.b}) thickness_[s] = std::max(thickness_[s], pair.thickness);
 }
 
-// Finds the end positions at the assumed speed and the box of the motion of each vertex.
+// Finds the end positions at the assumed speed, and the box of each vertex's motion.
 void ApproachSearch::find_boxes(const Team& team, const ExpectedMotion& motion) {
   x1_.resize(motion.x0.rows(), 3);
   parallel_for(
@@ -239,7 +240,7 @@ Approach ApproachSearch::find_listed(const Team& team, const PairTest& test) {
   return joined(of_range);
 }
 
-// Tests the pairs of the surface pairs in `which` that the tasks of this rank find.
+// Tests the feature pairs that the tasks of this rank find in the surface pairs `which`.
 Approach ApproachSearch::find_unlisted(const Team& team, const PairTest& test,
                                        const std::vector<Index>& which) {
   if (which.empty()) return {};

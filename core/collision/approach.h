@@ -18,13 +18,13 @@ struct ApproachingPair {
   PairKey key;
   Index pair;            // index of the surface pair
   bool contact;          // the pair is a contact at the start of the step, see ApproachSearch
-  double wake = 0.0;     // time after the start of the step from which it may be too close [s]
+  double wake = 0.0;     // earliest time in the step when it may be closer than its thickness [s]
   std::int8_t side = 0;  // side_of() at the start if the closest points are interior; 0: unknown
 };
 
 struct Approach {
   std::vector<ApproachingPair> pairs;  // sorted by (kind, a, b)
-  std::int64_t candidates = 0;         // number of pairs within reach, including culled ones
+  std::int64_t candidates = 0;         // number of pairs within reach, also if culled or ignored
 };
 
 // Allowance for velocities that change within a step. Our choice: features are assumed to approach
@@ -36,16 +36,16 @@ inline constexpr double faster_approach = 1.5, added_approach = 0.3;
 // vertex lies, or on which side of the second edge the first edge lies.
 std::int8_t side_of(ContactKind kind, const FourPoints& points);
 
-// Returns the largest speed at which a corner of feature a approaches one of feature b [m/s]. Two
-// features at a distance d along the contact normal stay farther apart than d minus this speed
-// times the time, if their velocities are constant. `speeds` are those of the four vertices along
-// the normal, which points from b to a [m/s].
+// Returns the largest speed at which a corner of feature a approaches one of feature b [m/s]. If
+// velocities are constant, two features at a distance d along the contact normal remain at least d
+// minus this speed times the time apart. `speeds` are those of the four vertices along the normal,
+// which points from b to a [m/s].
 inline double largest_approach(ContactKind kind, const std::array<double, 4>& speeds) {
   if (kind == ContactKind::VertexFace)
     return std::max({speeds[1], speeds[2], speeds[3]}) - speeds[0];
   return std::max(speeds[2], speeds[3]) - std::min(speeds[0], speeds[1]);
 }
-// Returns the shortest time [s] in which a pair with this speed of approach may lose this gap.
+// Returns the shortest time [s] in which a pair with this speed of approach may close this gap.
 inline double time_to_close(double gap, double approach) {  // [m], [m/s]
   return gap / (faster_approach * std::max(0.0, approach) + added_approach);
 }
@@ -58,20 +58,22 @@ struct ExpectedMotion {
 };
 
 // Finds the pairs that may come closer than their thickness, allowing for velocities that change
-// within the step. Candidates are pairs whose distance at the start is within the reach of their
-// relative motion and whose 18-DOPs overlap; the 18-DOPs enclose the motion at the assumed speed.
-// Candidates are culled if their distance stays above the thickness along a direction: that between
-// the closest points at the start, the normal of the face, or the common normal of the two edges.
-// A pair is a contact if it is closer than its thickness. For edges, the closest points must also
-// lie inside both edges, and neither surface may be smooth.
+// within the step. Candidates are pairs whose distance at the start is at most their thickness plus
+// their largest relative displacement, and whose 18-DOPs overlap. The 18-DOPs enclose the motion at
+// the assumed speed. A candidate is culled if its distance stays above the thickness along one of
+// these directions: from closest point to closest point at the start, the normal of the face, or
+// the common normal of the two edges. A pair is a contact if it is closer than its thickness at the
+// start. For edges, the closest points must also lie inside both edges, and neither surface may be
+// smooth.
 class ApproachSearch {
  public:
-  // Certification uses the same lists. Their other pairs do not affect the result.
+  // Certification uses the same lists. Pairs that only certification needs do not affect results.
   ApproachSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                  BroadPhase& broad_phase, NeighbourLists& lists);
 
-  // Collective. Each rank tests the pairs in its lists, which are updated to motion.x0 if
-  // necessary. If `in_lists` is false, each rank tests pairs from its tasks of the broad phase.
+  // Collective. Returns the pairs found by all ranks. Each rank tests the pairs in its lists, which
+  // are updated to motion.x0 if necessary. Surface pairs without lists, or all if `in_lists` is
+  // false, are searched in the broad phase.
   Approach find(const Team& team, const ExpectedMotion& motion, const Tangle& tangle,
                 bool in_lists);
 
@@ -88,7 +90,7 @@ class ApproachSearch {
   BroadPhase& broad_phase_;
   NeighbourLists& lists_;
   GatherRoom room_;
-  std::vector<double> thickness_;    // largest thickness of the pairs of each surface [m]
+  std::vector<double> thickness_;    // largest thickness among the pairs of each surface [m]
   std::vector<PackedSlabs> motion_;  // scratch: boxes of the motion of the vertices
   Points x1_;                        // scratch: positions at the end, at the assumed speed [m]
 };

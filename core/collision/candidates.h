@@ -1,6 +1,6 @@
 // Finds the candidate pairs of one surface. A candidate pair is a pair of features that may collide
-// during a motion. Works on arrays, without a scene. There are three search engines, which return
-// the same pairs.
+// during a motion. All inputs are arrays; no scene is needed. There are three search engines, which
+// return the same pairs.
 #pragma once
 
 #include <array>
@@ -20,10 +20,11 @@ struct Candidates {
 };
 
 // Returns the pairs that share no vertex and whose 18-DOPs overlap. The 18-DOPs enclose the motion
-// x0 -> x1 and are inflated by `inflation` [m]. The result contains all pairs that come closer than
-// twice the inflation. `engine` is "clusters" (ClusterTree), "embree" (Embree's trees over the same
-// boxes) or "brute-force". Throws InvalidInput if the engine is unknown, an index is out of range,
-// x0 and x1 differ in size, the inflation is negative, or a number is not finite.
+// x0 -> x1 and are inflated by `inflation` [m]. All pairs that share no vertex and come closer than
+// twice the inflation are among them. `engine` is "clusters" (ClusterTree), "embree" (Embree's
+// trees over the same boxes) or "brute-force". Throws InvalidInput if the engine is unknown, an
+// index is out of range, x0 and x1 differ in size, the inflation is negative, or a number is not
+// finite.
 Candidates candidates(const Team& team, const Points& x0, const Points& x1,
                       const Triangles& triangles, double inflation, const std::string& engine);
 

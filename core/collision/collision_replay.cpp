@@ -54,7 +54,7 @@ CollisionModel model_of(const CollisionRecord& record) {
   return model;
 }
 
-// Returns inverse masses: 1 for cloth, 0 for other vertices. Searches only test whether they are 0.
+// Returns inverse masses: 1 for cloth, 0 for other vertices. The searches only compare them with 0.
 Vector movable(const CollisionModel& model) {
   Vector inverse_mass = Vector::Zero(model.n_vertices);
   for (const CollisionSurface& surface : model.surfaces)
@@ -63,13 +63,13 @@ Vector movable(const CollisionModel& model) {
   return inverse_mass;
 }
 
-// Number of steps before the measured one, in which lists get the slack that the motion needs.
+// Number of steps before the measured one. In these, lists get the slack that the motion needs.
 constexpr int steps_before = 3;
 
-// Number of steps from the measurement of costs to a dynamic search that uses them, on average.
+// Average number of steps from the measurement of costs to a dynamic search that uses them.
 constexpr int steps_before_deal = 4;
 
-// Performs the searches of steps by neighbour lists on one thread.
+// Performs the searches of steps with neighbour lists, on one thread.
 struct ListsOfStep {
   ListsOfStep(const CollisionModel& given, const std::vector<SurfacePair>& given_pairs,
               const Vector& given_inverse_mass)
@@ -92,7 +92,7 @@ struct ListsOfStep {
     return search.find(Team{}, {x0, inverse_mass, {}}, x1, nullptr).size() * sizeof(StepImpact);
   }
 
-  // Calls add(i, list) for each list. `i` is the index of its first cluster among the first
+  // Calls add(i, list) for each list. `i` is the index of the list's first cluster among the first
   // clusters of all surface pairs.
   template <class Add>
   void each_list(Add&& add) {
@@ -106,8 +106,8 @@ struct ListsOfStep {
         [&](std::size_t i, NeighbourList& list) { costs[i] += std::exchange(list.spent, 0.0f); });
     return costs;
   }
-  // Stores in `work` the times of the work on lists since the last call [s]. If an earlier call
-  // stored a smaller time for the same work, the smaller time is kept.
+  // Stores in `work` the times of the work on lists and of the searches without lists since the
+  // last call [s]. Of two times that were stored for the same work, the smaller one is kept.
   void take_work(OrderedWork& work) {
     const double pass = lists.take_pass_seconds() / static_cast<double>(lists.lists().size());
     std::vector<double> seconds(first.back(), 0.0);
@@ -156,8 +156,8 @@ CollisionReplay::CollisionReplay(CollisionRecord record)
     : data_(std::make_unique<Data>(std::move(record))) {}
 CollisionReplay::~CollisionReplay() = default;
 
-// Performs a search, in the recorded step or in a step before it. Returns the size of its results
-// [bytes].
+// Performs a search of the recorded step, or of the step that is `steps_before` steps earlier.
+// Returns the size of its results [bytes].
 std::size_t CollisionReplay::find(Search search, const Team& team, SharedSearch& shared,
                                   int steps_before) const {
   Data& d = *data_;

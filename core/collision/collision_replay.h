@@ -1,5 +1,5 @@
-// Repeats the searches for collisions in a recorded motion. Measures their work on one thread, from
-// which core/parallel/pool_replay.h predicts times on many ranks. perform() uses existing ranks.
+// Repeats the searches for collisions in a recorded motion. Their work, measured on one thread,
+// allows core/parallel/pool_replay.h to predict times on many ranks. perform() uses existing ranks.
 #pragma once
 
 #include <memory>
@@ -29,33 +29,33 @@ class CollisionReplay {
   explicit CollisionReplay(CollisionRecord record);
   ~CollisionReplay();
 
-  // The searches of a step: contacts at its start, and impacts of its motion.
+  // The two searches of a step: for contacts at its start, and for impacts in its motion.
   enum class Search { Contacts, Impacts };
 
   // Measures the tests of a search that is divided for `n_ranks` ranks. Each cost is the smallest
   // of `repetitions` measurements. In dynamic division, the ranks start with tests that had about
-  // equal costs in an earlier step, to which the motion is extrapolated backwards. In static
-  // division, they start with equally many top-level tests.
+  // equal costs in an earlier step, whose positions are extrapolated backwards. In static division,
+  // they start with equally many top-level tests.
   RecordedTests measure(Search search, int n_ranks, Decomposition decomposition,
                         int repetitions = 3) const;
 
   // Measures the work on neighbour lists in both searches of a step. Entry i of the result is the
-  // work of all lists whose first cluster is i. The expected cost of a list is its cost in the
-  // preceding step. The motion is extrapolated backwards to get the preceding steps. Each cost is
-  // the smallest of `repetitions` measurements.
+  // work of all lists whose first cluster is i. The expected costs are those of the preceding step.
+  // The motion is extrapolated backwards to get the preceding steps. Each measured cost is the
+  // smallest of `repetitions` measurements.
   struct Lists {
     OrderedWork contacts, impacts;
   };
   Lists measure_lists(int repetitions = 3) const;
 
-  // Threads and ranks on which perform() performs a search, and how they divide it.
+  // Threads and ranks on which perform() performs a search, and the way they divide it.
   struct Execution {
     Decomposition decomposition;
     Traversal traversal;
     Team team;
     std::shared_ptr<const Communicator> communicator;
   };
-  // Collective. Performs a search `repetitions` times. Returns for each repetition the time until
+  // Collective. Performs a search `repetitions` times. Returns, for each repetition, the time until
   // the last rank has all results [s].
   std::vector<double> perform(Search search, const Execution& execution, int repetitions) const;
 

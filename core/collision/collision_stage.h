@@ -61,8 +61,8 @@ class CollisionStage {
   ContactTerms terms(const ContactInputs& inputs, const std::vector<Contact>& contacts,
                      const ContactState& state, ExtraTerms& terms) const;
 
-  // Returns contact_energies() [J] at the end of `motion`, which is also StrengthInputs::x.
-  // `contacts` must be the result of proximity() there.
+  // Returns contact_energies() [J] at the end of `motion`. inputs.x must be the same positions, and
+  // `contacts` the result of proximity() at these.
   std::vector<double> energies(const ContactMotion& motion, const StrengthInputs& inputs,
                                const std::vector<Contact>& contacts) const;
 
@@ -80,16 +80,17 @@ class CollisionStage {
   void repel(const MotionInputs& inputs, const std::vector<Contact>& contacts, double step,
              Points& x1, FreeBodies& bodies) const;
 
-  // Collective. Corrects x1 so that the motion x0 -> x1 has no impact and x1 has no intersection.
-  // Moves cloth vertices individually and each body as a whole. Prescribed vertices keep their
-  // motion. If `bodies` is empty, rigid bodies also keep their motion. The report counts the
-  // impacts that remain.
+  // Collective. Corrects x1 so that the motion x0 -> x1 has no impact and x1 has no new
+  // intersection. Moves cloth vertices individually and each body as a whole. Prescribed vertices
+  // keep their motion. If `bodies` is empty, rigid bodies also keep their motion. The report counts
+  // the impacts that cannot be removed.
   CertifyReport certify(const Team& team, const MotionInputs& inputs, Points& x1,
                         FreeBodies& bodies);
 
   // Memory of the bounding-volume hierarchies, which every rank stores whole [bytes].
   std::size_t hierarchy_bytes() const;
-  // Memory of neighbour lists, and of contacts and positions that are kept for later calls [bytes].
+  // Memory of lists and other search data, and of contacts and positions kept for later calls
+  // [bytes].
   std::size_t list_bytes() const;
   std::size_t contact_bytes() const;
 

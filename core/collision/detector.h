@@ -19,7 +19,7 @@ struct FeatureIds {
 
 struct Collisions {
   FeatureIds pairs;  // in ascending order
-  // Lower bounds of the contact times, as fractions of the motion [1].
+  // Lower bounds on the contact times, as fractions of the motion [1].
   std::vector<double> vertex_face_time, edge_edge_time;
 
   // Returns the smallest contact time [1], or infinity if there is no collision.
@@ -37,8 +37,8 @@ class Detector {
 
   // Returns the pairs that share no vertex and whose 18-DOPs overlap. The 18-DOPs enclose the
   // motion x0 -> x1 and are inflated by `inflation` [m]. If `sorted`, the pairs are in ascending
-  // order; otherwise they are in tree order, which is faster. Throws InvalidInput if the positions
-  // have too few rows or are not finite, or if the inflation is negative or not finite.
+  // order; otherwise they are in tree order, which is faster. Throws InvalidInput if x0 and x1
+  // differ in size, are too short or not finite, or if the inflation is negative or not finite.
   FeatureIds candidates(const Team& team, const Points& x0, const Points& x1, double inflation,
                         bool sorted);
 

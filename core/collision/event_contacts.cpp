@@ -110,7 +110,7 @@ EventContacts::Event EventContacts::evaluate(Index pair, double time, const Even
 }
 
 // Changes the velocities so that the pair stops approaching and regains its thickness. Returns
-// false if this needs no impulse.
+// false if no impulse is needed, or if nothing in the pair can move.
 bool EventContacts::push(const Event& event, Index pair, const EventMotion& motion) {
   const SurfacePair& surfaces = surface_pairs_[pairs_[pair].pair];
   const double missing = surfaces.thickness - event.distance;

@@ -71,11 +71,12 @@ void check_response(const Magnet& magnet, const std::string& where) {
           where, magnet.density);
 }
 
-// Replaces the exact fields of meshes and cells by expansions if the scene has many spheres. An
-// expansion saves time only if the field at all spheres is evaluated many times. If the number of
-// triangles times the number of spheres is `most_exact`, building the expansion of a mesh takes as
-// long as about twenty exact evaluations at all spheres. With 100 spheres, building the expansion
-// of cells takes as long as about 1,400 such evaluations, for any number of cells.
+// Replaces the exact fields of meshes and cells by expansions if the scene has many spheres and no
+// other magnetisable bodies. An expansion saves time only if the field at all spheres is evaluated
+// many times. If the number of triangles times the number of spheres is `most_exact`, building the
+// expansion of a mesh takes as long as about twenty exact evaluations at all spheres. With 100
+// spheres, building the expansion of cells takes as long as about 1,400 such evaluations, for any
+// number of cells.
 void expand_fields(MagneticModel& model) {
   constexpr std::size_t most_exact = 20000, few_spheres = 100;
   constexpr Index few_cells = 1000;

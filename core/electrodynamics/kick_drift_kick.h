@@ -34,9 +34,9 @@ struct ContactAnswer {
   RigidState state;
   std::vector<std::uint8_t> touched;  // (b) 1: did not move freely
 };
-// Applies `wrenches` to copies of the bodies for the whole sub-step h [s], and advances the copies
-// by RigidWorld, which resolves contacts. `end` contains the positions of the obstacles at the end
-// of the sub-step.
+// Applies `wrenches` and gravity to copies of the bodies for the whole sub-step h [s], and advances
+// the copies by RigidWorld, which resolves contacts. `end` contains the positions of the obstacles
+// at the end of the sub-step.
 ContactAnswer answer_contacts(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
                               const ObstaclePlaces& end, const MovingBodies& bodies,
                               RigidWorld& world);
@@ -45,7 +45,8 @@ void half_kick(const MagneticModel& model, double h, const CarrierWrenches& wren
                MovingBodies& bodies);
 
 // Moves the bodies after a half kick by `wrenches`. The velocities of bodies in contact are the
-// result of RigidWorld minus a second half kick by `wrenches`. All other bodies move freely.
+// result of RigidWorld minus a second half kick by `wrenches`. Bodies in bearings and all bodies
+// without contact move freely.
 void drift(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
            const ContactAnswer& answer, MovingBodies& bodies);
 
@@ -67,7 +68,7 @@ class Substeps {
   double length() const { return step_ / parts_; }                                // [s]
   // Halves the remaining sub-steps until they resolve the angular frequency [rad/s]. After the
   // first call, a small growth of the frequency is tolerated. Throws SolverFailure if too many
-  // sub-steps are needed.
+  // sub-steps are needed or the frequency is not finite.
   void resolve(double frequency);
   // Halves the remaining sub-steps. Returns false, without effect, if there would be too many.
   bool halve();

@@ -93,9 +93,9 @@ struct MagneticModel {
 // Validates the scene and builds its model. Throws InvalidInput or Unsupported.
 MagneticModel build_magnetic_model(const MagneticScene& scene);
 
-// Throws InvalidInput if magnetisable bodies overlap with magnets or windings at the start, or if
-// the inductances of the circuits are not positive definite. Throws Unsupported if a magnetisable
-// body lies both in the bore and outside the winding of a circuit.
+// Throws InvalidInput if magnetisable bodies overlap with each other, with magnets or with windings
+// at the start, or if the inductances of the circuits are not positive definite. Throws Unsupported
+// if a magnetisable body lies both in the bore and outside the winding of a circuit.
 void check_magnetic_start(const MagneticModel& model, const CarrierPlaces& start);
 
 // Returns the coordinate of a point of the carrier along the moment of the nearest hard magnet,

@@ -47,7 +47,8 @@ class MagneticMotion {
   double energy(const Team& team, const CarrierPlaces& places, const Points& moments) const;
 
   // Advances bodies, circuits and the moments of induced dipoles. `world` must have been built
-  // without gravity and gyroscopic torques. Throws SolverFailure if resolve() or end_motion() does.
+  // without gravity and gyroscopic torques. Throws SolverFailure if too many sub-steps are needed,
+  // if no magnetisation is found, or if a value is not finite.
   MagneticEffort advance(const Team& team, const MagneticStep& step, RigidWorld& world,
                          RigidState& bodies, MagneticState& magnetic);
 
@@ -72,7 +73,7 @@ class MagneticMotion {
     Magnetised magnetised;
     Actions actions;
   };
-  // Values at the start of a sub-step, from which it can be repeated. `previous_` is its instant.
+  // Values from which a sub-step can be repeated. `previous_` is the instant at its start.
   struct Start {
     RigidState bodies;
     Points momenta;

@@ -1,5 +1,5 @@
-// Compares recipes, and recreates sources and magnetisable bodies from them. The recreated objects
-// are bitwise identical to the originals.
+// Comparison of recipes, and functions that recreate sources and magnetisable bodies from them. The
+// recreated objects are bitwise identical to the originals.
 #pragma once
 
 #include "core/magnetics/induction/soft_shape.h"

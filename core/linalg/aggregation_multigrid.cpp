@@ -297,10 +297,10 @@ AggregationMultigrid::Couplings AggregationMultigrid::couplings_of_terms(
   return wanted;
 }
 
-// Adds the couplings of terms. Couplings whose terms have vanished are kept until they are the
-// majority, because separated layers often touch again. Their blocks are zero, so they do not
-// change results. The ranks exchange couplings only if one of them lacks a coupling or has too many
-// couplings without terms.
+// Adds the couplings of terms. Couplings whose terms have vanished are kept until they outnumber
+// the others by more than 64, because separated layers often touch again. Their blocks are zero, so
+// they do not change results. The ranks exchange couplings only if one of them lacks a coupling or
+// has too many couplings without terms.
 void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   if (!system.terms) return;
   const Communicator& ranks = system.layout->communicator();

@@ -8,12 +8,12 @@
 // times at 57,800. The levels use single precision, which suffices for a preconditioner, but the
 // coarsest matrix is factorised in double precision.
 //
-// The first level is distributed: every rank computes the aggregates of its own rows. It gets from
-// other ranks the residual of the aggregates to which its own are coupled (the halo). The level of
-// the blocks and all coarser ones are replicated: their residuals are gathered, and all ranks do
-// the same work. The residual r of the aggregates follows the steps of conjugate gradients,
-// r -= alpha q, where q is the sum of A p over the rows of an aggregate. The halo of q can thus be
-// exchanged while the ranks add p . A p.
+// The first level is distributed unless it is the coarsest: every rank computes the aggregates of
+// its own rows. It gets from other ranks the residual of the aggregates to which its own are
+// coupled (the halo). The level of the blocks and all coarser ones are replicated: their residuals
+// are gathered, and all ranks do the same work. The residual r of the aggregates follows the steps
+// of conjugate gradients, r -= alpha q, where q is the sum of A p over the rows of an aggregate.
+// The halo of q can thus be exchanged while the ranks add p . A p.
 #pragma once
 
 #include <vector>

@@ -34,8 +34,8 @@ class SymmetricGaussSeidel {
   // which this order was computed.
   std::vector<Index> order_, pattern_start_, pattern_columns_;
   std::vector<Index> offset_;  // (rows) offset of each row in r and z, in the order of order_
-  // start_ (rows + 1) is the first block of each row, and column_ (blocks of L) the column of each
-  // block, both in the order of order_.
+  // start_ (rows + 1) contains the first block of each row, and column_ (blocks of L) the column of
+  // each block, both in the order of order_.
   std::vector<Index> start_, column_;
   std::vector<Index> source_;  // (blocks of L) index of each block among those of the matrix
   // Scratch memory of one solve.

@@ -45,7 +45,7 @@ Index corner_of(const Triangles& triangles, Index triangle, Index vertex) {
   return -1;
 }
 
-// Lists, for each vertex, the rows of a table that contain it.
+// Returns, for each vertex, the list of the rows of a table that contain it.
 template <class Table>
 Incidence rows_of_vertices(Index n_vertices, const Table& table) {
   Incidence lists;

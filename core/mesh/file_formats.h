@@ -70,7 +70,7 @@ inline std::string_view next_word(std::string_view& line) {
 }
 
 // Parses the whole word as a number, independently of the locale. Returns false if it is not a
-// number.
+// number of this type.
 template <class Number>
 bool parse_number(std::string_view word, Number& value) {
   if (!word.empty() && word.front() == '+') word.remove_prefix(1);

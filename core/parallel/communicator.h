@@ -19,7 +19,7 @@ namespace loomstone {
 // Communication of a rank since its communicator was made.
 struct Traffic {
   double waiting = 0.0;         // time in communication [s]
-  std::int64_t bytes = 0;       // data that this rank contributed, without data of others
+  std::int64_t bytes = 0;       // data that this rank contributed, without data of others [bytes]
   std::int64_t operations = 0;  // number of collective operations, including exchanges of halos
 };
 
@@ -70,7 +70,7 @@ class Communicator {
   }
 
   // Returns a new mailbox, whose messages are separate from those of all other mailboxes. The
-  // communicator must outlive it, and all ranks must destroy it. Collective.
+  // communicator must outlive it, and all ranks must destroy it together. Collective.
   virtual std::unique_ptr<Mailbox> open_mailbox() const {
     throw Unsupported("this communicator has no mailboxes; use that of MPI or of a single rank");
   }

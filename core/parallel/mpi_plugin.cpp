@@ -327,7 +327,7 @@ class MpiCommunicator final : public Communicator {
   mutable Traffic traffic_;
 };
 
-// Collective. Returns whether a host has more ranks than processors on which they may run.
+// Collective. Returns whether any host has more ranks than processors on which they may run.
 bool ranks_share_processors(MPI_Comm comm) {
   MPI_Comm host = MPI_COMM_NULL;
   MPI_Comm_split_type(comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &host);

@@ -1,7 +1,6 @@
-// Replays recorded tests on any number of ranks by a discrete-event simulation. Predicts how long
-// the ranks take if the tests are divided statically or by task pools. The model includes the
-// latency and bandwidth of messages, the processor time for each message, and the interval at which
-// ranks poll.
+// Replays recorded tests on many ranks by a discrete-event simulation. Predicts how long the ranks
+// take if the tests are divided statically or by task pools. The model includes the latency and
+// bandwidth of messages, the processor time for each message, and the interval at which ranks poll.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +19,9 @@ struct RecordedTests {
   std::vector<std::vector<Index>> roots;  // tests with which each rank starts
   std::vector<double> start;              // time that each rank needs to find its first tests [s]
   std::size_t result_bytes = 0;           // size of all results, which all ranks receive [bytes]
-  // Number of exchanges per search, on average, that divide the first tests among ranks by their
-  // costs, and the size of the costs that all ranks receive in them [bytes].
+  // After some searches, ranks exchange measured costs, by which they divide the first tests of
+  // later searches. Averages per search: number of such exchanges, and size of the cost data that
+  // all ranks receive in them [bytes].
   double deal_exchanges = 0.0, deal_bytes = 0.0;
 
   std::size_t size() const { return seconds.size(); }
@@ -37,12 +37,12 @@ struct Network {
 
 struct ReplayReport {
   double seconds = 0.0;   // time until all ranks have all results [s]
-  double exchange = 0.0;  // part of `seconds` in which the ranks exchange results [s]
+  double exchange = 0.0;  // part of `seconds` in which the ranks exchange results and costs [s]
   double least_busy = 0.0, mean_busy = 0.0, most_busy = 0.0;  // time that ranks spend on tests [s]
-  std::int64_t requests = 0, transfers = 0, refusals = 0, waves = 0;  // sums over ranks
+  std::int64_t requests = 0, transfers = 0, refusals = 0, waves = 0;  // totals of all ranks
 };
 
-// Pieces of work in a fixed order, which form sections. section_ranges() divides them by their
+// Pieces of work in a fixed order, grouped into sections. section_ranges() divides them by their
 // expected costs into ranges for the ranks.
 struct OrderedWork {
   std::vector<float> expected;   // expected cost of each piece, in any unit

@@ -1,6 +1,6 @@
 // Gathers elements from all ranks again and again, usually with one exchange each time. Each rank
-// sends its number of elements together with as many elements as there is room for. The room is
-// the number of elements of the last time and an eighth more. A second exchange sends any rest.
+// sends its number of elements together with as many elements as there is room for. The room is the
+// number of elements of the last time plus an eighth. A second exchange sends any rest.
 #pragma once
 
 #include <algorithm>

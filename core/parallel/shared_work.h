@@ -21,7 +21,7 @@ struct IndexRange {
   bool contains(Index i) const { return i >= begin && i < end; }
 };
 
-// Returns the range of [0, n) that a rank computes if all ranks compute equally many, up to one.
+// Returns the part of [0, n) that a rank computes if the sizes of all parts differ by at most one.
 inline IndexRange even_share(Index n, int rank, int size) {
   const auto start = [&](int r) {
     return static_cast<Index>(static_cast<std::int64_t>(n) * r / size);
@@ -45,7 +45,7 @@ inline std::vector<std::size_t> contiguous_ranges(const std::vector<float>& cost
   return starts;
 }
 
-// Collective. Returns the result of `work()` on each rank, in the order of the ranks. Results are
+// Collective. Returns the results of `work()` on all ranks, in the order of the ranks. Results are
 // copied byte by byte.
 template <class Work>
 auto results_of_ranks(const Communicator& ranks, Work&& work) {

@@ -2,10 +2,9 @@
 // 5.3). A task consists of tests. A test is a pair of nodes of two hierarchies, given by four
 // indices, so that any rank can perform it. Each worker thread performs tests depth first with its
 // own stack. If a stack exceeds tau = a sigma + b tests, where sigma is the number of tasks in the
-// pool of the rank, tau / 2 tests from the bottom of the stack become a new task. A rank whose
-// pool is empty asks the other ranks in turn for a task. A rank that performs no test keeps one
-// task.
-// The run ends when Termination has found that no rank has work.
+// pool of the rank, tau / 2 tests from the bottom of the stack become a new task. A rank with an
+// empty pool and an idle thread asks the other ranks in turn for a task. A rank that performs no
+// test keeps one task. The run ends when Termination has found that no rank has work.
 #pragma once
 
 #include <cstdint>
@@ -62,7 +61,7 @@ class TaskPool {
  private:
   Mailbox& mailbox_;
   PoolOptions options_;
-  std::int32_t round_ = 0;                     // number of this run, part of every message
+  std::int32_t round_ = 0;                     // number of the current run, part of every message
   std::vector<std::vector<std::byte>> early_;  // messages of ranks that are one run ahead
 };
 

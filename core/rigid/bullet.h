@@ -1,5 +1,6 @@
-// Includes Bullet (double precision), and converts vectors and matrices between Bullet and Eigen.
-// No other file includes Bullet's headers, and only files of this directory may include this one.
+// Bullet's headers (double precision), and conversions of vectors and matrices between Bullet and
+// Eigen. No other file includes Bullet's headers, and only files of this directory may include this
+// one.
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>

@@ -12,10 +12,10 @@
 namespace loomstone {
 
 // Keeps bounding boxes tight. Each box is enlarged by the contact distance of its shape, which is
-// proportional to the size of the shape. Bullet would enlarge it by 2 cm. In the tree of boxes, the
-// box of a body is larger by a few contact distances and is updated only when the body leaves it.
-// Bullet would enlarge the box of a moving body by 5 cm, so the box of a small body could overlap
-// hundreds of neighbours.
+// proportional to the shape's size and at most 2 cm. Bullet would always use 2 cm. In the tree of
+// boxes, the box of a body is larger by a few contact distances. It is updated only when the body
+// leaves it or when it has become far too large. Bullet would enlarge the box of a moving body by 5
+// cm, so the box of a small body could overlap hundreds of neighbours.
 //
 // During a step, an obstacle has the pose of the start of the step and the velocity that leads to
 // its pose at the end. These velocities are set explicitly. Bullet would compute them from pose

@@ -1,4 +1,4 @@
-// Creates Bullet's collision shapes.
+// Bullet's collision shapes of bodies and obstacles.
 #pragma once
 
 #include <memory>

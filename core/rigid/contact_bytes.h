@@ -1,4 +1,4 @@
-// Serialises Bullet's contact points and the positions of obstacles.
+// Serialisation of Bullet's contact points and of the positions of obstacles.
 #pragma once
 
 #include <array>

@@ -74,7 +74,7 @@ struct MassProperties {
   Vec3 centre = Vec3::Zero();   // centre of mass in the mesh's frame [m]
   Mat3 inertia = Mat3::Zero();  // about the centre of mass, in mesh axes [kg m^2]
 };
-// Throws InvalidInput for meshes that are open or inside out.
+// Throws InvalidInput if the mesh is missing, open or inside out, or encloses no volume.
 MassProperties mass_properties(const TriangleMesh& mesh, double density);
 MassProperties mass_properties(const RigidBody& body);
 
@@ -153,9 +153,9 @@ class RigidWorld {
   // stacks creep.
   static constexpr int default_iterations = 50;
 
-  // `gyroscopic` is true if gyroscopic torques act on the bodies, and false if the caller computes
-  // the free rotation of bodies itself. Throws InvalidInput for open meshes, bodies without volume,
-  // and meshes that do not match the shape.
+  // If `gyroscopic` is true, gyroscopic torques act on the bodies. Otherwise, the caller computes
+  // their free rotation. Throws InvalidInput for open meshes, bodies without volume, and meshes
+  // that do not match the shape.
   RigidWorld(const std::vector<RigidBody>& bodies, const std::vector<RigidObstacle>& obstacles,
              const Vec3& gravity, bool gyroscopic = true, int iterations = default_iterations);
   ~RigidWorld();

@@ -113,8 +113,8 @@ void SphereOnTriangles::find_near(const std::vector<std::array<Vec3, 3>>& triang
 }
 
 // Returns true if the closest point of the triangle `at` is also the closest point of every other
-// triangle that shares the edge or corner on which this point lies. Only the first of several such
-// triangles returns true.
+// triangle that shares the edge or corner on which this point lies. If this holds for several such
+// triangles, only the first returns true.
 bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& triangles,
                                      const Near& at) const {
   if (at.closest == all_corners) return true;

@@ -28,7 +28,7 @@ struct CircuitState;
 class Simulation {
  public:
   // Checks the scene and builds it. threads = 0 uses all processors. Results do not depend on
-  // threads, ranks and decomposition. Throws InvalidInput or Unsupported.
+  // threads, ranks or decomposition. Throws InvalidInput or Unsupported.
   Simulation(const Scene& scene, const IntegratorOptions& integrator, int threads = 0,
              std::shared_ptr<const Communicator> communicator = single_communicator(),
              Decomposition decomposition = Decomposition::Predicted);
@@ -70,8 +70,9 @@ class Simulation {
 
   // Returns the internal tables, in the internal order, to read and write between steps. Writing
   // positions or velocities restarts multistep schemes. Every step first checks that all values are
-  // finite. Every rank has all rows, which every step updates. A rank should write only
-  // the rows that it owns. `pin_override` and poses of obstacles are taken from rank 0.
+  // finite. Every rank has all rows, which every step updates. A rank should write only the rows
+  // that it owns. `pin_override`, poses of obstacles, and forces and torques on bodies are taken
+  // from rank 0.
   State& state();
   std::array<Index, 2> owned_rows() const;  // cloth rows of this rank, [first, end)
   void gather();  // Collective. Sends the rows that each rank wrote to all ranks.
@@ -89,10 +90,10 @@ class Simulation {
   void set_external_body_forces(const Points& forces);
   Points external_body_torques() const;
   void set_external_body_torques(const Points& torques);
-  // Sets positions of pinned vertices, which replace the script from the end of the next step on.
-  // Rows of other vertices are ignored.
+  // Sets target positions of prescribed vertices, which replace the script. They are reached after
+  // the time step_size(). Rows of other vertices are ignored.
   void set_pin_targets(const Points& targets);
-  // Sets the pose of an obstacle, which replaces its keyframes from the end of the next step on.
+  // Sets the pose of an obstacle, which replaces its keyframes. It is reached after step_size().
   void set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation);
   Points body_centres() const;  // (b x 3) centres of mass [m]
   // Returns the current magnetic forces [N] and torques about the centres of mass [N m] on the

@@ -1,6 +1,6 @@
 """Processes launched by MPI that share the work of a simulation.
 
-The failure of one rank raises the same error on all ranks.
+The failure of one rank raises an error with the same message on all ranks.
 """
 
 from __future__ import annotations
@@ -43,7 +43,10 @@ _KINDS = (
 
 
 def launched_rank() -> int:
-    """Returns the rank that the launcher gave this process, before there is a communicator."""
+    """Returns the rank in the environment variables of the launcher, or 0 if they have none.
+
+    Unlike Communicator.rank, it is known before MPI starts.
+    """
     names = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "SLURM_PROCID")
     return next((_count(name) for name in names if name in os.environ), 0)
 
@@ -53,10 +56,10 @@ _BINDING = "OMPI_MCA_hwloc_base_binding_policy"
 
 
 def default_threads() -> int:
-    """Returns the number of threads with which this rank uses its share of the processors.
+    """Returns the number of threads that this rank should use: one for each processor in its share.
 
-    Ranks on the same node share its processors. A launcher that binds each rank to processors of
-    its own has already divided them. Slurm says how many processors each rank has.
+    Ranks on the same node share its processors equally. If Open MPI binds each rank to processors
+    of its own, or Slurm states the number of processors of each rank, the share is at most that.
     """
     usable = default_thread_count()
     if "SLURM_STEP_ID" in os.environ and (given := _count("SLURM_CPUS_PER_TASK")):
@@ -69,7 +72,7 @@ def default_threads() -> int:
 
 
 def _count(variable: str) -> int:
-    """Returns the whole number in an environment variable, or 0."""
+    """Returns the whole number in an environment variable, or 0 if it contains none."""
     text = os.environ.get(variable, "")
     return int(text) if text.isdecimal() else 0
 

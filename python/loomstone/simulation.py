@@ -42,8 +42,8 @@ class Simulation(_core.Simulation):
 
     scene : Scene
     integrator : Integrator, for instance SemiImplicitEuler(...); None: SemiImplicitEuler()
-    threads : largest number of threads; 0: one for each processor. If other programs keep the
-        processors busy, one thread is used. Results do not depend on the number.
+    threads : largest number of threads; 0: one for each processor. While other programs keep the
+        processors busy, a single rank uses one thread. Results do not depend on the number.
     communicator : MPI ranks that share the work: a Communicator, an mpi4py communicator, or None
         for this process alone. Every rank must make the same calls. After every step, every rank
         has the positions and velocities of all vertices. If an array is assigned between steps,
@@ -59,7 +59,7 @@ class Simulation(_core.Simulation):
     Raises InvalidInput if the scene cannot be simulated. Warns with SceneWarning if it can be, but
     looks like a mistake, for example if bodies overlap at the start. `positions`, `velocities` and
     `external_forces` are copies that can be assigned. `state` provides views of the internal
-    tables. `scene` and `integrator` are those that were given.
+    tables. `scene` and `integrator` are those in use.
     `preparation_seconds` is the wall time of creating the simulation [s].
 
     >>> import loomstone as ls
@@ -114,7 +114,7 @@ class Simulation(_core.Simulation):
 
     @takes(duration="s", rate="1/s")
     def frames(self, *, duration: float, rate: float = 25.0) -> Iterator[Frame]:
-        """Advances the simulation and yields a Frame every 1/rate, from 0 to `duration` [s].
+        """Advances the simulation and yields a Frame every 1/rate [s], from 0 to `duration` [s].
 
         Positions, velocities, external forces, pins and obstacle poses may be assigned between
         steps and between frames. A frame between two steps is interpolated. If the simulation has
@@ -190,7 +190,7 @@ class Simulation(_core.Simulation):
         )
 
     def _metadata(self, options: RunOptions, controlled: bool) -> dict[str, Any]:
-        """Returns the options that a run stores, so that `loomstone resume` can continue it."""
+        """Returns what a run stores about itself, so that `loomstone resume` can continue it."""
         return {
             "loomstone": _core.__version__,
             "control": controlled,
@@ -211,7 +211,7 @@ class Simulation(_core.Simulation):
         super().restore(checkpoint)
 
     def digest(self) -> str:
-        """Returns a hash of the state, which is equal if and only if all bits are equal.
+        """Returns a hash of the state. Hashes are equal if and only if all bits of the states are.
 
         All ranks must call this method, and get the same hash.
 

@@ -1,4 +1,4 @@
-"""Versions of the installed packages."""
+"""Versions of loomstone and of the packages that it uses."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["show_versions"]
 
 
 def show_versions() -> None:
-    """Prints the versions of loomstone and its optional packages, and properties of the machine."""
+    """Prints the versions of loomstone, Python and other packages, and facts about the machine."""
     print(f"loomstone {_core.__version__}")
     print(f"python {sys.version.split()[0]} on {platform.platform()}")
     packages = [

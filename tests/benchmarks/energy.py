@@ -1,4 +1,4 @@
-"""Energy balance of every scene: tests whether energy minus work stays below its initial value.
+"""Energy balance of every scene: shows whether energy minus work stays below its initial value.
 
     python tests/benchmarks/energy.py
     python tests/benchmarks/energy.py drape twist --integrator bdf2

@@ -176,7 +176,7 @@ def long(place: Path, scale: float) -> Trials:
 
 
 def sixty_seconds(name: str, duration: float) -> str:
-    """Returns a sentence with the memory and the time of a step in two thirds of a run."""
+    """Returns a sentence with memory and time of a step in the first and last third of a run."""
     file = SceneFile.open(SCENES / f"{name}.py", LONG[name])
     sim = ls.Simulation(file.scene(), integrator=file.integrator, threads=1)
     memory, seconds = [], []

@@ -6,7 +6,7 @@ of each method.
             --duration 0.04 > table.txt
     python tests/benchmarks/limits.py --read table.txt --plot docs/images/limit_scaling.png
 
-With --start, the default method simulates up to that time, and every method continues from the same
+With --start, the default method is used up to that time, and every method continues from the same
 state. The cloth first reaches its limits after a fall of 0.28 s.
 
 The first row has no limits. The next are edge-based limiting (ESL), coloured and random

@@ -9,8 +9,8 @@ list updates of triangles and processor time of stepping, both per second of mot
 Asynchronous steps and the step of symplectic Euler are the same share of their limits of
 stability. With the default rigidity, bending limits the steps at the tip; with `--bending 1e-5
 --damping 0`, the membrane does. In the last table, the hat falls on the floor. The table lists the
-processor time of stepping and of collision handling. Stepping of the nested schedule includes the
-contacts at events.
+processor time of stepping and of collision handling. Stepping of asynchronous schedules includes
+the contacts at events.
 """
 
 import argparse
@@ -48,7 +48,7 @@ def hung(scene: ls.Scene) -> ls.Scene:
 
 
 def damped(scene: ls.Scene, integrator: ls.Integrator) -> ls.Scene:
-    """Returns the scene without damping if the schedule is a queue, which supports none."""
+    """Returns the scene without damping of bending if the schedule is not nested."""
     if getattr(integrator, "schedule", "nested") == "nested":
         return scene
     cloth = scene.cloths[0]

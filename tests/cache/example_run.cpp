@@ -73,7 +73,7 @@ constexpr int steps_per_frame = 4;
 StepReport example_report(std::int64_t step) {
   const double x = static_cast<double>(step);
   StepReport report;
-  // Gives every number of the report a different value.
+  // The values depend on the step and on the place of the number in the report.
   int place = 0;
   for_each_number(report, [&](const std::string&, const auto&, auto& value) {
     using Value = std::remove_cvref_t<decltype(value)>;

@@ -107,7 +107,7 @@ TEST_CASE("a run killed and continued repeatedly ends with the content of an uni
   {
     const FrameWriter kept(directory.path(), topology, "kept");
   }
-  // A checkpoint follows every fifth frame, as in a run.
+  // A checkpoint follows every fifth frame.
   const std::string checkpoint_path = directory / "state.checkpoint";
   const auto checkpoint = [](int next) {
     Checkpoint result;

@@ -1,7 +1,7 @@
 """Converts query archives to the plain file that narrow_phase/test_exact_continuous.cpp reads.
 
-An archive (npz) contains 24 coordinates Q, the kind (0 vertex-face, 1 edge-edge), the exact
-verdict gt, and the bounds toi_lo and toi_hi of the first contact time for each query.
+For each query, an archive (npz) contains 24 coordinates Q, the kind (0 vertex-face, 1 edge-edge),
+the exact verdict gt, and the bounds toi_lo and toi_hi on the first contact time.
 
 python3 tests/collision/convert_queries.py out.bin queries/*.npz
 """

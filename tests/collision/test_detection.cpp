@@ -14,7 +14,7 @@ using Key = std::tuple<int, Index, Index>;
 
 namespace {
 
-// Visits all pairs of features that may collide according to the model.
+// Calls visit(kind, a, b, vertices) for all pairs of features that may collide by the model.
 template <class Visit>
 void all_pairs(const CollisionModel& model, Visit&& visit) {
   const auto allowed = [&](Index s, Index t) {
@@ -69,8 +69,8 @@ TEST_CASE("contacts agree with a test of all pairs in every step, for any number
   Points x = shaken(scene.x, 3e-3, 6);
   std::size_t n_contacts = 0;
   for (int step = 0; step < 12; ++step) {
-    // The neighbour lists remain valid in small steps, and the jump in step 6 rebuilds them. The
-    // obstacle moves down in every step.
+    // In small steps, the neighbour lists remain valid. The jump in step 6 makes them invalid. The
+    // spherical obstacle moves down in every step.
     x = shaken(x, step == 6 ? 8e-3 : 2e-4, 7 + step);
     const CollisionSurface& sphere = model.surfaces[3];
     x.middleRows(sphere.first_vertex, sphere.n_vertices).col(2).array() -= 4e-3;
@@ -151,8 +151,8 @@ TEST_CASE("a surface pair is unlisted while its lists do not last, and then list
   NeighbourLists lists(scene.model, pairs, broad_phase, alone),
       nothing_listed(scene.model, pairs, other, alone, 0);
   lists.widen(1e-5);
-  // One sheet moves to and fro, so that lists of two sheets last for two steps. Lists of one sheet
-  // last.
+  // One sheet moves to and fro, so that lists between the two sheets last for at most two steps.
+  // Lists within one sheet last.
   const auto place = [&](int step) {
     Points x = scene.x;
     if (step < 30 && step % 2 == 1)

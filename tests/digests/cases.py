@@ -1,4 +1,6 @@
-"""Cases of the digests: all scenes at small size, and one with all integrators and variants."""
+"""Cases of the digests: all scenes at small size, and one more scene with all integrators and
+several variants.
+"""
 
 from __future__ import annotations
 

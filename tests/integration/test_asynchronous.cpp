@@ -93,7 +93,7 @@ TriangleMesh graded() {
   return {x, mesh.triangles()};
 }
 
-// A sheet that is stretched in its plane and bent, spins and moves.
+// A sheet that is stretched in its plane and bent. It spins and moves.
 ClothRun spinning_sheet(const TriangleMesh& mesh, const Asynchronous& options, double bending,
                         const ClothMaterial& material = stiff()) {
   ClothRun run = make_run(mesh, material, options, {bending});

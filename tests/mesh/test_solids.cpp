@@ -40,8 +40,8 @@ constexpr double degree = M_PI / 180.0;
 TEST_CASE(
     "closed generators face outward, are closed, and have volume and Euler characteristic of their "
     "kind") {
-  // The volume of the funnel's wall follows from Pappus's theorem. `section` is the sum, over the
-  // parts of the wall's section, of area times radius of the centroid. The kite in which cone and
+  // The volume of the funnel's wall follows from Pappus's theorem. `section` is the sum of area
+  // times centroid radius over the parts of the wall's cross-section. The kite in which cone and
   // tube overlap is subtracted, and each rim adds half a disc.
   const double top = 0.3, bottom = 0.1, height = 0.2, tube = 0.15, wall = 0.02,
                s = std::sqrt(0.5);  // cone of 45 degrees

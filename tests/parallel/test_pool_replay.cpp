@@ -52,7 +52,7 @@ TEST_CASE("a dynamic replay performs all tests and spreads them over the ranks")
   const ReplayReport fast = replay_dynamic(tests, {1e-6, 1e10, 0.1e-6});
   CHECK(12 * fast.mean_busy == Approx(tests.work()));
   CHECK(fast.transfers > 12);
-  // At the end, a request of each rank may remain without an answer.
+  // At the end, one request of each rank may remain without an answer.
   CHECK(fast.requests >= fast.transfers + fast.refusals);
   CHECK(fast.requests <= fast.transfers + fast.refusals + 12);
   // Twelve ranks need at least 7.3 ms for 87 ms of work. Balancing the work adds less than 20 %.
@@ -63,7 +63,7 @@ TEST_CASE("a dynamic replay performs all tests and spreads them over the ranks")
 }
 
 TEST_CASE("a rank performs tests of a task before it passes the task on") {
-  // Costs and latencies vary so that requests arrive at the same time as tasks.
+  // Random costs and latencies make some requests arrive together with tasks.
   std::mt19937 random(3);
   std::uniform_real_distribution<double> cost(0.0, 1e-6), latency(0.5e-6, 2e-6);
   for (int i = 0; i < 300; ++i) {

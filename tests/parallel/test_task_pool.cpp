@@ -25,8 +25,8 @@ bool each_once(const Visits& visits) {
   return std::all_of(visits.begin(), visits.end(), [](int n) { return n == 1; });
 }
 
-// Runs `rounds` rounds of the pool on threads that act as ranks. Every round has other trees.
-// Returns the reports of all ranks, summed over the rounds.
+// Runs `rounds` rounds of the pool on threads that act as ranks. Successive rounds have different
+// trees. Returns the reports of all ranks, summed over the rounds.
 std::vector<PoolReport> run_rounds(int n_ranks, int threads, int rounds, unsigned seed) {
   ThreadMailboxes mailboxes(n_ranks, 20e-6, seed);
   std::vector<RandomTree> trees;

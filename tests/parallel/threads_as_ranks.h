@@ -1,5 +1,5 @@
 // Mailboxes of threads that act as ranks. Messages are delayed by random times and arrive in a
-// random order, which is the worst that a network may do.
+// random order, as they may on a network.
 #pragma once
 
 #include <chrono>

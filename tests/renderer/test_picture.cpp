@@ -88,7 +88,7 @@ TEST_CASE("cloth is seen from both sides, and the sides differ in colour", "[ren
   const DrapedScene scene = flat_scene();
   RenderOptions options = small_options();
   options.pattern = ClothPattern::Plain;
-  options.light_direction = Vec3(0, -1e-3, 1);  // light that grazes both sides equally
+  options.light_direction = Vec3(0, -1e-3, 1);  // light that grazes the cloth
   options.camera = fixed_camera(Vec3(0, -1, 0), 50.0);
   const Image front = Renderer(scene.topology, options).render(scene.frame);
   options.camera = fixed_camera(Vec3(0, 1, 0), 50.0);

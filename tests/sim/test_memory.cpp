@@ -110,7 +110,7 @@ TEST_CASE("the parts of the memory add up to what the simulation has allocated")
   for (const auto& part : simulation.memory()) counted += static_cast<double>(part.bytes);
   const double used = allocated() - before;
   CAPTURE(counted, used);
-  // The parts are 0.97 of what is allocated. Small objects and the copy of the scene are not
+  // The parts add up to 0.97 of what is allocated. Small objects and the copy of the scene are not
   // counted. Nothing can be counted that is not allocated.
   CHECK(counted > 0.95 * used);
   CHECK(counted <= used);

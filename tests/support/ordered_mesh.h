@@ -12,8 +12,8 @@
 
 namespace loomstone::test {
 
-// Orders vertices by graph bisection and triangles by their first vertex. Replaces the indices of
-// the vertices in `marked` by the new ones.
+// Orders vertices by graph bisection, and triangles by the smallest index of their vertices.
+// Replaces the indices of the vertices in `marked` by the new ones.
 inline TriangleMesh ordered(const TriangleMesh& mesh, std::vector<Index>& marked) {
   const Incidence neighbours = vertex_graph(mesh.n_vertices(), mesh.triangles());
   const std::vector<Index> order = bisection_order({neighbours.start, neighbours.items});

@@ -76,9 +76,9 @@ class Bending {
   // identical for any number of threads and any row range.
   virtual void add_forces(const Team& team, const Points& x, const Points& v, Index begin,
                           Index end, Points& force) const = 0;
-  // Adds the stiffness K, in Gauss-Newton form and thus positive semi-definite, and the damping
-  // matrix D to rows [begin, end) of `matrix`. `scales` contains their factors. The pattern of
-  // `matrix` must contain couplings().
+  // Adds the stiffness K and the damping matrix D to rows [begin, end) of `matrix`. `scales`
+  // contains their factors. K has the Gauss-Newton or the lumped form, both of which are positive
+  // semi-definite. The pattern of `matrix` must contain couplings().
   virtual void add_stiffness(const Team& team, const Points& x, StiffnessScales scales, Index begin,
                              Index end, BlockMatrix& matrix) const = 0;
   // Adds `scale` times the part of the exact Hessian that Gauss-Newton omits: the moments times the

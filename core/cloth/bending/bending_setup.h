@@ -9,9 +9,9 @@
 
 namespace loomstone {
 
-// Throws InvalidInput if array sizes differ, a triangle has no rest area, a rigidity is not finite
-// or not positive semi-definite, a damping is negative or not finite, or a rest angle is outside
-// (-pi, pi).
+// Throws InvalidInput if array sizes differ, a rest area is not positive, a rigidity is not finite,
+// symmetric and positive semi-definite, a damping is negative or not finite, or a rest angle is
+// outside (-pi, pi).
 void check_bending_setup(const BendingSetup& setup);
 
 // Creates the hinges of the setup with their rest angles. Throws InvalidInput if the number of rest

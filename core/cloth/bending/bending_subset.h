@@ -24,11 +24,12 @@ struct BendingOfPart {
   IndexRange triangles;
 };
 
-// Returns the elements that act on the rows of a part, and those of its triangles. Forces and
-// stiffness in these rows have the same bits as those of the whole mesh.
+// Returns the bending elements that act on the rows of a part, and those of the triangles of the
+// part. Forces and stiffness in these rows have the same bits as those of the whole mesh.
 BendingOfPart bending_of_part(const BendingSetup& whole, MeshPart part);
 
-// Adds the triangles that share an edge with one of `triangles`, then sorts the list.
+// Adds the triangles that share an edge with one of `triangles`. On return, the list is sorted and
+// has no duplicates.
 void add_neighbours(const EdgeTable& edges, std::vector<Index>& triangles);
 
 // Returns the subset of a setup that check_bending_setup() has accepted. `edges` is the edge table

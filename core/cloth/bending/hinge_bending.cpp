@@ -22,7 +22,8 @@ namespace loomstone {
 namespace {
 
 // Area of a triangle, length of one of its edges, and bending rigidity about that edge. The
-// rigidity is kappa^T D kappa for a unit curvature kappa about the edge.
+// rigidity is kappa^T D kappa for a unit curvature kappa about the edge, or 0 if the triangle does
+// not act.
 struct EdgeOfTriangle {
   double area, length, rigidity;
 };
@@ -81,7 +82,7 @@ class HingeBending final : public Bending {
   }
 
   double energy(const Team& team, const Points& x) const override {
-    // Gradients are evaluated too, so that forces at the same positions use these values.
+    // Gradients are evaluated too, so that forces at the same positions can reuse these values.
     hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, true, values_);
     return parallel_sum(team, hinges_.n_hinges(), [&](Index e) {
       // Energy of a hinge with the angle theta:

@@ -42,10 +42,10 @@ LOOMSTONE_INLINE void store_transposed(double* out, const Lanes3<Lanes>& a) {
   store4(out + 112, lanes_shuffle<6, 7, 14, 15>(odd, odd_z));
 }
 
-// Computes atan2(s, c) by halving the angle three times and evaluating a polynomial on
-// [0, tan(pi/8)^2] (interpolated at Chebyshev points, relative error 7e-18). The result is accurate
-// to a few units in the last place. It is bitwise identical on every machine, because no branches
-// or library functions are used.
+// Computes atan2(s, c), and the sine and cosine of half this angle. The angle is halved three
+// times, and a polynomial is evaluated on [0, tan(pi/8)^2] (interpolated at Chebyshev points,
+// relative error 7e-18). The result is accurate to a few units in the last place. It is bitwise
+// identical on every machine, because no branches or library functions are used.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes arc_tangent(const Lanes& s, const Lanes& c, Lanes& half_sine,
                                    Lanes& half_cosine) {

@@ -79,7 +79,8 @@ class MidedgeBending final : public Bending {
   // triangles in ascending order.
   std::vector<Index> slot_start_, slots_;
   // Sums of C^T W C (see the top of this file) and of beta C^T W C over the triangles of each pair
-  // of hinges, where beta is the damping [s].
+  // of hinges, where beta is the damping [s]. In lumped form, they are the numbers q_e of
+  // BendingSetup::lumped_stiffness instead, and each hinge is paired only with itself.
   AlignedDoubles elastic_, viscous_;
 
   // Scratch memory, recomputed on use.
@@ -218,7 +219,7 @@ void MidedgeBending::sum_energies(const Team& team, const Points& x, IndexRange 
                                   double* sums) const {
   if (hinges_.n_hinges() == 0) return;
   // Gradients and hinges of other triangles are evaluated too, so that forces at the same positions
-  // use these values.
+  // can reuse these values.
   hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, true, values_);
   const Index first_batch = triangles.begin / lanes;
   std::vector<Index> batches((triangles.end + lanes - 1) / lanes - first_batch);

@@ -31,9 +31,9 @@ RestTriangle rest_triangle(const Corners2& corners) {
     const double l = (q - p).norm(), h = 2.0 * r.area / l;
     const Vec2 t = (q - p) / l, n(t.y(), -t.x());
     // The angle psi_i is h / 2 k_nn - a k_nt + b k_tt, where k_nn, k_nt and k_tt are the components
-    // of the curvature along the normal n and the tangent t of the edge. h is the height over the
-    // edge, `a` is the position of corner i along t, relative to the midpoint of the edge, and b is
-    // (a^2 - l^2 / 4) / (2 h) with the length l of the edge.
+    // of the curvature along the normal n and the tangent t of the edge. h is the height of the
+    // triangle over the edge, `a` is the position of corner i along t, relative to the midpoint of
+    // the edge, and b is (a^2 - l^2 / 4) / (2 h) with the length l of the edge.
     const double a = (x[i] - 0.5 * (p + q)).dot(t), b = (a * a - 0.25 * l * l) / (2.0 * h);
     const auto form = [](const Vec2& u, const Vec2& v) {
       return Row3(u.x() * v.x(), u.y() * v.y(), 0.5 * (u.x() * v.y() + u.y() * v.x()));
@@ -53,8 +53,8 @@ Mat3 turn(double alpha) {
   return r;
 }
 
-// Null space and pseudo-inverse of a symmetric matrix. Eigenvalues below `threshold` times the
-// largest eigenvalue count as zero. For a matrix S S^T, this means that singular values of S below
+// Null space and pseudo-inverse of a symmetric matrix. Eigenvalues up to `threshold` times the
+// largest eigenvalue count as zero. For a matrix S S^T, this means that singular values of S up to
 // sqrt(threshold) times the largest one count as zero.
 struct Split {
   Mat3 vectors;
@@ -177,7 +177,7 @@ Builder::Slope Builder::slope(Index e) const {
   const Mat3 kept = Split(moments, 1e-13).null_space();
   const Row3 wanted = 0.5 * (rest_[first].angle[local_edge(first, h.edge)] -
                              rest_[second].angle[local_edge(second, h.edge)] * to_second);
-  // The weights p have the least norm for which sum_k p_k angles_k and `wanted` agree on all
+  // Computes the weights p of least norm with which sum_k p_k angles_k agrees with `wanted` on all
   // curvatures in the range of `kept`.
   Mat3 gram = Mat3::Zero();
   for (const Row3& angle : angles) gram += (angle * kept).transpose() * (angle * kept);

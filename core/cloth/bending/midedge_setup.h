@@ -1,9 +1,10 @@
 // Constants of the mid-edge bending element. As in [Morley1968], the curvature of a triangle
 // follows from the slopes at its edge midpoints. The slope at an edge is a fixed combination of the
-// hinge angles of the two triangles at the edge, with the smallest weights that reproduce every
-// constant curvature. The curvature of each triangle is therefore a fixed linear function of at
-// most nine hinge angles. Vertex positions remain the only unknowns, and the orientation of the
-// mesh has no influence. The element itself is not taken from the literature.
+// hinge angles of the two triangles at the edge. Its weights are the smallest that reproduce every
+// constant curvature without moments across boundary edges. The curvature of each triangle is
+// therefore a fixed linear function of at most nine hinge angles. Vertex positions remain the only
+// unknowns, and the orientation of the mesh has no influence. The element itself is not taken from
+// the literature.
 #pragma once
 
 #include <array>

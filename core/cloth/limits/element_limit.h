@@ -109,8 +109,9 @@ template <class Real>
 struct Element {
   Real g0x, g0y, g1x, g1y;      // gradients of the shape functions of corners 0 and 1 [1/m]
   Real x0, y0, x1, y1, x2, y2;  // rest coordinates relative to the centre of mass [m]
-  // Sum over corners of mass fraction times X X^T, where X are the rest coordinates [m^2]. If two
-  // corners are held, it is instead h h^T with the height vector h over the held edge.
+  // Sum over free corners of mass times X X^T, where X are the rest coordinates. The unit of mass
+  // has no influence. If two corners are held, it is instead h h^T [m^2] with the height vector h
+  // over the held edge.
   Symmetric<Real> moments;
 };
 // Numbers of values and of gradients in an Element. The gradients come first.
@@ -203,14 +204,15 @@ LOOMSTONE_INLINE Real spin(const Symmetric<Real>& m, const Symmetric<Real>& u,
   return q / (-1e-300 - (um11 + um22));
 }
 
-// Returns w = (h x E h) / |h|^2, the least-squares fit of the strain tensor for two held corners.
-// h is the height vector over the held edge, and `m` is h h^T.
+// Returns w = (h x E h) / |h|^2, which fits the strain tensor in the least-squares sense if two
+// corners are held. h is the height vector over the held edge, and `m` is h h^T.
 template <class Real>
 LOOMSTONE_INLINE Real spin_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
   return ((m.a11 - m.a22) * e.a12 + m.a12 * (e.a22 - e.a11)) / (m.a11 + m.a22 + 1e-300);
 }
 // Returns the size of the part of E that can be corrected while two corners are held. It is the
-// larger of the components of E h / |h| along h and perpendicular to h (symbols of spin_of_two()).
+// larger magnitude of the two components of E h / |h|, along h and perpendicular to h (symbols of
+// spin_of_two()).
 template <class Real>
 LOOMSTONE_INLINE Real reach_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
   const Real along =

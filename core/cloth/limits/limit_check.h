@@ -55,8 +55,8 @@ class LimitCheck {
     return strains_.data() + 24 * static_cast<std::size_t>(batch);
   }
 
-  // Adds the excesses to `report`. The factor `unit` converts them to strains: it is 1 for
-  // strains, and the length of the step for strain rates.
+  // Adds the excesses to `report`. The factor `unit` converts `excess` to strains: it is 1 for
+  // strains, and the length of the step for strain rates. `broken` lists excesses of strains only.
   void add_to(LimitReport& report, const limit::Tables& tables, const limit::Motion& motion,
               double unit) const;
 

@@ -35,7 +35,8 @@ struct Motion {
 void sweep(const Tables& tables, const Motion& motion, const Index* batches, Index n,
            std::uint8_t* corrected);
 
-// Computes the displacements (batches x 9 x 8) of all three corners without applying them.
+// Computes the displacements (batches x 9 x 8) of all three corners in batches with a lane to
+// correct, without applying them.
 void corrections(const Tables& tables, const Motion& motion, const Index* batches, Index n,
                  std::uint8_t* corrected, double* out);
 

@@ -29,7 +29,8 @@ struct Tables {
   // (batches x 3 x 8 x 8) limited modes, with the fields of LimitMode in their order; may be null.
   const double* limits = nullptr;
   // (batches x 3 x 2) Bit masks for the second and the third phase of each mode; may be null.
-  // forces() sets the bits of the lanes whose mode has entered the phase: both in the third phase.
+  // forces() sets the bits of the lanes whose mode has entered the phase. A mode in the third phase
+  // has both bits set.
   std::uint8_t* entered = nullptr;
   // Time over which viscous forces average the strain rate [s]; 0: no average. The average assumes
   // that the cloth has moved to x at the constant velocity v during this time.

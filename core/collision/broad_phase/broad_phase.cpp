@@ -10,8 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Node pairs are expanded from the roots until there are this many tasks, or only pairs of leaves.
-// The value does not depend on the number of threads, so task numbers do not depend on it either.
+// Node pairs are expanded from the roots until there are at least this many tasks, or only leaf
+// pairs. The value is independent of the number of threads, and thus so are task numbers.
 constexpr std::size_t enough_tasks = 256;
 
 // Maximum number of pairs in a batch that is passed to the sink.
@@ -109,8 +109,8 @@ struct BroadPhase::Task {
   PairSearch::Nodes nodes;
 };
 
-// Expands pairs of nodes from the roots. `first` is a range of clusters of the first tree. Omits
-// pairs whose node of the first tree contains no cluster of this range.
+// Expands pairs of nodes from the roots. `first` is a range of clusters of the first tree. A pair
+// is omitted if its node of the first tree contains no cluster of this range.
 std::vector<BroadPhase::Task> BroadPhase::deal_out(const std::vector<Index>& which,
                                                    IndexRange first) const {
   std::vector<Task> tasks, next;

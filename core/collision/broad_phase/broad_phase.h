@@ -25,7 +25,7 @@ class PairSink {
                     std::vector<PairKey>& keys) = 0;  // may change `keys`
 };
 
-// Motion over a step and the inflation of its bounding volumes.
+// Motion over a step, and the inflation of the bounding volumes that enclose it.
 struct Sweep {
   const Points& x0;
   const Points& x1;
@@ -41,17 +41,17 @@ struct TaskShare {
 // Broad phase with one tree for each surface. The shape of the trees affects speed, not results.
 class BroadPhase {
  public:
-  // Searches for pairs of features find only the pairs of the tasks in `share`.
+  // near_pairs() and swept_pairs() find only the pairs that belong to the tasks in `share`.
   BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
              TaskShare share = {});
 
-  // Finds the pairs of features closer than `reach[i]` [m] at x for each surface pair i in `which`.
-  // Existing trees are refitted but not rebuilt.
+  // Finds the pairs of features that are at most `reach[i]` [m] apart at x, for each surface pair i
+  // in `which`. Existing trees are refitted but not rebuilt.
   void near_pairs(const Team& team, const Points& x, const std::vector<Index>& which,
                   const std::vector<double>& reach, std::vector<FeaturePairs>& found);
 
-  // Passes to `sink` all pairs of features whose 18-DOPs overlap. The 18-DOPs enclose the motion of
-  // the whole step and are inflated by `sweep.inflation`.
+  // Passes to `sink` all pairs of features, of the surface pairs in `which`, whose 18-DOPs overlap.
+  // The 18-DOPs enclose the motion of the whole step and are inflated by `sweep.inflation`.
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    PairSink& sink);
   // Like the other swept_pairs(), but stores the pairs in `found`. `keep` is called for each batch
@@ -60,9 +60,9 @@ class BroadPhase {
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    const Keep& keep, std::vector<FeaturePairs>& found);
 
-  // Returns the pairs of clusters (a, b) of a surface pair whose boxes overlap and whose cluster a
-  // is in `first`. They are packed as a << 32 | b, in ascending order. If there are more than
-  // `most`, some of them may be missing.
+  // Returns the cluster pairs (a, b) of a surface pair that have overlapping boxes and a first
+  // cluster a in `first`. They are packed as a << 32 | b, in ascending order. If there are more
+  // than `most`, some of them may be missing.
   std::vector<PairKey> cluster_pairs(const Team& team, Index surface_pair, IndexRange first,
                                      std::size_t most) const;
   ClusterTree& tree(Index surface) { return trees_[surface]; }

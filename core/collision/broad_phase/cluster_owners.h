@@ -2,8 +2,8 @@
 // first clusters of a surface pair are cut into one contiguous range for each rank. The cuts depend
 // on the costs of earlier steps. They determine which rank computes a list, not its content.
 // Expensive surface pairs are cut one by one, because some of them have many contacts and others
-// have many pairs to test for impacts. Each rank thus gets an equal part of both searches. The
-// first clusters of all other pairs, in ascending order, are cut together.
+// have many pairs to test for impacts. Each rank thus gets about an equal part of both searches.
+// The first clusters of all other surface pairs, in ascending order, are cut together.
 #pragma once
 
 #include <vector>
@@ -21,7 +21,7 @@ class ClusterOwners {
   // these clusters are given the same cost.
   ClusterOwners(const std::vector<Index>& n_clusters, const Communicator& ranks);
 
-  // Returns the clusters of a surface pair whose lists this rank computes.
+  // Returns the first clusters of a surface pair whose lists this rank computes.
   IndexRange own(Index pair) const { return range(pair, part_); }
   // Returns the position of a first cluster among the first clusters of this rank, which are sorted
   // by surface pair.
@@ -37,7 +37,7 @@ class ClusterOwners {
   // Returns true if the environment variable LOOMSTONE_ROTATE_OWNERS is set and there are several
   // ranks. Tests set it to change the owners in every search.
   bool rotates() const { return rotates_; }
-  // Gives each range to the next rank.
+  // Gives each range to the preceding rank.
   void rotate();
 
  private:

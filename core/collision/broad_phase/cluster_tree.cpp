@@ -9,7 +9,7 @@ namespace loomstone {
 
 namespace {
 
-// New clusters are formed when the total box area has grown by this factor. Affects speed only.
+// Growth factor of the total box area above which new clusters are formed. Affects speed only.
 constexpr double decay_limit = 1.5;
 constexpr Index refit_grain = 128;  // number of groups that a task refits
 
@@ -128,7 +128,7 @@ void order_by_halves(const Points& centres, Index* items, Index n) {
   }
   int axis;
   (high - low).maxCoeff(&axis);
-  Index node = slab_lanes;  // size of the largest node with fewer than n items
+  Index node = slab_lanes;  // number of items in the largest kind of node with fewer than n
   while (node * slab_lanes < n) node *= slab_lanes;
   const Index half = std::max<Index>(1, (n / 2 + node / 2) / node) * node;
   std::nth_element(items, items + half, items + n, [&](Index i, Index j) {
@@ -253,7 +253,7 @@ std::size_t ClusterTree::n_slots() const {
 void ClusterTree::find_boxes(const Team& team, const std::vector<PackedSlabs>& vertices,
                              Index begin, Index end, std::vector<PackedSlabs>& boxes) const {
   parallel_ranges(team, end - begin, refit_grain, [&](Index first, Index last) {
-    // A cluster has exactly one group of faces, so numbers of clusters are also numbers of groups.
+    // A cluster has exactly one group of faces, so cluster numbers are also group numbers.
     const FeatureGroups groups = {faces_.corners.data(), faces_.n_corners, begin + first,
                                   begin + last};
     LOOMSTONE_WIDEST(refit_features)(vertices.data(), groups, nullptr, boxes.data());

@@ -75,7 +75,7 @@ class ClusterTree {
   Index n_clusters() const { return n_clusters_; }
   // Returns the box that encloses all features of a cluster.
   const PackedSlabs& box(Index cluster) const { return cluster_boxes_[cluster]; }
-  // Returns the vertex boxes of all surfaces that the last refit received.
+  // Returns the vertex boxes, of all surfaces, that the last refit received.
   const PackedSlabs* vertex_boxes() const { return vertex_boxes_; }
 
   const Features& faces() const { return faces_; }

@@ -1,5 +1,5 @@
-// The part of NeighbourLists that decides when lists end and when cluster pairs are searched. The
-// ranks agree on both decisions.
+// The part of NeighbourLists that decides when lists end and when cluster pairs are searched for.
+// The ranks agree on both decisions.
 #include <algorithm>
 #include <atomic>
 #include <cstring>
@@ -11,19 +11,19 @@ namespace loomstone {
 
 namespace {
 
-// Lists are distributed again if the cost of one rank exceeds this multiple of the mean cost, but
-// at most once in `least_updates` updates. Our choice.
+// A search, which distributes the lists again, is due if the cost of one rank exceeds this multiple
+// of the mean cost, but not within `least_updates` updates of the last distribution. Our choice.
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 
-// Searching a surface pair in full costs less than its widened lists if more than this share of
-// them is made again in an update, on average over some updates. Measured on a ribbon and a dress.
+// It is cheaper to search a surface pair in full than to keep its widened lists if an update makes
+// more than this share of them again, on average. Measured on a ribbon and a dress.
 constexpr double most_made = 1.0 / 6.0;
 constexpr int upkeep_updates = 8;
 
 }  // namespace
 
-// Returns whether the vertices that this rank checks are within the margin of their expected
+// Returns whether the vertices that this rank checks are within the margin around their expected
 // motion, at x and at x + ahead * (x - start). Omits surfaces without lists.
 bool NeighbourLists::as_expected(const Team& team, const Points& start, const Points& x,
                                  double ahead) const {
@@ -89,7 +89,7 @@ void NeighbourLists::begin_update(const Team& team, const Points& x) {
   }
 }
 
-// Adds the change of distances in the last step to `used` of each list, and finds lists that end.
+// Adds the change of distances in the last step to `used` of each list. Finds lists that end.
 NeighbourLists::Pass NeighbourLists::pass_at_x(const Team& team) {
   if (!unchecked_) return {};
   const WorkTimer<double> timing(pass_seconds_, clock_);
@@ -129,22 +129,22 @@ void NeighbourLists::count_update() {
   }
 }
 
-// Returns whether the lists of an unlisted surface pair are tried again within some updates, of
-// which the present one is the first.
+// Returns whether the lists of any unlisted surface pair are tried again within the given number of
+// updates, which includes the present one.
 bool NeighbourLists::retries_within(int updates) const {
   return std::any_of(unlisted_.begin(), unlisted_.end(),
                      [&](int left) { return left > 0 && left <= updates; });
 }
 
-// Returns whether too many widened lists were made again, except because they changed their owners.
+// Returns whether too many widened lists were made again, other than by the rotation of owners.
 // Lists that are not widened pay even if they last for few updates.
 bool NeighbourLists::costly(const Upkeep& upkeep) const {
   return extra_ > 0.0 && upkeep.updates == upkeep_updates && !owners_.rotates() &&
          static_cast<double>(upkeep.made) > most_made * static_cast<double>(upkeep.lists);
 }
 
-// Searches for cluster pairs at the positions of the last update. Tries the lists of surface pairs
-// again whose pause is over. `all`: there are no lists yet.
+// Repeats the search for cluster pairs at the positions of the last update. Tries lists again for
+// surface pairs whose pause is over. `all`: there are no lists yet.
 void NeighbourLists::search_at_x(const Team& team, bool all) {
   const std::vector<int> before = unlisted_;
   const bool retries = retries_within(1);
@@ -185,7 +185,7 @@ void NeighbourLists::begin_cover(const Team& team, const Points& x1, Cover what)
 
 NeighbourLists::Pass NeighbourLists::pass_to(const Team& team, const Points& x1) {
   if (!uncovered_) return {};
-  // Lists that reach the pairs of Cover::Reach also contain those of an update.
+  // Lists that contain all pairs of Cover::Reach also contain those that an update requires.
   if (cover_ == Cover::Gap) make_ended(team);
   Pass pass = find_ended_before(team, x1);
   pass.unexpected = unlisted().size() < pairs_.size() && !as_expected(team, x_, x1, 0.0);
@@ -230,8 +230,8 @@ bool NeighbourLists::any(const std::vector<Pass>& passes, bool Pass::* flag) {
   return std::any_of(passes.begin(), passes.end(), [&](const Pass& pass) { return pass.*flag; });
 }
 
-// Returns whether vertices have left their expected motion on some rank, whether costs are
-// unbalanced, or whether every search changes the owners.
+// Returns whether vertices have left their expected motion on some rank, costs are unbalanced, or
+// the owners rotate in every search.
 bool NeighbourLists::search_is_due(const std::vector<Pass>& passes) const {
   double most = 0.0, sum = 0.0;
   for (const Pass& pass : passes) {

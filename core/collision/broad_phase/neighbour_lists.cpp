@@ -12,18 +12,18 @@ namespace loomstone {
 namespace {
 
 // Parameters tuned on a draped sheet; they affect speed only. The slack of a list covers
-// `steps_to_last` steps of the current motion, within the bounds below. In the search for cluster
-// pairs, vertex boxes cover `steps_ahead` steps plus a margin.
+// `steps_to_last` steps of the current motion, within the bounds below, but at least 1.5 steps. In
+// the search for cluster pairs, vertex boxes cover `steps_ahead` steps plus a margin.
 constexpr double steps_to_last = 12.0;
 constexpr double least_slack = 0.2, most_slack = 2.5;  // as fractions of the thickness
 constexpr double most_slack_of_edge = 0.6;             // as a fraction of the mean edge length
 constexpr double steps_ahead = 3.0;
-// The margin is 0.4 times the mean edge length, within these bounds [multiples of half the
-// thickness]. It is this large because automatic steps are long, so that accelerations move
-// vertices far from their expected motion.
+// The margin is 0.4 times the mean edge length, within these bounds [multiples of the inflation of
+// boxes, which is about half the thickness]. It is this large because automatic steps are long, so
+// that accelerations move vertices far from their expected motion.
 constexpr double margin_of_edge = 0.4, least_margin = 1.0, most_margin = 8.0;
 
-// Returns a lower bound of the distance between two boxes [m].
+// Returns a lower bound on the distance between two boxes [m].
 double gap_between(const PackedSlabs& a, const PackedSlabs& b) {
   double square = 0.0, diagonal = 0.0;
   for (int k = 0; k < n_slabs; ++k) {
@@ -185,7 +185,7 @@ void NeighbourLists::search(const Team& team, const Points& x1, bool may_rebuild
   find_used();
 }
 
-// Sets the lists to those of the cluster pairs in `found`. Keeps a list that exists already if the
+// Replaces the lists by those of the cluster pairs in `found`. Keeps an existing list if the
 // clusters of neither surface have been formed again.
 void NeighbourLists::keep_or_add(const std::vector<std::vector<PairKey>>& found,
                                  const std::vector<std::uint8_t>& formed) {
@@ -208,7 +208,7 @@ void NeighbourLists::keep_or_add(const std::vector<std::vector<PairKey>>& found,
   }
 }
 
-// Finds the clusters and vertices in the lists of this rank.
+// Finds the clusters and vertices in the lists of this rank, and counts the lists.
 void NeighbourLists::find_used() {
   for (std::vector<Index>& used : used_) used.clear();
   vertices_.clear();

@@ -1,5 +1,5 @@
 // Neighbour (Verlet) lists of near features, kept over several steps. Each pair of neighbouring
-// clusters has a list. The set of cluster pairs stays valid while vertices remain inside boxes
+// clusters has a list. The set of cluster pairs stays valid while vertices remain within a margin
 // around their expected motion. A list stays valid while distances have changed by at most its
 // slack. The relative displacement of the two clusters bounds this change, so clusters that move
 // together keep their list. Lists always contain all near pairs. Their lifetime does not affect
@@ -39,8 +39,8 @@ struct NeighbourList {
   double slack = -1.0;
   double used = 0.0;  // bound on the change of distances since the list was made [m]
   // Bound on the change of distances in one step [m]. After update(), it applies to the last step,
-  // or to the expected step if cluster pairs have been searched. After cover(), it applies to the
-  // motion from the last update() to x1.
+  // or to the expected step if cluster pairs have been searched for. After cover(), it applies to
+  // the motion from the last update() to x1.
   double change = 0.0;
   double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` in `near` [m]
   float cost = 0.0f;     // estimated cost of this list since lists were distributed [ns]
@@ -102,7 +102,7 @@ class NeighbourLists {
   // Result of the pass of a rank over its lists.
   struct Pass {
     bool unexpected = false;  // vertices have left their expected motion
-    bool due = false;         // the next update at the end of the motion needs a search
+    bool due = false;         // an update at the end of the motion needs a search
     bool fast = false;        // a surface pair may have to be unlisted
     double cost = 0.0;        // time spent on all lists since they were distributed [ns]
   };
@@ -112,26 +112,26 @@ class NeighbourLists {
   void widen(double extra);
 
   // Collective. After update() and make_ended(), the lists contain all pairs of features closer
-  // than the thickness at x.
+  // than the thickness at x, except those of unlisted surface pairs.
   void update(const Team& team, const Points& x);
   bool updated_at(const Points& x) const;
 
   // Which pairs the lists contain after cover() and make_ended(). Vertices move from the positions
   // of the last update() to x1.
   // Gap: all pairs that come closer than CollisionModel::gap_floor.
-  // Reach: all pairs within reach. The 18-DOPs of the motions of the two features, inflated by half
-  // the thickness plus half the extra distance of widen(), overlap, and the distance at the start
-  // is at most the thickness plus the extra distance plus the relative displacement.
+  // Reach: all pairs with overlapping 18-DOPs of the motions of the two features, inflated by half
+  // the thickness plus half the extra distance of widen(), and a start distance of at most
+  // thickness plus extra distance plus relative displacement.
   enum class Cover { Gap, Reach };
 
   // Collective.
   void cover(const Team& team, const Points& x1, Cover what = Cover::Gap);
 
   // update() and cover() in parts, so that ranks test pairs before they know that the lists are
-  // complete, and send results and passes in one exchange. All ranks first call begin_update(),
-  // which rarely communicates. Each rank then calls pass_at_x(), and tests the pairs in its lists
-  // unless Pass::unexpected is set. Finally, it gives the passes of all ranks to end_update(). If
-  // this returns false, it has added missing lists, and the ranks repeat the passes and the tests.
+  // complete, and send results and passes in one gather. All ranks first call begin_update(), which
+  // rarely communicates. Each rank then calls pass_at_x(), and tests the pairs in its lists unless
+  // Pass::unexpected is set. Finally, it gives the passes of all ranks to end_update(). If this
+  // returns false, it has added missing lists, and the ranks repeat the passes and the tests.
   void begin_update(const Team& team, const Points& x);
   Pass pass_at_x(const Team& team);
   bool end_update(const Team& team, const std::vector<Pass>& passes);
@@ -140,7 +140,7 @@ class NeighbourLists {
   bool end_cover(const Team& team, const Points& x1, const std::vector<Pass>& passes);
   GatherRoom& contact_room() { return contact_room_; }
 
-  // Replaces the lists of this rank whose slack is too small by new ones. Must follow update(),
+  // Replaces lists of this rank by new ones if their slack is too small. Must follow update(),
   // cover(), pass_at_x() or pass_to().
   void make_ended(const Team& team);
 
@@ -162,8 +162,8 @@ class NeighbourLists {
   }
   std::size_t n_ranges() const { return (lists_.size() + most_at_once - 1) / most_at_once; }
   bool listed(Index pair) const { return unlisted_[pair] == 0; }
-  // Returns the feature pairs of unlisted surface pairs that are closer than the thickness at the
-  // positions of the last update(). Each pair is found by one rank.
+  // Returns the feature pairs closer than the thickness at the positions of the last update(), for
+  // unlisted surface pairs. Each feature pair is found by one rank.
   std::vector<FeaturePairs> unlisted_near_pairs(const Team& team) const;
   std::vector<Index> unlisted() const;
   const Communicator& ranks() const { return ranks_; }
@@ -182,8 +182,8 @@ class NeighbourLists {
   std::size_t bytes() const;                               // memory [bytes]
 
  private:
-  // Upkeep of the lists of a surface pair on this rank: sum of the numbers of lists in some
-  // updates, and number of lists made again since the first of them.
+  // Upkeep of the lists of a surface pair on this rank: number of updates, sum of the numbers of
+  // lists in them, and number of lists made again during them.
   struct Upkeep {
     int updates = 0;
     std::int64_t lists = 0, made = 0;
@@ -195,7 +195,7 @@ class NeighbourLists {
     Upkeep upkeep;
   };
 
-  static constexpr int pause = 64;           // number of updates for which a pair stays unlisted
+  static constexpr int pause = 64;           // number of updates without lists if they are widened
   static constexpr Index most_at_once = 64;  // number of lists in a call of work_on()
   // Calls work(list) for some lists, and divides the time that this takes among them in proportion
   // to their estimated costs.
@@ -234,7 +234,7 @@ class NeighbourLists {
   void count_update();
   bool retries_within(int updates) const;
   bool costly(const Upkeep& upkeep) const;
-  // Leaves a surface pair without lists until the next update or, if lists are widened, for longer.
+  // Leaves a surface pair without lists until the next update, or for `pause` if they are widened.
   void unlist(std::size_t pair) { unlisted_[pair] = extra_ > 0.0 ? pause : 1; }
   bool ends_at_x(const NeighbourList& list) const;
   void find_slacks_and_margins(const Points& x);
@@ -277,8 +277,8 @@ class NeighbourLists {
   // End of the motion of the last cover(). Only the rows of own_vertices() are set.
   Points covered_;
   bool settled_ = false;      // the ranks agree that an update at covered_ needs no search
-  bool unchecked_ = false;    // the ranks have not exchanged the passes of an update
-  bool uncovered_ = false;    // the ranks have not exchanged the passes of a cover
+  bool unchecked_ = false;    // the ranks have not gathered the passes of an update
+  bool uncovered_ = false;    // the ranks have not gathered the passes of a cover
   Cover cover_ = Cover::Gap;  // of the last begin_cover()
   GatherRoom contact_room_;
   // Box of each vertex at its position in x_, without motion. Only the boxes of the vertices in

@@ -151,7 +151,7 @@ LOOMSTONE_INLINE MaskOf<Floats> different(const Index* corners, const std::array
   return ((first != ends[0]) & (first != ends[1])) & ((second != ends[0]) & (second != ends[1]));
 }
 
-// Appends the slot pairs of edge `own` with each edge of `run` that overlaps it and shares no
+// Appends the slot pairs of edge `own` with each edge of `groups` that overlaps it and shares no
 // vertex with it. If `upper`, tests only slots after the slot of `own`.
 template <class Floats, class Pairs>
 LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const MaskedGroups& groups,

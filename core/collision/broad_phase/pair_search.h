@@ -74,8 +74,8 @@ class PairSearch {
     clusters(start, all, [&](Index a, Index b) { features(a, b, 0.0, slots, visit); });
   }
 
-  // Calls visit(kind, first, second) for each pair of features of clusters a and b whose boxes are
-  // within `reach` [m] of each other.
+  // Calls visit(kind, first, second) for each pair of features of clusters a and b that share no
+  // vertex and whose boxes are within `reach` [m] of each other.
   template <class Visit>
   void features(Index a, Index b, double reach, Slots& slots, Visit&& visit) const {
     slots.clear();

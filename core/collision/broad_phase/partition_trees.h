@@ -35,18 +35,18 @@ class PartitionTrees {
   // built again at x0.
   void refit(const Team& team, const InflatedMotion& motion, bool may_rebuild);
 
-  // Returns those top-level tests of a rank whose boxes overlap. On all ranks together, they
-  // compare each partition with itself, with each other partition, and with each body or obstacle.
-  // Test i belongs to rank i modulo `n_ranks`.
+  // Top-level tests compare each partition with itself, with each other partition, and with each
+  // body or obstacle, if their surfaces may collide. Test i belongs to rank i modulo `n_ranks`.
+  // Returns those tests of a rank whose boxes overlap.
   std::vector<NodeTest> top_level(int rank, int n_ranks) const;
 
-  // The clusters of all hierarchies are numbered in the order of the hierarchies. Returns their
-  // number.
+  // Returns the number of clusters of all hierarchies. The clusters are numbered in the order of
+  // the hierarchies.
   std::size_t n_clusters() const;
   // Returns the number of the first cluster in the first node of a test.
   std::size_t first_cluster(const NodeTest& test) const { return clusters_of(test).begin; }
-  // Returns tests that stand for all top-level tests, restricted to first clusters with the numbers
-  // `begin` to `end` - 1. Top-level tests that compare other clusters too are expanded.
+  // Returns tests that replace all top-level tests for the first clusters with the numbers `begin`
+  // to `end` - 1. Top-level tests that also compare other first clusters are expanded.
   std::vector<NodeTest> tests_of(std::size_t begin, std::size_t end) const;
 
   // Returns whether a test compares two clusters, which have features instead of children.

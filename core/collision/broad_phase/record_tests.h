@@ -9,12 +9,12 @@
 
 namespace loomstone {
 
-// Returns the tests with which a rank starts.
+// Function that returns the tests with which a rank starts.
 using FirstTests = std::function<std::vector<NodeTest>(int rank)>;
 
 // Performs all tests of a search for `n_ranks` ranks, and writes their tree and costs to `tests`.
 // If `tests` already contains the same tree, keeps the smaller cost of each test. This excludes
-// times in which the processor ran other programs.
+// measurements that other programs disturbed.
 void record_tests(const FirstTests& first_tests, int n_ranks, const TaskPool::Perform& perform,
                   RecordedTests& tests);
 

@@ -1,7 +1,7 @@
 // Division of the first tests of dynamic searches among ranks by the costs of earlier searches. The
 // clusters of all hierarchies, in order, are cut into one contiguous range for each rank. A rank
-// starts with the tests whose first cluster is in its range. Costs determine which rank performs a
-// test at first, not its results.
+// starts with the tests whose first cluster is in its range. Costs determine which rank receives a
+// test at the start. They do not affect results.
 #pragma once
 
 #include <cstddef>
@@ -15,17 +15,18 @@ class SearchDeal {
  public:
   explicit SearchDeal(std::size_t n_clusters = 0) : n_clusters_(n_clusters) {}
 
-  // One in this number of searches measures costs. Reading the clock makes this one a tenth slower.
+  // One search in this many measures costs. Reading the clock makes this search a tenth slower.
   static constexpr int interval = 8;
 
   // Starts a search. Returns whether it measures costs.
   bool begin(int threads);
-  // Adds the cost of a test whose first cluster is given [s]. Called concurrently by threads.
+  // Adds the cost [s] of a test with the given first cluster. Threads call it concurrently.
   void add(int thread, std::size_t cluster, double seconds);
   // Collective. Ends a search that measures costs: cuts the clusters into `n_ranges` ranges.
   void end(const Communicator& ranks, int n_ranges);
 
-  // Number of exchanges in each search, on average, and bytes that all ranks receive in them.
+  // Average number of exchanges per search, and average size of the data that all ranks receive in
+  // them [bytes].
   static constexpr double exchanges() { return 2.0 / interval; }
   double bytes() const;
 

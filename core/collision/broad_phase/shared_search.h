@@ -25,7 +25,7 @@ namespace loomstone {
 
 class SharedSearch {
  public:
-  // `broad_phase` determines which features are attached. It must outlive this object. All ranks
+  // `broad_phase` determines which features are attached, and must outlive this object. All ranks
   // must make and destroy this object together.
   SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                const BroadPhase& broad_phase, Decomposition decomposition,

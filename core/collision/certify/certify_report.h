@@ -17,8 +17,8 @@ struct WithheldMotion {
 };
 
 struct CertifyReport {
-  std::int64_t impacts = 0;  // colliding pairs at the start of certification
-  // Impacts that remain because prescribed motion leaves the cloth no room.
+  std::int64_t impacts = 0;  // number of impacts when certification starts
+  // Number of impacts that remain because prescribed motion leaves the cloth no room.
   std::int64_t unresolved = 0;
   std::vector<WithheldMotion> withheld;  // sorted by vertex, at most one entry per vertex
 

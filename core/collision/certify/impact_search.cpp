@@ -31,7 +31,7 @@ ImpactSearch::ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase,
                            NeighbourLists& lists)
     : model_(model), broad_phase_(broad_phase), lists_(lists) {}
 
-// Tests feature pairs for impacts during one motion.
+// Test of feature pairs for impacts during one motion.
 struct ImpactSearch::PairTest {
   const CollisionModel& model;
   const MotionInputs& inputs;

@@ -27,7 +27,7 @@ struct CollisionSurface {
   bool smooth = false;
 };
 
-// Row of the linear system that determines the motion of each collision vertex.
+// For each collision vertex, the row of the linear system that determines its motion.
 struct VertexRows {
   // A vertex of cloth has its own row, and a vertex of a body has the row of the body's
   // translation. A vertex with prescribed motion has -1.

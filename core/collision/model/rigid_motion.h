@@ -6,7 +6,7 @@
 namespace loomstone {
 
 struct RigidMotion {
-  bool rigid = false;  // false if the surface deforms
+  bool rigid = false;  // false if the surface deforms or has fewer than 3 vertices
   Mat3 rotation = Mat3::Identity();
   Vec3 from = Vec3::Zero(), to = Vec3::Zero();  // first vertex at the start and at the end [m]
 

@@ -20,7 +20,7 @@ using MovingPoints = std::array<Vec3, 8>;
 struct Impact {
   bool hit = false;
   bool touching = false;  // the distance at the start is at or below the floor, up to rounding
-  // Lower bound of the first time in [0, 1] at which the distance falls to the floor.
+  // Lower bound on the first time in [0, 1] at which the distance falls to the floor.
   double time = 1.0;
   double start_distance = 0.0;      // [m]; set only for a hit
   std::array<double, 4> weights{};  // weights of the closest points at `time`; set only for a hit

@@ -26,10 +26,11 @@ ClosestPair closest_edge_edge(const FourPoints& points);
 // through their centroids already prove that the distance exceeds `reach`.
 double distance_within(bool vertex_face, const FourPoints& points, double reach);
 
-// Both functions return the unit normal from b to a. If the distance is below 1e-14 of the extent
-// of the four points, the closest points define no direction. The result is then the face normal or
-// the common perpendicular of the edges, oriented towards `side`. `side` is a vector from b to a at
-// an earlier time, or zero.
+// Both functions return the unit normal from b to a. If the distance is at most 1e-14 times the
+// extent of the four points, the closest points define no direction. The result is then the face
+// normal or the common perpendicular of the edges, oriented towards `side`, a vector from b to a at
+// an earlier time, or zero. If the perpendicular vanishes, the result is the direction of `side`,
+// or else z.
 Vec3 contact_normal_vertex_face(const FourPoints& points, const ClosestPair& closest,
                                 const Vec3& side);
 Vec3 contact_normal_edge_edge(const FourPoints& points, const ClosestPair& closest,

@@ -56,8 +56,8 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves<Lanes>& curves) {
       side[1][lane] = 0.5 * ((p.start[i][l] * p.end[j][m] - p.start[i][m] * p.end[j][l]) +
                              (p.end[i][l] * p.start[j][m] - p.end[i][m] * p.start[j][l]));
       side[2][lane] = p.end[i][l] * p.end[j][m] - p.end[i][m] * p.end[j][l];
-      // Rounding of corners, products and sums contributes 8 epsilon, and the evaluation over
-      // pieces contributes 6 epsilon.
+      // Rounding of corners, products and sums contributes 8 epsilon, and evaluation over
+      // subintervals of the step contributes 6 epsilon.
       error[lane] = 16.0 * epsilon * size[i] * size[j];
     }
   }
@@ -77,8 +77,8 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves<Lanes>& curves) {
   curves.volume[1] = (s[0][1] + 2.0 * s[1][0]) / 3.0;
   curves.volume[2] = (2.0 * s[1][1] + s[2][0]) / 3.0;
   curves.volume[3] = s[2][1];
-  // Rounding of the coefficients contributes 48 epsilon, and the evaluation over pieces contributes
-  // 24 epsilon.
+  // Rounding of the coefficients contributes 48 epsilon, and evaluation over subintervals
+  // contributes 24 epsilon.
   curves.volume_error = 80.0 * epsilon * size[0] * size[1] * size[2];
   const double least = *std::min_element(size, size + n_corners),
                most = *std::max_element(size, size + n_corners);

@@ -7,14 +7,15 @@
 //   apart: the volume keeps its sign, or one coordinate of two sides has opposite signs throughout;
 //   meet:  the volume changes sign while one coordinate of all sides has the same sign throughout.
 // Bernstein coefficients bound a polynomial over a piece. Every comparison allows for the rounding
-// errors of its operands.
+// errors of its operands. The result is Open if rounding errors or the limits of the bisection
+// prevent a proof.
 #pragma once
 
 #include "core/collision/narrow_phase/continuous.h"
 
 namespace loomstone {
 
-enum class Proof { Apart, Meet, Open };  // Open: undecided because of rounding
+enum class Proof { Apart, Meet, Open };  // Open: undecided
 
 struct Decision {
   Proof proof;

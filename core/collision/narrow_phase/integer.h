@@ -63,7 +63,7 @@ class Integer {
   __extension__ using Wide = unsigned __int128;
 
   // Limbs from the lowest to the highest. The highest limb is not zero. Up to `in_place` limbs are
-  // stored inline, more of them on the heap.
+  // stored inline. If there are more, all of them are on the heap.
   class Limbs {
    public:
     Limbs() {}

@@ -48,7 +48,7 @@ struct Differences {
   LOOMSTONE_INLINE Lanes3<Lanes> middle(int k) const { return plus(start[k], end[k]); }
 
   LOOMSTONE_INLINE MaskOf<Lanes> separated_by(const Lanes3<Lanes>& n) const {
-    // Bound of the rounding errors of the dot products below. In units of |n|_1 times `size`, the
+    // Bound on the rounding errors of the dot products below. In units of |n|_1 times `size`, the
     // differences contribute at most 1/2 epsilon, and products and sums at most 3/2 epsilon.
     const Lanes error = 4.0 * std::numeric_limits<double>::epsilon() *
                             (absolute(n.x) + absolute(n.y) + absolute(n.z)) * size +

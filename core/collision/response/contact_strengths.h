@@ -1,4 +1,4 @@
-// Quantities on which forces of contacts depend, except distances: shares, stiffness, and slips of
+// Quantities, other than distances, on which contact forces depend: shares, stiffness, and slips of
 // friction anchors.
 #pragma once
 
@@ -32,8 +32,9 @@ ContactStrengths contact_strengths(const CollisionModel& model,
                                    const std::vector<Contact>& contacts,
                                    const StrengthInputs& inputs);
 
-// Strengths of the same contacts, positions and masses for changing forces and anchors. The end of
-// a part of a step, its report and the next part usually ask for the same strengths.
+// Strengths of contacts whose positions and masses stay the same, while forces and anchors change.
+// The same strengths are usually needed at the end of a part of a step, in the report on it, and at
+// the start of the next part.
 class KnownStrengths {
  public:
   // Returns contact_strengths(). Between two calls of forget(), all calls must have the same

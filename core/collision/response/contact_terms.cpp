@@ -31,7 +31,7 @@ Vec3 weighted(const Contact& contact, const Points& field) {
 
 // Largest slope of a normal force, in units of the effective mass of the contact divided by the
 // square of the step. Our choice. With 1e6, cloth catches on pins that drag it along. Without a
-// bound, one in fifty simulations of such pins ends because the system is not positive definite in
+// bound, one in fifty simulations of such pins fails because the system is not positive definite in
 // single precision.
 constexpr double rigid = 1e8;
 

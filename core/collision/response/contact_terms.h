@@ -36,7 +36,8 @@ struct FrictionError {
   // would close.
   std::array<BinnedSum, n_sums> sums;
 
-  // Returns the first sum divided by the second one, or 1 if any contact would close [1].
+  // Returns the first sum divided by the second [1]; 0 if the first is 0, 1 if any contact would
+  // close.
   double relative() const;
 };
 
@@ -52,7 +53,7 @@ class ContactTerms {
                ExtraTerms& terms);
 
   std::size_t size() const { return laws_.size(); }  // number of terms
-  // Number of terms if `inputs.rows` were all rows.
+  // Number of terms that there would be if `inputs.rows` contained all rows.
   std::size_t n_all() const { return n_all_; }
   Index contact(std::size_t term) const { return laws_[term].contact; }
   // Returns whether the first row of a term is one of `inputs.rows`. If ranks make terms for
@@ -98,7 +99,7 @@ class ContactTerms {
 // Motion of n collision vertices.
 struct ContactMotion {
   const Points& x;   // (n x 3) end of the motion [m]
-  const Points& x0;  // (n x 3) start of the motion, unused if it has one part [m]
+  const Points& x0;  // (n x 3) start of the motion, unused if n_parts is 1 [m]
   int n_parts = 1;   // number of equal parts of the motion
 };
 

@@ -50,9 +50,10 @@ Vec3 rounded_normal(const Points& normals, const std::array<Index, 4>& v,
   return length > 0.5 && along != 0.0 ? Vec3(sum / std::copysign(length, along)) : flat;
 }
 
-// Returns whether `other` replaces `contact`. This is the case if the face of `other` is nearer and
-// contains the edge or corner on which the closest point of `contact` lies. On an edge or corner,
-// the normal of `contact` would rotate faster than a step can follow.
+// Returns whether `other` replaces `contact`. This is the case if the face of `other` is nearer (or
+// as near, with a smaller id) and contains the edge or corner on which the closest point of
+// `contact` lies. On an edge or corner, the normal of `contact` would rotate faster than a step can
+// follow.
 bool outdone(const CollisionModel& model, const Contact& contact, const Contact& other) {
   if (contact.distance < other.distance ||
       (contact.distance == other.distance && contact.b < other.b))
@@ -155,7 +156,8 @@ class ContactFinder {
   }
 
   // Returns the distance of two features [m] of surface pair i. Appends their contact to `out` if
-  // they are closer than the thickness. Edges must also be closest inside both edges.
+  // they are closer than the thickness. Two edges must also be closest inside both edges, and
+  // neither surface may be smooth.
   double look(Index i, ContactKind kind, PairKey key, std::vector<FoundContact>& out) const {
     const std::array<Index, 4> v = pair_vertices(model_, kind, key);
     const FourPoints p = points(v);

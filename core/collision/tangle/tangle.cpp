@@ -12,7 +12,7 @@ namespace loomstone {
 
 namespace {
 
-// Lower bound for the sine of the angle between an edge and the plane of a triangle. Smaller sines
+// Lower bound on the sine of the angle between an edge and the plane of a triangle. Smaller sines
 // are replaced by it.
 constexpr double least_sine = 0.2;
 // Smallest length of the sum of the two unit contour directions at a piercing. Below it, the

@@ -35,11 +35,11 @@ class ElementSteps {
                const std::vector<LimitModes>& limits = {});
 
   const Vector& at_rest() const { return at_rest_; }  // (m) [s]
-  // Steps (m) at positions x and velocities v, at most those at rest [s]. With principal stretch s
-  // and largest tension t [N/m], lambda <= s^2 lambda_0 + gamma t. Here lambda_0 is the eigenvalue
-  // at rest, including the stiff phases of strain limits at x and at positions that v predicts, and
-  // gamma is the largest eigenvalue that a unit of tension adds. The strain of a limited triangle
-  // changes by at most 0.1 in a step. The result is valid until the next call.
+  // Steps (m) at positions x and velocities v, at most those at rest [s]. With the largest stretch
+  // s >= 1 and the largest tension t [N/m], lambda <= s^2 lambda_0 + gamma t. Here lambda_0 is the
+  // eigenvalue at rest, including the stiff phases of strain limits at x and at positions that v
+  // predicts, and gamma is the largest eigenvalue that a unit of tension adds. The strain of a
+  // limited triangle changes by at most 0.1 in a step. The result is valid until the next call.
   const Vector& at(const Team& team, const Points& x, const Points& v, Elasticity& elasticity);
   // Step of triangle t [s] at the strains that at() has computed. Each mode is in its phase at
   // these strains or in its entry of `phases`, whichever is higher.

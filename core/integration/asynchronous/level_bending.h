@@ -10,12 +10,12 @@
 
 namespace loomstone {
 
-// The triangles of the model with one type of bending element, and the edges of their mesh.
+// The triangles of a cloth that resists bending, and the edges of their mesh.
 struct BendingMesh {
   BendingElement element;
   BendingSetup setup;
   EdgeTable edges;
-  std::vector<Index> triangles;  // index in the model of each triangle of the part
+  std::vector<Index> triangles;  // index in the model of each triangle of the cloth
 
   BendingMesh(const ClothModel& model, const ClothModel::BendingPart& part);
 };
@@ -23,7 +23,7 @@ struct BendingMesh {
 // The bending of a group of triangles that have their events at the same times.
 class BendingGroup {
  public:
-  // `acting` lists triangles of the part in ascending order. `factors` multiply their forces; they
+  // `acting` lists triangles of the mesh in ascending order. `factors` multiply their forces; they
   // are 1 if the vector is empty.
   BendingGroup(const BendingMesh& mesh, const std::vector<Index>& acting,
                const std::vector<double>& factors = {});
@@ -56,12 +56,13 @@ class BendingGroup {
 };
 
 // Longest steps h (m) of bending without other forces [s]: h (h + 2 beta) lambda = 4 safety^2. A
-// patch is a run of 64 consecutive triangles, which have the same damping beta [s] and eigenvalue
-// lambda [1/s^2]: the largest ones of the patch and its neighbours. Infinity without bending.
+// patch is a run of 64 consecutive triangles. All its triangles have the same step. Their beta [s]
+// is the largest damping of the patch and its neighbours, and lambda [1/s^2] is the largest
+// eigenvalue of M^-1 K for the bending of these triangles. Infinity without bending.
 Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& meshes,
                      double safety);
 
-// Gives each triangle the mean of the steps (m) in its patch [s]. Few triangles then have
+// Returns the mean of the steps in its patch for each triangle (m) [s]. Few triangles then have
 // neighbours with a different step.
 Vector mean_of_patches(const Vector& steps);
 

@@ -24,8 +24,8 @@ class LevelMembrane {
 
   // Computes the forces of the levels >= first at x. Viscous forces depend on the strain rate at v.
   // If v is null, they depend on the mean strain rate since the last call for the level. step_of
-  // (levels) contains the step of each level [s]. Forces at the end of an interval are reused at
-  // the start of the next one.
+  // (levels) contains the step of each level [s]. Without viscosity, forces at the end of an
+  // interval are reused at the start of the next one if positions are the same.
   void measure(const Team& team, int first, const Points& x, const Points* v,
                const std::vector<double>& step_of);
   // Returns the highest phases of the strain limits of each triangle (m) since the last call; empty
@@ -66,7 +66,7 @@ class LevelMembrane {
   std::vector<Slot> slots_;  // triangles at each vertex, finest level first
   std::vector<std::uint8_t> vertex_levels_;
   std::vector<double> forces_;
-  Points known_x_;  // positions at which all forces were computed, if common to all triangles
+  Points known_x_;  // positions at which the forces of all levels were last computed together
   std::vector<std::uint8_t> entered_;  // see membrane::Tables; empty without limits
   // Only if the membrane is viscous: the vertices of the triangles of each level, and their
   // positions at the last event of this level.

@@ -17,8 +17,8 @@ LimitedCloth limited_cloth(const ClothModel& model) {
           model.strain_limit_of, model.mass,      model.prescribed};
 }
 
-// Returns bounds of a limit. If `bound` is given, it replaces all finite upper bounds. All other
-// bounds are multiplied by `scale`.
+// Returns the bounds of a limit. If `bound` is given, it replaces all finite upper bounds. All
+// other bounds are multiplied by `scale`. Without shear_min, the bounds of shear are symmetric.
 limit::Bounds bounds_of(const StrainLimit& limit, bool edges, std::optional<double> bound,
                         double scale) {
   const auto most = [&](double e) { return std::isfinite(e) ? bound.value_or(scale * e) : e; };

@@ -1,7 +1,7 @@
 // Strain limits by impulses, [Thomaszewski2010], (4.27)-(4.30). At an event of a triangle, the
 // velocities of its corners are changed so that its strain at its next event satisfies the limits.
-// If its present strain is far beyond the limits, positions are changed as well. Each event makes
-// one correction, without iterations. Corrections conserve linear momentum but not energy.
+// If its present strain is far beyond the limits, positions are changed as well. There is one
+// correction per event, without iterations. Corrections conserve linear momentum but not energy.
 #pragma once
 
 #include <vector>
@@ -19,8 +19,8 @@ class LimitImpulses {
 
   // Corrects a triangle whose next event follows after the time `step` [s].
   void correct(Index triangle, double step, Points& x, Points& v);
-  // Corrects those of the listed triangles that exceed their limits, one after another. `steps` (m)
-  // are the times from now to the next event of each triangle [s].
+  // Corrects the listed triangles that exceed their limits, one after another. `steps` (m) contains
+  // the time from now to the next event of each triangle [s].
   void correct(const Team& team, const std::vector<Index>& triangles, const Vector& steps,
                Points& x, Points& v);
 

@@ -15,7 +15,7 @@
 namespace loomstone {
 
 // Approximate number of subtrees that are traversed as separate tasks. It does not depend on the
-// number of threads, so that the result does not either.
+// number of threads, so the result does not depend on it either.
 inline constexpr std::size_t most_tasks = 256;
 
 // Returns the rows in the order of a tree.
@@ -122,8 +122,8 @@ class DualTreeDescent {
   };
 
   // Classifies the candidates of a cell as far, near or deferred to its children. If two cells are
-  // not far apart, the larger is opened, or both if they are equal. Two cells of the same tree thus
-  // interact in both directions or not at all.
+  // not far apart, the larger is opened (the other one if the larger is a leaf), or both if they
+  // are equal. Two cells of the same tree thus interact in both directions or not at all.
   void sort(const Visit& visit, Scratch& s) const {
     const PointCell& mine = observers_.cells[visit.cell];
     s.open = visit.candidates;

@@ -11,8 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// Half the edge length of the octree in radii of the source. Points outside the octree use the
-// multipole expansion, whose error at two radii and beyond is stated in multipole_expansion.h.
+// Half the edge length of the octree in radii of the source. Outside the octree, the multipole
+// expansion is used. Its error at two radii and beyond is stated in multipole_expansion.h.
 constexpr double reach = 2.0;
 
 ExpansionSetting setting_for(const SourceGroups& source, double tolerance) {
@@ -103,8 +103,8 @@ ExpandedField::Sorted ExpandedField::sorted(const Vec3& centre, double radius,
 }
 
 // A cube becomes a leaf if at most few() groups are near it, or if its radius is less than 0.6 of
-// their mean radius. For a magnet with 1,800 faces, leaves of half the size would speed up
-// evaluation by a fifth, but would need four times the setup time and memory.
+// the mean radius of these groups. For a magnet with 1,800 faces, leaves of half the size would
+// speed up evaluation by a fifth, but would need four times the setup time and memory.
 void ExpandedField::divide(Index cube, const std::vector<Index>& candidates,
                            const std::vector<double>& inherited) {
   const Vec3 centre = cubes_[cube].centre;

@@ -57,7 +57,7 @@ class ExpandedField {
   std::vector<double> group_radii_;  // radius of each group [m]
   std::vector<Cube> cubes_;          // nodes of the octree, the root first
   std::vector<double> locals_;       // local expansion of each leaf
-  std::vector<Index> nearest_;       // nearest groups of each leaf
+  std::vector<Index> nearest_;       // groups near each leaf
 };
 
 }  // namespace loomstone

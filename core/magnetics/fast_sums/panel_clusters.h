@@ -44,8 +44,8 @@ class PanelClusters {
 
   // Returns for each cluster the charges at its nodes that represent the given charge densities.
   std::vector<Vector> node_charges(const Vector& densities) const;
-  // Returns the flux through each panel [T m^2]. `fields` is the field at the nodes of each cluster
-  // (nodes x 3) [T].
+  // Returns the flux through each panel [T m^2]. `fields` contains the field at the nodes of each
+  // cluster (nodes x 3) [T].
   Vector fluxes(std::vector<Points> fields) const;
 
  private:
@@ -57,8 +57,9 @@ class PanelClusters {
   std::vector<Index> roots_;
 };
 
-// A grid of one body and a grid of another body that interact. The charges on both grids contain
-// the factor `share`, which is the weight of the grids in Richardson extrapolation.
+// A grid of one body and a grid of another that interact. `share` is a factor of the charges on
+// both grids: their weight in Richardson extrapolation, or 1 if the grids of each body are
+// combined.
 struct GridPair {
   PanelGrid one, other;
   double share = 1.0;

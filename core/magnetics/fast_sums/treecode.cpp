@@ -36,7 +36,7 @@ constexpr double spare = 0.75;  // safety factor, as other dipole sets can have 
 // contain samples. At 100,000 observers, the test takes a tenth of the time of a pass, and at more
 // observers a smaller share. In a tenth of the cases, the setting is not accurate enough, and the
 // test saves a whole pass. On average, the test therefore saves time beyond 100,000 observers. The
-// minimum is twice as large.
+// minimum is twice this number.
 constexpr Index worth_a_look = 200000;
 
 // Marks the cells that contain any of the rows.

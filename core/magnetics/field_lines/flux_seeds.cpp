@@ -1,6 +1,7 @@
-// Seeds of field lines that represent equal flux. Surfaces are divided into pieces, the pieces of
-// each body are sorted along a space-filling curve, and the flux is summed along this curve. Line k
-// of n begins at the piece where the sum reaches the fraction (k + 1/2) / n of the total flux.
+// Seeds of field lines such that each line represents the same flux. Surfaces are divided into
+// pieces, the pieces of each body are sorted along a space-filling curve, and the flux is summed
+// along this curve. Line k of n begins at the piece where the sum reaches the fraction (k + 1/2) /
+// n of the total flux.
 #include <algorithm>
 #include <cmath>
 #include <numeric>

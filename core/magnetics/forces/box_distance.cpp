@@ -25,8 +25,8 @@ Vec3 nearest(Simplex& simplex) {
     Simplex face;
     for (int i = 0; i < simplex.n; ++i)
       if (mask & 1 << i) face.points[face.n++] = simplex.points[i];
-    // Finds the point nearest to the origin in the plane or line through the face's points.
-    // `weights` are the barycentric weights of all points but the first.
+    // Finds the point nearest to the origin in the affine hull of the face's points. `weights` are
+    // the barycentric weights of all points but the first.
     Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3> edges(3, face.n - 1);
     for (int i = 1; i < face.n; ++i) edges.col(i - 1) = face.points[i] - face.points[0];
     Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1> weights(face.n - 1);

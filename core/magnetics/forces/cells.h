@@ -1,14 +1,14 @@
 // Magnets as hierarchies of dipole cells, section 6.3.2 of [Thomaszewski2010]. Level 0 is the
 // bounding box. Cells are bisected along their longest axis until they reach a given density. A
-// leaf of volume v is dropped if it is closer to the surface than half its diameter v^(1/3). Cells
-// without leaves are dropped too. The moments of the cells at each level add up to that of the
-// magnet. For each pair of bodies, equation (6.19) selects the cells that interact. These cells are
-// called the front.
+// leaf of volume v is dropped if its centre is closer to the surface than half its diameter
+// v^(1/3). Cells without leaves are dropped too. The moments of the cells at each level, with the
+// leaves of coarser levels, add up to that of the magnet. For each pair of bodies, equation (6.19)
+// selects the cells that interact. These cells are called the front.
 //
 // There are three differences from [Thomaszewski2010]. The position of a cell is the mean of its
 // leaves, not the centre of its box. In (6.19), a cell with longest edge e has the density 1/e^3 of
 // a cube. If cells of overlapping bodies are closer than a leaf's diameter R, their force is
-// F ~ 1/(R^3 r) and their torque T ~ 1/R^3 at a distance r, which conserves angular momentum.
+// F ~ 1/(R^3 r) and their torque T ~ 1/R^3 at a distance r. This conserves angular momentum.
 #pragma once
 
 #include <vector>
@@ -27,9 +27,9 @@ struct Cell {
 
 class CellMagnet final : public Source {
  public:
-  // `magnet` must be hard and solid. `density` is the number of leaves per volume [1/m^3]. A cell
-  // with longest edge e is used at distances of at least `separation` times e. `separation` [1]
-  // equals r_0 rho_0^(1/3) in (6.19).
+  // `magnet` must be hard and solid. `density` is the number of leaves per volume [1/m^3]. Unless
+  // it is a leaf, a cell with longest edge e is only used at distances of at least `separation`
+  // times e. `separation` [1] equals r_0 rho_0^(1/3) in (6.19).
   CellMagnet(const Source& magnet, double density, double separation);
   // Returns a copy whose field and gradient come from local expansions instead of sums over all
   // leaves. The error of the expansions is `tolerance`; see ExpandedField. The results of front()

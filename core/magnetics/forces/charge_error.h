@@ -1,5 +1,5 @@
-// Estimates the errors that the approximate surface charge of induced bodies causes in forces, from
-// the forces on the estimated errors of the charge.
+// Estimated errors of the forces on and from induced bodies, whose surface charge is approximate.
+// They are derived from the forces on the estimated errors of the charge.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,9 @@
 
 namespace loomstone {
 
-// Returns the error of the force that `by` exerts on `on`, or of torque / radius of `on` if that is
-// larger [N]. It is 0 if neither body is induced, and NaN if a charge has no estimated error.
+// Returns the error of the force that `by` exerts on `on`, or of the torque divided by the radius
+// of `on` if that is larger [N]. It is 0 if neither body is induced, and NaN if the errors of a
+// charge are unknown.
 double charge_error(const MagneticBody& on, const MagneticBody& by);
 // Returns the sum of the errors of the forces from all other bodies, for each body (n) [N].
 Vector charge_errors(const Team& team, const std::vector<MagneticBody>& bodies);

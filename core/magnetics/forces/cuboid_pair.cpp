@@ -146,13 +146,13 @@ LOOMSTONE_INLINE Corners<Lanes> corners_of(const CuboidPair& pair, int corner, d
   return result;
 }
 
-// Adds to `force` (3) the sums over corners of -T_ijk J1_i J2_j. Adds to `levers` (3 x 3: axis of
-// the lever, component of the force) the sums of the moments of these forces about the centre of
-// cuboid 2.
+// Adds to `force` (3) the sums over corners of -s1 s2 J1_i J2_j T_ijk. Adds to `levers` (3 x 3:
+// axis of the lever, component of the force) the sums of the moments of these forces about the
+// centre of cuboid 2.
 template <class Lanes>
 LOOMSTONE_INLINE void corner_sums(const CuboidPair& pair, double* force, double* levers) {
   const double *a = pair.a.data(), *b = pair.b.data();
-  // If faces of cuboids 1 and 2 are coplanar, the face of 2 counts as lying outside cuboid 1.
+  // Coplanar faces of the two cuboids count as this far apart, in the direction from 1 to 2.
   const double least = 1e-15 * (a[0] + a[1] + a[2] + b[0] + b[1] + b[2]);
   Lanes forces[3], moments[9];
   for (Lanes& f : forces) f = Lanes{};

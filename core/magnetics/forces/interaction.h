@@ -1,5 +1,5 @@
-// Forces and torques between bodies. The charge or current of one body is integrated in the exact
-// field of the other. The reaction on the other body follows from the balance of linear and angular
+// Forces and torques between bodies. The charge or current of one body is integrated in the field
+// of the other. The reaction on the other body follows from the balance of linear and angular
 // momentum, which therefore holds up to rounding errors.
 //
 // Dipoles and spheres need no integral, parallel cuboids have a closed form, and other bodies are
@@ -19,9 +19,10 @@ struct Wrench {
   double error = 0.0;
 };
 
-// Returns the wrench on `on` exerted by `by`. The error is at most `tolerance` times the largest of
-// the force, torque / radius and `least` [N], where the radius is that of the body whose charge or
-// current is integrated. The error is that of the force or of torque / radius, if that is larger.
+// Returns the wrench on `on` exerted by `by`. The error of an adaptive integral is at most
+// `tolerance` times the largest of the force, torque / radius and `least` [N], unless
+// most_evaluations is reached. The radius is that of the body whose charge or current is
+// integrated. The error is that of the force or of torque / radius, if that is larger.
 Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double tolerance,
                        double least = 0.0);
 
@@ -43,7 +44,7 @@ std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<Magnet
                                       double tolerance, const std::vector<Index>& carrier = {},
                                       const std::vector<KnownField>& known = {});
 
-// Returns the interaction energy [J] of two bodies with constant magnetisation. It is defined for
+// Returns the interaction energy [J] of two bodies at constant magnetisation. It is defined for
 // solid magnets and dipoles only. At most one of the bodies may be induced.
 double magnetic_energy(const MagneticBody& on, const MagneticBody& by, double tolerance);
 // Returns the sum of the energies of all pairs with different carriers [J].

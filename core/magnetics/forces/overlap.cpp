@@ -119,7 +119,7 @@ void check_no_overlap(const std::vector<MagneticBody>& bodies,
   std::vector<std::pair<std::size_t, std::size_t>> found;
   for (std::size_t i = 0; i < order.size(); ++i) {
     const MagneticBody& body = bodies[order[i]];
-    // The margin includes wires that touch each other.
+    // The margin of 1e-5 ensures that wires that only touch each other are tested, too.
     const double right = body.pose.position.x() + (1.0 + 1e-5) * body.source->radius();
     for (std::size_t k = i + 1; k < order.size() && left[order[k]] < right; ++k)
       if (overlap(body, bodies[order[k]]) || wires_meet(body, bodies[order[k]]))

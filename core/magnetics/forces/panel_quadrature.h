@@ -1,9 +1,9 @@
 // Adaptive quadrature of one source's field over the panels of another. Panels with tensor-product
 // Gauss rules are bisected, in the direction with the larger error, until the estimated error is
-// below the tolerance. The error of an n-point rule is about the Legendre coefficient of
-// degree 2 n of the integrand. Coefficients are assumed to decay geometrically. The estimated error
-// is then the square of the last coefficient that the rule resolves, divided by the largest
-// coefficient.
+// below the tolerance. The error of an n-point rule is about the Legendre coefficient of degree 2 n
+// of the integrand. Coefficients are assumed to decay geometrically. The estimated error is then
+// twice the squared larger one of the last two coefficients that the rule resolves, divided by the
+// largest coefficient.
 #pragma once
 
 #include <vector>
@@ -41,8 +41,8 @@ struct PanelTask {
   PanelQuantity quantity;
 };
 
-// Integrates over the panels. The error is at most `tolerance` times the larger of the value and
-// `least`.
+// Integrates over the panels. The estimated error is at most `tolerance` times the larger of the
+// value and `least`, unless most_evaluations is reached.
 PanelIntegral integrate_panels(const PanelTask& task, double tolerance, double least);
 
 }  // namespace loomstone

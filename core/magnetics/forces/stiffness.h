@@ -1,8 +1,9 @@
-// Upper bounds of the oscillation frequencies due to magnetic forces, which an explicit integrator
-// must resolve. Every magnet is approximated by dipoles at the centres of nearly cubic parts. A
-// coil is treated as the magnet that fills its bore. At a distance r, the derivative of the force
-// between two dipoles along a displacement is at most 24 mu0/4pi m m' / r^5, and that of the torque
-// by an angle 2 mu0/4pi m m' / r^3. The mean size of the two parts replaces r if r is smaller.
+// Upper bounds of the frequencies at which magnetic forces make bodies oscillate. An explicit
+// integrator must resolve these frequencies. Every magnet is approximated by dipoles at the centres
+// of nearly cubic parts. A coil is treated as the magnet that fills its bore. At a distance r, the
+// force between two dipoles changes by at most 24 mu0/4pi m m' / r^5 per displacement, and the
+// torque by at most 2 mu0/4pi m m' / r^3 per angle. The mean size of the two parts replaces r if r
+// is smaller.
 #pragma once
 
 #include <memory>

@@ -28,8 +28,8 @@ struct Judged {
 
 // Returns the error of the three-point rule in one direction of a panel. `sums` contains the
 // integrand at the three points, summed over the other direction. The rule is exact up to degree 5,
-// so its error is the Legendre coefficient of degree 6. This coefficient is estimated from that of
-// degree 2 by assuming geometric decay.
+// so its error is about the Legendre coefficient of degree 6. This coefficient is estimated from
+// that of degree 2 by assuming geometric decay.
 double rule_error(const Vec3* sums) {
   const GaussRule& rule = gauss_rule(order);
   double largest = 0.0, last = 0.0;

@@ -102,7 +102,7 @@ double flux_by_points(const PointsOf& on, const Vec3& normal, const PointsOf& by
 
 // Returns the matrix (1/chi + 1/2) areas - flux. If the charge may have a net sum, `whole` is the
 // total area, and the term +-areas areas^T / whole with the sign of chi is added. The sum of all
-// rows is then (1/chi +- 1) times the net charge, a factor that is never zero.
+// rows is then (1/chi +- 1) times the net charge. This factor is never zero.
 DenseMatrix equation(const DenseMatrix& flux, const Vector& areas, double susceptibility,
                      double whole) {
   DenseMatrix matrix = -flux;

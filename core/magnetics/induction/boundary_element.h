@@ -37,13 +37,15 @@ class BoundaryElements {
   virtual std::unique_ptr<Factors> factor(double susceptibility) const = 0;
 };
 
-// Returns the matrix for rectangles in the order of cuboid_panels(), from closed forms [Akoun1984].
+// Returns the matrix for rectangles in the order of cuboid_panels(). The flux between near panels
+// has a closed form [Akoun1984], and that between far panels is computed by quadrature over both.
 // The charge is a sum of eight parts, each of which is even or odd along each axis. Every part has
 // its own equation, with an eighth of the unknowns.
 std::unique_ptr<BoundaryElements> cuboid_boundary_elements(const Team& team,
                                                            const std::vector<FlatPanel>& panels);
-// Returns the matrix for triangles of a closed surface, from exact fields at quadrature points.
-// The diagonal entries absorb the quadrature error, so that Gauss' law holds exactly.
+// Returns the matrix for triangles of a closed surface. The exact field of a panel is evaluated at
+// quadrature points of near panels. The flux between far panels is computed by quadrature over
+// both. The diagonal entries absorb the quadrature error, so that Gauss' law holds exactly.
 std::unique_ptr<BoundaryElements> mesh_boundary_elements(const Team& team,
                                                          const std::vector<FlatPanel>& panels);
 

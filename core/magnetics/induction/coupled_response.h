@@ -1,5 +1,5 @@
-// Coupling of linear bodies: what each body receives from magnets and from the charge of the other
-// bodies. Computes applied_i and the sum of G_ij x_j in the equations of linear_magnetization.h.
+// Coupling of linear bodies: the excitation of each body by magnets and by the charge of the other
+// bodies. These are applied_i and the sum of G_ij x_j in the equations of linear_magnetization.h.
 #pragma once
 
 #include <map>

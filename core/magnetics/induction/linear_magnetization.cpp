@@ -15,7 +15,8 @@ namespace loomstone {
 namespace {
 
 constexpr int most_iterations = 200, most_rounds = 50;
-// Returns the distance of a point from the nearest charge or current of a source [m].
+// Returns the distance of a point from the surface of a solid source [m], negative inside, or from
+// the nearest dipole or sampled point of a current.
 double distance_to(const MagneticBody& body, const Vec3& point) {
   const Vec3 local = in_axes(body.pose, point);
   double nearest = std::numeric_limits<double>::infinity();
@@ -35,9 +36,9 @@ double distance_to(const MagneticBody& body, const Vec3& point) {
   return nearest;
 }
 
-// Chooses the degree of the solid harmonics of each sphere, unless the user has given it. For pairs
-// of close spheres, it rotates both z axes onto the line of centres, because translations along z
-// are cheap.
+// Chooses the degree of the solid harmonics of each sphere, unless the user has given it. Takes
+// pairs of spheres, closest first, and rotates both z axes of each pair onto its line of centres,
+// because translations along z are cheap.
 void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                      double tolerance) {
   struct Near {
@@ -81,8 +82,8 @@ void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody
     turned[pair.i] = turned[pair.k] = true;
     const Vec3 axis = (soft[pair.k].pose.position - soft[pair.i].pose.position).normalized();
     const Vec3 half = axis.z() >= 0.0 ? Vec3(axis + Vec3::UnitZ()) : Vec3(Vec3::UnitZ() - axis);
-    // A half turn about the bisector of the z axis and the line of centres maps one onto the other.
-    // The line is directed so that it points to positive z.
+    // A half turn about the bisector of the z axis and the line of centres maps the axis onto the
+    // line. Of the line's two directions, the one with z >= 0 is used.
     const Vec3 about = half.normalized();
     result[pair.i].pose.orientation = result[pair.k].pose.orientation =
         Vec4(0.0, about.x(), about.y(), about.z());

@@ -63,11 +63,11 @@ void check_susceptibility(double susceptibility);
 // `degree` is the degree of the solid harmonics. If it is 0, induce() chooses it from the distances
 // to other bodies.
 SoftShapePtr soft_sphere(double radius, double susceptibility, int degree);
-// Returns the degree of the solid harmonics at which the relative error of the force on a sphere is
-// `tolerance` if the nearest source is at `distance` from the sphere's centre.
+// Returns the degree of the solid harmonics (at most SphericalHarmonics::most) at which the force
+// on a sphere has about the relative error `tolerance`. The nearest source is at `distance` from
+// the sphere's centre.
 int sphere_degree(double radius, double distance, double tolerance);
-// Returns the degree of the solid harmonics at which the relative error of the force between two
-// soft spheres is `tolerance` if their centres are `distance` apart.
+// Returns this degree for the force between two soft spheres whose centres are `distance` apart.
 int sphere_degree(double radius, double other_radius, double distance, double tolerance);
 
 // Returns a cuboid. Richardson extrapolation combines its responses on three grids of panels. The

@@ -1,6 +1,7 @@
 // Surface charge of induced bodies. The charge is uniform on each of many flat panels. It can have
-// an additional part that varies within panels and is given at sample points. Near a panel, its
-// field is computed in closed form. Farther away, four point charges replace the panel.
+// an additional part that varies within panels and is given at sample points. Near a panel, the
+// field of uniform charge is computed in closed form. Farther away, four point charges replace the
+// panel.
 #pragma once
 
 #include <memory>

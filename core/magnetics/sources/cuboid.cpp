@@ -26,7 +26,7 @@ LOOMSTONE_INLINE void across(const Lanes& x, double a, double scale, Lanes* out)
 }
 
 // Sums the logarithms L (see polyhedron.h) of the four edges along axis w. The sign of each term is
-// the product of the signs of u and v at its edge.
+// the product of the signs of the edge's coordinates along the other two axes.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes edges_along(const Lanes* u, const Lanes* v, const Lanes* w, double length,
                                    const Lanes r[2][2][2]) {

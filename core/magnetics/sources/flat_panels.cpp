@@ -56,7 +56,7 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order) {
 // Grades half an edge. Returns the position s between the middle (0) and the end (1) below which a
 // fraction t of the cells lies. The number of cells below s is proportional to 1 - sqrt(1 - s),
 // which refines the end. `width` is the focus of cuboid_panels() in units of half the edge. If it
-// is not 0, asinh(s / width) is added to this number, which refines the middle.
+// is not 0, asinh(s / width) is added to 1 - sqrt(1 - s), which refines the middle.
 static double graded(double t, double width) {
   const double rest = 1.0 - t;
   if (width == 0.0) return 1.0 - rest * rest;

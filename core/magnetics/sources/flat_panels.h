@@ -33,8 +33,8 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order);
 
 // Returns the panels of a cuboid centred at the origin, with `cells` (even) panels along its
 // shortest edges. Panels are refined quadratically towards edges and corners, where the charge is
-// singular. The number of panels along a longer edge is a multiple of `cells`, chosen so that
-// panels far from the ends are as wide as those in the middle of the shortest edge. This width
+// singular. The number of panels along a longer edge is a multiple of `cells`. Far from the ends,
+// panels are at most 1.38 times as wide as those in the middle of the shortest edge. This width
 // resolves the charge opposite the edges of a magnet: in a thin body, this charge varies at the
 // scale of the thickness. Very wide bodies have fewer panels, whose size grows towards the middle.
 //

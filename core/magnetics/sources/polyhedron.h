@@ -72,7 +72,7 @@ class Polyhedron : public Source {
 class MeshMagnet final : public Polyhedron {
  public:
   // The polarisation J [T] is given in the axes of the mesh. Throws InvalidInput if the mesh is
-  // open or encloses no volume.
+  // open or inside out, or if it encloses no volume.
   MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization);
   SourceRecipe recipe() const override {
     return {"mesh",

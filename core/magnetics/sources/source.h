@@ -100,7 +100,7 @@ class Source {
   // panels or of dipole cells, and null otherwise.
   virtual const ChargedPanels* charged_panels() const { return nullptr; }
   virtual const CellMagnet* cell_magnet() const { return nullptr; }
-  // winding() and uniform_cuboid() have a value for shapes with closed-form forces or inductances.
+  // winding() has a value for loops and solenoids, and uniform_cuboid() for cuboids.
   virtual std::optional<CircularWinding> winding() const { return std::nullopt; }
   virtual std::optional<UniformCuboid> uniform_cuboid() const { return std::nullopt; }
   // Returns the same winding with another current in each turn [A], or null for all other sources.

@@ -36,12 +36,12 @@ struct State {
   std::int64_t step = 0;   // completed steps; written by the stepper
   double time = 0.0;       // [s]; written by the stepper
   ClothState cloth;        // written by integration and certification
-  RigidState rigid;        // written by the bodies' stage
+  RigidState rigid;        // written by the bodies' stage and certification
   MagneticState magnetic;  // written by the bodies' stage
   ContactState contacts;   // friction anchors, written by certification
   EnergyAccount account;   // written by the stepper
   // 0: no intersections. 1: positions given by the user may intersect. 2: a step ended with
-  // unresolved impacts. Written by the checks after a step.
+  // unresolved impacts. Written when the user sets positions, and at the end of a step.
   std::uint8_t tangled = 0;
   Points obstacle_vertices;  // (k x 3) vertices of all obstacles at the current time [m]
   Points external_force;     // (n x 3) forces [N], set by the user

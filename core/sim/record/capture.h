@@ -19,8 +19,8 @@ struct FrameTime {
 // contacts are those at the end of the step.
 Frame capture(const State& state, const StepOutcome& outcome, const Engines& engines, FrameTime at);
 
-// Sets the energies, strains and circuit values of a report for `state` at `time` [s]. Collective
-// with Measuring::Together.
+// Sets the energies, their account, the strains and the circuit values of a report for `state` at
+// `time` [s]. Collective with Measuring::Together.
 void measure(const State& state, double time, const Engines& engines, Measuring how,
              StepReport& report);
 

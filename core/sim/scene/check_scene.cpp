@@ -132,7 +132,7 @@ void check_names(const char* what, const List& list, std::set<std::string>& seen
             "{}: names of surfaces must be unique, got \"{}\" twice; rename one", what, each.name);
 }
 
-// Throws InvalidInput if a name that must be that of a carrier is that of another surface.
+// Throws InvalidInput if the `body` of an entry of `list` is one of the surfaces `wrong`.
 template <class List, class Names>
 void check_carriers(const char* what, const List& list, const Names& wrong, const char* kind,
                     const char* remedy) {

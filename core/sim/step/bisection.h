@@ -1,7 +1,7 @@
 // Divides a step into parts. A part that fails is repeated in two halves. It fails if the solver
-// finds no solution, or if certification leaves impacts or withholds much of the motion. It also
-// fails if strain limits that are satisfied at its start are exceeded at its end. A part whose
-// error is too large is repeated with a length that the error allows.
+// finds no solution, if certification leaves impacts, or if certification or fallbacks withhold
+// much of the motion. It also fails if strain limits that are satisfied at its start are exceeded
+// at its end. A part whose error is too large is repeated with a length that the error allows.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ struct StepPart {
 // The result of an attempt at a part.
 struct PartResult {
   bool solved = true;               // the solver found a solution
-  int longest = StepPart::whole;    // length that the error of the part allows [1/64 step]
+  int longest = StepPart::whole;    // length that error and energy of contacts allow [1/64 step]
   bool contacts_gain = false;       // contacts have created energy
   std::int64_t impacts = 0;         // impacts that remain after certification
   bool withheld_much = false;       // certification withheld much of the motion
@@ -37,8 +37,8 @@ class Bisection {
   bool done() const { return left_.empty(); }
   StepPart part() const { return left_.back(); }  // the part to attempt next
 
-  // Splits the next part in two. The first piece is 1/n of the part, with the smallest n for which
-  // this piece is no longer than `longest` >= 1 [1/64 step].
+  // Splits the next part in two if it is longer than `longest` >= 1 [1/64 step]. The first piece is
+  // 1/n of the part, rounded down, with the smallest n >= part / longest.
   void shorten(int longest);
 
   enum class Verdict { Accepted, Repeated };

@@ -55,9 +55,9 @@ void count_intersections(State& state, Engines& engines, StepOutcome& outcome) {
   collision_vertices(engines.model, state, x1);
   const std::vector<std::array<Index, 2>> pairs = cloth_intersections(surfaces, x1);
   outcome.report.contacts.intersections = static_cast<std::int64_t>(pairs.size());
-  // The state stays tangled until neither cloth_intersections() nor find_tangle() finds anything.
-  // Only find_tangle() finds an edge that pierces a triangle sharing a vertex with one of the
-  // edge's triangles.
+  // The state stays tangled until both cloth_intersections() and find_tangle() find nothing.
+  // cloth_intersections() skips triangles that share a vertex, so it misses an edge all of whose
+  // triangles share a vertex with the triangle that it pierces.
   if (pairs.empty() && engines.collision->find_tangle(x1).empty()) state.tangled = 0;
   if (state.tangled != 2) return;
   outcome.forced = pairs;

@@ -11,8 +11,8 @@ namespace {
 
 // Energy that contacts may create by the end of a part, as a fraction of the largest kinetic energy
 // so far, if ImplicitOptions::accuracy is 1. The accuracy multiplies this tolerance. Our choice:
-// towels that fall on a floor then gain at most 0.04 of their largest kinetic energy. The gain is
-// not smaller even with the shortest parts.
+// towels that fall on a floor then gain at most 0.04 of their largest kinetic energy. Even with the
+// shortest parts, the gain is not smaller.
 constexpr double gain_tolerance = 0.02;
 // A part is shortened to the largest length for which the energy that contacts are expected to
 // create is at most this fraction of the tolerated energy.

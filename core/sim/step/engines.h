@@ -55,10 +55,10 @@ struct Engines {
   std::unique_ptr<StrainLimiter> limiter;    // null: no cloth has limits
   std::optional<double> accuracy;            // accuracy of steps [1], see ImplicitOptions
   std::unique_ptr<DisplacementError> error;  // null: no accuracy or no cloth
-  bool contacts_in_solve = false;            // false: impulses resolve contacts after the solve
-  // False: the integrator limits strain by itself, and `limiter` only measures what exceeds limits.
+  bool contacts_in_solve = false;            // false: impulses resolve contacts
+  // False: limiting is left to the integrator, and `limiter` only measures the excess.
   bool limits_after_solve = true;
-  bool limits_in_solve = false;  // false: strain limits are enforced only after the solve
+  bool limits_in_solve = false;  // true: the implicit solve includes strain limits
 };
 
 }  // namespace loomstone

@@ -201,7 +201,8 @@ class Constraining {
   }
 
   // Moves the corners of triangles that exceed their limits back towards the start of the step
-  // until no triangle exceeds them. Returns false if no corner could move.
+  // until no triangle exceeds them, in at most max_passes passes. Returns false if no corner could
+  // move.
   bool fall_back() {
     const Points wanted = x1_;
     bool any = false;

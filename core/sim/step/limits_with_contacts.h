@@ -22,8 +22,8 @@ struct ConstrainInputs {
   const Team* collision_team = nullptr;
   const ClothModel* cloth = nullptr;
   StrainLimiter* limiter = nullptr;  // null: strains have no limits
-  // false: the limits are those of edges. They are enforced once, before certification, and are not
-  // checked after it.
+  // false: strain is limited along edges (LimitMethod::Edges). These limits are enforced once,
+  // before certification, and neither checked nor enforced again after it.
   bool limits_hold = true;
   std::vector<Index> loaded;            // cloth vertices that limiting must not move
   CollisionStage* collision = nullptr;  // null: nothing collides
@@ -48,14 +48,14 @@ struct ConstrainReport {
   int fallbacks = 0;                // number of fallbacks
   bool broke_limits = false;        // limits that are satisfied at x0 are exceeded at x1
   bool stopped_for_limits = false;  // fallbacks withheld more than 1 % of the motion
-  double requested = 0.0;  // sum of displacement lengths of free cloth before certification [m]
+  double requested = 0.0;  // sum of the distances that free vertices move before certification [m]
   double withheld_for_limits = 0.0;  // sum of the lengths that fallbacks withhold [m]
   double limited = 0.0;              // energy that sweeps removed from cloth [J]
   double limit_seconds = 0.0;
   std::vector<Index> touched;  // cloth vertices that certification moved
 };
 
-// Corrects x1 (all vertices x 3) and `bodies` so that no pair intersects on the way from x0 and no
+// Corrects x1 (all vertices x 3) and `bodies` so that the motion from x0 has no impacts and no
 // triangle exceeds its limits by more than limit_margin(). Limits that sweeps cannot satisfy keep
 // an excess, which is reported.
 ConstrainReport constrain(const ConstrainInputs& inputs, Points& x1, FreeBodies& bodies);

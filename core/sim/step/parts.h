@@ -16,10 +16,10 @@ namespace loomstone {
 using RunPart = std::function<PartResult(const StepContext& part)>;
 
 // Takes the whole step at once or in parts. A part is divided if an attempt at it fails, has too
-// large an error or lets contacts create energy. A step of given length is also divided before the
-// first attempt if its expected error is too large. An automatic step that has not been divided is
-// shortened instead if its error is too large or contacts create energy in it. outcome.start must
-// contain the state at the start of the step.
+// large an error or lets contacts create energy. In steps of given length, a part is also divided
+// before an attempt if its expected error is too large. An automatic step that has not been divided
+// is shortened instead if its error is too large or contacts create energy in it. outcome.start
+// must contain the state at the start of the step.
 StepSpan take_parts(const StepChoice& steps, Engines& engines, State& state, StepOutcome& outcome,
                     const RunPart& run);
 

@@ -59,7 +59,8 @@ RankReport summary_of(const Communicator& ranks, const RankWork& own);
 // Summarises the seconds that each thread was busy.
 ThreadReport summary_of(const std::vector<double>& busy);
 
-// Undoes an attempt. Its run time and its iterations remain in the report.
+// Undoes an attempt. Its run time and its numbers of iterations, sweeps, rounds and fallbacks
+// remain in the report.
 void return_to(const OutcomeMark& mark, StepOutcome& outcome);
 
 }  // namespace loomstone

@@ -23,7 +23,7 @@ R = TypeVar("R")
 
 
 def vector(name: str, value: Any, size: int) -> NDArray[np.float64]:
-    """Returns `value` as an array of `size` finite numbers; raises InvalidInput otherwise."""
+    """Returns `value` as an array; raises InvalidInput unless it is `size` finite numbers."""
     try:
         array = np.asarray(value, float)
     except (TypeError, ValueError):
@@ -34,7 +34,7 @@ def vector(name: str, value: Any, size: int) -> NDArray[np.float64]:
 
 
 def whole(name: str, value: Any, low: int, high: int) -> int:
-    """Returns `value` as an int; raises InvalidInput if it is no whole number in [low, high]."""
+    """Returns `value` as an int; raises InvalidInput unless it is a whole number in [low, high]."""
     if (
         isinstance(value, bool)
         or not isinstance(value, (int, float, np.integer, np.floating))
@@ -52,7 +52,7 @@ def takes(**units: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
     units : unit of each number, by the name of the parameter; "1" for pure numbers. Quantities are
         converted to this unit. Quantities of another dimension raise InvalidInput.
 
-    Arguments annotated as TriangleMesh may also be meshes of trimesh and meshio.
+    Arguments annotated as TriangleMesh may also be meshes of trimesh or meshio.
 
     A misspelt keyword raises a TypeError that suggests the right one or lists all keywords. If the
     C++ core rejects the type of an argument, the TypeError shows the given arguments and the

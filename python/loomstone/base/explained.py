@@ -52,7 +52,7 @@ def _sentence(text: str) -> str:
 
 
 def _without_first(given: str) -> str:
-    """Removes the first of the arguments, which may contain commas in brackets."""
+    """Returns a list of arguments without the first. Commas in brackets separate no arguments."""
     depth = 0
     for place, letter in enumerate(given):
         depth += (letter in "([{<") - (letter in ")]}>")
@@ -89,7 +89,7 @@ def _explain(owner: Any) -> None:
 def _is_constructor(owner: Any, name: str) -> bool:
     """Returns whether an attribute is a constructor that does not itself explain errors.
 
-    Constructors of classes with field_names, such as Cloth, do so.
+    Constructors of classes with field_names, such as Cloth, explain errors themselves.
     """
     return name == "__init__" and isinstance(owner, type) and not hasattr(owner, "field_names")
 

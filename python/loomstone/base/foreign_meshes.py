@@ -1,6 +1,6 @@
 """Meshes of trimesh and meshio as TriangleMesh.
 
-The bindings and `base.arguments.takes` call `converted` for every mesh that is given, so such
+The bindings and `base.arguments.takes` call `converted` for mesh arguments of other types, so such
 objects are accepted wherever a TriangleMesh is taken. Neither package is imported.
 """
 
@@ -25,7 +25,8 @@ def converted(value: Any) -> TriangleMesh | None:
     Vertices [m] keep their order. Polygons are split into fans from their first corner. Texture
     coordinates are left out, because rest coordinates are lengths.
 
-    Raises InvalidInput if the object has no triangles or TriangleMesh rejects them.
+    Raises InvalidInput for a trimesh.Scene, and for meshes without triangles or with triangles that
+    TriangleMesh rejects.
     """
     classes = {(base.__module__.split(".")[0], base.__name__) for base in type(value).__mro__}
     if ("trimesh", "Trimesh") in classes:
@@ -46,8 +47,8 @@ def converted(value: Any) -> TriangleMesh | None:
 def triangles_of_cells(cells: Any) -> np.ndarray[Any, np.dtype[np.int64]]:
     """Returns the triangles (m x 3) of meshio's cell blocks, with polygons split into fans.
 
-    Points and lines are ignored. Raises InvalidInput if there are no flat triangles or polygons, or
-    if there are quadratic ones.
+    Other cells, such as points, lines and tetrahedra, are ignored. Raises InvalidInput if there are
+    no flat triangles or polygons, or if there are triangle6 or quad8 cells, which are quadratic.
     """
     kinds = sorted({block.type for block in cells} - set(_IGNORED))
     faces = [np.asarray(block.data, int) for block in cells if block.type in _FACES]

@@ -15,11 +15,10 @@ import re
 __all__ = ["WAITING"]
 
 # Number of times a thread polls for the next loop before it sleeps. libgomp's default is 300000.
-# tests/benchmarks/waiting.py compared lower counts with this default for a drape of 14,450
-# triangles on two processors. On an otherwise idle machine, the wall time is 1.15 times as long
-# with a count of 2000 as with the default, and 1.02 times as long with 30000. If two other
-# processes are busy, a count of 30000 takes 0.74 of the default's processor time and 0.82 of its
-# wall time.
+# tests/benchmarks/waiting.py compares lower counts with this default for a drape of 14,450
+# triangles on two processors. On an otherwise idle machine, the wall time is 1.15 times that of the
+# default with a count of 2000, and 1.02 times with 30000. If two other processes are busy, a count
+# of 30000 takes 0.74 times the processor time of the default, and 0.82 times the wall time.
 _SPIN_COUNT = 30000
 
 

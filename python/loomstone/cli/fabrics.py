@@ -50,9 +50,9 @@ def fabrics_report(
     """Measures fabrics by simulated laboratory tests.
 
     Drape: the fabric is draped over Cusick's pedestal (disc 18 cm, specimen 30 cm), and the drape
-    coefficient is compared with the published range. Three specimens with different meshes are
-    draped. Bending: the overhang at which a strip bends down by 41.5 degrees (ASTM D1388) is
-    compared with the elastica. Each fabric takes about half a minute.
+    coefficient is compared with the published range. By default, three specimens with different
+    meshes are draped. Bending: the overhang at which a strip bends down by 41.5 degrees (ASTM
+    D1388) is compared with the elastica. Each fabric takes about half a minute.
 
     \b
         loomstone report fabrics --fabrics cotton,denim -p triangles=3000

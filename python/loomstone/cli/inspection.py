@@ -99,11 +99,11 @@ def print_source(path: Path) -> None:
 
 
 def check_run(run: Run, *, trust: bool = False) -> bool:
-    """Prints the intersecting pairs of every frame, and checks the claims of the scene file.
+    """Prints the frames with intersecting cloth, and checks the claims of the scene file.
 
     trust : run the program stored in the run even if it differs from the scene file on disk
 
-    Returns True if no triangles of cloth intersect. Raises AssertionError if a claim does not hold.
+    Returns whether no triangles of cloth intersect. Raises AssertionError if a claim does not hold.
     """
     counts = [count_intersections(run.topology, frame) for frame in run]
     tangled = {index: count.cloth for index, count in enumerate(counts) if count.cloth}
@@ -128,7 +128,7 @@ def check_run(run: Run, *, trust: bool = False) -> bool:
 
 
 def check_scene(file: SceneFile, picture: Path | None) -> bool:
-    """Prints the size and initial intersections of a scene; returns whether it can be simulated.
+    """Prints sizes and initial intersections of a scene; returns whether it can be simulated.
 
     picture : path where a picture of the initial state is written, or None
     """
@@ -174,9 +174,11 @@ def _marked(frame: Frame, simulation: Simulation, pairs: list[Any]) -> Frame:
 
 
 def event_lines(run: Run, summary: dict[str, Any]) -> list[str]:
-    """Describes the triangles' own steps in an asynchronous run, and how many events these save.
+    """Returns lines about the steps of single triangles in an asynchronous run.
 
-    Triangles are counted by the longest step that each may take at the last checkpoint.
+    The first line compares the number of events with that for equal steps of all triangles.
+
+    Further lines count triangles by the longest step that each may take at the last checkpoint.
     """
     if not summary.get("events"):
         return []

@@ -187,7 +187,7 @@ _FIELDS = (
 
 
 def _look(run: Run, given: dict[str, Any]) -> RenderOptions:
-    """Returns the given options, completed by those of existing pictures or of the scene file."""
+    """Returns the given options, completed by those of existing pictures or else the scene file."""
     options = drawn_with(run.directory / "frames")
     options = options or (stored_options(run)[3] if "render" in run.metadata else RenderOptions())
     camera = _camera(run, options.camera, given)

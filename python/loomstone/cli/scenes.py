@@ -17,7 +17,7 @@ __all__ = ["scene_files"]
 
 
 def scene_files() -> dict[str, Path]:
-    """Returns the scene files of this project by name, from the package or its sources."""
+    """Returns the scene files of this project by name, from the package or the source tree."""
     package = Path(__file__).parents[1]
     for directory in (package / "scenes", package.parents[1] / "scenes"):
         if found := {path.stem: path for path in sorted(directory.glob("*.py"))}:

@@ -98,7 +98,9 @@ def sweep(
 def _follow(
     ends: Iterator[tuple[Point, int]], points: list[Point], n_left: int, target: Path
 ) -> list[tuple[Point, int]]:
-    """Prints a line for each run that ends and updates the table; returns those that failed.
+    """Prints a line for each run that ends, and updates the table.
+
+    Returns the points of the runs that failed, with their exit codes.
 
     Exits with 128 plus the number of the signal that ended the sweep.
     """

@@ -16,8 +16,8 @@ __all__ = ["Words"]
 class Words:
     """Prints the output of a command on rank 0, and nothing on other ranks.
 
-    quiet : print no text
-    as_json : print no text, but one JSON object at the end
+    quiet : print no text except by insist()
+    as_json : print no text except by insist(), but one JSON object at the end
     """
 
     def __init__(self, rank: int = 0, *, quiet: bool = False, as_json: bool = False) -> None:
@@ -31,7 +31,7 @@ class Words:
             print(line, flush=True)
 
     def insist(self, line: str) -> None:
-        """Prints a line that the user needs in any case, to standard error if text is off."""
+        """Prints a line that the user always needs; to standard error if text is off."""
         if self._rank == 0:
             print(line, file=sys.stdout if self._text else sys.stderr, flush=True)
 
@@ -41,5 +41,5 @@ class Words:
             print(json.dumps(content, indent=1, default=str), flush=True)
 
     def observer(self) -> Observer:
-        """Returns an observer that shows the progress of a run, or nothing if text is off."""
+        """Returns an observer that shows the progress of a run, or one that shows nothing."""
         return observer(self._rank) if self._text else Silence()

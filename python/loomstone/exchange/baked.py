@@ -76,8 +76,9 @@ def mesh_at_rest(path: Path) -> TriangleMesh:
 
 
 def _welded(part: Part) -> Part:
-    """Joins vertices that coincide in all frames, and leaves out triangles that lose a corner and
-    vertices without triangles.
+    """Joins vertices that coincide in all frames, to single precision.
+
+    Triangles that lose a corner are left out, and so are vertices without triangles.
 
     Files repeat vertices where uv or normals differ, but a surface needs its vertices connected.
     """

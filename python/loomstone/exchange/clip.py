@@ -18,7 +18,7 @@ __all__ = ["Clip", "FramesOfRun", "clip_of"]
 
 
 class FramesOfRun(Protocol):
-    """The interface of a run that exports need; loomstone.Run implements it."""
+    """What exports need of a run; loomstone.Run implements it."""
 
     directory: Path
 
@@ -49,7 +49,7 @@ class Clip:
 
     @property
     def largest_size(self) -> int:
-        """Bound on the size [bytes] of a file of all surfaces, with normals, in single precision.
+        """Upper bound on the size [bytes] of a binary file with all surfaces and their normals.
 
         The libraries for USD and Alembic do not report a full disk reliably, and alembic3d ends the
         process, so space is reserved before they write.
@@ -75,7 +75,7 @@ class Clip:
 def clip_of(
     run: FramesOfRun, frames: range | None, every: int, progress: Callable[[int], None]
 ) -> Clip:
-    """Returns the selected frames of a run; `progress` is called twice for each of them."""
+    """Returns the selected frames of a run. All are read here; `progress` is called for each."""
     chosen = selected(len(run), frames, every)
     surfaces = surfaces_of(run.topology)
     motions = motions_of(surfaces, lambda: (run[i] for i in chosen), len(chosen), progress)

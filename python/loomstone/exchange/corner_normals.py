@@ -12,8 +12,9 @@ __all__ = ["corner_normals"]
 def corner_normals(points: Floats, triangles: Indices, crease: float = 40.0) -> Floats:
     """Returns the unit normals at the corners (3 m x 3).
 
-    The normal at a corner is the mean, weighted by area, over the triangles around its vertex whose
-    normals differ by less than `crease` [degrees] from that of the triangle of the corner.
+    Each is the area-weighted mean of the normals of the triangles around the corner's vertex.
+    Triangles whose normals deviate by `crease` [degrees] or more from that of the corner's own
+    triangle do not count.
     """
     a, b, c = (points[triangles[:, k]] for k in range(3))
     area = np.cross(b - a, c - a)

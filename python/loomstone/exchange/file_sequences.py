@@ -16,8 +16,8 @@ __all__ = ["write_meshes", "write_point_caches"]
 
 
 def write_point_caches(directory: Path, clip: Clip, suffix: str) -> list[Path]:
-    """Writes NAME.obj with its materials for each surface, as it is in the first frame, and
-    NAME.pc2 or NAME.mdd for each surface that moves.
+    """Writes each surface in the first frame as NAME.obj with its materials, and the motion of each
+    surface that moves as NAME.pc2 or NAME.mdd.
 
     The vertices of both files have the order of the run.
     """
@@ -42,9 +42,9 @@ def write_point_caches(directory: Path, clip: Clip, suffix: str) -> list[Path]:
 
 
 def write_meshes(directory: Path, clip: Clip, suffix: str) -> list[Path]:
-    """Writes NAME-00000.obj or NAME-00000.ply and so on for each surface that moves, numbered as
-    the frames of the run, and one file NAME.obj or NAME.ply for each that does not. OBJ files share
-    the materials of their surface.
+    """Writes each surface that moves as NAME-00000.obj or NAME-00000.ply and so on, numbered like
+    the frames of the run. Writes each other surface as one file, NAME.obj or NAME.ply. All OBJ
+    files of a surface share its materials.
     """
     written = []
     if suffix == ".obj":

@@ -18,7 +18,7 @@ __all__ = ["GltfFile", "matrix"]
 
 _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-_KNOWN = (  # beginnings of the required extensions with which geometry can be read
+_KNOWN = (  # prefixes of extensions that may be required; they do not prevent reading geometry
     "KHR_materials_",
     "KHR_texture_",
     "KHR_lights_",
@@ -65,7 +65,7 @@ class GltfFile:
     def array(self, index: int, of: str) -> Floats:
         """Returns the values (count x columns) of an accessor.
 
-        Integers that the accessor marks as normalized are divided by their largest value.
+        Integers that the accessor marks as normalized are divided by the largest of their type.
 
         of : what the values are, for messages
         """

@@ -23,7 +23,7 @@ _UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # rotates 
 def read_gltf(
     path: Path, rate: float | None, animation: list[str] | None
 ) -> tuple[list[Part], Floats]:
-    """Reads all meshes of the scene at the times of an animation [s], which begin at 0.
+    """Returns the meshes of the default scene over an animation, and the times [s], from 0 on.
 
     rate : samples per second [1/s]; None: 60
     animation : names of the animations; an empty list: the only one; None: the rest pose
@@ -93,7 +93,7 @@ class _Shape:
         return _moved(points, self._matrices(poses))
 
     def triangles_in(self, poses: dict[int, Floats]) -> Indices:
-        """Returns the triangles, turned over if the pose of the node is a reflection."""
+        """Returns the triangles, turned over if there is no skin and the pose is a reflection."""
         mirrored = self.skin is None and np.linalg.det(poses[self.node][:3, :3]) < 0.0
         return self.triangles[:, ::-1] if mirrored else self.triangles
 
@@ -206,8 +206,8 @@ def _tree(file: GltfFile) -> list[tuple[int, int | None]]:
 def _pose(
     file: GltfFile, channels: list[Channel], time: float
 ) -> tuple[dict[int, Floats], dict[int, Floats]]:
-    """Returns two dictionaries by the index of the node at `time` [s]: the poses (4 x 4) in world
-    space of the nodes of the default scene, and the animated weights of morph targets.
+    """Returns the state of the default scene at `time` [s]: the poses (4 x 4) of its nodes in world
+    space, and the animated weights of morph targets. Both are dictionaries by index of the node.
     """
     changed: dict[int, dict[str, Floats]] = {}
     for channel in channels:

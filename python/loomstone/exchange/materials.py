@@ -16,12 +16,12 @@ __all__ = ["library_name", "material_ranges", "write_materials"]
 
 
 def library_name(surface: Surface) -> str:
-    """Returns the name of the file that write_materials writes."""
+    """Returns the name of the .mtl file that write_materials writes."""
     return f"{surface.identifier}.mtl"
 
 
 def material_ranges(surface: Surface) -> list[tuple[int, str]]:
-    """Returns the names of the materials of a surface, each with the first of its triangles.
+    """Returns the ranges of triangles with one material: first triangle and name of the material.
 
     A name appears again if the triangles of its material are not in one range.
     """
@@ -36,7 +36,7 @@ def write_materials(directory: Path, surface: Surface) -> list[Path]:
     written = [directory / library_name(surface)]
     for number, color in enumerate(surface.colors):
         textured = surface.texture is not None and number == 0
-        # Most programs multiply the image by the colour, so that of a textured material is white.
+        # Most programs multiply the image by the colour, so a textured material is white.
         shown = np.ones(3) if textured else color
         lines.append(f"newmtl {_name(surface, number)}")
         lines.append("Kd " + " ".join(f"{channel:.6g}" for channel in shown))

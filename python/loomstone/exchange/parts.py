@@ -24,7 +24,7 @@ MALFORMED = (
     RecursionError,
 )
 
-_MOST = 100_000  # largest number of samples of a motion
+_MOST = 100_000  # largest number of intervals between the samples of a motion
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,8 @@ def parse_frames(text: str, count: int) -> range:
 def selected(count: int, frames: range | None, every: int) -> range:
     """Returns every `every`-th of the given frames of a run that has `count` frames.
 
-    Raises CacheError if the run has no frames, and InvalidInput if frames are not ascending indices
-    of the run.
+    Raises CacheError if the run has no frames, and InvalidInput if `frames` is not an ascending
+    range of its indices or `every` is out of range.
     """
     if count == 0:
         raise CacheError("the run must have frames, but has none yet; export it later")

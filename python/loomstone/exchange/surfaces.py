@@ -56,7 +56,7 @@ def surfaces_of(topology: FrameTopology) -> list[Surface]:
 
 
 def vertex_normals(points: Floats, triangles: Indices) -> Floats:
-    """Returns unit normals (n x 3) of vertices, along area-weighted means over triangles."""
+    """Returns unit normals (n x 3) of vertices: area-weighted means over their triangles."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     faces = np.cross(b - a, c - a)
     normals = np.zeros(points.shape)
@@ -92,7 +92,7 @@ def linear_rgb(bytes_: Bytes) -> Floats:
 def texture_at_vertices(surface: Surface) -> Bytes | None:
     """Returns the colours (n x 3) of the texture at the vertices, or None without a texture.
 
-    A vertex on the border of the uv has the colour just inside.
+    A vertex on the border of the uv area has the colour just inside it.
     """
     if surface.texture is None:
         return None
@@ -109,7 +109,7 @@ def texture_at_vertices(surface: Surface) -> Bytes | None:
 def vertex_colors(surface: Surface) -> Bytes:
     """Returns colours (n x 3) of the vertices in sRGB.
 
-    They are those of the texture, or means over the triangles of a vertex.
+    Without a texture, the colour of a vertex is the mean over its triangles.
     """
     shown = texture_at_vertices(surface)
     if shown is not None:

@@ -1,7 +1,7 @@
 """Reads USD in a process of its own.
 
-usd-core prints warnings of its own, and damaged files can end the process that reads them. This
-module hides the warnings, and turns such an end into a CacheError of one sentence.
+usd-core prints warnings, and damaged files can crash the process that reads them. This module hides
+the warnings, and reports a crash by a CacheError of one sentence.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[lis
 
 
 def serve() -> None:
-    """Reads the file that the program's last argument names, and writes its parts or the error."""
+    """Reads the USD file named in the last argument; writes its parts or the error to a file."""
     from .usd_reader import read_usd
 
     path, shown, rate, moving, result = json.loads(sys.argv[-1])

@@ -17,7 +17,7 @@ __all__ = ["read_usd"]
 
 
 def read_usd(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part], Floats]:
-    """Reads all visible meshes of a file at its time codes; the times [s] begin at 0.
+    """Returns all visible meshes of a file over time, and the times [s], which begin at 0.
 
     Lengths are converted to metres and the up axis to z. Polygons are split into fans; the control
     mesh of a subdivision surface is taken as it is.
@@ -60,7 +60,7 @@ def _times(path: Path, stage: Any, rate: float) -> Floats:
 
 
 def _visible(stage: Any) -> Any:
-    """Yields the prims that a picture shows, also those inside instances."""
+    """Yields the prims that a picture shows, including those inside instances."""
     usd, geometry = imported("pxr.Usd", "usd"), imported("pxr.UsdGeom", "usd")
     hidden = (geometry.Tokens.guide, geometry.Tokens.proxy)
     for prim in usd.PrimRange(stage.GetPseudoRoot(), usd.TraverseInstanceProxies()):
@@ -94,9 +94,9 @@ def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
 
 
 def _check_skin(where: str, binding: Any, prim: Any, target: Any) -> None:
-    """Raises InvalidInput unless a skin refers to joints that its skeleton has.
+    """Raises InvalidInput unless a skin has a skeleton with one pose per joint and uses its joints.
 
-    The library does not check this before it reads their poses.
+    The library reads the poses without these checks.
     """
     skeleton = imported("pxr.UsdSkel", "usd").Skeleton(prim)
     if not skeleton:

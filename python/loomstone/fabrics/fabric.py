@@ -163,9 +163,9 @@ class Fabric(ClothMaterial):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns plain values for JSON: the fields of the material and of the fabric.
+        """Returns plain values for JSON: the fields of material and fabric, and `bending_bias`.
 
-        An unknown limit is None.
+        `bending_bias` is the rigidity of a strip on the bias [N m]. An unknown limit is None.
         """
         band = self.band
         about = self._about | {

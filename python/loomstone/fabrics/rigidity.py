@@ -35,8 +35,8 @@ def bending_from_strips(
     poisson : Poisson ratio of bending: minus the ratio of transverse to longitudinal curvature of a
         strip along weft [1]; near 0 for fabrics
 
-    Raises InvalidInput if no plate has strips with these rigidities: 4 / bias must exceed 1 / weft
-    + 1 / warp - 2 poisson / weft.
+    Raises InvalidInput if no plate has strips with these rigidities: |poisson| must be below
+    sqrt(weft / warp), and 4 / bias must exceed 1 / weft + 1 / warp - 2 poisson / weft.
 
     >>> import loomstone as ls
     >>> bending = ls.fabrics.bending_from_strips(weft=8e-6, warp=1.2e-5, bias=9e-6)

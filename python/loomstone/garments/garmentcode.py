@@ -35,9 +35,10 @@ UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 def read_garmentcode(path: str | os.PathLike[str]) -> Pattern:
     """Reads panels, seams and placements of a GarmentCode specification.
 
-    Edges are named "edge_0", "edge_1" and so on, by their index in the file. Raises InvalidInput
-    naming file, panel and edge if something is missing or cannot be sewn. An edge in two stitches,
-    which would join three layers, is refused when the pattern is sewn.
+    Edges are named "edge_0", "edge_1" and so on, by their index in the file. An edge in two
+    stitches, which would join three layers, is refused when the pattern is sewn. Raises CacheError
+    if the file cannot be read, and InvalidInput naming the file if its content is missing or
+    malformed.
     """
     path = Path(path)
     try:

@@ -35,7 +35,7 @@ class Panel:
     place : initial placement: Plane, Cylinder, Cone, Ribbon, or any function that maps points (n x
         2) to (n x 3) [m]
 
-    Raises InvalidInput naming panel and edge if a loop of edges is open or empty, crosses itself or
+    Raises InvalidInput naming the panel if a loop of edges is open or empty, crosses itself or
     another loop, or has the wrong orientation. Holes must lie inside the outline and outside other
     holes.
 
@@ -185,7 +185,7 @@ def _check_turn(where: str, edges: tuple[Edge, ...], *, hole: bool) -> None:
 def _check_crossings(panel: Panel) -> None:
     """Raises InvalidInput if parts of the outline or holes meet anywhere but at common corners."""
     curves = [[edge.curve() for edge in loop] for loop in panel.loops]
-    # Every curve is approximated by about 64 chords.
+    # Long curves are approximated by 64 to 127 chords.
     coarse = [[c[:: max(1, (len(c) - 1) // 64)] for c in loop] for loop in curves]
     starts = np.concatenate([c[:-1] for loop in coarse for c in loop])
     ends = np.concatenate([c[1:] for loop in coarse for c in loop])

@@ -24,7 +24,7 @@ class Seam:
 
     first, second : names of the edges as "panel.edge"
     reverse : True joins the end of one edge to the start of the other, as for two panels whose
-        outsides face the same way. False joins start to start. None selects the order for which the
+        outsides face the same way. False joins start to start. None selects the order in which the
         placed edges are closer together, or True if both orders are equally close.
     """
 

@@ -63,9 +63,9 @@ def sewn(mesh: TriangleMesh, *, where: str = "mesh") -> Garment:
     mesh : sewn mesh whose uv are the pattern [m]
     where : name of the mesh in errors
 
-    Groups are "panel_1" (the largest) and so on, and "opening_1" (the longest boundary loop) and so
-    on. Raises InvalidInput if there are no uv, or if two boundary vertices coincide, which
-    indicates an open seam.
+    Groups are "panel_1" (the largest) and so on, and "opening_1" (the boundary loop with the most
+    vertices) and so on. Raises InvalidInput if there are no uv, or if two boundary vertices
+    coincide, which indicates an open seam.
     """
     if len(mesh.uv) == 0:
         raise InvalidInput(f"{where}: has no uv; a sewn garment needs its flat pattern as uv [m]")

@@ -19,7 +19,8 @@ __all__ = ["dress", "dress_pattern"]
 
 Floats = NDArray[np.float64]
 
-# Heights above the waist: top of the side seam, strap joints, and lowest point of the neckline [m].
+# Distances from the waist along the cloth: top of the side seam, strap joints, and lowest point of
+# the neckline [m].
 SIDE, STRAP, NECK = 0.15, 0.25, 0.19
 # Width of a strap [m], and angle between its centre line and centre front or back [degrees].
 STRAP_WIDTH, STRAP_AT = 0.045, 34.0
@@ -39,7 +40,7 @@ def dress(
     """A sleeveless dress: a bodice of five panels, a skirt of six gores, and two straps over a bar.
 
     triangles : total number of triangles, at least 200; the result may differ from it by up to 13
-    bust, waist, hem : circumferences [m]; the bust is 0.2 m above the waist
+    bust, waist, hem : circumferences [m]; the bust is 0.2 m from the waist along the cloth
     skirt : length of the skirt along the cloth [m]
     bar_radius : radius of the bar along the x axis, 4 mm below the straps [m]; 0.015 to 0.05
     seed : seed of the triangulation
@@ -187,8 +188,8 @@ class _Shape:
     """Joints of the straps with the bodice, and control points of the bodice's curves.
 
     inner, outer : angles of a strap's two edges from centre front or back [degrees]
-    armhole : height of the armholes' control points above the waist [m]
-    nape : height of the back neckline's lowest and control points above the waist [m]
+    armhole : distance of the armholes' control points from the waist along the cloth [m]
+    nape : distance of the back neckline's lowest and control points from the waist, likewise [m]
     """
 
     inner: float
@@ -289,7 +290,7 @@ def _strap(cone: _Cone, bar_radius: float, chord: float) -> tuple[Floats, Floats
     angle, radius = np.radians(STRAP_AT), cone.radius(STRAP)
     x, depth, rise = radius * np.sin(angle), radius * np.cos(angle), 0.13
     clear = bar_radius + 0.004
-    # A chord of the circle with radius `over` lies at most chord^2 / (8 over) inside it.
+    # The middle of a chord of the circle of radius `over` lies about chord^2 / (8 over) inside it.
     over = (clear + np.sqrt(clear**2 + chord**2 / 2)) / 2
     # In the plane (y, z), the path is straight from (-depth, -rise) to its tangent point on the
     # circle of radius `over`, and then follows the circle over the top.

@@ -31,7 +31,8 @@ def cells(body: MagneticBody, *, density: float, separation: float = 3.0) -> Mag
     e is used at distances of at least separation * e, which is eq. (6.19) with r_0 = separation /
     density^(1/3). field() sums over the leaves. The force between two cubes of 10 x 10 x 10
     cells is 40 % too large in contact, and has an error of 2 % at a gap of a twentieth of their
-    size. Raises InvalidInput for currents and dipoles, density <= 0 and separation < 1.
+    size. Raises InvalidInput for currents, dipoles and induced bodies, density <= 0, separation < 1
+    and more than 4,000,000 cells.
 
     >>> import loomstone as ls
     >>> magnet = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))

@@ -50,7 +50,7 @@ def gradient(bodies: Bodies, points: ArrayLike, *, threads: int = 0) -> Floats:
 
 @takes(points="m")
 def potential(bodies: Bodies, points: ArrayLike, *, threads: int = 0) -> Floats:
-    """Returns the scalar potential of hard magnets and dipoles, whose negative gradient is H.
+    """Returns the scalar potential of hard magnets and dipoles. Its negative gradient is H.
 
     points (n, 3) [m] in world axes. Returns (n) [A]: the sum over all bodies, which vanishes at
     infinity and is continuous everywhere. The relation to H also holds inside magnets. threads as

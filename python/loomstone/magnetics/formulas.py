@@ -1,7 +1,7 @@
 """Fields and gradients as functions of arrays, with each source about the origin in its own axes.
 
-All functions take observers (n, 3) [m]. `*_field` returns (n, 3): flux density B [T] or, with
-quantity="H", field strength H [A/m]. `*_gradient` returns (n, 3, 3), where [k, i, j] = mu0
+`*_field` and `*_gradient` take observers (n, 3) [m]. `*_field` returns (n, 3): flux density B [T]
+or, with quantity="H", field strength H [A/m]. `*_gradient` returns (n, 3, 3), where [k, i, j] = mu0
 dH_i/dx_j [T/m] at observers[k], which equals dB_i/dx_j away from surfaces and currents. The
 argument threads, the values on surfaces, edges and wires, and the errors raised are those of
 `loomstone.magnetics.field`. Relative errors stay below 1e-11 at distances of 1e-3 to 1e4 times the
@@ -68,9 +68,9 @@ def dipole_field(
     therefore the field of all other dipoles.
 
     tolerance: None sums all pairs directly. A number in [1e-10, 0.1] selects a treecode, whose time
-    grows like N log N. The number bounds the root mean square of the error relative to that of the
-    result, measured against direct sums for 128 observers. Up to about 7,700 dipoles and observers
-    (6e7 pairs), all pairs are summed directly.
+    grows like N log N. The number bounds the root mean square error, relative to the root mean
+    square of the result, as measured against direct sums for 128 observers. Up to about 7,700
+    dipoles and observers (6e7 pairs), all pairs are summed directly.
     """
     if tolerance is None:
         return field(_core.magnetic_dipoles(points, moments), observers, threads=threads)

@@ -76,10 +76,10 @@ def force(
     `cells`; the error is then 0, because it refers to the sum over these cells only.
 
     Raises InvalidInput for solid magnets that overlap (they may touch), for a tolerance out of
-    range, and for polylines that are not closed. Bodies that overlap by at most 1e-6 of their sizes
-    exert the forces of bodies that touch. Overlap is always found between two cuboids and if one
-    body is a sphere. Between other bodies it is found if one of about 300 points on the surface of
-    either body lies in the other.
+    range, and for polylines that are not closed. Bodies that overlap by at most 1e-6 of the sum of
+    their radii exert the forces of bodies that touch. Overlap is always found if both bodies are
+    cuboids or one is a sphere. Between other bodies it is found if one of about 300 points on the
+    surface of either body lies in the other.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))

@@ -36,7 +36,7 @@ Floats = NDArray[np.float64]
 Bodies = MagneticBody | Sequence[MagneticBody]
 
 
-# Polarizations above this value are reported, because no material exceeds 2.5 T [T]. The margin
+# Polarizations above this value [T] are reported, because no material exceeds 2.5 T. The margin
 # allows for magnets that stand for windings.
 LARGEST_POLARIZATION = 5.0
 

@@ -1,4 +1,4 @@
-"""Solids centred at the origin, and the floor."""
+"""Solids, which are centred at the origin except the funnel, and the floor."""
 
 from __future__ import annotations
 

@@ -31,8 +31,10 @@ def baked(
     thickness: float = _DEFAULT.thickness,
     look: Look | None = None,
 ) -> Obstacle:
-    """Obstacle that moves as the meshes of a USD or glTF file: skins, blend shapes (morph targets)
-    and moving nodes are baked to vertices, which move linearly between samples.
+    """Obstacle that moves like the meshes of a USD or glTF file.
+
+    Skins, blend shapes (morph targets) and moving nodes are baked to vertices, which move linearly
+    between samples.
 
     path : file that ends in .usd, .usda, .usdc, .usdz, .gltf or .glb. Units and up axis of the file
         are converted to metres and z.

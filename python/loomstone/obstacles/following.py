@@ -2,7 +2,7 @@
 
 Each point moves rigidly with a patch of triangles around it, to whose motion a rotation is fitted
 (the orthogonal Procrustes problem). The weights of the triangles change continuously with the
-point, so neighbouring points move and turn almost equally, also where different triangles are the
+point, so neighbouring points move and turn almost equally, even where different triangles are the
 closest to them.
 """
 
@@ -32,7 +32,7 @@ def follow(mesh: TriangleMesh, frames: ArrayLike, points: ArrayLike) -> Floats:
     mesh : mesh in the pose in which the points are given
     frames : (frames x n x 3) positions of the n vertices of the mesh [m], or the same rows as
         (frames * n x 3), such as `vertex_positions` of an obstacle
-    points : (points x 3) positions beside the pose of `mesh` [m]
+    points : (points x 3) positions of the points next to `mesh` [m]
 
     Each point moves rigidly with the 32 triangles whose centres are nearest to it: by the
     displacement and rotation that fit their motion best. The weight of a triangle is its area times
@@ -108,7 +108,7 @@ class _Patch:
         area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
         count = min(_PATCH, mesh.n_triangles)
         distance, near = cKDTree(corners.mean(1)).query(points, k=range(1, count + 1))
-        # The weight of the farthest triangle is 0, so that another one can replace it smoothly.
+        # The farthest triangle has almost no weight, so another one can replace it smoothly.
         share = 1.0 - (distance / distance[:, -1:].clip(np.finfo(float).tiny)) ** 2
         weights = area[near] * np.maximum(share**2, _FLOOR)
         weights = np.repeat(weights / (3.0 * weights.sum(1, keepdims=True)), 3, axis=1)

@@ -266,7 +266,7 @@ def floor(
 ) -> Obstacle:
     """Square with edges `size` [m] in the plane z = `height` [m], drawn as ground.
 
-    look : Look. A texture lies on the floor by x and y [m]: `texture_width` is the width of a tile
+    look : Look. A texture is mapped by x and y [m]: `texture_width` is the width of a tile
         [m], and (0, 0) is a corner of a tile. With `texture_width=0`, the image covers the square
         once. Pictures show the plane beyond the square too, where the image repeats.
     """

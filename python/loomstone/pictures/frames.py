@@ -1,4 +1,4 @@
-"""The interface of a run that drawing needs, and a check of its frames."""
+"""What drawing needs of a run, and a check of its frames."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["FramesOfRun", "check_frames"]
 
 
 class FramesOfRun(Protocol):
-    """The interface of a run that drawing needs; loomstone.Run implements it."""
+    """What drawing needs of a run; loomstone.Run implements it."""
 
     directory: Path
 

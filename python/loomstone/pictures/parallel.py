@@ -91,7 +91,7 @@ def plot_parallel(
     its acceleration over the run on one rank. The lower row shows the time of all parts, the share
     of communication, and accelerations, which are measured (filled) or replayed (open).
 
-    Raises InvalidInput if there are no runs, or if they have different frames.
+    Raises InvalidInput if there are no runs, or if their numbers of frames differ.
     """
     groups = _grouped(runs)
     alone = next((group for group in groups if group.ranks == 1), None)
@@ -120,7 +120,7 @@ def plot_parallel(
 
 
 def _grouped(runs: Sequence[ParallelRun]) -> list[_Group]:
-    """Returns the runs by decomposition and number of ranks."""
+    """Returns the runs in groups of equal number of ranks and decomposition, sorted by both."""
     if not runs:
         raise InvalidInput("the plot needs at least one run, got none")
     for run in runs:

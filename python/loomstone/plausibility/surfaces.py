@@ -68,7 +68,7 @@ def start_surfaces(scene: Scene, simulation: Any) -> list[Surface]:
 
 
 def overlapping_pairs(surfaces: list[Surface]) -> list[tuple[int, int]]:
-    """Returns the pairs of surfaces that overlap, at least one of which moves freely.
+    """Returns the pairs of overlapping surfaces in which at least one surface moves freely.
 
     Two surfaces overlap if they intersect, or if one lies inside the other.
     """
@@ -104,7 +104,7 @@ def _shrunk(surface: Surface) -> Surface:
 
 
 def _intersecting(surfaces: list[Surface]) -> set[tuple[int, int]]:
-    """Returns the pairs of surfaces that intersect, at least one of which moves freely."""
+    """Returns the pairs of intersecting surfaces in which at least one surface moves freely."""
     first = np.cumsum([0, *(len(surface.points) for surface in surfaces)])
     faces = [s.mesh.triangles + start for s, start in zip(surfaces, first, strict=False)]
     owner = np.repeat(np.arange(len(surfaces)), [len(each) for each in faces])

@@ -97,7 +97,7 @@ def _end_of(simulation: Any) -> dict[str, Any]:
 
 
 def _metadata_text(simulation: Any, metadata: dict[str, Any]) -> str:
-    """Returns the metadata with the magnets of the scene, from which field lines are drawn."""
+    """Returns the metadata as JSON, with the magnets of the scene for drawing field lines."""
     magnets = magnets_to_record(simulation.scene)
     return json.dumps(metadata | ({"magnetic_scene": magnets} if magnets else {}))
 

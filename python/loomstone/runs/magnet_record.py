@@ -35,7 +35,7 @@ _FIELDS = ("obstacles", "bodies", "magnets", "coils", "bearings", "magnetic_fiel
 def magnets_to_record(scene: Scene) -> dict[str, Any] | None:
     """Returns the magnetic part of a scene as values for JSON, or None if nothing is magnetic.
 
-    It consists of magnets and coils, and of bodies and obstacles at rest.
+    It consists of magnets, coils, bearings, the uniform field, bodies, and obstacles at rest.
     """
     if not (scene.magnets or scene.coils):
         return None
@@ -94,5 +94,5 @@ def _restored(value: Any) -> Any:
 
 
 def _tuples(value: Any) -> Any:
-    """Returns nested lists as nested tuples, of which the states of sources consist."""
+    """Returns nested lists as nested tuples, as in the states of sources."""
     return tuple(_tuples(item) for item in value) if isinstance(value, list) else value

@@ -89,7 +89,7 @@ class _Counts:
 
 
 class Lines(_Counts):
-    """Prints one line per frame, and one line in between if a frame takes long."""
+    """Prints one line per frame, and further lines in between if a frame takes long."""
 
     def step(self, report: StepReport) -> None:
         super().step(report)

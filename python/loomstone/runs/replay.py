@@ -56,7 +56,7 @@ class Prediction:
     exchange : the part of `seconds` in which ranks exchange results [s]
     serial : time of the searches on one rank [s]
     busy : mean time that a rank spends on tests, summed over the searches [s]
-    requests, refusals : number of requests of idle ranks for tasks, and of those that were refused
+    requests, refusals : number of requests by idle ranks for tasks, and number of refused requests
     transfers : number of tasks that moved to another rank
     """
 
@@ -120,10 +120,10 @@ def replay(
 
     The tests of static and dynamic searches are measured again for every number of ranks, because
     the partitions depend on it. Dynamic searches start from the costs of an earlier step. The lists
-    of predicted searches are measured once, and divided by their costs in the preceding step.
-    Earlier steps are assumed to have had the motion of the recorded one. Steps without candidate
-    pairs count too. The time in which every rank updates its bounding volumes does not count, nor
-    that of searches for new pairs of clusters.
+    of predicted searches are measured once. Their costs in the preceding step divide them among
+    ranks. Earlier steps are assumed to have had the motion of the recorded one. Steps without
+    candidate pairs count too. The time in which every rank updates its bounding volumes does not
+    count, nor that of searches for new pairs of clusters.
 
     observer : receives the path of each motion before it is measured
 
@@ -201,7 +201,7 @@ def write_predictions(path: Path, predictions: Sequence[Prediction]) -> None:
 
 
 def read_predictions(path: Path) -> list[Prediction]:
-    """Returns the predictions in a table, or none if there is no such file.
+    """Returns the predictions in a table, or an empty list if there is no such file.
 
     Raises CacheError if the file is not such a table.
     """

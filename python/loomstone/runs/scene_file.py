@@ -144,7 +144,7 @@ class SceneFile:
             raise InvalidInput(f"{self._line_of(error)}: {_kind(error)}: {told}") from error
 
     def _line_of(self, error: Exception) -> str:
-        """Returns the scene file, with its line at which an error was raised, if there is one."""
+        """Returns the path of the scene file, with its last line in the traceback, if any."""
         lines = [
             f.lineno
             for f in traceback.extract_tb(error.__traceback__)

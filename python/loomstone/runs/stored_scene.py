@@ -1,7 +1,7 @@
 """Scenes of runs that Python has started, stored as data so that any process can resume the run.
 
-The file scene.npz holds the descriptions as JSON, and the arrays of their meshes. Reading it runs
-no code: only descriptions, meshes and magnetic sources of loomstone are made from it.
+The file scene.npz holds the descriptions as JSON, and their arrays. Reading it runs no code: only
+descriptions, meshes and magnetic sources of loomstone are made from it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class StoredScene:
     """The scene of a run that Python has started. It takes the place of a SceneFile."""
 
     def __init__(self, directory: Path, metadata: dict[str, Any]) -> None:
-        """Raises CacheError if the run can be resumed only in Python."""
+        """Raises CacheError if the run cannot be resumed from its stored scene."""
         if metadata.get("control", False):
             raise CacheError(
                 f"{directory}: was run with a control function in Python, which is not stored;"

@@ -199,8 +199,8 @@ def open_writer(
 ) -> NoWriter:
     """Returns the writer of a run whose next frame has the index `following`.
 
-    If metadata is None, an existing run is continued. If the run cannot be drawn or written, an
-    error is raised before anything is written.
+    If metadata is None, an existing run is continued. If pictures cannot be drawn or the directory
+    must not be used, an error is raised before anything is written.
     """
     if simulation.rank != 0:
         return NoWriter()
@@ -304,7 +304,7 @@ def _check_rate(directory: Path, rate: float) -> None:
 
 
 def _remove_run(directory: Path) -> None:
-    """Removes the files that a run has written, and no others."""
+    """Removes the files that a run has written and the whole directory frames/, but no others."""
     for name in (
         "run.vtkhdf",
         "bodies.vtkhdf",

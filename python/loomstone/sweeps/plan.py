@@ -37,9 +37,9 @@ class Point:
 def parse_values(items: Sequence[str]) -> dict[str, list[Any]]:
     """Returns the values of each parameter of a sweep.
 
-    Values are separated by commas. first:last:count gives equally spaced values, which are whole
-    numbers if all of them are whole. Raises InvalidInput unless each item is name=values and each
-    name is given once.
+    Values are separated by commas. first:last:count gives equally spaced values, which are integers
+    if all of them are whole and the text has no decimal point. Raises InvalidInput unless each item
+    is name=values and each name is given once.
 
     >>> parse_values(["triangles=800,3200", "friction=0.1:0.5:5"])
     {'triangles': [800, 3200], 'friction': [0.1, 0.2, 0.3, 0.4, 0.5]}
@@ -71,7 +71,7 @@ def _pieces(text: str) -> list[str]:
 
 
 def _spaced(name: str, text: str) -> list[Any]:
-    """Returns the values of first:last:count, or nothing if the text has no such form."""
+    """Returns the values of first:last:count, or an empty list if the text has another form."""
     parts = text.split(":")
     if len(parts) != 3:
         return []
@@ -91,7 +91,7 @@ def _spaced(name: str, text: str) -> list[Any]:
 
 
 def points_of(values: dict[str, list[Any]], scene: Path, out: Path) -> list[Point]:
-    """Returns all combinations of values; raises InvalidInput if scene() does not take one."""
+    """Returns all combinations of values; raises InvalidInput if scene() rejects a value."""
     n_points = int(np.prod([len(each) for each in values.values()], dtype=float))
     if n_points > MOST_POINTS:
         raise InvalidInput(

@@ -1,7 +1,7 @@
 """A web page that plays a run, or shows a running simulation that reacts to the mouse.
 
-The page is served by viser to browsers on this machine. To watch from another machine, forward the
-port there: `ssh -L 8080:localhost:8080 HOST`.
+By default, viser serves the page only to browsers on this machine. To watch from another machine,
+forward the port there: `ssh -L 8080:localhost:8080 HOST`.
 """
 
 from __future__ import annotations

@@ -106,7 +106,7 @@ class ClothGrip:
 
 
 class BodyGrip:
-    """Holds a rigid body at its centre and damps its rotation."""
+    """Holds a rigid body at its centre, about which it can still turn."""
 
     def __init__(self, sim: Simulation, body: int, mass: float, point: ArrayLike) -> None:
         self.body, self._mass = body, mass

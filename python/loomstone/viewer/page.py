@@ -1,4 +1,4 @@
-"""A web page that shows frames, served by viser to browsers on this machine."""
+"""A web page that shows frames, served by viser."""
 
 from __future__ import annotations
 

@@ -58,8 +58,8 @@ double sweep(const LimitedCloth& cloth, const Points& x, const char* method, int
   return (best[1] - best[0]) / 8;
 }
 
-// Time [s] of a call that finds nothing to correct. The call performs one sweep and evaluates the
-// excess.
+// Time [s] of a call that finds nothing to correct. The call checks all elements; edge-based
+// limiting also performs one sweep.
 double idle(const LimitedCloth& cloth, const Points& x, const char* method) {
   StrainLimiter limiter(cloth, sweeping(method));
   double best = 1e9;

@@ -58,7 +58,7 @@ Simulation simulation(const Case& c) {
   return Simulation(scene, options, c.threads);
 }
 
-// Times the product y = A x, where A has the pattern of a membrane of 85 x 85 cells.
+// Measures the time of the product y = A x, where A has the pattern of a membrane of 85 x 85 cells.
 class Product {
  public:
   Product() {

@@ -74,7 +74,7 @@ Points interpolate(const Points& values, Index coarse, Index fine) {
   return result;
 }
 
-// Returns the coarse cloth 1.2 s after it is dropped.
+// Returns the positions of the coarse cloth 1.2 s after it is dropped.
 Points settled() {
   TriangleMesh flat = grid_cells(side, side, coarse_cells, coarse_cells);
   Points x = flat.vertices();

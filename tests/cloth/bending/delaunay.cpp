@@ -15,7 +15,7 @@ using Corners = std::array<Index, 3>;
 
 double cross2(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-// Tests whether p is inside the circumcircle of the counter-clockwise triangle a, b, c.
+// Returns whether p is inside the circumcircle of the counter-clockwise triangle a, b, c.
 bool in_circle(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& p) {
   Mat3 m;
   for (const auto& [row, q] : {std::pair(0, a), std::pair(1, b), std::pair(2, c)}) {

@@ -65,7 +65,8 @@ class StaticSolve {
     return membrane_.energy(team_, x) + bending_.energy(team_, x) + load * area_.dot(x.col(2));
   }
 
-  // Returns the norm of the residual relative to the norm of the load.
+  // Takes one Newton step. Returns the norm of the residual before it, relative to the norm of the
+  // load.
   double iterate(Points& x, double load) {
     Points g = Points::Zero(n_, 3);
     membrane_.add_forces(team_, x, nullptr, 0, n_, g);

@@ -218,7 +218,7 @@ void check_queries(const std::string& path, double bound) {
   std::ifstream file(path, std::ios::binary);
   REQUIRE(file);
   // A row contains 24 coordinates, the kind (0 vertex-face, 1 edge-edge), the verdict, and a lower
-  // and an upper bound of the first contact time.
+  // and an upper bound on the first contact time.
   double row[28];
   long n = 0, missed = 0, false_hits = 0, late = 0, wrong = 0, left = 0, n_left = 0,
        separated_hits = 0;

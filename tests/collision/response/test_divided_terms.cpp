@@ -1,4 +1,4 @@
-// Terms of contacts that are divided among ranks, and data of contacts that are kept.
+// Contact terms that are divided among ranks, and contact data that is kept between calls.
 #include <catch2/catch.hpp>
 
 #include <array>

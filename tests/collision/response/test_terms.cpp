@@ -32,7 +32,7 @@ Assembled assemble(const TestScene& scene, const Points& x, const Points& v, con
   return result;
 }
 
-// Sums the gradients of the terms for each row (n x 3) [N].
+// Returns the sum of the gradients of the terms in each row (n x 3) [N].
 Points assembled(const ExtraTerms& terms, Index n) {
   Points sum = Points::Zero(n, 3);
   for (const ExtraTerm& t : terms)

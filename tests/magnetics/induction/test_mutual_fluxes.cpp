@@ -99,8 +99,8 @@ TEST_CASE("fluxes between bodies equal sums over all panels") {
     const PanelSet &on, &by;
     RigidPose pose;
   };
-  // The cases combine sets whose coarse and fine grids have equal shares (weights of the grids),
-  // sets with different shares, and curved surfaces.
+  // The cases combine two sets whose grids have equal weights (shares), two sets with different
+  // weights, and curved surfaces.
   std::vector<Case> cases = {{cuboid, other, poses[1]},
                              {round, cuboid, {Vec3(0.2, 0.1, 0.8), Vec4(1, 0, 0, 0)}},
                              {cuboid, round, {Vec3(0.2, 0.1, 0.8), Vec4(1, 0, 0, 0)}},

@@ -11,7 +11,7 @@ import pytest
 ROOMS = ["fabrics", "fabrics.measurements", "garments", "limits", "magnetics", "meshes",
          "obstacles", "pictures"]  # fmt: skip
 
-# Arguments that have numbers as values but no unit: counts, options, choices, and meshes.
+# Parameters whose values have no unit: options, counts, choices, patterns and tables of steps.
 WITHOUT = {"with_uv", "threads", "quantity", "progress", "steps", "pattern"}
 
 

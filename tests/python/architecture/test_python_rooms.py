@@ -64,7 +64,7 @@ def imports(module: str) -> set[str]:
         source = ".".join(part for part in base if part)
         for alias in node.names:
             inner = f"{source}.{alias.name}".lstrip(".")
-            # An imported name is a module of the package or a name in its __init__.
+            # An imported name is a module itself or a name inside the module `source`.
             found.add(inner if inner in MODULES or inner == "_core" else source)
     return found
 

@@ -15,7 +15,7 @@ FOLDERS = "bindings|core|docs|python|renderer|scenes|scripts|tests"
 PATH = re.compile(
     rf"(?<![\w./<*{{-])((?:{FOLDERS})/(?:[\w.-]+/)*[\w-]+(?:\.\w+)?/?)(?![\w*{{(\\<])"
 )
-# Files that name fragments of the changelog that do not exist.
+# Files that name fragments of the changelog as examples. These fragments do not exist.
 EXAMPLES = {"changes/README.md", "tests/python/architecture/test_release.py"}
 DOCUMENT = re.compile(r"(?<![\w./-])([\w/.-]+\.md)\b")
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")

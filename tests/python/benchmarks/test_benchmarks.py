@@ -21,7 +21,7 @@ MODULES = (
 PROGRAMS = sorted(p for p in BENCHMARKS.rglob("*.py") if p.name not in MODULES)
 BUILT = [
     f"{p.parent.name}/{p.stem}" for p in sorted(BENCHMARKS.glob("*/benchmark_*.cpp"))
-]  # one CMake target per folder
+]  # each file is a program of its own
 
 
 def smoke(command: list[str], directory: Path) -> None:

@@ -1,5 +1,6 @@
-"""All engines find the same candidates on small random scenes, which hypothesis generates and
-shrinks on failure.
+"""All engines find the same candidates on random scenes.
+
+Hypothesis draws the scenes, or the seeds and sizes of larger ones, and shrinks those that fail.
 """
 
 import numpy as np
@@ -57,7 +58,7 @@ def test_all_engines_find_the_pairs_of_brute_force(scene):
     st.sampled_from([0.01, 0.05, 0.2]),
 )
 def test_all_engines_find_the_pairs_of_brute_force_among_many_triangles(seed, n, inflation, size):
-    """Uses enough triangles for trees of three levels."""
+    """Uses up to 300 triangles, enough for trees of three levels."""
     random = np.random.default_rng(seed)
     # The centres lie in space, in a plane, on a line or at a point.
     centres = random.random((n, 1, 3)) * random.choice([0.0, 1.0], size=3)

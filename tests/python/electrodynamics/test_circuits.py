@@ -316,7 +316,7 @@ def series_force(radius: float, distance: float, ball: float, chi: float, curren
 
 
 def ball_and_coil(currents, times=(), magnets=(), **ball) -> ls.Scene:
-    """A soft ball below a loop; both are free."""
+    """A soft ball below a loop, and beside them a body for `magnets`. All bodies are free."""
     bodies = [
         ls.RigidBody(
             name="ball",

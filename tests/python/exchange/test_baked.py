@@ -1,4 +1,4 @@
-"""Obstacles and meshes read from USD and glTF files that other programs' libraries have written."""
+"""Obstacles and meshes read from USD and glTF files that libraries of other programs write."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""What an export writes, read back by other programs' libraries and compared with the run."""
+"""What an export writes is read back by libraries of other programs and compared with the run."""
 
 import json
 import subprocess

@@ -97,7 +97,7 @@ def test_a_measured_fabric_is_as_published_by_its_mapping(name, published):
 
 
 def stretched_load(at_rest, at_sixth):
-    """Returns load per width against strain. Stiffness is linear between strains of 0 and 1/6."""
+    """Returns load per width as a function of strain. The stiffness varies linearly with strain."""
     return lambda e: (at_rest + (at_sixth - at_rest) * 6 * e) * (1 + e) * ((1 + e) ** 2 - 1) / 2
 
 

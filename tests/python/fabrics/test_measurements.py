@@ -215,7 +215,7 @@ def test_conforming_triangles_do_not_lock_at_limits_of_a_hundredth_in_stretch_an
         assert result.rest.at_rest and result.intersections == 0
     assert max(np.abs(ls.limits.strain(r.positions, r.mesh)).max() for r in free) > 0.02
     coefficient = [np.mean([r.drape_coefficient for r in results]) for results in (free, limited)]
-    # In a measurement with six specimens each, the mean coefficients were 30.5 and 30.7 %.
+    # With six specimens each, the mean coefficients are 30.5 and 30.7 %.
     assert coefficient[1] == pytest.approx(coefficient[0], rel=0.1)
 
 

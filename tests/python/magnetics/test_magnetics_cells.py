@@ -214,7 +214,7 @@ def test_cells_of_a_cylinder_converge_to_the_magnet():
         found = M.force(on=b, by=a, engine="cells", density=density)
         errors.append(np.linalg.norm(found.force - exact.force) / np.linalg.norm(exact.force))
     # Convergence is only of first order, because no cell centre lies within half a cell of the
-    # surface, and the centres are therefore too close to the axis on average.
+    # surface. The mean distance of the centres from the axis is therefore too small.
     assert errors[2] < errors[1] < errors[0] and errors[2] < 0.01
     assert np.linalg.norm(found.torque - exact.torque) < 0.02 * np.linalg.norm(exact.torque)
 

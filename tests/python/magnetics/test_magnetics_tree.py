@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from loomstone import magnetics as M
 
-N = 9000  # fewer dipoles are summed directly
+N = 9000  # enough for the treecode; up to about 7,700 dipoles are summed directly
 
 
 def shaken_lattice(n=N, seed=1):

@@ -15,8 +15,9 @@ def waist(count, radius=0.1):
 
 
 def bent(points, curvature):
-    """Returns points displaced with the cross-sections z = constant of a bar, whose axis z is bent
-    to a circle in the plane of x and z.
+    """Returns points of a bar along z after bending.
+
+    The axis of the bar becomes a circle in the xz-plane, and its cross-sections stay plane.
     """
     x, y, z = np.asarray(points).T
     turn = curvature * z

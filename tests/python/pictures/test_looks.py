@@ -64,9 +64,9 @@ PLACES = np.random.default_rng(5).uniform((0.38, -0.2), (0.8, 0.2), (200, 2))
 
 
 def tiles(uv, width):
-    """Returns the main channel of CHECKER at uv, and which uv are 5 mm from the pixels' edges.
+    """Returns the main channel of CHECKER at uv, and which uv are not close to edges of its pixels.
 
-    5 mm is one pixel of the picture.
+    Close means within 5 mm, which is one pixel of the picture.
     """
     at = uv / (0.5 * width)
     clear = (np.abs(at - np.rint(at)) * 0.5 * width > 5e-3).all(1)

@@ -66,8 +66,8 @@ def test_a_scene_file_imports_and_reads_what_lies_beside_it(loomstone, project):
     code, said = loomstone("run", project / "files.py", "--out", "out", "--quiet")
     assert code == 0, said.err
     assert Path.cwd().name == "elsewhere"
-    # "out" is relative to the working directory of the command, although check() of the scene file
-    # runs in the directory of this file.
+    # "out" is relative to the working directory of the command, although the check() of a scene
+    # file runs in the directory of that file.
     code, said = loomstone("check", "out")
     assert code == 0 and "the scene's claims hold" in said.out
 

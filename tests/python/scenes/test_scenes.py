@@ -42,7 +42,7 @@ SMALL = {
 }
 
 # Parameters, simulated time [s] and largest stretch [1] of the scenes that disable collisions. The
-# test enables collisions in these scenes, too.
+# test enables them.
 APART = {
     "limit_scaling": ({"triangles": 200}, 0.6, 1.3),
     "swing": ({"columns": 11, "rows": 14}, 1.0, 1.2),

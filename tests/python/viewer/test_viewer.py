@@ -32,7 +32,7 @@ def run(tmp_path_factory):
 
 
 def lead(sim, grip, duration):
-    """Advances the simulation while the grip acts; returns the most intersecting pairs."""
+    """Advances while the grip acts; returns the largest number of intersecting pairs of a step."""
     end, most = sim.time + duration, 0
     while sim.time < end:
         begun = sim.time

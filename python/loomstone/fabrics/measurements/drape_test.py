@@ -186,7 +186,7 @@ def shadow(
         y = np.arange(first[1], last[1])[None, :] + 0.5
         turn = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
         if turn == 0.0 or not (last > first).all():
-            continue  # the triangle is seen edge-on
+            continue  # the triangle is seen edge-on, or its box contains no centre of a pixel
         side = np.sign(turn)
         edges = [
             side * ((q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0]))

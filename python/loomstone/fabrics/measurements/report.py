@@ -134,7 +134,7 @@ def report_fabrics(
     threads: int = 0,
     done: Callable[[FabricReport], None] | None = None,
 ) -> list[FabricReport]:
-    """Runs the drape test and the cantilever test on fabrics, and writes tables and pictures.
+    """Runs the drape test and the cantilever test on fabrics; returns a report on each.
 
     names : names of fabrics, or None: all
     out : directory for report.json and drape.png, or None: nothing is written
@@ -210,7 +210,7 @@ def chosen(names: str) -> list[str]:
 
 
 def parameters(given: Mapping[str, Any]) -> dict[str, int]:
-    """Checks the parameters given by -p: triangles per specimen, and number of specimens."""
+    """Returns the parameters given by -p as numbers: triangles per specimen, and specimens."""
     limits = {"triangles": (400, 1_000_000), "specimens": (1, 100)}
     if unknown := [name for name in given if name not in limits]:
         raise InvalidInput(f"there is no parameter {unknown[0]!r}; known: {', '.join(limits)}")
@@ -220,7 +220,7 @@ def parameters(given: Mapping[str, Any]) -> dict[str, int]:
 def contact_sheet(reports: Sequence[FabricReport], path: Path) -> None:
     """Draws the first specimen of each fabric in one picture (PNG).
 
-    An inset shows the shadow of each specimen, with circles of 18 and 30 cm in diameter.
+    Insets show the shadows of these specimens, with circles of 18 and 30 cm in diameter.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -51,7 +51,7 @@ def bring_to_rest(
     longest : largest simulated time [s]
     ratio : kinetic energy allowed in a window of time, relative to the largest since the start [1]
     drift : displacement of a vertex allowed over a window [m]
-    window : length of a window [s]
+    window : length of a window [s]; at least three steps are used
 
     Raises InvalidInput unless these values are positive.
     """
