@@ -168,8 +168,9 @@ std::string repr_of(const T& value) {
   } else if constexpr (std::is_same_v<T, Texture>) {
     return value ? formatted("image({} x {})", value->width, value->height) : "None";
   } else {
-    const auto text = py::repr(py::cast(value)).template cast<std::string>();
-    return text.size() < 400 ? text : text.substr(0, 380) + " ...]";
+    const py::str text = py::repr(py::cast(value));
+    return py::len(text) < 400 ? std::string(text)
+                               : std::string(py::str(text[py::slice(0, 380, 1)])) + " ...]";
   }
 }
 template <Description D>

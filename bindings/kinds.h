@@ -36,7 +36,7 @@ inline std::string type_name(const py::handle& value) {
 
 // The value as Python shows it, cut to at most 200 bytes.
 inline std::string shown(const py::handle& value) {
-  return py::repr(value).cast<std::string>().substr(0, 200);
+  return py::object(py::repr(value)[py::slice(0, 200, 1)]).cast<std::string>();
 }
 
 // Converts a value to `member`; returns false if its type is wrong.

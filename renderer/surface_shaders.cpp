@@ -99,10 +99,10 @@ vec3 with_texture(vec3 albedo, vec2 uv) {
   return mix(albedo, t.rgb, t.a);
 }
 
-// Returns the light that the surface mirrors. Light of the sun has the distribution of B. Walter et
-// al., "Microfacet models for refraction through rough surfaces", 2007, with visibility and Fresnel
-// reflectance as in C. Schlick, "An inexpensive BRDF model", 1994. Light of the surroundings is
-// added.
+// Returns the specularly reflected light. Sunlight uses the GGX distribution of microfacet normals
+// (B. Walter et al., "Microfacet models for refraction through rough surfaces", 2007), the
+// visibility term of E. Hammon, "PBR diffuse lighting for GGX+Smith microsurfaces", 2017, and the
+// Fresnel reflectance of C. Schlick, "An inexpensive BRDF model", 1994. Ambient light is added.
 vec3 mirrored(vec3 n, vec3 v, vec2 seen) {
   float a = max(roughness * roughness, 0.004);
   vec3 h = normalize(towards_light + v);

@@ -32,7 +32,7 @@ MAGNET: dict[str, Any] = {"radius": 0.003, "height": 0.006}
 BALL = 0.005
 GAP = {"parallel": 0.018, "antiparallel": 0.009, "free": 0.011}
 ASKEW = {"parallel": 0.05, "antiparallel": 0.0, "free": 0.7}  # initial misalignment [rad]
-PUSHED = (0.1, 0.6)  # start and end of the push [s]; it ends 1 mm from the ball
+PUSHED = (0.1, 0.6)  # start and end of the push [s], which stops the rod 1 mm from the ball
 
 
 def rod_mesh() -> ls.TriangleMesh:

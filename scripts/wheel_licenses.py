@@ -22,7 +22,7 @@ SYSTEM = Path("/usr/share")
 
 @dataclass(frozen=True)
 class Library:
-    """A library in the wheel. A library of headers, compiled into the module, has empty `files`."""
+    """A library in the wheel. `files` is empty for a header-only library."""
 
     name: str
     license: str  # SPDX expression

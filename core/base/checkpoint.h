@@ -1,5 +1,5 @@
 // The contents of a checkpoint file: the state of a simulation as named arrays, integers, bytes and
-// texts.
+// strings.
 #pragma once
 
 #include <cstdint>

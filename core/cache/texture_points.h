@@ -11,7 +11,7 @@ namespace loomstone {
 struct TexturePoints {
   bool textured = false;        // false: the coordinates are not continuous, and `uv` is empty
   Triangles triangles;          // (m x 3) point of each corner
-  std::vector<Index> vertices;  // (points) vertex of each point; i for point i < n_vertices
+  std::vector<Index> vertices;  // (points) vertex of each point; point i < n_vertices is vertex i
   Points2 uv;                   // (points x 2) texture coordinates [m]
 };
 

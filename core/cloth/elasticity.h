@@ -118,7 +118,8 @@ class Elasticity {
     Points force;         // (n x 3) [N]
     double energy = 0.0;  // [J]
   };
-  // Adds the forces of add() to `force`. Reuses those in `known` if the rows and x are the same.
+  // Adds the forces that add() computes to `force`. Reuses the forces in `known` if they belong to
+  // the same rows and positions.
   template <class Add>
   void add_known(const Team& team, const Points& x, Range rows, Known& known, Add&& add,
                  Points& force) const;

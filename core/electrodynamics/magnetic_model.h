@@ -94,8 +94,8 @@ struct MagneticModel {
 MagneticModel build_magnetic_model(const MagneticScene& scene);
 
 // Throws InvalidInput if magnetisable bodies overlap with each other, with magnets or with windings
-// at the start, or if the inductances of the circuits are not positive definite. Throws Unsupported
-// if a magnetisable body lies both in the bore and outside the winding of a circuit.
+// at the start, or if the inductance matrix of the circuits is not positive definite. Throws
+// Unsupported if a magnetisable body lies both in the bore and outside the winding of a circuit.
 void check_magnetic_start(const MagneticModel& model, const CarrierPlaces& start);
 
 // Returns the coordinate of a point of the carrier along the moment of the nearest hard magnet,

@@ -35,7 +35,7 @@ struct Header {
   Kind kind;
   std::int32_t round;
   std::int32_t from, wave;
-  std::int64_t sent, received;  // numbers of tasks in a subtree of ranks (Kind::Counts)
+  std::int64_t sent, received;  // number of tasks, by a subtree of ranks (Kind::Counts)
 };
 
 // Tasks of one rank, and the number of its workers that perform tests.

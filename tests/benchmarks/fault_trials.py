@@ -187,7 +187,7 @@ def damaged(content: bytes, seed: int) -> bytes:
     if seed % 10 == 1:
         return FOREIGN[seed // 10 % len(FOREIGN)] + chance.randbytes(chance.randrange(2000))
     changed = bytearray(content)
-    # Even seeds change only the beginning, which describes the file. Most other bytes are values.
+    # Even seeds change only the beginning, which describes the file. Most of the rest is numbers.
     end = len(content) if seed % 2 else min(len(content), 20000)
     for _ in range(1 + seed % 5):
         changed[chance.randrange(end)] ^= 1 << chance.randrange(8)

@@ -140,8 +140,6 @@ TEST_CASE(
   CHECK(stopped.residual > 1e-8);
 }
 
-namespace {}  // namespace
-
 TEST_CASE("rounding the stiffness to single precision does not change the mass of a translation") {
   RandomSystem system = random_system(20, 0, 0);
   stiffen(system, 1e6);

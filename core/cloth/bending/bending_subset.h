@@ -20,7 +20,7 @@ struct BendingSubset {
 // The bending elements that a rank stores, with the vertex numbers of the whole mesh.
 struct BendingOfPart {
   BendingSetup setup;
-  // The triangles in the setup over which the rank sums energies.
+  // The triangles of the setup whose energies the rank sums.
   IndexRange triangles;
 };
 

@@ -126,8 +126,8 @@ LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limit
                        const std::vector<Index>& limit_of)
     : membrane_(membrane),
       bounds_of_(membrane.n_batches()),
-      // A rank without triangles has a table too, because Membrane::in_phase() tests its address
-      // and must be the same on all ranks.
+      // A rank without triangles has a table too: Membrane::in_phase() tests whether the pointer is
+      // null, and must return the same on all ranks.
       table_(std::max<std::size_t>(membrane.n_batches(), 1) * membrane::phase_stride, 0.0),
       entered_(membrane.n_batches(), 0) {
   using Rows = std::array<Index, n_lanes>;  // index into limits for each lane

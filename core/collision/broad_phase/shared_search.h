@@ -25,8 +25,8 @@ namespace loomstone {
 
 class SharedSearch {
  public:
-  // `broad_phase` determines which features are attached, and must outlive this object. All ranks
-  // must make and destroy this object together.
+  // `broad_phase` determines which features are attached, and must outlive this object.
+  // Construction and destruction are collective.
   SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                const BroadPhase& broad_phase, Decomposition decomposition,
                std::shared_ptr<const Communicator> communicator);

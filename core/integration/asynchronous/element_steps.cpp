@@ -45,7 +45,7 @@ Mat3 strain_product(const RestTriangle& rest) {
   return product;
 }
 
-// Largest eigenvalue of B^T C B, where C are the moduli and B is that of strain_product().
+// Largest eigenvalue of B^T C B, with the matrix C of moduli and B as in strain_product().
 double largest_eigenvalue(const RestTriangle& rest, const Mat3& moduli) {
   const Eigen::SelfAdjointEigenSolver<Mat3> split(moduli);
   const Mat3 root = split.eigenvectors() *
@@ -85,8 +85,8 @@ Mat3 viscous_moduli(const MembraneConstants& m) {
   return moduli;
 }
 
-// Largest stiffness against plane waves in any direction [N/m]: largest eigenvalue of the acoustic
-// tensor. For isotropic cloth this is lambda + 2 mu, as in (4.26) of [Thomaszewski2010].
+// Largest stiffness that a plane wave in any direction meets [N/m]: largest eigenvalue of the
+// acoustic tensor. For isotropic cloth this is lambda + 2 mu, as in (4.26) of [Thomaszewski2010].
 double wave_stiffness(const MembraneConstants& m) {
   constexpr int directions = 180;
   double largest = 0.0;

@@ -14,11 +14,11 @@ namespace loomstone {
 // Integrates one interval [s]. `clocks` (e x 2) contains the time since the last event of each
 // element and the time until its next event [s]. On entry, these are relative to the start of the
 // interval, and on return, to its end. Events at the same time are handled in ascending order of
-// elements. The queue is a binary heap. The elements have the functions
+// elements. The queue is a binary heap. `Elements` has the functions
 //   step(element)            returns the time from an event to the next [s]
 //   move(element, time)      moves the vertices of the element along straight lines to `time`
-//   kick(element, duration)  changes their velocities by the force of the element times `duration`,
-//                            the time since its last event
+//   kick(element, duration)  applies the impulse of the element's force over `duration`, the time
+//                            since its last event
 template <class Elements>
 void take_events(double interval, Elements& elements, Points2& clocks) {
   using Event = std::pair<double, Index>;  // time and element
@@ -26,7 +26,7 @@ void take_events(double interval, Elements& elements, Points2& clocks) {
   for (Index e = 0; e < clocks.rows(); ++e)
     if (clocks(e, 1) <= interval) heap.emplace_back(clocks(e, 1), e);
   std::make_heap(heap.begin(), heap.end(), std::greater<>());
-  clocks.col(0) *= -1.0;  // both columns become times since the start of the interval
+  clocks.col(0) *= -1.0;  // both columns are now relative to the start of the interval
   while (!heap.empty()) {
     std::pop_heap(heap.begin(), heap.end(), std::greater<>());
     const auto [time, element] = heap.back();

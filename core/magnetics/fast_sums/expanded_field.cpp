@@ -17,7 +17,7 @@ constexpr double reach = 2.0;
 
 ExpansionSetting setting_for(const SourceGroups& source, double tolerance) {
   for (const ExpansionSetting& setting : source.settings())
-    if (setting.error <= tolerance) return setting;
+    if (setting.error <= tolerance && tolerance <= 0.1) return setting;
   fail<InvalidInput>("tolerance must be in [3e-7, 0.1] [1], got {}", tolerance);
 }
 

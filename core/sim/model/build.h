@@ -15,7 +15,7 @@ void build_cloth(const Scene& scene, Model& model, State& state);
 // Sets the surfaces and start poses of rigid bodies and obstacles, and the attachments.
 void build_bodies(const Scene& scene, Model& model, State& state);
 
-// Sets the magnets, coils and bearings, and the magnetic pole at each vertex for rendering.
+// Sets the magnets, coils and bearings, and the magnetic polarity at each vertex for rendering.
 void build_magnetics(const Scene& scene, Model& model);
 // Checks magnets and circuits at the start positions.
 void check_magnetics(const Model& model, const State& state);

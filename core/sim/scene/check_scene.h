@@ -1,4 +1,4 @@
-// Checks the description of a scene, and names its parts in messages.
+// Checks the description of a scene, and forms the names of its parts for messages and reports.
 #pragma once
 
 #include <string>

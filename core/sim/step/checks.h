@@ -6,8 +6,8 @@
 
 namespace loomstone {
 
-// Throws SolverFailure if a vertex is not finite, or has moved from x0 (n x 3) by more than 100
-// times the size of the cloth.
+// Throws SolverFailure if the position or velocity of a vertex is not finite, or if a vertex has
+// moved from x0 (n x 3) by more than 100 times the size of the cloth.
 void check_divergence(const Model& model, const Points& x0, const ClothState& cloth,
                       const char* stage);
 

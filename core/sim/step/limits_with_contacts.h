@@ -31,10 +31,10 @@ struct ConstrainInputs {
   // Contacts that impulses resolve; null: the implicit solve resolves contacts.
   const std::vector<Contact>* repelled = nullptr;
   std::uint64_t seed = 0;      // seed of the random order of sweeps
-  double h = 0.0;              // length of the step [s]
-  const Points* x0 = nullptr;  // (all vertices x 3) positions at the start of the step [m]
+  double h = 0.0;              // length of the part [s]
+  const Points* x0 = nullptr;  // (all vertices x 3) positions at the start of the part [m]
   const Vector* inverse_mass = nullptr;  // (all vertices) 0: prescribed motion [1/kg]
-  // Returns the energy of the cloth if the step ends at x1, without the energy of contacts [J].
+  // Returns the energy of the cloth if the part ends at x1, without the energy of contacts [J].
   // Required with `limiter`.
   std::function<double(const Points& x1)> energy;
 };

@@ -52,7 +52,8 @@ def triangles_of_cells(cells: Any) -> np.ndarray[Any, np.dtype[np.int64]]:
     """
     kinds = sorted({block.type for block in cells} - set(_IGNORED))
     faces = [np.asarray(block.data, int) for block in cells if block.type in _FACES]
-    if not sum(map(len, faces)) or any(kind.startswith(("triangle6", "quad8")) for kind in kinds):
+    curved = [k for k in kinds if k.startswith(("triangle", "quad")) and k not in _FACES]
+    if curved or not sum(map(len, faces)):
         raise InvalidInput(
             "a mesh must consist of flat triangles or polygons, got cells of"
             f" {', '.join(kinds) or 'no kind'}; extract the surface first"

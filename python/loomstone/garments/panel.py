@@ -182,11 +182,16 @@ def _check_turn(where: str, edges: tuple[Edge, ...], *, hole: bool) -> None:
         )
 
 
+def _thinned(points: Floats, stride: int) -> Floats:
+    """Returns every stride-th point (n x 2), and the last one."""
+    return points[np.unique(np.append(np.arange(0, len(points), stride), len(points) - 1))]
+
+
 def _check_crossings(panel: Panel) -> None:
     """Raises InvalidInput if parts of the outline or holes meet anywhere but at common corners."""
     curves = [[edge.curve() for edge in loop] for loop in panel.loops]
     # Long curves are approximated by 64 to 127 chords.
-    coarse = [[c[:: max(1, (len(c) - 1) // 64)] for c in loop] for loop in curves]
+    coarse = [[_thinned(c, max(1, (len(c) - 1) // 64)) for c in loop] for loop in curves]
     starts = np.concatenate([c[:-1] for loop in coarse for c in loop])
     ends = np.concatenate([c[1:] for loop in coarse for c in loop])
     names = [edge.name for loop in panel.loops for edge in loop]

@@ -21,8 +21,8 @@ def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
     OBJ and PLY need no other package. From USD (extra `usd`) and glTF (extra `gltf`), all meshes
     are read as one, at rest, in metres and with z up. Other formats need the package meshio.
 
-    with_uv : whether texture coordinates of OBJ and PLY are read; obstacles and bodies do not need
-        them
+    with_uv : whether texture coordinates of OBJ and PLY are read; obstacles and bodies need
+        them only for a texture
 
     Raises CacheError if the file cannot be read, and InvalidInput if it holds no valid mesh.
     """

@@ -121,6 +121,8 @@ TEST_CASE(
   CHECK(a.source->moment() == b.source->moment());
 }
 
-TEST_CASE("a tolerance that expansions cannot reach is refused") {
+TEST_CASE("a tolerance that expansions cannot reach, or of more than a tenth, is refused") {
   CHECK_THROWS_AS(ExpandedMesh(ring(), 1e-12), InvalidInput);
+  CHECK_THROWS_AS(ExpandedMesh(ring(), 0.2), InvalidInput);
+  CHECK_NOTHROW(ExpandedMesh(ring(), 0.1));
 }

@@ -58,13 +58,20 @@ def test_polygons_of_meshio_are_split_into_fans(tmp_path):
             meshio.Mesh(POINTS, [("triangle6", [[0, 1, 2, 3, 4, 5]])]),
             "got cells of triangle6; extract the surface first",
         ),
+        (
+            meshio.Mesh(
+                np.r_[POINTS, POINTS][:9],
+                [("quad", [[0, 1, 2, 3]]), ("quad9", [list(range(8)) + [0]])],
+            ),
+            "got cells of quad, quad9; extract the surface first",
+        ),
         (trimesh.Trimesh(POINTS @ np.eye(2, 3), [[0, 1, 1]], process=False), "triangle 0"),
         (
             trimesh.Scene({"a": BOXES["trimesh"], "b": BOXES["trimesh"]}),
             "one surface, got a trimesh.Scene of 'a', 'b'; give one of its meshes",
         ),
     ],
-    ids=["lines", "tetra", "curved", "degenerate", "scene"],
+    ids=["lines", "tetra", "curved", "curved beside flat", "degenerate", "scene"],
 )
 def test_a_mesh_of_another_package_that_is_no_surface_is_refused_in_one_sentence(mesh, said):
     for take in (lambda: ls.Cloth(mesh=mesh), lambda: ls.obstacles.mesh(mesh)):

@@ -155,6 +155,15 @@ def test_mirrored_panels_keep_their_holes():
     assert other.edge("eyelet").curve().mean(0) == pytest.approx((-0.1, 0.2), abs=1e-3)
 
 
+def test_a_hole_that_crosses_the_last_of_many_chords_is_refused():
+    angle = np.linspace(np.pi, 0.0, 129)
+    arc = np.c_[0.15 + 0.08 * np.cos(angle), 0.1 + 0.08 * np.sin(angle)]
+    # The 129th chord is the diameter, on which the circle lies.
+    half = g.polyline("half", np.r_[arc, arc[:1]])
+    with pytest.raises(ls.InvalidInput, match="edges 'half' and 'dot' cross or touch"):
+        square(holes=[[half], g.circle("dot", (0.15, 0.1), 0.01)])
+
+
 @pytest.mark.parametrize(
     ("holes", "message"),
     [

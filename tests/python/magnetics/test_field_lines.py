@@ -44,8 +44,8 @@ def test_seeds_share_the_flux():
     n = 2000
     found = m.field_lines(m.sphere(radius=0.01, polarization=(0, 0, 1)), n, length=1e-6)
     cosine = np.array([line[0, 2] for line in found.lines]) / 0.01
-    # The polar cap where the cosine of the polar angle exceeds c has the fraction 1 - c^2 of the
-    # northern hemisphere's flux.
+    # The polar cap where the cosine of the polar angle exceeds c carries the fraction 1 - c^2 of
+    # the northern hemisphere's flux.
     for c in (0.9, 0.7, 0.5, 0.2):
         assert (cosine > c).sum() / n == pytest.approx(1 - c * c, abs=2.0 / np.sqrt(40 * n))
 

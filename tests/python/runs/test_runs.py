@@ -167,7 +167,6 @@ def test_a_box_rides_on_an_obstacle_that_deforms_and_a_prolonged_run_ends_in_the
     )
     assert report["digest"] == straight.digest()
     magnet = ls.magnetics.sphere(radius=0.01, polarization=(0, 0, 1))
-    magnet = ls.magnetics.sphere(radius=0.01, polarization=(0, 0, 1))
     magnetic = ls.Scene(
         bodies=scene.bodies,
         obstacles=scene.obstacles,

@@ -165,6 +165,7 @@ def with_magnet_on(name):
         (lambda: ls.grid(size=1, cells=(2, 2)), "size must be 2 finite numbers, got 1"),
         (lambda: ls.grid(size=(1, NAN), cells=(2, 2)), "size must be 2 finite numbers"),
         (lambda: ls.grid(cells=(2.5, 2)), "cells must be a whole number, got 2.5"),
+        (lambda: ls.Cloth(mesh="\u00e4" * 300), "\u00e4" * 199),
         (lambda: ls.grid(cells=(0, 2)), r"cells must be in \[1, 20000\], got 0"),
         (lambda: ls.grid(triangles=10**12), r"triangles must be in \[2, 100000000\]"),
         (lambda: ls.grid(triangles="many"), "triangles must be a whole number, got 'many'"),

@@ -210,7 +210,7 @@ def chosen(names: str) -> list[str]:
 
 
 def parameters(given: Mapping[str, Any]) -> dict[str, int]:
-    """Returns the parameters given by -p as numbers: triangles per specimen, and specimens."""
+    """Returns the parameters given by -p: triangles per specimen, and number of specimens."""
     limits = {"triangles": (400, 1_000_000), "specimens": (1, 100)}
     if unknown := [name for name in given if name not in limits]:
         raise InvalidInput(f"there is no parameter {unknown[0]!r}; known: {', '.join(limits)}")
