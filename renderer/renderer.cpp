@@ -20,6 +20,7 @@ namespace loomstone {
 
 struct Renderer::Data {
   FrameTopology topology;
+  std::vector<Index> casting;  // vertices of bodies that cast shadows
   RenderOptions options;
   bool diverging = false;  // automatic ranges are centred on the neutral value
   std::unique_ptr<Context> context;
@@ -68,6 +69,7 @@ Renderer::Renderer(const FrameTopology& topology, const RenderOptions& options,
   check_hidden(topology, options);
   Data& d = *data_;
   d.topology = shown(topology, options);
+  d.casting = casting_vertices(d.topology);
   d.options = options;
   d.diverging = diverging;
   d.context = create_context();
@@ -177,9 +179,7 @@ void Renderer::Data::draw(const Frame& frame, const std::array<Vector, 2>& value
   };
   for (Index vertex = 0; vertex < frame.positions.rows(); ++vertex)
     include(frame.positions.row(vertex));
-  for (Index vertex = 0; vertex < frame.body_vertices.rows(); ++vertex)
-    if (!topology.body_is_floor[topology.body_of_vertex[vertex]])
-      include(frame.body_vertices.row(vertex));
+  for (const Index vertex : casting) include(frame.body_vertices.row(vertex));
   for (Index i = 0; curves && i < curves->points.rows(); ++i) include(curves->points.row(i));
 
   const LightView light = make_light_view(options.light_direction, low, high);

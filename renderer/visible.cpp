@@ -1,6 +1,7 @@
 #include "renderer/visible.h"
 
 #include <algorithm>
+#include <cstdint>
 
 #include "renderer/scalar_field.h"
 
@@ -27,6 +28,17 @@ FrameTopology shown(const FrameTopology& topology, const RenderOptions& options)
   if (topology.body_corner_uv.rows() > 0) rest.body_corner_uv.conservativeResize(3 * n, 2);
   rest.body_of_triangle.resize(n);
   return rest;
+}
+
+std::vector<Index> casting_vertices(const FrameTopology& topology) {
+  std::vector<std::uint8_t> casts(topology.body_of_vertex.size(), 0);
+  for (Index row = 0; row < topology.body_triangles.rows(); ++row)
+    if (!topology.body_is_floor[topology.body_of_triangle[row]])
+      for (const Index vertex : topology.body_triangles.row(row)) casts[vertex] = 1;
+  std::vector<Index> vertices;
+  for (std::size_t vertex = 0; vertex < casts.size(); ++vertex)
+    if (casts[vertex]) vertices.push_back(static_cast<Index>(vertex));
+  return vertices;
 }
 
 Plane floor_plane(const FrameTopology& topology, const Points& x, Index body) {

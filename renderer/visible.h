@@ -2,6 +2,8 @@
 // picture that surfaces cover.
 #pragma once
 
+#include <vector>
+
 #include "core/base/frame.h"
 #include "renderer/camera.h"
 #include "renderer/render_options.h"
@@ -10,6 +12,9 @@ namespace loomstone {
 
 // Removes the triangles of hidden bodies. Their vertices remain, so that frames still match.
 FrameTopology shown(const FrameTopology& topology, const RenderOptions& options);
+
+// Returns the vertices of the bodies' triangles, without those of floors, in ascending order.
+std::vector<Index> casting_vertices(const FrameTopology& topology);
 
 // The plane of a floor: the mean of its triangles' corners, and the upward mean normal of the
 // triangles. Both are zero if there are no triangles or their mean normal is zero.

@@ -1,19 +1,15 @@
 #include "core/sim/step/user_writes.h"
 
-#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <utility>
 
 #include "core/base/message.h"
+#include "core/base/same_bits.h"
 
 namespace loomstone {
 
 namespace {
-
-bool same_bits(const Points& a, const Points& b) {
-  return a.rows() == b.rows() && std::equal(a.data(), a.data() + a.size(), b.data());
-}
 
 [[noreturn]] void refuse(const std::string& what, const Points& table, Index row,
                          const std::string& wanted) {
