@@ -26,13 +26,13 @@ render = ls.RenderOptions(
     )
 )
 
-STEP, SWING, START = 0.5, 0.42, 0.3  # step and swing time, start of the walk [s]
-CELL = 0.025  # size of a cell of the grid in which the figure's surface is found [m]
+STEP, SWING, START = 0.5, 0.42, 0.3  # durations of a step and its swing, start of the walk [s]
+CELL = 0.025  # cell size of the grid from which the figure's surface is extracted [m]
 SAMPLES = 100  # samples of the motion per second
 GROUND = 0.004  # height of the soles above the ground [m]
 RISE = 0.17  # height of a stair [m]
 RISERS = (2.65, 3.0, 3.35)  # places where the stairs begin [m]
-HURDLES, HURDLE = (0.72, 1.72), (0.04, 1.0, 0.18)  # places and box size of the hurdles [m]
+HURDLES, HURDLE = (0.72, 1.72), (0.04, 1.0, 0.18)  # x coordinates and box size of hurdles [m]
 # Places of the ankles along the course [m]: first both feet, then the right and left foot in turn
 PLACES = (0.0, 0.0, 0.4, 0.9, 1.4, 1.9, 2.4, 2.78, 3.13, 3.48, 3.83)
 BALL = np.array((0.10, 0.0, -0.08))  # ball of the foot relative to the ankle [m]
@@ -99,8 +99,8 @@ def blended(points: Floats, bones: dict[str, Bone]) -> Floats:
 
 
 def surface(bones: dict[str, Bone]) -> ls.TriangleMesh:
-    """Returns a smoothed closed surface around the bones. It has one vertex in each cell of a grid
-    through which it passes (surface nets).
+    """Returns a smoothed closed surface around the bones. It has one vertex in each grid cell that
+    it crosses (surface nets).
     """
     axes = [np.arange(low, high, CELL) for low, high in ((-0.25, 0.3), (-0.7, 0.7), (-0.1, 1.9))]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
@@ -163,7 +163,7 @@ def turn(axis: int, angles: Floats) -> Floats:
 
 
 def height(place: float) -> float:
-    """Returns the height of the ground under a foot whose ankle stands at `place` [m]."""
+    """Returns the height [m] of the sole of a foot whose ankle stands at `place` [m]."""
     return GROUND + RISE * sum(riser < place for riser in RISERS)
 
 
@@ -223,7 +223,7 @@ def about(rotation: Floats, point: Floats, places: Floats) -> Motion:
 
 
 def frames(along: Floats) -> Floats:
-    """Returns frames (k x 3 x 3) of a limb along `along` (k x 3) that keep its front at +x."""
+    """Returns frames (k x 3 x 3) that align a limb with `along` (k x 3) and its front with +x."""
     u = along / np.linalg.norm(along, axis=1, keepdims=True)
     front = np.array((1.0, 0.0, 0.0)) - u[:, :1] * u
     front /= np.linalg.norm(front, axis=1, keepdims=True)
@@ -298,7 +298,7 @@ def walk(times: Floats, bones: dict[str, Bone]) -> dict[str, Motion]:
 
 
 def skinned(points: Floats, bones: dict[str, Bone], moved: dict[str, Motion]) -> Floats:
-    """Returns the places (k x n x 3) of vertices that follow their nearest bones [m]."""
+    """Returns the positions (k x n x 3) [m] of vertices that follow their nearest bones."""
     every = distances(points, bones)
     weights = np.exp((every.min(axis=1)[:, None] - every) / 0.016)
     weights[weights < 0.05] = 0.0
