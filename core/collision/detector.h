@@ -58,7 +58,7 @@ class Detector {
 // Returns the sorted unique vertex pairs of the triangle edges.
 Edges unique_edges(const Triangles& triangles);
 
-// Both functions check their arguments and throw InvalidInput if an argument is invalid.
+// Both functions throw InvalidInput if an argument is invalid.
 void check_motion(const Points& x0, const Points& x1, double inflation);
 void check_triangles(const Triangles& triangles, Index n_vertices);
 

@@ -62,8 +62,9 @@ Vec3 EventContacts::place(Index vertex, double time, const EventMotion& motion) 
   return start + time * motion_->v0.row(vertex).transpose();
 }
 
-// For a vertex of a rigid body, returns the velocity of the body at the contact point. The weighted
-// mean of the velocities of the body's vertices in the pair would give the same velocity.
+// Returns the velocity of a vertex. For a vertex of a rigid body, returns the velocity of the body
+// at the contact point instead, which is the weighted mean of the velocities of the body's vertices
+// in the pair.
 Vec3 EventContacts::velocity(Index vertex, const Event& event, const EventMotion& motion) const {
   if (vertex < motion.v.rows()) return motion.v.row(vertex).transpose();
   if (const Index b = body_of(vertex); b >= 0) return bodies_[b].body.velocity_at(event.touched);

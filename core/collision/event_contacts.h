@@ -44,7 +44,7 @@ class EventContacts {
   // Number of pair evaluations and number of impulses since set_pairs().
   std::int64_t n_evaluated() const { return n_evaluated_; }
   std::int64_t n_impulses() const { return n_impulses_; }
-  // Work since begin().
+  // Work of the impulses since begin().
   const EventWork& work() const { return work_; }
 
  private:
