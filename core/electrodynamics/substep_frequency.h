@@ -23,7 +23,8 @@ struct Oscillators {
 class SubstepFrequency {
  public:
   SubstepFrequency(const MagneticModel& model, const Magnets& magnets);
-  // Returns an upper bound of the angular frequency of the stiffest body [rad/s].
+  // Returns an upper bound of the angular frequency of the stiffest body [rad/s]. Bodies in contact
+  // count with a quarter of their bound.
   double at(const Team& team, const Oscillators& now) const;
 
  private:

@@ -171,7 +171,7 @@ class HullAlgorithm : public btCollisionAlgorithm {
   // impulse of the old one.
   void put_points(const btCollisionObjectWrapper& hull, double near, btManifoldResult& result) {
     const btTransform& pose = hull.getWorldTransform();
-    // Bullet expects points on the second body and normals that point away from it.
+    // Bullet expects points on the second body and normals that point away from the second body.
     const bool towards_first = manifolds_.front()->getBody0() == hull.getCollisionObject(),
                result_towards_hull =
                    result.getBody0Wrap()->getCollisionObject() == hull.getCollisionObject();

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double same_plane = 1e-4;  // sine of the largest angle that counts as zero
 constexpr double turned_to =
-    0.98;  // cosine of the largest angle that counts as parallel, 11.5 degrees
+    0.98;  // cosine of 11.5 degrees: directions at smaller angles count as parallel
 
 using Contacts = HullOnTriangles::Contacts;
 
@@ -248,8 +248,9 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
 // The axis of least overlap of a triangle is not admissible if other triangles extend farther along
 // this axis. Let o be the overlap of the hull with all triangles along this axis, and m its overlap
 // with the triangle along the best admissible axis. If o <= m, the axis of least overlap gives one
-// contact with the overlap o, which is used only if no other contact overlaps. Otherwise, contacts
-// have the direction of the best admissible axis.
+// contact with the overlap o. Otherwise, contacts have the direction of the best admissible axis.
+// The former, and the latter if m is far larger than the least overlap, are used only if no other
+// contact overlaps.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

@@ -10,7 +10,7 @@ namespace loomstone {
 namespace {
 
 // Largest number of repetitions of an interval. Each repetition shortens the steps of more
-// triangles. Our choice, because more than three repetitions are rare.
+// triangles. Our choice, far above the usual three or fewer.
 constexpr int most_repetitions = 8;
 
 std::vector<LimitModes> potential_of(const Asynchronous& options, const ClothModel& model) {
