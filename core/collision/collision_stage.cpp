@@ -41,7 +41,7 @@ struct CollisionStage::Data {
   template <class Use>
   auto with_strengths(const std::vector<Contact>& contacts, const StrengthInputs& inputs,
                       Use&& use) {
-    // If a tangle makes contacts ignored, the shares of the remaining contacts change.
+    // If contacts are ignored because of a tangle, the shares of the remaining contacts change.
     if (contacts.size() == known.size() && knows(inputs.x))
       return use(strengths.find(model, contacts, inputs));
     return use(contact_strengths(model, contacts, inputs));

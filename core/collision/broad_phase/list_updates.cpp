@@ -16,8 +16,8 @@ namespace {
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 
-// If the average update makes more than this share of the widened lists of a surface pair again,
-// searching the pair in full is cheaper. Measured on a ribbon and a dress.
+// Searching a surface pair in full is cheaper than keeping its widened lists if updates replace on
+// average more than this share of them. Measured on a ribbon and a dress.
 constexpr double most_made = 1.0 / 6.0;
 constexpr int upkeep_updates = 8;
 

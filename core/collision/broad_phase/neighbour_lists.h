@@ -249,8 +249,8 @@ class NeighbourLists {
   bool search_is_due(const std::vector<Pass>& passes) const;
   void unlist_fast(const std::vector<Pass>& passes);
   void make(NeighbourList& list, PairSearch::Slots& slots) const;
-  // Returns the largest excess of the change of distances over the slack of a list with which the
-  // list still contains all required pairs [m].
+  // Returns the amount by which distances may change beyond the slack of a list while the list
+  // still contains all required pairs [m].
   double spare(Index pair, Cover what) const {
     return base_[pair] -
            (what == Cover::Reach ? pairs_[pair].thickness + extra_ : 1.01 * model_.gap_floor);
