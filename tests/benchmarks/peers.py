@@ -38,7 +38,7 @@ class Seen(NamedTuple):
     seconds: float  # per frame
     stretch: float
     pairs: int  # largest number of intersecting pairs in a frame
-    kept: float | None = None  # energy at the end as a share of that at the start; see above
+    kept: float | None = None  # energy at the end / energy at the start; see top of file
 
     def __str__(self) -> str:
         text = f"{self.seconds:.3f} s a frame, stretch {self.stretch:.3f}, "

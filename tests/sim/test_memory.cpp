@@ -1,4 +1,4 @@
-// Claims about the memory of a simulation: ranks store their share of it, and it is all counted.
+// Claims about the memory of a simulation: each rank stores a share, and nearly all is counted.
 #include <catch2/catch.hpp>
 
 #include <map>

@@ -101,7 +101,7 @@ TEST_CASE(
     CHECK(above.stiffness == Approx(below.stiffness).epsilon(1e-6));
     CHECK(above.energy == Approx(below.energy).epsilon(1e-6));
   }
-  // When the gap falls below the thickness, force, stiffness and energy start at 0.
+  // When the gap falls below the thickness, force, stiffness and energy rise from 0.
   const ContactForce first = contact_force(xi - hair, xi, k);
   CHECK(first.stiffness < 1e-6 * k);
   CHECK(first.force < 1e-12 * k * xi);

@@ -105,7 +105,7 @@ def last_digit(number: str) -> float:
 
 
 class Session:
-    """One page read from top to bottom by somebody who pastes every block."""
+    """Runs the blocks of one page in order, as if a reader pasted each of them."""
 
     def __init__(self, directory: Path) -> None:
         self.directory = directory

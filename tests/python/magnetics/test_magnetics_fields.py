@@ -150,7 +150,7 @@ def test_gradients_are_derivatives_of_fields(name, scale):
 
 @pytest.mark.parametrize("name", ["cuboid", "cylinder", "ring", "mesh"])
 def test_far_fields_lose_no_digits(name):
-    """A magnet is the sum of its volume's dipoles. Far away, 12 Gauss points per axis are exact."""
+    """Compares fields with those of dipoles that fill the volume, at 12 Gauss points per axis."""
     body = sources()[name]
     nodes, weights = np.polynomial.legendre.leggauss(12)
     nodes, weights = (nodes + 1) / 2, weights / 2
