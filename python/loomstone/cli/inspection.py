@@ -178,7 +178,8 @@ def event_lines(run: Run, summary: dict[str, Any]) -> list[str]:
 
     The first line compares the number of events with that for equal steps of all triangles.
 
-    Further lines count triangles by the longest step that each may take at the last checkpoint.
+    If there is a checkpoint, further lines count triangles by the longest step that each may take
+    at the newest one.
     """
     if not summary.get("events"):
         return []
@@ -224,7 +225,7 @@ def contact_lines(summary: dict[str, Any]) -> list[str]:
 
 
 def limit_lines(summary: dict[str, Any]) -> list[str]:
-    """Returns a line of text if steps of a run exceeded strain limits, from their summary."""
+    """Returns a line of text about steps that exceeded strain limits, if there are any."""
     if not summary.get("steps_with_broken_limits"):
         return []
     return [

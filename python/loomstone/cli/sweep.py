@@ -102,7 +102,7 @@ def _follow(
 
     Returns the points of the runs that failed, with their exit codes.
 
-    Exits with 128 plus the number of the signal that ended the sweep.
+    If a signal ends the sweep, exits with 128 plus the number of the signal.
     """
     failed: list[tuple[Point, int]] = []
     began, done = time.perf_counter(), 0

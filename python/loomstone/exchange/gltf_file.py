@@ -65,7 +65,7 @@ class GltfFile:
     def array(self, index: int, of: str) -> Floats:
         """Returns the values (count x columns) of an accessor.
 
-        Integers that the accessor marks as normalized are divided by the largest of their type.
+        Integers that the accessor marks as normalized are divided by the largest value of the type.
 
         of : what the values are, for messages
         """

@@ -90,7 +90,7 @@ def _extend(motion: Motion, index: int, positions: Floats) -> None:
 
 
 def _best_rotation(before: Floats, after: Floats) -> Floats:
-    """Returns the rotation that maps `before` to `after` with the least squared deviation.
+    """Returns the rotation that maps `before` to `after` with the least sum of squared deviations.
 
     Kabsch, "A solution for the best rotation to relate two sets of vectors", 1976.
     """
