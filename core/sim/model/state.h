@@ -14,7 +14,7 @@
 
 namespace loomstone {
 
-// Account of energy [J]. It begins at the start of the simulation, and again when the user writes
+// Account of energy [J]. It begins with the first step, and again after the user has written
 // positions or velocities.
 struct EnergyAccount {
   bool begun = false;

@@ -9,7 +9,7 @@
 
 namespace loomstone {
 
-// A part of a step, in units of 1/64 step.
+// A part of a step, in units of 1/64 of the step.
 struct StepPart {
   static constexpr int whole = 64, quarter = 16, least = 1;
   int first = 0, last = whole;
@@ -38,7 +38,7 @@ class Bisection {
   StepPart part() const { return left_.back(); }  // the part to attempt next
 
   // Splits the next part in two if it is longer than `longest` >= 1 [1/64 step]. The first piece is
-  // 1/n of the part, rounded down, with the smallest n >= part / longest.
+  // 1/n of the part, rounded down, where n is the smallest integer with n >= part / longest.
   void shorten(int longest);
 
   enum class Verdict { Accepted, Repeated };
