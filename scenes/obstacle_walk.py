@@ -31,14 +31,14 @@ CELL = 0.025  # cell size of the grid from which the figure's surface is extract
 SAMPLES = 100  # samples of the motion per second
 GROUND = 0.004  # height of the soles above the ground [m]
 RISE = 0.17  # height of a stair [m]
-RISERS = (2.65, 3.0, 3.35)  # places where the stairs begin [m]
+RISERS = (2.65, 3.0, 3.35)  # x coordinates of the risers of the stairs [m]
 HURDLES, HURDLE = (0.72, 1.72), (0.04, 1.0, 0.18)  # x coordinates and box size of hurdles [m]
 # Places of the ankles along the course [m]: first both feet, then the right and left foot in turn
 PLACES = (0.0, 0.0, 0.4, 0.9, 1.4, 1.9, 2.4, 2.78, 3.13, 3.48, 3.83)
 BALL = np.array((0.10, 0.0, -0.08))  # ball of the foot relative to the ankle [m]
 SHOULDER = 1.437  # height of the shoulders in the initial pose [m]
 REACH = 0.822  # longest distance from hip to ankle [m]
-END = 4.6  # end of the stairs [m]
+END = 4.6  # x coordinate of the end of the stairs [m]
 
 
 class Bone(NamedTuple):
@@ -47,7 +47,7 @@ class Bone(NamedTuple):
     joint: tuple[float, float, float]  # [m]
     end: tuple[float, float, float]  # [m]
     radius: float  # radius at the joint [m]
-    end_radius: float  # [m]
+    end_radius: float  # radius at the end [m]
 
 
 def skeleton() -> dict[str, Bone]:
@@ -360,7 +360,7 @@ def scene(triangles: int = 8891) -> ls.Scene:
         friction=0.3,
     )
     dress = ls.garments.dress(triangles, bar_radius=0.05, skirt=0.72)
-    quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # faces +x
+    quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # rotates -y to x
     worn = dress.mesh.moved(moved["chest"].at(np.array((0.0, 0.0, SHOULDER)))[0], rotation=quarter)
     material = ls.ClothMaterial(
         weft_stiffness=300.0,

@@ -87,7 +87,7 @@ def converted(lines: list[str]) -> list[str]:
 
 def process(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
     lines[:] = converted(lines)
-    if not any(lines):  # autodoc also drops text like "time [s]", taken for a signature
+    if not any(lines):  # autodoc drops text that looks like a signature: "time [s]"
         logging.getLogger(__name__).warning("%s has no text in the reference", name)
 
 

@@ -39,8 +39,8 @@ class Measured:
     ranks: int
     collision: float
     other: float
-    operations: float  # collective operations of a step
-    bytes: float  # sent by all ranks in a step
+    operations: float  # number of collective operations in a step
+    bytes: float  # bytes that all ranks send in a step
 
 
 def measured(directory: Path, first: int) -> Measured:

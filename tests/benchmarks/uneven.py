@@ -50,7 +50,7 @@ def hung(scene: ls.Scene) -> ls.Scene:
 class Cost(NamedTuple):
     """Cost of a run per second of motion; times are processor times [s]."""
 
-    updates: float  # of triangles
+    updates: float  # number of updates of triangles
     stepping: float
     collisions: float
     failure: str  # why the run ended early, or ""

@@ -35,7 +35,7 @@ Scene sheets(Index cells) {
 struct Ran {
   Checkpoint state;
   StepReport report;
-  std::map<std::string, std::size_t> bytes;  // of the rank that occupies most
+  std::map<std::string, std::size_t> bytes;  // size of each part, maximum over the ranks
 };
 
 Ran run(const Scene& scene, const IntegratorOptions& options, int n_ranks, int steps) {

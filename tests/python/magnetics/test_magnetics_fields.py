@@ -105,7 +105,7 @@ def test_force_on_a_dipole_is_minus_the_gradient_of_the_energy():
     points, moments = rng.normal(size=(4, 3)), rng.normal(size=(4, 3))
     force = M.dipole_forces(points, moments)[0][1]
     errors = []
-    for h in (1e-2, 5e-3):  # halving tests for second order
+    for h in (1e-2, 5e-3):  # two steps, to test for second order
         slope = np.zeros(3)
         for k in range(3):
             step = np.zeros((4, 3))
@@ -168,7 +168,7 @@ def test_far_fields_lose_no_digits(name):
     else:
         inner = 0.004 if name == "ring" else 0.0
         rho = np.sqrt(inner**2 + u * (0.01**2 - inner**2))
-        around = 2 * np.pi * (np.arange(32) + 0.5) / 32  # exact to degree 31
+        around = 2 * np.pi * (np.arange(32) + 0.5) / 32  # exact up to trigonometric degree 31
         cells = np.concatenate(
             [
                 np.stack([rho * np.cos(p), rho * np.sin(p), (w - 0.5) * 0.013], axis=1)
