@@ -9,8 +9,8 @@
 // changes by a constant factor per length does the work (W1 - W0) / log(W1 / W0), which the rule
 // exceeds by (W1 - W0)^2 / (6 |W0 + W1|) to leading order.
 //
-// A free body of mass m is displaced by h (v + h F0 / 2m) in the time h, but its mean velocity is v
-// + h (F0 + F1) / 4m. Its kinetic energy grows by h times the mean force times the mean velocity.
+// A free body of mass m is displaced by h (v + h F0 / 2m) in the time h, but its mean velocity is
+// v + h (F0 + F1) / 4m. Its kinetic energy grows by h times the mean force times the mean velocity.
 // This exceeds the work along the displacement by h^2 (F1^2 - F0^2) / 8m.
 //
 // Only forces that grow along their own direction count, W0 < W1 with equal signs. This condition

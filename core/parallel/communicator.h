@@ -83,7 +83,7 @@ class Communicator {
   }
   // Text of the last failure that the ranks agreed on; empty on a single rank.
   virtual std::string agreed() const { return {}; }
-  // Traffic of this rank; none on a single rank.
+  // Traffic of this rank; zero on a single rank.
   virtual Traffic traffic() const { return {}; }
   // Ends all ranks at once after an error on only one of them. Otherwise the other ranks would wait
   // forever.

@@ -84,7 +84,7 @@ struct RigidState {
   Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> orientations;  // (b x 4)
   Points velocities;                                                       // (b x 3) [m/s]
   Points angular_velocities;                                               // (b x 3) [rad/s]
-  std::vector<unsigned char> manifolds;  // contacts and places of obstacles, for restore()
+  std::vector<unsigned char> manifolds;  // serialised contacts and obstacle positions for restore()
 };
 
 // Throws InvalidInput unless `state` has one row for each of n bodies.

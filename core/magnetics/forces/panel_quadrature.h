@@ -2,7 +2,7 @@
 // Gauss rules are bisected, in the direction with the larger error, until the estimated error is
 // below the tolerance. The error of an n-point rule is about the Legendre coefficient of degree 2 n
 // of the integrand. Coefficients are assumed to decay geometrically. The estimated error is then
-// twice the squared larger one of the last two coefficients that the rule resolves, divided by the
+// 2 l^2 / c, where l is the larger of the last two coefficients that the rule resolves, and c is the
 // largest coefficient.
 #pragma once
 
