@@ -119,7 +119,7 @@ class Page:
 
 
 def _ball(topology: FrameTopology, frame: Frame) -> tuple[NDArray[np.float64], float]:
-    """Returns centre and radius of a ball that contains all surfaces but floors."""
+    """Returns centre and radius of a ball around all surfaces but floors, or around lone floors."""
     seen = ~topology.body_is_floor.astype(bool)[topology.body_of_vertex]
     points = np.concatenate([frame.positions, frame.body_vertices[seen]])
     if not len(points):
