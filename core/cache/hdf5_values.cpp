@@ -1,4 +1,5 @@
-// Functions of Hdf5File that write and read numbers as attributes, and arrays of fixed shape.
+// Functions of Hdf5File that write and read attributes that contain numbers, and arrays of fixed
+// shape.
 #include <algorithm>
 #include <utility>
 
