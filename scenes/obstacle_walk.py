@@ -90,7 +90,7 @@ def distances(points: Floats, bones: dict[str, Bone]) -> Floats:
 
 
 def blended(points: Floats, bones: dict[str, Bone]) -> Floats:
-    """Returns a smooth distance from the union of all bones (n) [m], negative inside."""
+    """Returns smooth distances (n) [m] of points from the union of all bones, negative inside."""
     every, smooth = distances(points, bones), 0.01
     least = every.min(axis=1)
     return np.asarray(
@@ -231,7 +231,9 @@ def frames(along: Floats) -> Floats:
 
 
 def leg(bones: dict[str, Bone], side: str, hip: Floats, moves: Foot) -> dict[str, Motion]:
-    """Returns the motions of a leg from the places of its hip joint (k x 3) [m] to its foot."""
+    """Returns the motions of the bones of a leg, given the positions of its hip (k x 3) [m] and the
+    motion of its foot.
+    """
     upper_leg, lower_leg = bones[f"{side} thigh"], bones[f"{side} shank"]
     start, knee, ankle = (
         np.array(point) for point in (upper_leg.joint, lower_leg.joint, lower_leg.end)

@@ -92,7 +92,7 @@ def process(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[
 
 
 def skip(app: Any, what: str, name: str, obj: Any, skipped: bool, options: Any) -> bool | None:
-    """Leaves out the fields of named tuples, which the docstring of the class describes."""
+    """Omits the fields of named tuples, because the docstring of the class describes them."""
     return True if (obj.__doc__ or "").startswith("Alias for field number") else None
 
 

@@ -29,7 +29,7 @@ def held(core: ls.Magnet, coil: ls.Coil, core_mesh=BOX) -> ls.Scene:
 
 
 def core_inductance(core: ls.Magnet, winding: ls.magnetics.MagneticBody) -> float:
-    """Inductance that a core adds to a circuit [H], from the energy of a current in the circuit."""
+    """Inductance [H] that a core adds to a circuit, from the energy of a current in the circuit."""
     coil = ls.Coil(body="coil", source=winding, resistance=1.0, inductance=1e-3, voltages=[1.0])
     sim = simulation(held(core, coil), 1e-4)
     sim.step()
