@@ -1,5 +1,5 @@
 // Bodies and obstacles as carriers of magnets and coils: their poses, the motion of obstacles, and
-// the wrenches on them. Carriers are numbered with bodies first, then obstacles.
+// the wrenches on the carriers. Carriers are numbered with bodies first, then obstacles.
 #pragma once
 
 #include <cstdint>

@@ -20,7 +20,7 @@ struct CircuitResponse {
     std::size_t j, k;
     CarrierWrenches wrenches;  // [N/A^2, N m/A^2]
   };
-  std::vector<CarrierWrenches> linear;  // part linear in the current of each circuit [N/A, N m/A]
+  std::vector<CarrierWrenches> linear;  // coefficient of each circuit current [N/A, N m/A]
   std::vector<Pair> quadratic;
   Eigen::MatrixXd inductances;  // (circuits x coils) due to magnetised bodies [H]
 };

@@ -5,10 +5,11 @@
 // The matrix product is memory-bound. The iteration therefore works in single precision, in
 // difference form (coupling_matrix.h) and on eight rows at once (sliced_ellpack.h). The solution is
 // accumulated in double precision. The stopping criterion is the true residual r in double
-// precision, in the norm sqrt(r . D^-1 r) with the diagonal blocks D. A loose tolerance, after which
-// another solve follows, is tested with the iterated residual. If the true residual has drifted
-// from the iterated one, the iteration continues from the true residual (residual replacement
-// [VanDerVorst2000]). Systems that single precision cannot solve are solved in double precision.
+// precision, in the norm sqrt(r . D^-1 r) with the diagonal blocks D. A loose tolerance, after
+// which another solve follows, is tested with the iterated residual only. If the true residual has
+// drifted from the iterated one, the iteration continues from the true residual (residual
+// replacement [VanDerVorst2000]). Systems that single precision cannot solve are solved in double
+// precision.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -26,7 +26,8 @@ const Polyhedron* polyhedron_of(const btCollisionObjectWrapper& object) {
              : static_cast<const Polyhedron*>(object.getCollisionShape()->getUserPointer());
 }
 
-// Collects the triangles of a mesh that intersect a box, transformed to the axes of the hull.
+// Collects the triangles of a mesh that intersect a box, and transforms them to the axes of the
+// hull.
 class Collect : public btTriangleCallback {
  public:
   Collect(const btTransform& to_hull, const btVector3& low, const btVector3& high,

@@ -129,7 +129,8 @@ void RigidWorld::Data::read(RigidState& state) const {
 }
 
 // Returns the sum of impulse times velocity over the contact points between bodies and obstacles.
-// Obstacles still have the poses of the start of the step and the velocities that lead to its end.
+// Obstacles still have their poses at the start of the step and the velocities that lead to their
+// poses at its end.
 double RigidWorld::Data::work_of_obstacles() const {
   double work = 0.0;
   for (int m = 0; m < engine->dispatcher.getNumManifolds(); ++m) {

@@ -21,7 +21,7 @@ struct LineOptions {
   // centre of bounding_ball() and four times its radius.
   Vec3 centre = Vec3::Zero();
   double extent = 0.0;
-  double tolerance = 1e-5;  // error of a step divided by the extent [1]
+  double tolerance = 1e-5;  // tolerated error of a step over the extent [1]
   double length = 0.0;      // maximum length in each direction [m]; 0: 20 times `extent`
 };
 

@@ -202,8 +202,7 @@ void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bo
   }
 }
 
-// Returns the pairs i < k of bodies that exert forces on one another and of which neither is in
-// `done`.
+// Returns the pairs i < k of bodies that are not in `done` and that exert forces on one another.
 std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& bodies,
                                               const std::vector<Index>& carrier,
                                               const std::vector<bool>& done) {
