@@ -1,5 +1,5 @@
-// Self-collision queries on one moving surface. The trees are built once and then refitted to the
-// positions of each query.
+// Self-collision queries on one moving surface. Its tree is kept between queries: it is refitted to
+// the positions of each query, and rebuilt only if its boxes have grown too much.
 #pragma once
 
 #include <array>

@@ -110,8 +110,8 @@ EventContacts::Event EventContacts::evaluate(Index pair, double time, const Even
   return event;
 }
 
-// Changes the velocities so that the pair stops approaching and regains its thickness. Returns
-// false if no impulse is needed, or if nothing in the pair can move.
+// Applies an impulse with friction, so that the pair stops approaching and slowly regains its
+// thickness. Returns false if no impulse is needed, or if nothing in the pair can move.
 bool EventContacts::push(const Event& event, Index pair, const EventMotion& motion) {
   const SurfacePair& surfaces = surface_pairs_[pairs_[pair].pair];
   const double missing = surfaces.thickness - event.distance;
@@ -146,8 +146,8 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& moti
   return true;
 }
 
-// Adds the work of prescribed vertices. `impulse` acts on the feature whose weights are positive,
-// and the opposite impulse on the other one.
+// Adds the work of prescribed vertices and obstacles. `impulse` acts on the feature whose weights
+// are positive, and the opposite impulse acts on the other feature.
 void EventContacts::add_work(const Event& event, const Vec3& impulse, const EventMotion& motion) {
   for (int k = 0; k < 4; ++k) {
     const Index i = event.vertices[k];

@@ -18,7 +18,7 @@ namespace loomstone {
 
 // Work of the impulses of a step [J].
 struct EventWork {
-  double prescribed = 0.0;  // done by vertices with prescribed motion
+  double prescribed = 0.0;  // done by prescribed vertices and obstacles
   double friction = 0.0;    // done against friction
   double restored = 0.0;  // done by impulses that separate pairs until they regain their thickness
 };

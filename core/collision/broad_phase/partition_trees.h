@@ -1,7 +1,8 @@
 // Bounding-volume hierarchies of partitions ([Thomaszewski2010], 5.3.1). Each cloth is divided into
-// partitions of consecutive rows, which are compact patches with a hierarchy each. A body or an
-// obstacle has one hierarchy. All ranks store all hierarchies, so a test of two nodes is given by
-// four indices. Each feature belongs to one hierarchy, so each pair of features is found once.
+// partitions of consecutive rows. A partition is a compact patch with a hierarchy of its own. A
+// body or an obstacle has one hierarchy. All ranks store all hierarchies, so a test of two nodes is
+// given by four indices. Each feature belongs to one hierarchy, so each pair of features is found
+// once.
 #pragma once
 
 #include <vector>

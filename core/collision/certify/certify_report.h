@@ -9,8 +9,8 @@
 
 namespace loomstone {
 
-// Displacement that certification has withheld from a cloth vertex or a body. A body is identified
-// by its first vertex.
+// Displacement that certification has withheld from a cloth vertex or a body, and the mass of the
+// vertex or body. A body is identified by its first vertex.
 struct WithheldMotion {
   Index vertex;
   Vec3 displacement;  // [m]

@@ -1,4 +1,5 @@
-// Expresses a weighted sum of velocities of collision vertices by the rows of the implicit solve.
+// Expresses a weighted sum of velocities of collision vertices by the unknowns of the implicit
+// solve.
 #pragma once
 
 #include <span>

@@ -12,7 +12,7 @@ namespace loomstone {
 // A time within the last step.
 struct FrameTime {
   double time = 0.0;   // [s]
-  double share = 1.0;  // fraction of the step before this time [1]
+  double share = 1.0;  // fraction of the step that has passed at this time [1]
 };
 // Captures a frame at a time within the last step. Positions are interpolated linearly within the
 // part of the step that contains this time, and strains follow from these positions. Velocities,

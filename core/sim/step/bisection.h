@@ -19,7 +19,7 @@ struct StepPart {
 // The result of an attempt at a part.
 struct PartResult {
   bool solved = true;               // the solver found a solution
-  int longest = StepPart::whole;    // length that error and energy of contacts allow [1/64 step]
+  int longest = StepPart::whole;    // length allowed by error and contact energy [1/64 step]
   bool contacts_gain = false;       // contacts have created energy
   std::int64_t impacts = 0;         // impacts that remain after certification
   bool withheld_much = false;       // certification withheld much of the motion
