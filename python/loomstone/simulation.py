@@ -51,7 +51,7 @@ class Simulation(_core.Simulation):
         are those of rank 0.
     decomposition : how the search for collisions is divided among ranks and threads. "predicted":
         every rank keeps a part of the neighbour lists over several steps and tests their pairs. The
-        parts are cut by the costs of the lists in earlier steps. "static" and "dynamic": every step
+        costs of the lists in earlier steps determine the parts. "static" and "dynamic": every step
         traverses the bounding-volume hierarchies of the partitions of all ranks. "static" deals the
         pairs of partitions out evenly. With "dynamic", idle ranks take work from busy ones. Results
         do not depend on it.

@@ -52,7 +52,7 @@ def _sentence(text: str) -> str:
 
 
 def _without_first(given: str) -> str:
-    """Removes the first argument from a text of arguments, with regard to commas in brackets."""
+    """Removes the first argument from a text of arguments. Commas in brackets do not separate."""
     depth = 0
     for place, letter in enumerate(given):
         depth += (letter in "([{<") - (letter in ")]}>")

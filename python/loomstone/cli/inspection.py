@@ -174,7 +174,7 @@ def _marked(frame: Frame, simulation: Simulation, pairs: list[Any]) -> Frame:
 
 
 def event_lines(run: Run, summary: dict[str, Any]) -> list[str]:
-    """Returns lines about the steps of single triangles in an asynchronous run.
+    """Returns lines about the steps of individual triangles in an asynchronous run.
 
     The first line compares the number of events with that for equal steps of all triangles.
 

@@ -33,7 +33,7 @@ class Surface:
     identifier: str  # made of letters, digits and _; unique within the run
     is_cloth: bool
     vertices: slice  # its rows in the arrays of a frame
-    triangles: Indices  # (m x 3) indices of its own vertices
+    triangles: Indices  # (m x 3) vertex indices, counted from its first vertex
     uv: Floats  # (k x 2) rest coordinates [m]; no rows for bodies without a texture
     uv_triangles: Indices  # (m x 3) indices into uv; no rows if uv has none
     colors: Floats  # (c x 3) linear RGB of its materials

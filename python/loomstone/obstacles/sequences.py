@@ -45,6 +45,7 @@ def sequence(
     mesh : mesh that provides the triangles if `source` contains positions only
     rate : frames per second [1/s]; default: that of the file (.npz with times, or .mdd)
     start : time of the first frame [s]; default: that of the file, or else 0
+    name : name in reports and files
     friction : friction coefficient [1]
     thickness : contact distance [m], 0: that of the cloth
     look : Look, the colour and texture of the obstacle in pictures

@@ -1,4 +1,4 @@
-"""Shapes of obstacles, static or moved by keyframes."""
+"""Obstacles of common shapes or from meshes, static or moved by keyframes."""
 
 from __future__ import annotations
 

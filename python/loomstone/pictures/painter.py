@@ -1,4 +1,4 @@
-"""Draws single frames in any order, with colours and a camera that do not change in between."""
+"""Draws single frames of a run, in any order."""
 
 from __future__ import annotations
 

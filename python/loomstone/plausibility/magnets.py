@@ -24,7 +24,7 @@ SIDES = 32
 
 
 def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int]]) -> list[str]:
-    """Returns one sentence for each magnet that leaves its body, and each pair that overlaps.
+    """Returns one sentence for each protruding magnet, and for each pair of overlapping magnets.
 
     surfaces : those of all bodies, followed by those of all obstacles
     pairs : pairs of overlapping surfaces; their magnets are not compared with each other
@@ -69,7 +69,10 @@ def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int
 
 
 def _reach(magnet: TriangleMesh, body: TriangleMesh) -> float:
-    """Returns how far a magnet reaches out of its body [m]; 0 if REACH allows it or it is open."""
+    """Returns how far a magnet protrudes from its body [m]; 0 if REACH allows it.
+
+    Bodies whose mesh is not closed are not tested, and give 0.
+    """
     if not body.closed:
         return 0.0
     points = np.asarray(magnet.vertices)

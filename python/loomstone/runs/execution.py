@@ -1,4 +1,4 @@
-"""Runs a simulation into a directory.
+"""Runs a simulation, and writes its results to a directory.
 
 A run can be killed at any moment and resumed, with a bit-identical result. Frames are flushed as
 they are written, and every checkpoint is written after the frames up to its time. Resuming

@@ -34,7 +34,7 @@ MOST_RANKS = 65536
 
 @dataclass(frozen=True)
 class Network:
-    """A network between ranks.
+    """Model of the network between ranks.
 
     latency : time that a message takes in addition to its size / bandwidth [s]
     bandwidth : [bytes/s]

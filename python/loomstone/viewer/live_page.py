@@ -139,7 +139,7 @@ class Live:
             self._restart = True
 
     def _listen(self) -> None:
-        """Makes all surfaces that can be held draggable."""
+        """Makes surfaces draggable if they can be held."""
         surfaces = self.page.surfaces
         for i, node in enumerate(surfaces.cloth_nodes):
             surfaces.on_drag(node, self._dragged("cloth", i))

@@ -70,7 +70,7 @@ class Page:
         self.surfaces.show(frame, self._field.value, tuple(self._limits.value))
 
     def show_lines(self, found: FieldLines | None) -> None:
-        """Shows magnetic field lines, or none."""
+        """Shows magnetic field lines; None removes them."""
         if self._lines is not None:
             self._lines.remove()
             self._lines = None

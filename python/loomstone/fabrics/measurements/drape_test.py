@@ -206,7 +206,7 @@ def count_folds(mesh: TriangleMesh, positions: Floats) -> int:
     rim = np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2], axis=1) > SPECIMEN - 1e-6)
     rim = rim[np.argsort(np.arctan2(mesh.vertices[rim, 1], mesh.vertices[rim, 0]))]
     radius = np.linalg.norm(positions[rim, :2], axis=1)
-    start = int(radius.argmin())  # no peak is split where the outline starts
+    start = int(radius.argmin())  # not on a peak, which would be split there
     peaks, _ = find_peaks(np.append(np.roll(radius, -start), radius[start]), prominence=3e-3)
     return len(peaks)
 
