@@ -56,7 +56,7 @@ std::array<Curve, 4> integer_points(const MovingPoints& q) {
   return points;
 }
 
-// Test whether the triangle or parallelogram of the differences a - b contains the origin, at a
+// Decides whether the triangle or parallelogram of the differences a - b contains the origin at a
 // time when the origin lies in its plane.
 struct Inside {
   // One vector per side, perpendicular to the plane. If the signs of any coordinate disagree among

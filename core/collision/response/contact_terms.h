@@ -26,7 +26,7 @@ struct ContactLaw {
   double normal_stiffness;     // stiffness in the normal direction times the share [N/m]
   double steepest;             // largest slope of the normal force [N/m]
   Index contact;               // index of the contact
-  bool counts;                 // sums over all contacts include it (see ContactTerms::counts())
+  bool counts;                 // true: sums of this rank include it; see ContactTerms::counts()
 };
 
 // Error of the friction of contacts. Errors of several ranks can be added in any order.
