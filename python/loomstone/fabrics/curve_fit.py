@@ -54,7 +54,7 @@ def fit(
         per width [N]. Arrays may carry units: (ls.units["%"] * strain, ls.units["gf/cm"] * load).
     density : [kg/m^2], or a quantity with a unit
     load : load that defines the limits [N/m], or a quantity with a unit
-    shear_limit : largest e12 [1]. It replaces the shear at `load`, a load that tests rarely reach.
+    shear_limit : largest e12 [1], instead of that at `load`, a load that shear tests rarely reach
 
     Raises InvalidInput for curves that cannot be fitted: values that are not finite numbers, strain
     that does not increase, fewer than four points up to the limit, or a load that is never reached.

@@ -40,7 +40,7 @@ def write_passes(
     frames: Sequence[int] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> list[Path]:
-    """Writes what the pixels of pictures show to OpenEXR files of 32-bit floats; returns the paths.
+    """Writes OpenEXR files of 32-bit floats with what each pixel shows; returns their paths.
 
     The files are depth-00000.exr, normal-00000.exr and id-00000.exr and so on; existing ones are
     replaced. Every value is that at the middle of its pixel, without anti-aliasing.

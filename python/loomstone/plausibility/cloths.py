@@ -14,7 +14,7 @@ from .surfaces import item
 __all__ = ["of_attachments", "of_cloths", "of_contacts"]
 
 # Thresholds beyond which values are implausible. All are our choice.
-AREAS = 1.2  # largest ratio of the larger to the smaller one of rest area and area at the start
+AREAS = 1.2  # largest ratio of the rest area to the area at the start, or of its inverse
 LARGEST = 30.0  # largest extent of a cloth [m]
 GAP = 0.5  # smallest distance at the start, as a fraction of the contact distance
 AWAY = 0.1  # largest jump of a pin in the first step, as a fraction of the mean edge
