@@ -60,8 +60,8 @@ def sweep(
     Each run has a directory of its own in --out. table.csv has the parameters of each finished run
     and the figures of its report; figures.png plots some of these figures. If a sweep is
     interrupted, the same command continues it: finished runs are kept, and others are resumed. More
-    values may be added. The exit code is 1 if a run fails; its log.txt says why. docs/cluster.md describes
-    how to run a sweep on a cluster.
+    values may be added. The exit code is 1 if a run fails; its log.txt says why. docs/cluster.md
+    describes how to run a sweep on a cluster.
 
     \b
         loomstone sweep scenes/twist.py -p triangles=800,3200 -p friction=0.1:0.5:5 --out out/sweep
