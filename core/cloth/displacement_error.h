@@ -41,8 +41,7 @@ class DisplacementError {
   // energy and 1/2 m g L, where L is the square root of its area. Cloths with motion that the step
   // does not resolve, such as that of snapping wrinkles, are omitted. x1 (n x 3) are the positions
   // at the end, and v0 and v1 (n x 3) the velocities at the start and at the end. The membrane
-  // energy at
-  // x1 is reused from the last call of over() if that call ended at x1. Collective.
+  // energy at x1 is reused from the last call of over() if that call ended at x1. Collective.
   double dissipation(const Team& team, const Points& x1, const Points& v0, const Points& v1,
                      double h);
 

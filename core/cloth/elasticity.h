@@ -1,6 +1,6 @@
 // Elastic forces, stiffness matrix and energy of all cloths: the sums of membrane and bending. With
-// a layout of several ranks, each rank stores the elements and the rows of the matrix that it
-// needs for the rows that it owns.
+// a layout of several ranks, each rank stores the elements and the rows of the matrix that it needs
+// for the rows that it owns.
 #pragma once
 
 #include <memory>
@@ -38,8 +38,8 @@ class Elasticity {
   BlockMatrix& matrix() { return matrix_; }
 
   // Adds the elastic and viscous forces of the membrane and, if bending is implicit, of bending to
-  // rows [begin, end) of `force`. The matrix contains the stiffness of these forces. If
-  // v is null, viscous forces are omitted.
+  // rows [begin, end) of `force`. The matrix contains the stiffness of these forces. If v is null,
+  // viscous forces are omitted.
   void add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin,
                            Index end, Points& force);
   // Adds the elastic and damping forces of explicit bending. Adds nothing if bending is implicit.

@@ -154,7 +154,7 @@ void NeighbourLists::search_at_x(const Team& team, bool all) {
   search(team, ahead, retries);
   for (std::size_t i = 0; i < pairs_.size(); ++i)
     if (listed(static_cast<Index>(i)) && (all || before[i] > 0))
-      upkeep_[i] = {0, 0, -n_lists_[i]};  // does not count that all lists are new
+      upkeep_[i] = {0, 0, -n_lists_[i]};  // new lists do not count as made again
   unlist_fast(results_of_ranks(ranks_, [&] {
     find_motions(team, x_, ahead);
     parallel_for(team, static_cast<Index>(lists_.size()),

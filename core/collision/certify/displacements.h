@@ -70,7 +70,7 @@ class Displacements {
   std::vector<std::uint8_t> changed_;
   std::vector<RigidMotion> motions_;  // motion of each surface
   std::vector<std::uint8_t> known_;
-  std::vector<RigidPose> wanted_pose_, carried_pose_;  // one pose for each body
+  std::vector<RigidPose> wanted_pose_, carried_pose_;  // (bodies) requested; on carrier
 };
 
 }  // namespace loomstone

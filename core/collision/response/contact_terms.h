@@ -1,5 +1,5 @@
-// Contacts with friction as terms of the implicit solve. Each contact has a repulsion along
-// its normal and an anchored tangential spring (method.md, Contact terms and Friction).
+// Contacts with friction as terms of the implicit solve. Each contact has a repulsion along its
+// normal and an anchored tangential spring (method.md, Contact terms and Friction).
 #pragma once
 
 #include <array>

@@ -53,8 +53,8 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
 std::vector<Contact> present_contacts(const State& state, const Engines& engines);
 
 // Evaluates the terms for an iterate of Newton's method, after cloth and bodies have moved by
-// `displacement` (rows x 3) [m] in `time` [s]. On entry, `terms` are those at the start of
-// the part. Returns their energy [J].
+// `displacement` (rows x 3) [m] in `time` [s]. On entry, `terms` are those at the start of the
+// part. Returns their energy [J].
 double terms_at(NearContacts& near, const Engines& engines, const Points& displacement, double time,
                 TermRequest request, ExtraTerms& terms);
 

@@ -26,9 +26,9 @@ class UserWrites {
 
   // Throws InvalidInput for the first invalid entry.
   void check(const Model& model, const State& state) const;
-  // Gathers every row from the rank that owns it. Broadcasts overrides, poses, and the forces and
-  // torques on bodies from rank 0. Returns the Kind that counts for the data written on all ranks.
-  // Collective.
+  // If users have written anything, gathers every row from the rank that owns it, and broadcasts
+  // overrides, poses, and the forces and torques on bodies from rank 0. Returns the Kind that
+  // counts for the data written on all ranks. Collective.
   Kind settle(const RowLayout& layout, State& state);
   void forget() { written_ = Nothing; }  // call it after replacing the whole state
   std::size_t bytes() const { return bytes_of(x_, v_); }
