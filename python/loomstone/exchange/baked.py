@@ -80,7 +80,7 @@ def _welded(part: Part) -> Part:
 
     Triangles that lose a corner are left out, and so are vertices without triangles.
 
-    Files repeat vertices where uv or normals differ, but neighbouring triangles must share them.
+    Files repeat vertices where uv or normals differ, but adjacent triangles must share vertices.
     """
     count = part.frames.shape[1]
     paths = np.ascontiguousarray(part.frames.transpose(1, 0, 2).astype(np.float32)).reshape(

@@ -44,8 +44,8 @@ def execute(
     All ranks must call this function. Only rank 0 writes files.
 
     control : function called with the simulation before every step
-    farewell : sentence that rank 0 prints if the run has begun and its process ends early, for
-        whatever reason
+    farewell : sentence that rank 0 prints if the run has begun and its process ends early, as
+        last_words() describes
     """
     directory, watch, ranks = Path(out), observer or Silence(), simulation.communicator
     n_frames = frame_count(options.duration, options.rate)

@@ -25,7 +25,7 @@ class Page:
 
     title : shown at the top of the page
     topology : topology of the frames
-    first : first frame; a camera with fit=True shows all of it
+    first : first frame; a camera with fit=True shows all of it but floors
     camera : camera at the start; the user turns it with the mouse
     host, port : address at which the server listens. If the port is taken, the next free one is
         used.
