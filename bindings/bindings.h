@@ -40,7 +40,7 @@ void bind_cache(py::module_& m);
 void bind_renderer(py::module_& m);
 void bind_simulation(py::module_& m);
 
-// Returns a team of the given number of threads. 0 means one per processor.
+// Returns a team with the given number of threads; 0: one for each processor.
 Team team_of(int threads);
 
 // Converts broken strain limits to tuples (element, "weft" | "warp" | "shear", excess).
@@ -63,7 +63,7 @@ struct Argument {
 };
 
 // Converts quantities of any Pint registry, such as loomstone.units, to plain numbers in `unit`.
-// Returns other values unchanged. Error messages call the value `where`.
+// Returns other values unchanged. `where` is the name of the value in error messages.
 inline py::object in_unit(const py::object& value, const char* unit, const std::string& where) {
   return py::module_::import("loomstone.base.quantities").attr("in_unit")(value, unit, where);
 }
@@ -81,8 +81,8 @@ struct In {
   operator double() const { return value; }
 };
 
-// Converts a numpy-like object to an array of numbers. Rejects text and complex numbers, and also
-// fractions if Scalar is an integer.
+// Converts an array-like object to an array of numbers. Rejects strings and complex numbers, and
+// also fractions if Scalar is an integer.
 template <class Scalar>
 py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py::object& object,
                                                                        const Argument& argument) {
@@ -126,7 +126,7 @@ Fixed as_vector(const py::object& object, const Argument& argument) {
 }
 
 // Converts an object to an (n x columns) array. Throws InvalidInput, with the actual shape, if the
-// number of columns differs or if `rows` >= 0 and n differs from it.
+// number of columns is wrong, or if `rows` >= 0 and n is not equal to `rows`.
 template <class Array>
 Array as_rows(const py::object& object, const Argument& argument, Eigen::Index rows = -1) {
   using Scalar = typename Array::Scalar;

@@ -1,5 +1,5 @@
-// Converts the enumerations of core/base/choice.h to and from Python strings, whose type is
-// Literal[...].
+// Converts the enums of core/base/choice.h to and from Python strings. In Python signatures, their
+// type is Literal[...].
 #pragma once
 
 #include <cstddef>

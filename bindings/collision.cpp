@@ -19,7 +19,7 @@ namespace loomstone {
 
 namespace {
 
-// Hands the pairs over to numpy without copying them.
+// Returns a numpy array that owns the pairs, without copying them.
 py::array_t<Index> as_array(std::vector<std::array<Index, 2>>&& pairs) {
   auto* const kept = new std::vector<std::array<Index, 2>>(std::move(pairs));
   const py::capsule owner(

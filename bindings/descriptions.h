@@ -1,5 +1,5 @@
 // Binds a description, a struct that lists its members in fields(). The Python class has a
-// keyword-only constructor with the C++ defaults, read-only properties documented by the C++ texts,
+// keyword-only constructor with the C++ defaults, read-only properties with the C++ help texts,
 // equality by value, repr, to_dict() and replace().
 #pragma once
 
@@ -241,7 +241,7 @@ py::object plain_number(const py::object& value, const F& each, const char* name
   return in_unit(value, unit_of(each).c_str(), std::string(name) + "." + each.name);
 }
 
-// Throws an error that names an unknown keyword and the field whose name is most similar to it.
+// If a keyword is unknown, throws an error that names it and the field with the most similar name.
 inline void explain_keywords(const char* name, const py::list& known, const py::kwargs& arguments) {
   for (const auto& [key, value] : arguments) {
     if (known.contains(key)) continue;
@@ -280,8 +280,8 @@ template <Description D, class F>
                        ": got " + shown(value));
 }
 
-// Throws an error that explains why no D can be made from these keyword arguments: a name is
-// unknown, or a value has the wrong type or shape.
+// Throws an error that explains why these keyword arguments do not make a D: a name is unknown, or
+// a value has the wrong type or shape.
 template <Description D>
 [[noreturn]] void explain_arguments(const char* name, const py::kwargs& arguments) {
   explain_keywords(name, field_names<D>(), arguments);
@@ -371,7 +371,8 @@ void bind_constructor(Class& c, const char* name, std::index_sequence<P...>,
         argument(std::get<sizeof...(P) + K>(fields))...);
 }
 
-// Binds D, whose bases must already be bound. Its first n_positional fields may be positional.
+// Binds D, whose base classes must already be bound. The constructor accepts the first n_positional
+// fields as positional arguments.
 template <Description D, std::size_t n_positional = 0, class... Bases>
 py::class_<D, Bases...> bind_description(py::module_& m, const char* name,
                                          const std::string& meaning) {

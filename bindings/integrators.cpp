@@ -1,4 +1,4 @@
-// Binds each integrator as a class of its own.
+// Binds a Python class for each integrator.
 #include "bindings/integrators.h"
 
 #include "bindings/descriptions.h"

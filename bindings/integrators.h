@@ -1,4 +1,4 @@
-// Converts IntegratorOptions to and from Python, where each integrator has its own class.
+// Converts IntegratorOptions to and from Python objects. In Python, each integrator is a class.
 #pragma once
 
 #include "bindings/bindings.h"

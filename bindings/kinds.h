@@ -1,5 +1,5 @@
-// Conversion of Python values to the members of descriptions, and errors that name the value, or
-// the element of a list, that has the wrong type.
+// Converts Python values to the members of descriptions. If a value or an element of a list has the
+// wrong type, an error names it.
 #pragma once
 
 #include <memory>
@@ -34,7 +34,7 @@ inline std::string type_name(const py::handle& value) {
   return py::type::handle_of(value).attr("__name__").cast<std::string>();
 }
 
-// The value as Python shows it, cut to at most 200 bytes.
+// Returns the repr of a value, cut to at most 200 characters.
 inline std::string shown(const py::handle& value) {
   return py::object(py::repr(value)[py::slice(0, 200, 1)]).cast<std::string>();
 }
@@ -52,7 +52,7 @@ bool loaded(const py::object& value, Member& member) {
   }
 }
 
-// Returns the name of type T for messages. It is empty for types that have no such name.
+// Returns the name of type T for messages, or an empty string if the type has no such name.
 template <class T>
 std::string kind_name() {
   if constexpr (Description<T>)
@@ -77,7 +77,7 @@ std::string kind_name() {
                        hint);
 }
 
-// Throws a TypeError that names the type that a field must have, unless kind_name() of this type is
+// Throws a TypeError that names the required type of a field, unless kind_name() of this type is
 // empty. If the field is a list, the message names the first element of another type.
 template <class Member>
 void explain_kind(const std::string& where, const py::object& value) {

@@ -1,4 +1,4 @@
-// Binds strain limiting of a mesh given by arrays, without a scene.
+// Binds strain limiting of a mesh that is given by arrays instead of a scene.
 #include "core/cloth/limits/strain_limiter.h"
 
 #include <cmath>

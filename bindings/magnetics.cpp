@@ -1,4 +1,4 @@
-// Binds magnets and currents at given poses, their fields, and the forces between them.
+// Binds magnets and currents at given poses, with their fields and the forces between them.
 #include <optional>
 
 #include "bindings/descriptions.h"

@@ -29,8 +29,8 @@ bool equal_meshes(const TriangleMesh& a, const TriangleMesh& b) {
          same(a.uv(), b.uv()) && same(a.uv_triangles(), b.uv_triangles());
 }
 
-// Converts a mesh of trimesh or meshio. pybind11 calls this if an argument must be a TriangleMesh
-// and another object is given. The result is null if the object is not a mesh.
+// Converts a mesh of trimesh or meshio. pybind11 calls this function if an argument must be a
+// TriangleMesh but is another object. Returns null if the object is not a mesh.
 PyObject* converted_mesh(PyObject* object, PyTypeObject*) {
   py::object mesh =
       py::module_::import("loomstone.base.foreign_meshes").attr("converted")(py::handle(object));

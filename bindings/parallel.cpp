@@ -1,4 +1,5 @@
-// Binds communicators of a single rank and of MPI ranks. The plug-in for MPI is loaded on request.
+// Binds the communicators of a single rank and of MPI ranks. The plug-in for MPI is loaded when it
+// is first needed.
 #include "core/parallel/communicator.h"
 
 #include "bindings/bindings.h"

@@ -44,7 +44,7 @@ void bind_state(py::module_& m) {
   });
 }
 
-// Binds those tables of State that users may write.
+// Binds the tables of State that users may write.
 void bind_tables(py::class_<State>& c) {
   const auto table = [&](const Argument& argument, auto get, const char* text) {
     c.def_property(
@@ -90,7 +90,7 @@ void bind_tables(py::class_<State>& c) {
        "(o) 1: obstacle_positions and obstacle_orientations replace the keyframes");
 }
 
-// Binds those tables of State that only steps write.
+// Binds the tables of State that only the simulation writes.
 void bind_results(py::class_<State>& c) {
   const auto result = [&](const char* name, auto get, const char* text) {
     c.def_property_readonly(name, get, text);

@@ -18,7 +18,7 @@ SoftBody soft_body(SoftShapePtr shape, double saturation, const RigidPose& pose 
   return {std::move(shape), pose, saturation};
 }
 
-// Returns a copy of a body with another susceptibility.
+// Returns a copy of a body with the given susceptibility.
 SoftBody with_susceptibility(const SoftBody& b, double susceptibility) {
   check_susceptibility(susceptibility);
   const py::gil_scoped_release release;

@@ -3,9 +3,10 @@
 // (c - eye_c), where t is the tangent of half the angle of view, reduced by a margin. The largest
 // values of a - t c and of -a - t c over all points restrict (eye_a, eye_c) to the intersection of
 // two half-planes, whose corner is the closest possible eye. The vertical direction is analogous.
-// The larger of the two distances is used. In the direction that requires the smaller distance, the
-// points are then centred in the picture. If the camera turns, the largest values are those over
-// the circles on which the points turn, so that the distance is the same in all directions.
+// The eye is placed at the larger of the two distances. In the direction that would permit a
+// smaller distance, the points are then centred in the picture. If the camera turns, the largest
+// values are those over the circles on which the points turn, so that the distance is the same in
+// all directions.
 #include "renderer/camera.h"
 
 #include <algorithm>
@@ -30,8 +31,8 @@ void include(const Vec3& point, Framing& framing) {
   framing.points.push_back(point);
 }
 
-// Includes cloth and the visible bodies that are not floors. Returns the height of the highest
-// floor, or minus infinity if there is none.
+// Includes the cloth and the visible bodies that are not floors in `framing`. Returns the height of
+// the highest floor, or minus infinity if there is no floor.
 double include_surfaces(const FrameTopology& topology, const Frame& frame, Framing& framing) {
   for (Index vertex = 0; vertex < frame.positions.rows(); ++vertex)
     include(frame.positions.row(vertex), framing);
@@ -96,8 +97,8 @@ Sight sight(const Camera& camera, double time) {
   return {on_path(camera.times, camera.eyes, time), target};
 }
 
-// Evaluates a linear functional at a point. If the camera turns, the point moves on a circle
-// relative to the camera, and the result is the largest value on this circle.
+// Evaluates linear functionals at points. If the camera turns, a point moves on a circle relative
+// to the camera, and the result is the largest value on this circle.
 class Support {
  public:
   Support(const Camera& camera, const Framing& framing)
@@ -153,8 +154,8 @@ void fit(const Camera& camera, const Framing& framing, View& view) {
                                 depth_of(most(view.up, slope_y), slope_y));
   Vec3 eye = depth * view.forward;
   for (const auto& [axis, slope] : {std::pair(view.right, slope_x), std::pair(view.up, slope_y)}) {
-    // Bisection finds the smallest slope that contains all points from this depth. 50 halvings
-    // reach rounding error.
+    // Bisection finds the smallest slope with which all points are in the picture from this depth.
+    // After 50 halvings, the interval is as small as rounding errors.
     double low = 0.0, high = slope;
     for (int i = 0; i < 50; ++i) {
       const double middle = 0.5 * (low + high);
@@ -185,7 +186,7 @@ void turn(const Vec3& centre, const Vec3& axis, double angle, View& view) {
   for (Vec3* direction : {&view.right, &view.up, &view.forward}) *direction = rotation * *direction;
 }
 
-// Returns the visible part of a scene, after checking it.
+// Checks a scene and the options, and returns the visible part of the scene.
 FrameTopology checked(const FrameTopology& topology, const RenderOptions& options) {
   check_topology(topology);
   check_options(options, 8, 16384);
@@ -251,7 +252,7 @@ void CameraFit::include(const Frame& frame) {
     framing_.points.insert(framing_.points.end(), now.points.begin(), now.points.end());
   }
   if (framing_.points.empty()) return;
-  // Keeps only the points that determine the fit.
+  // Only the points that determine the fit are kept.
   const Support support(camera_, framing_);
   std::vector<Vec3> outermost;
   const View view = aimed(camera_, aspect_, sight(camera_, 0.0));

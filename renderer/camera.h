@@ -1,4 +1,4 @@
-// View and projection matrices of a camera.
+// The view of a camera, with its view and projection matrices.
 #pragma once
 
 #include "renderer/framing.h"
@@ -16,11 +16,11 @@ struct View {
   Float4x4 projection() const;
 };
 
-// The view at a time of the run [s].
+// Returns the view at a time of the run [s].
 View make_view(const Camera& camera, double aspect, const Framing& framing, double time = 0.0);
 
-// Unit vector from target to eye. If the two coincide, the camera looks from the front right and
-// from above.
+// Returns the unit vector from target to eye. If they coincide, the view is from the front right
+// and from above.
 Vec3 viewing_direction(const Camera& camera);
 
 // Returns whether make_view() moves the eye so that all points of the framing are visible.

@@ -1,4 +1,5 @@
-// Validates everything that users pass to the renderer; throws InvalidInput.
+// Validates everything that users pass to the renderer. Throws InvalidInput for the first
+// violation.
 #pragma once
 
 #include "renderer/renderer.h"

@@ -1,5 +1,5 @@
-// The only file that uses OSMesa and EGL. The libraries are opened once and never closed, because
-// the contexts of all renderers and threads share them.
+// Only this file uses OSMesa and EGL. Their libraries are opened once and never closed, because the
+// contexts of all renderers and threads share them.
 #include "renderer/context.h"
 
 #include <dlfcn.h>

@@ -1,7 +1,7 @@
 // A headless OpenGL 3.3 core context from the system's OSMesa, else from surfaceless EGL, else from
-// the OSMesa that wheels contain. The OSMesa of wheels has no LLVM, draws with softpipe, and is
-// slower. All are loaded at run time, so a machine without them gets an error message instead of a
-// link error. The environment variable LOOMSTONE_GL=osmesa|egl|softpipe selects one.
+// the OSMesa that wheels contain. The OSMesa of wheels is slower, because it has no LLVM and draws
+// with softpipe. All are loaded at run time, so a machine without them gets an error message
+// instead of a link error. The environment variable LOOMSTONE_GL=osmesa|egl|softpipe selects one.
 #pragma once
 
 #include <memory>
@@ -16,7 +16,7 @@ class Context {
   virtual ~Context() = default;
   virtual const std::string& backend() const = 0;  // "osmesa" | "egl" | "softpipe"
   virtual void make_current() = 0;
-  virtual void release() = 0;  // leaves this thread without a current context
+  virtual void release() = 0;  // this thread then has no current context
 };
 
 // Throws InvalidInput for other values of LOOMSTONE_GL, and Unsupported if no context can be

@@ -1,4 +1,5 @@
-// Depth, normal and number of the visible surface at the middle of each pixel, at full size.
+// Draws the depth, the normal and the number of the visible surface at the centre of each pixel, at
+// full size.
 #pragma once
 
 #include "renderer/camera.h"

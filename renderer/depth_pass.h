@@ -1,4 +1,4 @@
-// Second pass, at half size: normal and depth of the visible surfaces, used by the light pass.
+// Second pass, at half size: normals and depths of the visible surfaces, for the light pass.
 #pragma once
 
 #include "renderer/camera.h"

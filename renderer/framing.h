@@ -18,18 +18,19 @@ struct Framing {
   double radius() const { return 0.5 * (high - low).norm(); }
 };
 
-// The region of cloth and visible bodies without floors, extended downwards by the fall of the
-// cloth. The fall ends one horizontal extent of the cloth below its top, or at the floor if the
-// floor is higher. Our choice: a sheet held at one side swings down by this extent.
+// Returns the region of the cloth and of visible bodies other than floors, extended downwards by
+// the fall of the cloth. The fall ends one horizontal extent of the cloth below its top, or at the
+// floor if the floor is higher. Our choice: a sheet held at one side swings down by this extent.
 Framing make_framing(const FrameTopology& topology, const Frame& first);
 
-// Finds a camera that shows cloth and bodies of several frames as large as possible.
+// Finds a camera that shows the cloth and bodies of several frames as large as possible.
 class CameraFit {
  public:
   // Throws InvalidInput for options that cannot be drawn, or if the camera has key frames.
   CameraFit(const FrameTopology& topology, const RenderOptions& options);
   void include(const Frame& frame);
-  // Returns a camera without fit. At least one frame must have been included.
+  // Returns the camera at its fitted position, with Camera::fit switched off. At least one frame
+  // must have been included.
   Camera camera() const;
 
  private:

@@ -45,8 +45,8 @@ GlObject make_texture(const GL& gl, const Texture& texture);
 GlObject make_renderbuffer(const GL& gl, GLenum format, int width, int height, int samples);
 GlObject make_framebuffer(const GL& gl);
 
-// A compiled and linked shader program. Failure to compile is an internal error; it is thrown as
-// Unsupported with the compiler's message.
+// A compiled and linked shader program. If a shader does not compile, which is an internal error,
+// throws Unsupported with the compiler's message.
 class Program {
  public:
   Program(const GL& gl, const std::string& name, const std::string& vertex,
@@ -66,7 +66,7 @@ class Program {
   GlObject object_;
 };
 
-// Throws Unsupported if the bound framebuffer is incomplete. The message names its owner, `what`.
+// Throws Unsupported if the bound framebuffer is incomplete. `what` is its name in the message.
 void check_framebuffer(const GL& gl, const char* what);
 
 }  // namespace loomstone

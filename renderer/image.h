@@ -13,18 +13,18 @@ struct Image {
   std::vector<std::uint8_t> pixels;         // rows from the top, one byte per channel
 };
 
-// The surface seen at the middle of each pixel. Rows start at the top.
+// The surface that is visible at the centre of each pixel. Rows are ordered from the top.
 struct SurfaceImages {
   int width = 0, height = 0;
   std::vector<float> depth;   // distance along the viewing direction [m]; infinity: no surface
   std::vector<float> normal;  // unit normal towards the eye, world frame, 3 values per pixel
-  // Number of the surface, or 0 if there is none. Cloths have the numbers from 1 on, followed by
-  // bodies and obstacles in the order of the topology, and by the curves.
+  // Number of the surface, or 0 if there is none. Cloths are numbered from 1, followed by bodies
+  // and obstacles in the order of the topology, and then by the curves.
   std::vector<std::int32_t> id;
 };
 
 using Color = std::array<std::uint8_t, 3>;  // sRGB
-using ColorTable = std::array<Color, 256>;  // colours from the low to the high end of a range
+using ColorTable = std::array<Color, 256>;  // from the low to the high end of a range of values
 
 // Shades of grey from black to white.
 ColorTable grey_table();

@@ -1,4 +1,4 @@
-// Determines colours, and uploads texture images with smaller copies (mipmaps).
+// Determines the colours of surfaces, and uploads their texture images with mipmaps.
 #include "renderer/materials.h"
 
 #include <cmath>
@@ -48,7 +48,7 @@ GlObject make_image_texture(const GL& gl, const TextureImage& image) {
   return texture;
 }
 
-// Places the image of a look in uv.
+// Sets the position and the size of the image of a look in uv coordinates.
 void place_texture(const Look& look, const UvBox& box, Material& material) {
   if (look.texture_width > 0.0) {
     const double height = look.texture_width * look.texture->height / look.texture->width;

@@ -1,4 +1,4 @@
-// Splits vertices, computes shading normals and uploads the buffers.
+// Splits vertices, computes shading normals, and uploads the buffers.
 #include "renderer/mesh_buffers.h"
 
 #include <algorithm>
@@ -13,8 +13,8 @@ namespace {
 
 constexpr int floats_per_vertex = 10;  // position 3, normal 3, uv 2, values 2
 
-// Returns the rows of triangles ordered by part and fills `first_of_part`. Parts that `keep`
-// rejects get no rows.
+// Returns the rows of the triangles, ordered by part, and fills `first_of_part`. Parts that `keep`
+// rejects have no rows.
 template <class Keep>
 std::vector<Index> rows_by_part(const std::vector<Index>& part_of_triangle, Index n_parts,
                                 Keep keep, std::vector<Index>& first_of_part) {
@@ -89,7 +89,7 @@ DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& x, double cr
   const double cosine = std::cos(crease_degrees * 3.14159265358979323846 / 180.0);
   Points normal(n, 3);
   std::map<std::pair<Index, Index>, std::pair<Index, int>>
-      edge_seen;  // edge -> its first triangle, and this triangle's corner where the edge starts
+      edge_seen;  // edge -> its first triangle, and the corner of it where the edge starts
   CornerGroups groups(3 * n);
   for (Index i = 0; i < n; ++i) {
     const auto triangle = topology.body_triangles.row(rows[i]);

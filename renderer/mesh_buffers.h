@@ -21,17 +21,17 @@ struct DrawnMesh {
   std::vector<Index> first_of_part;  // (parts + 1) row of `triangles` where each part starts
 };
 
-// Mesh of the cloths, with one part per cloth. Vertices are split where uv differs; normals stay
-// smooth across seams.
+// Returns the mesh of the cloths, with one part for each cloth. Vertices are split where uv differ.
+// Normals remain smooth across seams.
 DrawnMesh drawn_cloth(const FrameTopology& topology);
-// Mesh of the bodies, with one part per body; the parts of floors are empty. Vertices are split
-// where the normals of neighbouring triangles of `body_vertices` differ by more than
-// `crease_degrees`, and where uv differs.
+// Returns the mesh of the bodies, with one part for each body. The parts of floors are empty.
+// Vertices are split where the normals of neighbouring triangles of `body_vertices` differ by more
+// than `crease_degrees`, and where uv differs.
 DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& body_vertices,
                        double crease_degrees = 40.0);
 
-// (k x 3) unit normals of the drawn vertices: the mean normal of the group's triangles, weighted by
-// the angles at their corners.
+// Returns (k x 3) unit normals of the drawn vertices. Each is the mean normal of the triangles of
+// its group, weighted by the angles at their corners.
 Points shading_normals(const DrawnMesh& mesh, const Points& positions);
 
 // OpenGL buffers of a drawn mesh.
@@ -65,8 +65,8 @@ class SquareBuffers {
   GlObject vertex_array_, vertices_;
 };
 
-// Affine function that gives the uv at the point (a, b) of a square: centre + a * side_a + b *
-// side_b, with a and b from -1 to 1.
+// Affine function that gives the uv at the point (a, b) of a square, with a and b from -1 to 1:
+// centre + a * side_a + b * side_b.
 struct SquareUv {
   Eigen::Vector2f centre = Eigen::Vector2f::Zero(), side_a = centre, side_b = centre;  // [m]
 };

@@ -1,5 +1,6 @@
-// Writes PNG files with libpng's simplified interface and fast compression. Rendered pictures are
-// written in a third of the time that the default compression takes; their files are 10 % larger.
+// Writes PNG files with libpng's simplified interface and fast compression. Compared with the
+// default compression, rendered pictures are written in a third of the time, and their files are 10
+// % larger.
 #include <unistd.h>
 
 #include <cstdio>
@@ -32,7 +33,7 @@ void write_png(const std::string& path, const Image& image) {
   header.height = static_cast<png_uint_32>(image.height);
   header.format = image.channels == 4 ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
   header.flags = PNG_IMAGE_FLAG_FAST;
-  // The file is renamed at the end, so that it is never incomplete under its final name.
+  // The file is renamed at the end, so that a file with the final name is always complete.
   const std::string unfinished = formatted("{}.part{}", path, getpid());
   const bool written =
       png_image_write_to_file(&header, unfinished.c_str(), 0, image.pixels.data(), 0, nullptr) != 0;

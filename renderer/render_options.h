@@ -1,4 +1,4 @@
-// Descriptions of the camera and of pictures.
+// Descriptions of cameras and pictures.
 #pragma once
 
 #include <array>
@@ -71,7 +71,7 @@ struct RenderOptions {
   std::string color_by =
       "cloth";  // "cloth" or a scalar field; fields joined by + become rows of the picture
   double color_low = 0.0, color_high = 0.0;  // if equal, the drawn values define the range
-  std::string color_map = "viridis";         // an argument of Renderer contains its colours
+  std::string color_map = "viridis";         // its colours are an argument of Renderer
   bool wireframe = false;
   bool shadows = true, ambient_occlusion = true;
   Background background = Background::Backdrop;

@@ -127,7 +127,7 @@ std::vector<PlacedFloor> Renderer::Data::place_floors(const Frame& frame) {
   return placed;
 }
 
-// Curves differ from frame to frame, so buffers that contain them serve only one picture.
+// Curves differ from frame to frame, so buffers that contain curves are used for one picture only.
 void Renderer::Data::place_bodies(const Frame& frame, const Curves* curves) {
   if (curves) {
     const BodiesAndTubes all =
@@ -145,7 +145,7 @@ void Renderer::Data::place_bodies(const Frame& frame, const Curves* curves) {
                  Vector());
 }
 
-// For each cloth, the middle of the range of columns that it covers [pixels].
+// Returns for each cloth the middle of the range of columns that it covers [pixels].
 std::vector<double> Renderer::Data::middles(const Frame& frame, const View& view) const {
   const std::size_t n = topology.cloth_names.size();
   std::vector<double> low(n, 1.0), high(n, -1.0);

@@ -1,5 +1,5 @@
-// Headless rendering of frames with OSMesa, surfaceless EGL or the OSMesa of wheels, whichever is
-// found first at run time; see context.h.
+// Headless rendering of frames. At run time, the first library found of OSMesa, surfaceless EGL and
+// the OSMesa of wheels is used; see context.h.
 #pragma once
 
 #include <memory>
@@ -37,10 +37,10 @@ class Renderer {
   // not depend on the frames that were drawn before. If fit() is not called, the first rendered
   // frame is used.
   void fit(const Frame& first);
-  // value_range() of each row of color_by in a frame; 0 to 0 for "cloth".
+  // Returns value_range() for each row of color_by in a frame; 0 to 0 for "cloth".
   std::vector<ColorRange> value_ranges(const Frame& frame) const;
-  // Range that the colours of each row of color_by span in a frame; 0 to 0 for "cloth". `values`
-  // has the same meaning as in render().
+  // Returns color_range() for each row of color_by in a frame; 0 to 0 for "cloth". `values` has the
+  // same meaning as in render().
   std::vector<ColorRange> color_ranges(const Frame& frame,
                                        const std::vector<ColorRange>* values = nullptr) const;
   // Draws a frame. `values` contains the range of automatic colours for each row of color_by, for

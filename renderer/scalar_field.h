@@ -17,26 +17,26 @@ std::string scalar_field_title(const std::string& name);
 // from the top) and hidden have this format.
 std::vector<std::string> names_in(const std::string& joined);
 
-// Names of the fields shown on the left and right half of each cloth. They differ only for
-// strain_split.
+// Returns the names of the fields shown on the left and on the right half of each cloth. They
+// differ only for strain_split.
 std::array<std::string, 2> halves(const std::string& name);
 
-// (n) values at the cloth's vertices. Values of triangles are averaged with their rest areas (in
-// uv) as weights. The picture is therefore smooth, and its extremes lie slightly inside those of
-// the triangles. Strain is U - I, the measure of the strain limits. The field contact is 0 without
-// contact, 1 in contact, and 2 where triangles were forced to intersect.
+// Returns (n) values at the cloth vertices. They are means of the values of triangles, weighted by
+// the areas of the triangles in uv. The picture is therefore smooth, and its extremes lie slightly
+// inside those of the triangles. Strain is U - I, the measure of the strain limits. The field
+// contact is 0 without contact, 1 in contact, and 2 where triangles were forced to intersect.
 Vector scalar_field(const std::string& name, const FrameTopology& topology, const Frame& frame);
 
-// Values shown on the left and right half of each cloth in a row of the picture. The second vector
-// is empty if both halves show the same field.
+// Returns the values shown on the left and on the right half of each cloth in a row of the picture.
+// The second vector is empty if both halves show the same field.
 std::array<Vector, 2> row_fields(const std::string& row, const FrameTopology& topology,
                                  const Frame& frame);
 // Returns the smallest and the largest value of both fields. For the field contact, the range is
 // always 0 to 2. If there are no values, it is 0 to 1.
 ColorRange value_range(const std::string& row, const std::array<Vector, 2>& fields);
-// Range given in the options, or else the range of the values. For a diverging map, the latter is
-// made symmetric about the neutral value: 1 for stretch and 0 for strains. The range of contact is
-// not changed. The range is never empty.
+// Returns the range given in the options, or else that of the values. For a diverging map, the
+// latter is made symmetric about the neutral value: 1 for stretch and 0 for strains. The range of
+// the values of contact is not changed. The returned range is never empty.
 ColorRange color_range(const RenderOptions& options, const std::string& row,
                        const ColorRange& values, bool diverging);
 

@@ -1,4 +1,4 @@
-// First pass: the shadow map, which stores depth as seen from the light.
+// First pass: the shadow map, which contains depths as seen from the light source.
 #pragma once
 
 #include "renderer/mesh_buffers.h"

@@ -9,12 +9,13 @@
 
 namespace loomstone {
 
-// Front colour of a cloth in linear RGB, by its number in the scene. If there are more cloths than
-// colours, the colours repeat.
+// Returns the front colour of a cloth in linear RGB, by its number in the scene. If there are more
+// cloths than colours, the colours repeat.
 Eigen::Vector3f cloth_color(std::size_t cloth);
-// Colour of a body in linear RGB, by its number. Neighbouring numbers differ slightly.
+// Returns the colour of a body in linear RGB, by its number. Colours of consecutive numbers differ
+// slightly.
 Eigen::Vector3f body_color(std::size_t body);
-// Linear RGB of the colour of a look, or `otherwise` if it has none.
+// Returns the colour of a look in linear RGB, or `otherwise` if the look has no colour.
 Eigen::Vector3f shown_color(const Look& look, const Eigen::Vector3f& otherwise);
 
 }  // namespace loomstone

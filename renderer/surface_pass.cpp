@@ -10,8 +10,9 @@ namespace {
 
 constexpr int image_unit = 2;  // texture unit of images
 
-// For each drawing, the vector from its sample to the centre of the pixel [pixels], or zero if it
-// has all samples. The positions are those of llvmpipe, which has four samples.
+// Returns for each drawing the vector from its sample to the centre of the pixel [pixels], or zero
+// if one drawing has all samples. The positions of the samples are those of llvmpipe, which has
+// four.
 std::vector<Eigen::Vector2f> centres_from(SurfacePass::Samples samples) {
   if (!samples.separate) return {Eigen::Vector2f::Zero()};
   return {{0.125f, 0.375f}, {-0.375f, 0.125f}, {0.375f, -0.125f}, {-0.125f, -0.375f}};
@@ -209,7 +210,7 @@ void SurfacePass::draw_samples(const SurfaceShading& shading, const SurfaceThing
   }
 }
 
-// Draws a texture over the pixels of a framebuffer, with the blending that is set.
+// Draws a texture over the pixels of a framebuffer, with the current blend function.
 void SurfacePass::lay_over(const GlObject& framebuffer, const GlObject& texture) const {
   gl_->BindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
   overlay_program_.use();

@@ -18,13 +18,13 @@ struct SurfaceOptions {
   ClothPattern pattern;
   bool wireframe;
   bool transparent;  // no backdrop, and floors show only shadows
-  bool colored;      // colour the cloth by its values, mapped from `range`
+  bool colored;      // colours of the cloth show its values, mapped from `range`
   ColorRange range;
   std::vector<double> split;  // (cloths) column [pixels] right of which the second value is
                               // shown; if empty, the first value is shown everywhere
 };
 
-// Inputs of shading, the same for all surfaces.
+// Inputs of shading that all surfaces share.
 struct SurfaceShading {
   const View& view;
   const LightView& light;

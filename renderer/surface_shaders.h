@@ -1,4 +1,5 @@
-// GLSL sources of the surface pass, assembled from parts that the materials share.
+// GLSL sources of the surface pass. They are assembled from parts, some of which several materials
+// share.
 #pragma once
 
 #include <string>

@@ -47,7 +47,7 @@ BodiesAndTubes bodies_and_tubes(const FrameTopology& bodies, const Points& first
   std::vector<std::array<Index, 3>> triangles;
   for (std::size_t c = 0; c + 1 < curves.first.size(); ++c) {
     const Index begin = curves.first[c], end = curves.first[c + 1];
-    Vec3 normal = Vec3::Zero();  // transported along the curve without twist
+    Vec3 normal = Vec3::Zero();  // transported along the curve without twist (parallel transport)
     for (Index i = begin; i < end; ++i) {
       Vec3 tangent =
           (curves.points.row(std::min(i + 1, end - 1)) - curves.points.row(std::max(i - 1, begin)))

@@ -6,8 +6,8 @@
 
 namespace loomstone {
 
-// Bodies and tubes as one drawn mesh, whose last part is the tubes. Vertices and values of the
-// tubes follow those of the bodies.
+// Bodies and tubes as one drawn mesh, whose last part contains the tubes. Vertices and values of
+// the tubes follow those of the bodies.
 struct BodiesAndTubes {
   DrawnMesh mesh;
   Points positions;  // [m]

@@ -10,7 +10,8 @@
 
 namespace loomstone {
 
-// Removes the triangles of hidden bodies. Their vertices remain, so that frames still match.
+// Returns the topology without the triangles of hidden bodies. Their vertices remain, so that
+// frames still match it.
 FrameTopology shown(const FrameTopology& topology, const RenderOptions& options);
 
 // Returns the vertices of the bodies' triangles, without those of floors, in ascending order.
@@ -23,8 +24,8 @@ struct Plane {
 };
 Plane floor_plane(const FrameTopology& topology, const Points& x, Index body);
 
-// Affine function of position that best fits the uv of a floor, by least squares over the corners
-// of its triangles.
+// Affine function of position, fitted to the uv of a floor by least squares over the corners of its
+// triangles.
 struct PlaneUv {
   Vec3 point = Vec3::Zero();  // mean of the corners [m]
   Vec2 at_point = Vec2::Zero();

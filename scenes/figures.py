@@ -34,8 +34,8 @@ HIGH, LOW = 0.060, 0.026  # heights of the magnet's centre [m]
 
 
 def figure(sides: int = 8) -> ls.TriangleMesh:
-    """Returns a figure like a pawn of a board game. It has few vertices, so that its convex hull
-    collides as a polyhedron.
+    """Returns a figure like a pawn in chess. It has few vertices, so that its convex hull collides
+    as a polyhedron.
     """
     angles = 2 * np.pi * np.arange(sides) / sides
     vertices = [(r * np.cos(a), r * np.sin(a), z) for r, z in PROFILE for a in angles]

@@ -67,7 +67,9 @@ def scene(cubes: int = 7, polarization: float = 1.2) -> ls.Scene:
 
 
 def strengths(cubes: int = 7) -> tuple[float, float]:
-    """Returns the mean |B| over the middle third of the array, at the height of each ball [T]."""
+    """Returns the mean |B| [T] over the middle third of the array, at the height of the upper ball
+    and at that of the lower ball.
+    """
     sources = array(cubes, 1.2)
     x = np.linspace(-cubes * CUBE / 6, cubes * CUBE / 6, 41)
     sides = [np.stack([x, 0 * x, 0 * x + side * DISTANCE], axis=1) for side in (1, -1)]

@@ -18,7 +18,7 @@ render = ls.RenderOptions(
 )
 
 SLOPE, PLANE = 0.30, 0.3
-FRICTION = (0.15, 0.29, 0.31, 0.45)  # friction coefficient of each sheet on the slope
+FRICTION = (0.15, 0.29, 0.31, 0.45)  # friction coefficient between each sheet and the slope
 GAP = 1e-3
 
 

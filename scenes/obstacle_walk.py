@@ -26,19 +26,19 @@ render = ls.RenderOptions(
     )
 )
 
-STEP, SWING, START = 0.5, 0.42, 0.3  # step and swing time, start of the walk [s]
-CELL = 0.025  # size of a cell of the grid in which the figure's surface is found [m]
+STEP, SWING, START = 0.5, 0.42, 0.3  # durations of a step and its swing, start of the walk [s]
+CELL = 0.025  # cell size of the grid from which the figure's surface is extracted [m]
 SAMPLES = 100  # samples of the motion per second
 GROUND = 0.004  # height of the soles above the ground [m]
 RISE = 0.17  # height of a stair [m]
-RISERS = (2.65, 3.0, 3.35)  # places where the stairs begin [m]
-HURDLES, HURDLE = (0.72, 1.72), (0.04, 1.0, 0.18)  # places and box size of the hurdles [m]
+RISERS = (2.65, 3.0, 3.35)  # x coordinates of the risers of the stairs [m]
+HURDLES, HURDLE = (0.72, 1.72), (0.04, 1.0, 0.18)  # x coordinates and box size of hurdles [m]
 # Places of the ankles along the course [m]: first both feet, then the right and left foot in turn
 PLACES = (0.0, 0.0, 0.4, 0.9, 1.4, 1.9, 2.4, 2.78, 3.13, 3.48, 3.83)
 BALL = np.array((0.10, 0.0, -0.08))  # ball of the foot relative to the ankle [m]
 SHOULDER = 1.437  # height of the shoulders in the initial pose [m]
 REACH = 0.822  # longest distance from hip to ankle [m]
-END = 4.6  # end of the stairs [m]
+END = 4.6  # x coordinate of the end of the stairs [m]
 
 
 class Bone(NamedTuple):
@@ -47,7 +47,7 @@ class Bone(NamedTuple):
     joint: tuple[float, float, float]  # [m]
     end: tuple[float, float, float]  # [m]
     radius: float  # radius at the joint [m]
-    end_radius: float  # [m]
+    end_radius: float  # radius at the end [m]
 
 
 def skeleton() -> dict[str, Bone]:
@@ -90,7 +90,7 @@ def distances(points: Floats, bones: dict[str, Bone]) -> Floats:
 
 
 def blended(points: Floats, bones: dict[str, Bone]) -> Floats:
-    """Returns a smooth distance from the union of all bones (n) [m], negative inside."""
+    """Returns smooth distances (n) [m] of points from the union of all bones, negative inside."""
     every, smooth = distances(points, bones), 0.01
     least = every.min(axis=1)
     return np.asarray(
@@ -99,8 +99,8 @@ def blended(points: Floats, bones: dict[str, Bone]) -> Floats:
 
 
 def surface(bones: dict[str, Bone]) -> ls.TriangleMesh:
-    """Returns a smoothed closed surface around the bones. It has one vertex in each cell of a grid
-    through which it passes (surface nets).
+    """Returns a smoothed closed surface around the bones. It has one vertex in each grid cell that
+    it crosses (surface nets).
     """
     axes = [np.arange(low, high, CELL) for low, high in ((-0.25, 0.3), (-0.7, 0.7), (-0.1, 1.9))]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
@@ -163,7 +163,7 @@ def turn(axis: int, angles: Floats) -> Floats:
 
 
 def height(place: float) -> float:
-    """Returns the height of the ground under a foot whose ankle stands at `place` [m]."""
+    """Returns the height [m] of the sole of a foot whose ankle stands at `place` [m]."""
     return GROUND + RISE * sum(riser < place for riser in RISERS)
 
 
@@ -223,7 +223,7 @@ def about(rotation: Floats, point: Floats, places: Floats) -> Motion:
 
 
 def frames(along: Floats) -> Floats:
-    """Returns frames (k x 3 x 3) of a limb along `along` (k x 3) that keep its front at +x."""
+    """Returns frames (k x 3 x 3) that align a limb with `along` (k x 3) and its front with +x."""
     u = along / np.linalg.norm(along, axis=1, keepdims=True)
     front = np.array((1.0, 0.0, 0.0)) - u[:, :1] * u
     front /= np.linalg.norm(front, axis=1, keepdims=True)
@@ -231,7 +231,9 @@ def frames(along: Floats) -> Floats:
 
 
 def leg(bones: dict[str, Bone], side: str, hip: Floats, moves: Foot) -> dict[str, Motion]:
-    """Returns the motions of a leg from the places of its hip joint (k x 3) [m] to its foot."""
+    """Returns the motions of the bones of a leg, given the positions of its hip (k x 3) [m] and the
+    motion of its foot.
+    """
     upper_leg, lower_leg = bones[f"{side} thigh"], bones[f"{side} shank"]
     start, knee, ankle = (
         np.array(point) for point in (upper_leg.joint, lower_leg.joint, lower_leg.end)
@@ -298,7 +300,7 @@ def walk(times: Floats, bones: dict[str, Bone]) -> dict[str, Motion]:
 
 
 def skinned(points: Floats, bones: dict[str, Bone], moved: dict[str, Motion]) -> Floats:
-    """Returns the places (k x n x 3) of vertices that follow their nearest bones [m]."""
+    """Returns the positions (k x n x 3) [m] of vertices that follow their nearest bones."""
     every = distances(points, bones)
     weights = np.exp((every.min(axis=1)[:, None] - every) / 0.016)
     weights[weights < 0.05] = 0.0
@@ -360,7 +362,7 @@ def scene(triangles: int = 8891) -> ls.Scene:
         friction=0.3,
     )
     dress = ls.garments.dress(triangles, bar_radius=0.05, skirt=0.72)
-    quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # faces +x
+    quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # rotates -y to x
     worn = dress.mesh.moved(moved["chest"].at(np.array((0.0, 0.0, SHOULDER)))[0], rotation=quarter)
     material = ls.ClothMaterial(
         weft_stiffness=300.0,

@@ -1,4 +1,4 @@
-"""A sheet of 2 m with an unstructured mesh swings from two corners, by any integrator.
+"""A square sheet of 2 m with an unstructured mesh swings from two corners, with any integrator.
 
 There is no damping unless `viscosity` is given, and collisions are off. Strain is limited to 10 %;
 asynchronous steps begin to limit it at 7.5 %. This is example 4.1 of [Thomaszewski2010] (figures

@@ -52,7 +52,7 @@ def profile() -> Profile:
 
 
 def edge_at(points: Floats, hat: Profile, fine: float) -> Floats:
-    """Returns the wanted edge length of triangles at points of the disc (n x 2) [m]."""
+    """Returns the desired edge length [m] of triangles at points (n x 2) [m] of the disc."""
     away = np.linalg.norm(points, axis=1)
     along, radius = (np.interp(away, hat.flat, values) for values in (hat.along, hat.radius))
     edge = np.minimum(fine + GRADING * along, COARSE)
@@ -62,8 +62,9 @@ def edge_at(points: Floats, hat: Profile, fine: float) -> Floats:
 def flat(triangles: int, hat: Profile, fine: float) -> tuple[Floats, NDArray[np.int32]]:
     """Returns points and triangles of the disc.
 
-    Points are placed at random, with distances of at least the wanted edge length times a factor
-    that decreases until all are placed. Then they move to weighted centroids of their triangles.
+    Points are placed at random. Their distances are at least the desired edge length times a
+    factor, which decreases until all are placed. Then each point moves to a weighted centroid of
+    its triangles.
     """
     random, outer = np.random.default_rng(3), hat.flat[-1]
     spread = np.sqrt(2304 / triangles)
@@ -71,7 +72,7 @@ def flat(triangles: int, hat: Profile, fine: float) -> tuple[Floats, NDArray[np.
     angle = 2.0 * np.pi * np.arange(count) / count
     points = np.zeros((count + (triangles + 2 - count) // 2, 2))
     points[:count] = outer * np.stack((np.cos(angle), np.sin(angle)), axis=1)
-    # Cumulative number of wanted points up to each distance from the tip, up to a constant factor
+    # Desired number of points within each distance of the tip, up to a constant factor
     wanted = np.cumsum(hat.radius / np.minimum(fine + GRADING * hat.along, COARSE) ** 2)
     placed, gap = count, 1.1 * spread
     while placed < len(points):
@@ -137,7 +138,7 @@ def scene(
 
 
 def apart(shape: Floats, other: Floats) -> float:
-    """Returns the root mean square distance of two shapes (n x 3) in their best alignment [m]."""
+    """Returns the root mean square distance [m] of two shapes (n x 3) in their best alignment."""
     a, b = shape - shape.mean(axis=0), other - other.mean(axis=0)
     u, _, v = np.linalg.svd(a.T @ b)
     u[:, -1] *= np.sign(np.linalg.det(u @ v))

@@ -2,9 +2,10 @@
 
     python scripts/wheel_licenses.py WHEEL DIRECTORY TARGET
 
-DIRECTORY has the texts of libraries built by scripts/wheel_libraries. The texts of other libraries
-are those of Python packages or of the system's packages. The wheel is written to the directory
-TARGET, and its path is printed. A library without an entry below, or without a text, is an error.
+DIRECTORY contains the licences of the libraries that scripts/wheel_libraries builds. The licences
+of other libraries come from Python packages or from system packages. The wheel is written to the
+directory TARGET, and its path is printed. A library without an entry below, or without the text of
+its licence, is an error.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ class Library:
 
     name: str
     license: str  # SPDX expression
-    files: str  # prefix of the names of its files
+    files: str  # common prefix of its file names
     packages: str  # names of packages that contain its licence
     change: str = ""  # how the library differs from its release
 

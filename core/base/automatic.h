@@ -1,4 +1,4 @@
-// A number that users either give or leave to the program by writing "auto".
+// A number that the user gives, or that the program chooses if the user gives "auto".
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
-// Memory that containers occupy on the heap, for reports about memory. The size of an object itself
-// belongs to the object that contains it.
+// Memory that containers occupy on the heap, for reports about memory. The size of the container
+// object itself is not included; it counts as memory of the object that contains it.
 #pragma once
 
 #include <concepts>

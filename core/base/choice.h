@@ -1,6 +1,6 @@
-// Enums whose values users select by name. Next to each enum, an overload of choices() lists names
-// and meanings. Input validation, Python's Literal types and help texts use this list. The overload
-// is found by argument-dependent lookup:
+// Enums whose values users select by name. Next to each enum, an overload of choices() lists their
+// names and meanings. Input validation, Python's Literal types and help texts use this list. The
+// overload is found by argument-dependent lookup:
 //
 //   enum class RestAngles { Flat, Mesh };
 //   constexpr auto choices(RestAngles) {
@@ -45,7 +45,7 @@ std::vector<std::string_view> choice_names() {
   return names;
 }
 
-// Returns a text such as "uv (meaning) | mesh (meaning)".
+// Returns a string such as "uv (meaning) | mesh (meaning)".
 std::string choices_text(const std::vector<std::string_view>& names,
                          const std::vector<std::string_view>& meanings);
 template <Choice Enum>
@@ -61,8 +61,8 @@ std::string choices_text() {
                                   const std::vector<std::string_view>& names,
                                   std::string_view given);
 
-// Returns the choice called `name`. Throws InvalidInput if there is none. `where` names the field
-// in the message.
+// Returns the choice called `name`. Throws InvalidInput if there is none. `where` is the name of
+// the field in the message.
 template <Choice Enum>
 Enum choice_named(std::string_view name, std::string_view where) {
   for (const auto& each : choices(Enum{}))

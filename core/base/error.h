@@ -32,8 +32,8 @@ class CacheError : public Error {
   using Error::Error;
 };
 
-// This build, or this combination of options, does not support the request (NotImplementedError in
-// Python).
+// The request is not supported by this build or with this combination of options
+// (NotImplementedError in Python).
 class Unsupported : public Error {
  public:
   using Error::Error;

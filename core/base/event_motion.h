@@ -1,5 +1,5 @@
-// State of cloth and rigid bodies within an asynchronous step, in which impulses act on them at
-// several instants.
+// State of cloth and rigid bodies within an asynchronous step. Impulses act on them at several
+// instants of the step.
 #pragma once
 
 #include <vector>
@@ -38,7 +38,8 @@ struct EventBody {
   RigidPose pose_after(double time) const {
     return {pose.position + time * velocity, turned(pose.orientation, angular_velocity, time)};
   }
-  // Moves freely for a time [s], with constant angular momentum, by a scheme of order 2.
+  // Moves the body freely for a time [s], with constant velocity and angular momentum, by a scheme
+  // of order 2.
   void drift(double time) {
     const Vec3 momentum = world_inertia(pose.orientation) * angular_velocity;
     const auto rate = [&](const Vec4& q) -> Vec3 { return world_inertia(q).inverse() * momentum; };
@@ -78,7 +79,7 @@ struct EventMotion {
     if (clocks) return clocks->of_body[body] - clocks->now;
     return levels->ahead[bodies[body].level];
   }
-  // Time from an event of a vertex to its next one in nested steps [s]; 0 in a queue.
+  // Time between two events of a vertex [s]; 0 if there is a queue of events.
   double step(Index vertex) const { return levels ? levels->step[levels->of_vertex[vertex]] : 0.0; }
 };
 

@@ -45,7 +45,7 @@ inline Limits non_negative() {
 }
 inline Limits between(double low, double high) { return {low, high, false, false}; }
 
-// Returns a text such as "> 0", ">= 0", "in [a, b]" or "finite".
+// Returns a string such as "> 0", ">= 0", "in [a, b]" or "finite".
 std::string to_text(const Limits& limits);
 
 template <class Owner, class Member>
@@ -68,7 +68,7 @@ Field<Owner, Member> field(const char* name, Member Owner::* member, const char*
   return {name, member, "", {}, meaning};
 }
 
-// A field without a default value, which users must therefore set.
+// A field without a default value, so users must set it.
 template <class Owner, class Member>
 struct RequiredField : Field<Owner, Member> {};
 

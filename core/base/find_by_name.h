@@ -1,4 +1,4 @@
-// Finds descriptions by the names with which other descriptions refer to them.
+// Finds descriptions by name, because descriptions refer to each other by name.
 #pragma once
 
 #include <string>

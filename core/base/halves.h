@@ -1,6 +1,6 @@
 // A SIMD vector in two halves, each of which is a native vector or itself a Halves. Arithmetic,
-// comparisons and bitwise operations behave as for gcc's vector types. With registers of four
-// doubles, gcc 12 compares vectors of eight doubles element by element and adds them through
+// comparisons and bitwise operations behave like those of gcc's vector types. With registers of
+// four doubles, gcc 12 compares vectors of eight doubles element by element and adds them through
 // memory. Halves stay in registers.
 #pragma once
 
@@ -16,8 +16,8 @@ struct VectorTypes {
   using Scalar = std::remove_cvref_t<decltype(Vector{}[0])>;
 };
 
-// Mask type of a vector: integers of the same size as its elements, whose bits are all 1 for true
-// and all 0 for false.
+// Mask type of a vector: integers of the same size as the elements of the vector. All bits of an
+// integer are 1 for true and 0 for false.
 template <class Vector>
 struct MaskType {
   using Bits =

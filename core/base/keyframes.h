@@ -7,8 +7,8 @@
 
 namespace loomstone {
 
-// The two keyframes that enclose a time, and the fraction of the interval between them that has
-// passed at that time. A time outside the range gives the first or the last keyframe.
+// The two keyframes that enclose a time, and the fraction of their interval that has passed at that
+// time. For times outside the range, both are the first or both the last keyframe.
 struct Keyframes {
   std::size_t first, second;
   double fraction;

@@ -4,7 +4,7 @@
 //   fail<SolverFailure>("residual {:.3g} after {} iterations; ...", residual, iterations);
 //   require(steps >= 1, "steps must be >= 1, got {}; give at least one", steps);
 //
-// {} prints a number with the fewest digits that restore it exactly.
+// {} prints a number with the fewest digits from which it can be restored exactly.
 #pragma once
 
 #include <fmt/core.h>

@@ -32,7 +32,8 @@ struct StageSeconds {
   }
 };
 
-// Time that threads spend in the loops of collision handling: minimum, mean and maximum [s].
+// Minimum, mean and maximum, over threads, of the time spent in the loops of collision handling
+// [s].
 struct ThreadReport {
   double least = 0.0, mean = 0.0, most = 0.0;
 
@@ -44,8 +45,8 @@ struct ThreadReport {
   }
 };
 
-// Time that ranks spend computing and waiting in a step, and what they send. The sum of both times
-// is the wall time of a step.
+// Times that ranks spend computing and waiting in a step, and their messages. For each rank, the
+// sum of both times is the wall time of the step.
 struct RankReport {
   double computing = 0.0, most_computing = 0.0, waiting = 0.0, most_waiting = 0.0;
   double collision_computing = 0.0, collision_waiting = 0.0;
@@ -275,7 +276,7 @@ struct AccountReport {
   }
 };
 
-// Sub-steps and force errors of the motion of magnets.
+// Number of sub-steps of the motion of magnets, and the error of the magnetic forces.
 struct MagnetReport {
   int substeps = 0;
   double force_error = 0.0;

@@ -24,8 +24,8 @@ inline Vec4 nearer_sign(const Vec4& orientation, const Vec4& reference) {
   return orientation.dot(reference) < 0.0 ? Vec4(-orientation) : orientation;
 }
 
-// Returns the rotation by `second` followed by the rotation by `first`. The order is that of a
-// product of rotation matrices.
+// Returns the rotation that applies `second` and then `first`, like the product of their rotation
+// matrices.
 inline Vec4 quaternion_product(const Vec4& first, const Vec4& second) {
   return to_vector(to_quaternion(first) * to_quaternion(second));
 }

@@ -7,8 +7,8 @@
 
 namespace loomstone {
 
-// Returns whether two tables have the same rows, bit by bit. The signs of zeros count, and equal
-// NaNs are the same.
+// Returns whether two tables have bitwise the same rows. Zeros of different sign differ, and
+// bitwise equal NaNs are equal.
 inline bool same_bits(const Points& a, const Points& b) {
   return a.rows() == b.rows() &&
          std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;

@@ -55,7 +55,8 @@ class Widest {
   }
 
  private:
-  // Numbers and pointers are passed by value, so that a kernel need not reload them after a store.
+  // Numbers and pointers are passed by value, so that kernels need not load them again after each
+  // store.
   template <class Argument>
   using Passed = std::conditional_t<std::is_scalar_v<std::remove_reference_t<Argument>>,
                                     std::remove_cvref_t<Argument>, Argument&>;
@@ -110,7 +111,7 @@ LOOMSTONE_INLINE void lanes_store(Number* p, const Lanes& a) {
     __builtin_memcpy(p, &a, sizeof(Lanes));
 }
 
-// Returns a vector with value(l) in lane l. The function `value` is inlined.
+// Returns a vector whose lane l contains value(l). The function `value` is inlined.
 template <class Lanes, class Value>
 LOOMSTONE_INLINE Lanes lanes_of(const Value& value, int first = 0) {
   if constexpr (in_halves<Lanes>) {

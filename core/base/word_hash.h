@@ -1,5 +1,6 @@
 // FNV-1a hash over words of eight bytes, with an additional shift that mixes high bits into low
-// ones. The hash is an invertible function of each word, so a change of one word always changes it.
+// ones. The hash is an invertible function of each word, so a change of a single word always
+// changes the hash.
 #pragma once
 
 #include <cstdint>

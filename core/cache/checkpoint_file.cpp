@@ -95,8 +95,8 @@ class Descriptor {
   int descriptor_;
 };
 
-// Encodes a name as a valid dataset name. In HDF5, "/" separates groups and "." denotes the current
-// group.
+// Encodes a name as a valid dataset name, because "/" separates groups in HDF5 and "." denotes the
+// current group.
 std::string encoded(const std::string& name) {
   if (name.empty()) throw InvalidInput("names in a checkpoint must not be empty.");
   std::string text;

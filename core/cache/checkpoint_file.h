@@ -1,4 +1,4 @@
-// Checkpoint files, which store named arrays, integers, bytes and texts without loss. A file is
+// Checkpoint files, which store named arrays, integers, bytes and strings without loss. A file is
 // written under a temporary name and then renamed.
 #pragma once
 

@@ -1,5 +1,5 @@
-// Version of a file's layout, stored in the file. If this build cannot read the version of a file,
-// the error message tells the user what to do.
+// Version of the layout of a file, which is stored in the file. If this build cannot read this
+// version, the error message tells the user what to do.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace loomstone {
 
 struct FileFormat {
   const char* what;             // kind of file in messages: "file" or "checkpoint"
-  std::int64_t oldest, newest;  // versions that are read; `newest` is written
+  std::int64_t oldest, newest;  // versions that this build reads; it writes `newest`
   const char* instead;          // advice for older files
 };
 

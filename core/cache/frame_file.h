@@ -19,8 +19,8 @@ class FrameWriter {
   // slower.
   FrameWriter(const std::string& directory, const FrameTopology& topology,
               const std::string& metadata, int compression = 0);
-  // Continues a run. Copies its complete frames up to and including `after_time` [s] to
-  // new files, which then replace the old ones.
+  // Continues a run. Copies its complete frames with times up to `after_time` (included) [s] to new
+  // files, which then replace the old ones.
   static FrameWriter reopen(const std::string& directory, double after_time);
   ~FrameWriter();
   FrameWriter(FrameWriter&&) noexcept;

@@ -29,8 +29,8 @@ hid_t file_access() {
 }
 
 // Number of chunk addresses per B-tree node. A node of this size contains all chunks of a typical
-// run, so that nodes are never split. A split changes several nodes, and a process killed in
-// between would leave an unreadable file.
+// run, so nodes are rarely split. A split changes several nodes, and if the process is killed
+// during a split, the file is unreadable.
 constexpr unsigned chunks_per_node = 512;
 
 hid_t file_creation() {

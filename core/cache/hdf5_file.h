@@ -1,6 +1,6 @@
 // RAII wrapper of HDF5 files and datasets that hides the HDF5 API. Every failure becomes a
-// CacheError with the file's name, the attempted operation and the cause reported by HDF5 or the
-// system.
+// CacheError that states the name of the file, the attempted operation, and the cause reported by
+// HDF5 or the operating system.
 #pragma once
 
 #include <cstddef>
@@ -41,7 +41,8 @@ struct Column {
   std::string unit = {}, meaning = {};
 };
 
-// The contents of a row: `components` numbers, or the columns of a struct of `bytes` bytes.
+// The contents of a row: an array of `components` numbers, or a struct of `bytes` bytes with the
+// given columns.
 struct RowFormat {
   Number type = Number::Float64;
   int components = 1;
@@ -58,7 +59,7 @@ struct RowStorage {
 
 // State shared by a file and its datasets.
 struct Hdf5Shared {
-  std::string name;        // name, updated if the file is renamed
+  std::string name;        // current path or name of the file
   bool unwritten = false;  // true: changed since the last successful flush
 };
 
@@ -96,8 +97,8 @@ class Hdf5File {
   const std::string& name() const { return shared_->name; }
   void rename_to(const std::string& path);  // renames the open file without syncing
   void flush();                             // makes all written data visible to other processes
-  void close();                             // throws CacheError if remaining data cannot be written
-  std::vector<unsigned char> image();  // contents of an in-memory file, as they would be on disk
+  void close();                             // throws CacheError if data cannot be written
+  std::vector<unsigned char> image();  // bytes of an in-memory file, as they would be on disk
 
   std::int64_t length() const;  // [bytes]
   void create_group(const std::string& path);
@@ -127,8 +128,8 @@ class Hdf5File {
   std::vector<T> read_array(const std::string& path,
                             std::vector<std::int64_t>* shape = nullptr) const;
 
-  // These functions write or read one text (UTF-8) or a list of texts. Texts are stored as strings
-  // of fixed length.
+  // These functions write or read one string (UTF-8) or a list of strings. Strings are stored with
+  // a fixed length.
   void write_text(const std::string& path, const std::string& text);
   void write_texts(const std::string& path, const std::vector<std::string>& texts);
   std::string read_text(const std::string& path) const;

@@ -5,8 +5,8 @@
 namespace loomstone::hdf5 {
 
 Quiet::Quiet() {
-  // Disables the cleanup of HDF5 at exit, because destructors close all files. The cleanup would
-  // print errors for a file that could not be closed on a full disk.
+  // Disables the cleanup of HDF5 at exit. It is not needed, because destructors close all files,
+  // and it would print errors for a file that could not be closed on a full disk.
   static const herr_t no_tidying_at_exit = H5dont_atexit();
   static_cast<void>(no_tidying_at_exit);
   H5Eget_auto2(H5E_DEFAULT, &print, &to);

@@ -1,4 +1,4 @@
-// Growing datasets of rows.
+// Datasets that grow by rows.
 #include <utility>
 
 #include "core/cache/hdf5_handles.h"

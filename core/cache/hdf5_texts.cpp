@@ -1,6 +1,6 @@
-// Texts are stored as strings of fixed length, padded with zeros, in attributes and in datasets.
-// VTK expects such strings. Strings of variable length would need a heap in the HDF5 file, which is
-// one more structure that may be damaged.
+// Strings are stored with a fixed length, padded with zeros, in attributes and in datasets. VTK
+// expects such strings. Strings of variable length would need a heap in the HDF5 file, which could
+// be damaged, too.
 #include <algorithm>
 
 #include "core/cache/hdf5_handles.h"
@@ -24,7 +24,7 @@ std::size_t longest(const std::vector<std::string>& texts) {
   return length;
 }
 
-// Returns an HDF5 string type of the length of the longest text. The caller must close it.
+// Returns an HDF5 string type with the length of the longest string. The caller must close it.
 hid_t type_of(const std::vector<std::string>& texts) {
   const hid_t type = H5Tcopy(H5T_C_S1);
   H5Tset_size(type, longest(texts));
@@ -50,8 +50,8 @@ std::size_t length_of_character(unsigned char lead) {
   return lead >= 0xF0 && lead < 0xF5 ? 4 : 0;
 }
 
-// Returns whether a text is valid UTF-8. Overlong encodings, surrogates and numbers above 0x10FFFF
-// are invalid.
+// Returns whether a string is valid UTF-8. Overlong encodings, surrogates and code points above
+// 0x10FFFF are invalid.
 bool is_utf8(const std::string& text) {
   for (std::size_t at = 0; at < text.size();) {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[at + i]); };

@@ -1,4 +1,4 @@
-// Functions of Hdf5File that write and read numbers as attributes, and arrays of fixed shape.
+// Functions of Hdf5File for numeric attributes and for arrays of fixed shape.
 #include <algorithm>
 #include <utility>
 

@@ -1,6 +1,6 @@
 // One temporal PolyData dataset in VTKHDF layout (VTK File Formats, "VTKHDF", version 2.0).
-// Triangles and constant fields are stored once, other fields for every frame, and points for every
-// frame in which they differ from the frame before.
+// Triangles and constant fields are stored once, and other fields for every frame. Points are
+// stored for every frame in which they differ from those of the preceding frame.
 #pragma once
 
 #include <cstdint>
@@ -23,8 +23,8 @@ struct PolyDataField {
   std::string role = {};  // for viewers: "TCoords", "Vectors"; empty: none
 };
 
-// The points and triangles of a file. Each point is a copy of a vertex. Point i is vertex i for i <
-// n_vertices; further points repeat vertices.
+// The points and triangles of a file. Each point is a copy of a vertex. The first n_vertices points
+// are the vertices themselves, in order; further points repeat vertices.
 struct PolyDataMesh {
   std::int64_t n_vertices = 0;
   std::vector<Index> vertices;  // (points) vertex of each point
@@ -78,7 +78,7 @@ class PolyDataWriter {
   std::vector<Table> tables_;
   Values points_;
   std::vector<Values> values_;  // fields that vary over frames: on points, then on cells
-  // Positions in the last committed block of points and in the staged block.
+  // Positions in the last committed block of points, and in the staged block.
   Points stored_, staged_;
   // Numbers of blocks of points: the committed blocks, and all blocks including the staged one.
   std::int64_t n_blocks_ = 0, n_staged_blocks_ = 0;

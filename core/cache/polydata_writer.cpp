@@ -11,8 +11,9 @@ namespace loomstone {
 
 namespace {
 
-// Number of frames allocated at once. Large blocks make allocations rare, so a process is unlikely
-// to be killed during one. The unused remainder is a hole in the file and takes no disk space.
+// Number of frames for which space is allocated at once. Large blocks make allocations rare, so a
+// process is unlikely to be killed during one. Unused space is a hole in the file and takes no disk
+// space.
 constexpr std::int64_t frames_per_block = 16;
 constexpr std::int64_t table_block = 1024;  // rows per chunk of a table
 
@@ -135,8 +136,8 @@ void PolyDataWriter::stage_tables(std::int64_t frame) {
   point_offsets_.write(frame, 1, &first);
 }
 
-// Writes a block of rows. A field on points is given by rows for the vertices, and each point
-// receives the row of its vertex.
+// Writes a block of rows. For a field on points, `rows` contains one row for each vertex, and each
+// point receives the row of its vertex.
 void PolyDataWriter::put(Values& values, std::int64_t block, const void* rows) {
   const void* written = rows;
   if (values.on_points && values.rows_per_frame > mesh_.n_vertices) {

@@ -1,5 +1,5 @@
-// Points of a mesh that viewers can texture. A vertex on a seam of the texture has several texture
-// coordinates; viewers need one point for each.
+// Points of a mesh with texture coordinates, for viewers. A vertex on a seam of the texture has
+// several texture coordinates, and viewers need one point for each of them.
 #pragma once
 
 #include <vector>

@@ -31,7 +31,7 @@ struct Air {
 
 // Returns the velocity of the air [m/s] at position `place` [m] and `time` [s]. It is the wind
 // times (1 + gust * s), where s is the sum of three slow travelling waves. The waves are our own
-// choice and not taken from the literature.
+// choice; they are not taken from the literature.
 Vec3 wind_at(const Air& air, const Vec3& place, double time);
 
 // The surface on which drag acts, at one instant.

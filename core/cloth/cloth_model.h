@@ -1,5 +1,5 @@
-// Model of all cloths, which is constant once it has been built. The cloths follow one another in
-// the internal vertex order.
+// Model of all cloths, constant once it has been built. In the internal vertex order, the cloths
+// follow one another.
 #pragma once
 
 #include <algorithm>
@@ -34,7 +34,7 @@ struct ClothModel {
   std::vector<StrainLimit> strain_limits;
   // (m) Index into strain_limits; -1: unlimited. It may be empty if there are no strain limits.
   std::vector<Index> strain_limit_of;
-  bool limited_by_edges = false;  // true: the strain limits of all cloths apply to edges
+  bool limited_by_edges = false;  // true: the limits of all cloths apply to edges, not to triangles
   std::vector<BendingPart> bending;
   Points rest_positions;  // (n x 3) shape at rest [m]; for flat cloth, any flat shape
   Vector mass;            // (n) lumped mass [kg]
@@ -57,8 +57,8 @@ struct ClothModel {
   }
 };
 
-// Returns the lumped mass of each vertex [kg], which is one third of the mass of its incident
-// triangles. `density` is given per triangle [kg/m^2].
+// Returns the lumped mass of each vertex, which is one third of the total mass of its incident
+// triangles [kg]. `density` is given per triangle [kg/m^2].
 Vector lumped_mass(Index n_vertices, const Triangles& triangles,
                    const std::vector<Corners2>& corners, const std::vector<double>& density);
 

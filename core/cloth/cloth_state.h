@@ -20,9 +20,9 @@ struct ClothState {
   // Length of the next step that the error of the last step allows [s]; 0: unknown. The stepper
   // writes it.
   double expected_step = 0.0;
-  // Length from which an automatic step was shortened because contacts created energy [s]; 0: none.
-  // Later steps grow faster until one of them has this length or is limited by its error. The
-  // stepper writes it.
+  // Length that an automatic step had before it was shortened because contacts created energy [s];
+  // 0: none. Later steps grow faster until one of them has this length or is limited by its error.
+  // The stepper writes it.
   double settled_step = 0.0;
   // (m) Longest step that each triangle may take [s]; empty if none has been computed. Entries
   // never grow. The asynchronous integrator writes them.
@@ -46,8 +46,8 @@ struct ClothState {
 
   // Length of the last step [s], or h if there is none.
   double last_length(double h) const { return previous_step > 0.0 ? previous_step : h; }
-  // At constant acceleration, the change of velocity in the next step, of length h [s], divided by
-  // that in the last step [1].
+  // Ratio of the velocity change in the next step, of length h [s], to that in the last step, if
+  // the acceleration is constant [1].
   double change_scale(double h) const { return h / last_length(h); }
 
   // Restarts multistep schemes, for example after a velocity jump.

@@ -15,10 +15,10 @@ struct StepError {
   // Largest eigenvalue of 1/2 dF^T dF over all triangles, where dF is the gradient of the
   // displacement [1].
   double strain = 0.0;
-  // Membrane energy of the neglected strain of a cloth, divided by the kinetic energy of this cloth
-  // [1]; the largest ratio of all cloths. Kinetic energy is measured in a frame that moves with the
-  // cloth: with the mean velocity of its prescribed vertices if there are any, and otherwise with
-  // the velocity of its centre of mass.
+  // Largest ratio, over all cloths, of the membrane energy of the neglected strain to the kinetic
+  // energy of the cloth [1]. Kinetic energy is measured in a frame that moves with the mean
+  // velocity of the prescribed vertices of the cloth if there are any, and otherwise with its
+  // centre of mass.
   double energy = 0.0;
 };
 
@@ -38,10 +38,10 @@ class DisplacementError {
   // Returns the largest rate at which implicit Euler removes energy from the free motion of a
   // cloth, relative to the energy of that cloth [1/s]. In the time h [s], implicit Euler removes
   // 1/2 m (v1 - v0)^2. The energy of the cloth is the sum of its kinetic energy, its membrane
-  // energy and 1/2 m g L, where L is the square root of its area. Cloths whose motion the step does
-  // not resolve, such as snapping wrinkles, are left out. x1 (n x 3) are the positions at the end,
-  // and v0 and v1 (n x 3) the velocities at the start and at the end. The membrane energy at
-  // x1 is reused from the last call of over() if that call ended at x1. Collective.
+  // energy and 1/2 m g L, where L is the square root of its area. Cloths with motion that the step
+  // does not resolve, such as that of snapping wrinkles, are omitted. x1 (n x 3) are the positions
+  // at the end, and v0 and v1 (n x 3) the velocities at the start and at the end. The membrane
+  // energy at x1 is reused from the last call of over() if that call ended at x1. Collective.
   double dissipation(const Team& team, const Points& x1, const Points& v0, const Points& v1,
                      double h);
 

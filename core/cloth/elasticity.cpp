@@ -163,7 +163,7 @@ void Elasticity::add_limits(const std::vector<LimitModes>& modes) {
   membrane_force_ = membrane_energy_ = {};
 }
 
-// If bending is not implicit, each chunk of rows is completed while it is in the cache.
+// If bending is explicit, each chunk of rows is completed while it is in the cache.
 void Elasticity::assemble(const Team& team, const Points& x, JacobianTerms terms, Index begin,
                           Index end, Product product) {
   if (product.w)

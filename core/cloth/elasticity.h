@@ -1,6 +1,6 @@
 // Elastic forces, stiffness matrix and energy of all cloths: the sums of membrane and bending. With
-// a layout of several ranks, each rank stores the elements and the rows of the matrix that it
-// needs for the rows that it owns.
+// a layout of several ranks, each rank stores the elements and the rows of the matrix that it needs
+// for the rows that it owns.
 #pragma once
 
 #include <memory>
@@ -27,8 +27,8 @@ class Elasticity {
  public:
   // Stores all elements.
   Elasticity(const ClothModel& model, BendingTreatment bending);
-  // Stores the elements of this rank. Rows [begin, end) in the functions below must then be rows of
-  // this rank.
+  // Stores the membrane and mid-edge elements of this rank, and all hinge elements. Rows [begin,
+  // end) in the functions below must then be rows of this rank.
   Elasticity(const ClothModel& model, BendingTreatment bending, const RowLayout& layout);
 
   // Largest eigenvalue of M^-1 K of bending in the rest shape [1/s^2]; 0 without bending.
@@ -38,8 +38,8 @@ class Elasticity {
   BlockMatrix& matrix() { return matrix_; }
 
   // Adds the elastic and viscous forces of the membrane and, if bending is implicit, of bending to
-  // rows [begin, end) of `force`. The matrix contains the stiffness of these forces. If
-  // v is null, viscous forces are omitted.
+  // rows [begin, end) of `force`. The matrix contains the stiffness of these forces. If v is null,
+  // viscous forces are omitted.
   void add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin,
                            Index end, Points& force);
   // Adds the elastic and damping forces of explicit bending. Adds nothing if bending is implicit.
@@ -93,7 +93,7 @@ class Elasticity {
   }
   // Computes the strain of all triangles, see Membrane::strain(). Not collective.
   void strain(const Team& team, const Points& x, Points& green, Vector& stretch);
-  // Computes the strain of the triangles of this rank, or of all triangles if they are not divided.
+  // Computes the strain of the triangles of this rank, or of all triangles if this rank stores all.
   void strain_of_rank(const Team& team, const Points& x, Points& green, Vector& stretch);
 
   // Memory of membrane, bending, and matrix [bytes].
@@ -106,8 +106,8 @@ class Elasticity {
 
  private:
   Elasticity(const ClothModel& model, BendingTreatment bending, const RowLayout* layout);
-  // Known contains the elastic forces on a range of rows, or an energy, at the positions x. They
-  // are needed several times at the same positions within a part of a step.
+  // Known contains the elastic forces on a range of rows, or an energy, at the positions x. Within
+  // a part of a step, these values are needed several times at the same positions.
   struct Range {
     Index begin = 0, end = 0;
     bool operator==(const Range&) const = default;
@@ -132,7 +132,7 @@ class Elasticity {
   struct BendingElements {
     std::unique_ptr<Bending> element;
     std::vector<Index> first;  // first triangle of each rank; empty: this rank stores all elements
-    IndexRange triangles;      // triangles of `element` over which this rank sums energies
+    IndexRange triangles;      // triangles of `element` whose energies this rank sums
   };
   void add_bending_part(const ClothModel::BendingPart& part);
 
@@ -147,8 +147,8 @@ class Elasticity {
   std::vector<double> wide_in_;  // vector padded to 4 doubles per row
   Points zero_velocity_;         // made at first use
   bool damped_bending_ = false;
-  // Values of the membrane are not used while it includes stiff phases, and forces are not used if
-  // viscous forces are added to them.
+  // Membrane values are not reused while the membrane includes stiff phases. Forces are not reused
+  // if they include viscous forces.
   Known membrane_force_, bending_force_, membrane_energy_, bending_energy_;
 };
 

@@ -51,7 +51,7 @@ std::int8_t side_of(ContactKind kind, const FourPoints& p) {
   return static_cast<std::int8_t>((volume > 0.0) - (volume < 0.0));
 }
 
-// Test of the feature pairs of one step.
+// Decides which feature pairs may touch during one step.
 struct ApproachSearch::PairTest {
   const CollisionModel& model;
   const std::vector<SurfacePair>& pairs;
@@ -110,8 +110,8 @@ struct ApproachSearch::PairTest {
       speeds[k] = motion.v0.row(v[k]).dot(closest.difference.transpose()) / closest.distance;
     return time_to_close(closest.distance - thickness, largest_approach(kind, speeds));
   }
-  // Counts the pair if it is within reach. Adds it to `found` unless it is culled or ignored.
-  // Returns its distance at the start [m].
+  // Counts the pair as a candidate if it is within reach. Adds a candidate to `found` unless it is
+  // culled or ignored. Returns the distance of the pair at the start [m].
   double look(ApproachingPair pair, const std::array<Index, 4>& v, double reach,
               Approach& found) const {
     FourPoints p;
@@ -137,7 +137,7 @@ struct ApproachSearch::PairTest {
   }
 };
 
-// Results of a rank that accompany its pairs.
+// Data that a rank sends together with its pairs.
 struct ApproachSearch::Note {
   NeighbourLists::Pass update, cover;
   std::int64_t candidates = 0;
@@ -156,8 +156,8 @@ Approach joined(const std::vector<Approach>& parts) {
   return all;
 }
 
-// Collects what test.look() finds among the pairs of each task of the broad phase. The order of
-// tasks does not depend on threads.
+// Collects the pairs that test.look() finds in each task of the broad phase. The order of tasks
+// does not depend on the number of threads.
 template <class Test>
 class Candidates final : public PairSink {
  public:
@@ -204,8 +204,8 @@ void ApproachSearch::find_boxes(const Team& team, const ExpectedMotion& motion) 
 
 void ApproachSearch::find_in_list(NeighbourList& list, const PairTest& test,
                                   Approach& found) const {
-  // Skips pairs that are too far apart at the start. list.change bounds the relative displacement
-  // of their features.
+  // Skips a list whose pairs are all too far apart at the start. list.change bounds the relative
+  // displacement of their features.
   const double thickness = pairs_[list.pair].thickness,
                farthest = thickness + added_reach(test.motion) + list.change + list.used;
   list.cost += ListCosts::list;

@@ -32,20 +32,20 @@ struct Approach {
 // faster are left to certification.
 inline constexpr double faster_approach = 1.5, added_approach = 0.3;
 
-// Returns the sign of the volume that the four points span. It shows on which side of the face the
-// vertex lies, or on which side of the second edge the first edge lies.
+// Returns the sign of the volume that the four points span. The sign tells on which side of the
+// face the vertex lies, or on which side of the second edge the first edge passes.
 std::int8_t side_of(ContactKind kind, const FourPoints& points);
 
-// Returns the largest speed at which a corner of feature a approaches one of feature b [m/s]. If
-// velocities are constant, two features at a distance d along the contact normal remain at least d
-// minus this speed times the time apart. `speeds` are those of the four vertices along the normal,
-// which points from b to a [m/s].
+// Returns the largest speed at which a corner of feature a approaches a corner of feature b along
+// the contact normal [m/s]. At constant velocities, the distance along the normal decreases at most
+// at this speed. `speeds` are those of the four vertices along the normal, which points from b to a
+// [m/s].
 inline double largest_approach(ContactKind kind, const std::array<double, 4>& speeds) {
   if (kind == ContactKind::VertexFace)
     return std::max({speeds[1], speeds[2], speeds[3]}) - speeds[0];
   return std::max(speeds[2], speeds[3]) - std::min(speeds[0], speeds[1]);
 }
-// Returns the shortest time [s] in which a pair with this speed of approach may close this gap.
+// Returns the shortest time in which a pair that approaches at this speed may close this gap [s].
 inline double time_to_close(double gap, double approach) {  // [m], [m/s]
   return gap / (faster_approach * std::max(0.0, approach) + added_approach);
 }

@@ -1,6 +1,6 @@
-// Finds the candidate pairs of one surface. A candidate pair is a pair of features that may collide
-// during a motion. All inputs are arrays; no scene is needed. There are three search engines, which
-// return the same pairs.
+// Finds the candidate pairs of one surface. The features of a candidate pair may collide during a
+// motion. All inputs are arrays; no scene is needed. There are three search engines, which return
+// the same pairs.
 #pragma once
 
 #include <array>

@@ -63,7 +63,8 @@ Vector movable(const CollisionModel& model) {
   return inverse_mass;
 }
 
-// Number of steps before the measured one. In these, lists get the slack that the motion needs.
+// Number of steps before the measured one. In these steps, the lists get the slack that the motion
+// needs.
 constexpr int steps_before = 3;
 
 // Average number of steps from the measurement of costs to a dynamic search that uses them.
@@ -98,16 +99,16 @@ struct ListsOfStep {
   void each_list(Add&& add) {
     for (NeighbourList& list : lists.lists()) add(first[list.pair] + list.a, list);
   }
-  // Returns the times spent on the lists of each first cluster since the last call [ns]. Ranks
-  // divide the lists by these times.
+  // Returns the times spent on the lists of each first cluster since the last call [ns]. The ranks
+  // divide the lists among themselves according to these times.
   std::vector<float> take_expected() {
     std::vector<float> costs(first.back(), 0.0f);
     each_list(
         [&](std::size_t i, NeighbourList& list) { costs[i] += std::exchange(list.spent, 0.0f); });
     return costs;
   }
-  // Stores in `work` the times of the work on lists and of the searches without lists since the
-  // last call [s]. Of two times that were stored for the same work, the smaller one is kept.
+  // Stores in `work` the times spent on lists and in searches without lists since the last call
+  // [s]. If a time for the same work is already stored, keeps the smaller one.
   void take_work(OrderedWork& work) {
     const double pass = lists.take_pass_seconds() / static_cast<double>(lists.lists().size());
     std::vector<double> seconds(first.back(), 0.0);
@@ -132,7 +133,7 @@ struct ListsOfStep {
   NeighbourLists lists;
   ImpactSearch search;
   SmoothNormals normals;
-  SectionStarts first = {0};  // number of first clusters in the preceding surface pairs
+  SectionStarts first = {0};  // first clusters in all preceding surface pairs
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
-// Repeats the searches for collisions in a recorded motion. Their work, measured on one thread,
-// allows core/parallel/pool_replay.h to predict times on many ranks. perform() uses existing ranks.
+// Repeats the searches for collisions in a recorded motion. Their work is measured on one thread,
+// and core/parallel/pool_replay.h predicts times on many ranks from it. perform() measures times on
+// existing ranks instead.
 #pragma once
 
 #include <memory>

@@ -41,7 +41,7 @@ struct CollisionStage::Data {
   template <class Use>
   auto with_strengths(const std::vector<Contact>& contacts, const StrengthInputs& inputs,
                       Use&& use) {
-    // If contacts are ignored because of a tangle, the others have other shares.
+    // If contacts are ignored because of a tangle, the shares of the remaining contacts change.
     if (contacts.size() == known.size() && knows(inputs.x))
       return use(strengths.find(model, contacts, inputs));
     return use(contact_strengths(model, contacts, inputs));
@@ -60,7 +60,7 @@ struct CollisionStage::Data {
   std::unique_ptr<SharedSearch> shared;  // null: searches use the lists
   bool keeps_motion = false;
   CollisionRecord motion;
-  std::unique_ptr<BroadPhase> own_broad_phase;  // does the tasks of all ranks; made at first use
+  std::unique_ptr<BroadPhase> own_broad_phase;  // performs all ranks' tasks; made at first use
   // Positions x0 of the last call of proximity(), and the contacts at x0. A part of a step begins
   // where the preceding one ended, so contacts found there are used again. `known` also contains
   // the contacts that proximity() omits because of a tangle. Both members are the same on all

@@ -1,5 +1,5 @@
-// Self-collision queries on one moving surface. The trees are built once and then refitted to the
-// positions of each query.
+// Self-collision queries on one moving surface. Its tree is kept between queries: it is refitted to
+// the positions of each query, and rebuilt only if its boxes have grown too much.
 #pragma once
 
 #include <array>
@@ -58,7 +58,7 @@ class Detector {
 // Returns the sorted unique vertex pairs of the triangle edges.
 Edges unique_edges(const Triangles& triangles);
 
-// Both functions check their arguments and throw InvalidInput if an argument is invalid.
+// Both functions throw InvalidInput if an argument is invalid.
 void check_motion(const Points& x0, const Points& x1, double inflation);
 void check_triangles(const Triangles& triangles, Index n_vertices);
 

@@ -62,8 +62,9 @@ Vec3 EventContacts::place(Index vertex, double time, const EventMotion& motion) 
   return start + time * motion_->v0.row(vertex).transpose();
 }
 
-// For a vertex of a rigid body, returns the velocity of the body at the contact point. The weighted
-// mean of the velocities of the body's vertices in the pair would give the same velocity.
+// Returns the velocity of a vertex. For a vertex of a rigid body, returns the velocity of the body
+// at the contact point instead, which is the weighted mean of the velocities of the body's vertices
+// in the pair.
 Vec3 EventContacts::velocity(Index vertex, const Event& event, const EventMotion& motion) const {
   if (vertex < motion.v.rows()) return motion.v.row(vertex).transpose();
   if (const Index b = body_of(vertex); b >= 0) return bodies_[b].body.velocity_at(event.touched);
@@ -109,8 +110,8 @@ EventContacts::Event EventContacts::evaluate(Index pair, double time, const Even
   return event;
 }
 
-// Changes the velocities so that the pair stops approaching and regains its thickness. Returns
-// false if no impulse is needed, or if nothing in the pair can move.
+// Applies an impulse with friction, so that the pair stops approaching and slowly regains its
+// thickness. Returns false if no impulse is needed, or if nothing in the pair can move.
 bool EventContacts::push(const Event& event, Index pair, const EventMotion& motion) {
   const SurfacePair& surfaces = surface_pairs_[pairs_[pair].pair];
   const double missing = surfaces.thickness - event.distance;
@@ -145,8 +146,8 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& moti
   return true;
 }
 
-// Adds the work of prescribed vertices. `impulse` acts on the feature whose weights are positive,
-// and the opposite impulse on the other one.
+// Adds the work of prescribed vertices and obstacles. `impulse` acts on the feature whose weights
+// are positive, and the opposite impulse acts on the other feature.
 void EventContacts::add_work(const Event& event, const Vec3& impulse, const EventMotion& motion) {
   for (int k = 0; k < 4; ++k) {
     const Index i = event.vertices[k];

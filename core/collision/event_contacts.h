@@ -18,7 +18,7 @@ namespace loomstone {
 
 // Work of the impulses of a step [J].
 struct EventWork {
-  double prescribed = 0.0;  // done by vertices with prescribed motion
+  double prescribed = 0.0;  // done by prescribed vertices and obstacles
   double friction = 0.0;    // done against friction
   double restored = 0.0;  // done by impulses that separate pairs until they regain their thickness
 };
@@ -44,7 +44,7 @@ class EventContacts {
   // Number of pair evaluations and number of impulses since set_pairs().
   std::int64_t n_evaluated() const { return n_evaluated_; }
   std::int64_t n_impulses() const { return n_impulses_; }
-  // Work since begin().
+  // Work of the impulses since begin().
   const EventWork& work() const { return work_; }
 
  private:

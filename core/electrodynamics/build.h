@@ -1,4 +1,5 @@
-// Functions that build_magnetic_model() and check_magnetic_start() call, in order.
+// Parts of build_magnetic_model() and check_magnetic_start(), in the order of their calls, and a
+// function that they share.
 #pragma once
 
 #include "core/electrodynamics/magnetic_model.h"
@@ -13,7 +14,7 @@ void check_magnets(const MagneticModel& model, const CarrierPlaces& start);
 void check_coils(const MagneticModel& model, const CarrierPlaces& start);
 
 // The carrier of a magnet or coil, and the pose of the magnet or coil on it. find_stand() throws
-// InvalidInput for unknown names and Unsupported if the carrier deforms.
+// InvalidInput for an empty or unknown name, and Unsupported if the carrier deforms.
 struct Stand {
   Index carrier = 0;
   RigidPose local;  // relative to the body's centre of mass or the obstacle's origin

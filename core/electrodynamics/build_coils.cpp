@@ -57,8 +57,8 @@ void check_coil(const Coil& coil, const std::string& where) {
                where);
 }
 
-// Checks what a circuit requires if there are magnetisable bodies. The bodies must respond linearly
-// and to each other's fields, and the circuit must have a self-inductance.
+// Checks the requirements of a circuit in a scene with magnetisable bodies. The bodies must respond
+// linearly and to each other's fields, and the circuit must have a self-inductance.
 void check_circuit(const Coil& coil, const MagneticModel& model, const std::string& where) {
   for (std::size_t k = 0; k < model.magnets.size(); ++k) {
     const CarriedMagnet& magnet = model.magnets[k];
@@ -75,8 +75,9 @@ void check_circuit(const Coil& coil, const MagneticModel& model, const std::stri
   }
 }
 
-// Checks that the winding of coil j does not enter the magnetisable body k. If the coil belongs to
-// a circuit, also checks that the body does not lie both in the bore and outside the winding.
+// Checks that the winding of coil j does not enter the magnetisable body k. If the scene has
+// circuits and the flux of the body through the coil matters (wants_flux()), also checks that the
+// body does not lie both in the bore and outside the winding.
 void check_apart(const MagneticModel& model, const CarrierPlaces& start, std::size_t j,
                  std::size_t k) {
   const CarriedCoil& wound = model.coils[j];

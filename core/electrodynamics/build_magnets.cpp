@@ -31,7 +31,7 @@ void carry_hard(const MagneticBody& magnet, const std::string& where, CarriedMag
 
 // Sets the data of a body that the field magnetises. A sphere is treated as a point dipole if its
 // solid harmonics have degree 1 or their degree is automatic (0), unless it has a saturation or an
-// explicit response.
+// explicit response. add_magnets() undoes this if another body in the scene needs surface panels.
 void carry_soft(const Magnet& magnet, const std::string& where, CarriedMagnet& carried) {
   const SoftBody& body = std::get<SoftBody>(magnet.source);
   const bool cells = magnet.response == "explicit";
@@ -135,8 +135,8 @@ void add_magnets(const MagneticScene& scene, MagneticModel& model) {
 }
 
 double pole_at(const MagneticModel& model, Index carrier, const Vec3& point) {
-  // `nearest` is the smallest distance to a magnet so far, divided by the radius of the magnet. The
-  // limit 1.3 includes points on a body that encloses its magnet.
+  // `nearest` is the smallest distance to a magnet so far, divided by the radius of that magnet.
+  // The limit 1.3 includes points on a body that encloses its magnet.
   double nearest = 1.3, pole = 0.0;
   for (const CarriedMagnet& magnet : model.magnets) {
     if (magnet.carrier != carrier || !magnet.source || magnet.source->moment().isZero(0.0))

@@ -1,5 +1,5 @@
 // Bodies and obstacles as carriers of magnets and coils: their poses, the motion of obstacles, and
-// the wrenches on them. Carriers are numbered with bodies first, then obstacles.
+// the wrenches on the carriers. Carriers are numbered with bodies first, then obstacles.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,8 @@ struct CarrierPlaces {
   Points centres() const;
 };
 
-// Velocity and angular velocity of an obstacle within a step [m/s, rad/s].
+// Velocity and angular velocity of a carrier [m/s, rad/s]. Those of an obstacle are constant within
+// a step.
 struct Twist {
   Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
   bool rests() const { return velocity.isZero(0.0) && spin.isZero(0.0); }

@@ -14,13 +14,13 @@
 namespace loomstone {
 
 struct CircuitResponse {
-  // Second derivatives of the wrenches with respect to the currents in circuits j and k, which are
-  // indices in the list of circuits.
+  // Second derivatives of the wrenches with respect to the currents of circuits j and k. These are
+  // indices in the list of circuits, and may be equal.
   struct Pair {
     std::size_t j, k;
     CarrierWrenches wrenches;  // [N/A^2, N m/A^2]
   };
-  std::vector<CarrierWrenches> linear;  // part linear in the current of each circuit [N/A, N m/A]
+  std::vector<CarrierWrenches> linear;  // coefficient of each circuit current [N/A, N m/A]
   std::vector<Pair> quadratic;
   Eigen::MatrixXd inductances;  // (circuits x coils) due to magnetised bodies [H]
 };
@@ -28,7 +28,7 @@ struct CircuitResponse {
 // Wrenches and fluxes for given circuit currents.
 struct CircuitTrial {
   CarrierWrenches wrenches;
-  Vector flux;  // (coils) flux of magnetised bodies through each coil that needs it [Wb]
+  Vector flux;  // (coils) flux of magnetised bodies, 0 where it is not needed [Wb]
 };
 
 // Determines the response. `circuits` contains the coil indices of the circuits. `amperes`

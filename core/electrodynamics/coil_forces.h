@@ -14,9 +14,10 @@ namespace loomstone {
 
 struct CoilForces {
   std::vector<CarrierWrenches> per_ampere;  // due to each coil [N/A, N m/A]
-  // Interactions of circuits on different carriers, and of circuits through magnetised bodies.
+  // Interactions of circuits: direct ones between different carriers, and those through magnetised
+  // bodies.
   std::vector<CircuitResponse::Pair> pairs;
-  std::vector<double> sense;  // polarity of each voltage source, -1 if reversed by a commutator
+  std::vector<double> sense;  // (coils) 1, or -1 if a commutator reverses the voltage
 };
 
 // Coils at their current poses, and the forces on them.

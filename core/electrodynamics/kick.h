@@ -2,13 +2,13 @@
 // circuit currents.
 //
 // Let G be the force per ampere on a coil. At the current i, the coil feels the force i G. By
-// conservation of momentum, its partners feel -i G. The back-EMF is G times the velocity v, so
-// bodies gain exactly the energy that a circuit loses, up to rounding. Positions are constant in a
+// conservation of momentum, its partners feel -i G. The back-EMF is G times the velocity v. Up to
+// rounding, bodies therefore gain the energy that a circuit loses. Positions are constant in a
 // kick. A kick of duration tau solves
 //   L (i' - i) = tau (V - R i_m - G v_m),   m (v' - v) = tau (F + G i_m)
-// for the new values i' and v'. The subscript m denotes the mean of the old and new values. L is
-// the inductance, R the resistance, V the source voltage, m the mass, and F the force without
-// circuits.
+// for the new values i' and v'. The subscript m denotes the mean of the old and new values; without
+// inductance, i' is i_m. L is the inductance, R the resistance, V the source voltage, m the mass,
+// and F the force without circuits.
 //
 // With several circuits, L is the matrix of self and mutual inductances. The mutual inductances M
 // with coils of given current i_g add the EMF M di_g/dt. The G of a circuit depends on the currents
@@ -16,7 +16,8 @@
 // this part of the back-EMF. Half of this energy does work on bodies, and half is stored in L as
 // the bodies move. The same applies to the action of a circuit on itself through bodies that it
 // magnetises (circuit_response.h). The flux of these bodies adds to L. The velocities of scripted
-// obstacles also enter G v. These obstacles feel no force, and their work counts as supply.
+// obstacles also enter G v. Forces do not move these obstacles. The work that obstacles do against
+// the forces counts as supply.
 #pragma once
 
 #include <vector>

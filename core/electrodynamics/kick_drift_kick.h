@@ -1,7 +1,8 @@
 // Stages of a sub-step in which bodies that carry magnets move. The integrator is kick-drift-kick
 // (Stoermer-Verlet). Its rotational variable is the angular momentum in world axes. RigidWorld
-// resolves contacts and does not influence bodies that are not in contact. Together, such bodies
-// conserve linear and angular momentum up to rounding. Their paths are second-order accurate.
+// resolves contacts and does not influence bodies that are not in contact. The magnetic forces
+// between such bodies conserve their total linear and angular momentum up to rounding. Their paths
+// are second-order accurate.
 //
 // Let a and a' be the accelerations at the start and end of a sub-step h. The velocity of a free
 // body changes by a h/2 before the drift and by a' h/2 after it. RigidWorld starts from the
@@ -18,7 +19,7 @@
 namespace loomstone {
 
 // Bodies during a step. The linear velocities in `state` are up to date, but the angular velocities
-// are not: they follow from `momenta`.
+// are not: they must be computed from `momenta`.
 struct MovingBodies {
   RigidState& state;
   Points momenta;  // angular momenta, world axes [kg m^2/s]
@@ -59,13 +60,14 @@ void end_motion(const MagneticModel& model, MovingBodies& bodies);
 // Divides a step into sub-steps that are short compared with the fastest oscillation.
 class Substeps {
  public:
-  // `most` is the upper bound of sub-step length times angular frequency [1].
+  // `most` is the limit of sub-step length times angular frequency [1].
   Substeps(double step, double most) : step_(step), most_(most), limit_(most) {}
   bool left() const { return place_ < parts_; }
-  double elapsed() const { return step_ * place_ / parts_; }             // [s]
-  double share() const { return static_cast<double>(place_) / parts_; }  // elapsed fraction
-  double next_share() const { return static_cast<double>(place_ + 1) / parts_; }  // after the next
-  double length() const { return step_ / parts_; }                                // [s]
+  double elapsed() const { return step_ * place_ / parts_; }  // [s]
+  // Elapsed fraction of the step, now and after one more sub-step.
+  double share() const { return static_cast<double>(place_) / parts_; }
+  double next_share() const { return static_cast<double>(place_ + 1) / parts_; }
+  double length() const { return step_ / parts_; }  // [s]
   // Halves the remaining sub-steps until they resolve the angular frequency [rad/s]. After the
   // first call, a small growth of the frequency is tolerated. Throws SolverFailure if too many
   // sub-steps are needed or the frequency is not finite.
@@ -76,7 +78,7 @@ class Substeps {
 
  private:
   double step_, most_, limit_;
-  int parts_ = 1, place_ = 0;  // place_: number of completed sub-steps
+  int parts_ = 1, place_ = 0;  // place_: completed sub-steps, at the present length
 };
 
 }  // namespace loomstone

@@ -36,7 +36,7 @@ struct MagneticScene {
   Index n_bodies = 0;
   Vec3 gravity = Vec3::Zero();  // [m/s^2]
   Vec3 field = Vec3::Zero();    // uniform flux density [T]
-  double tolerance = 1e-4;      // force error, as a fraction of the largest force between magnets
+  double tolerance = 1e-4;      // tolerated force error over the largest force between magnets
   double substep = 0.15;        // limit of sub-step length times angular frequency [1]
 };
 
@@ -44,7 +44,7 @@ struct MagneticScene {
 struct CarriedMagnet {
   SourcePtr source;                           // null: induced magnet
   double radius = 0.0, polarizability = 0.0;  // induced sphere only [m], [A m^2/T]
-  SoftShapePtr soft;        // shape of an induced body; null for a sphere treated as a point dipole
+  SoftShapePtr soft;        // shape of an induced body; null: a point dipole or a hard magnet
   double saturation = 0.0;  // saturation polarization of `soft` [T]
   Points cells;             // positions of the cells of an explicit response [m]
   // Pose in mesh axes. It is relative to the centre of mass if the carrier is a body, and to the
@@ -95,7 +95,8 @@ MagneticModel build_magnetic_model(const MagneticScene& scene);
 
 // Throws InvalidInput if magnetisable bodies overlap with each other, with magnets or with windings
 // at the start, or if the inductance matrix of the circuits is not positive definite. Throws
-// Unsupported if a magnetisable body lies both in the bore and outside the winding of a circuit.
+// Unsupported if, in a scene with circuits, a magnetisable body lies both in the bore and outside
+// the winding of a coil with variable current.
 void check_magnetic_start(const MagneticModel& model, const CarrierPlaces& start);
 
 // Returns the coordinate of a point of the carrier along the moment of the nearest hard magnet,

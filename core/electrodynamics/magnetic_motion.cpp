@@ -12,8 +12,9 @@ namespace loomstone {
 
 namespace {
 
-// Largest relative_work_error() of a sub-step [1]. Magnets that snap together then gain at most
-// about this fraction of their kinetic energy from nothing.
+// A sub-step is halved, if possible, while its relative_work_error() exceeds this value [1]. The
+// spurious energy of magnets that snap together is then at most about this fraction of their
+// kinetic energy.
 constexpr double work_tolerance = 0.02;
 
 // Returns the work [J] that scripted obstacles do in `duration` [s] against the magnetic forces on
@@ -127,7 +128,8 @@ CircuitResponse MagneticMotion::response(const Team& team, const Moment& moment,
 }
 
 // Returns probe currents (circuits) [A] that give each circuit the dipole moment of the strongest
-// magnet, so that their effect is comparable to that of the magnets.
+// magnet, so that their effect is comparable to that of the magnets. Without magnetic moments, they
+// are 1 A.
 Vector MagneticMotion::probe_currents(const std::vector<MagneticBody>& magnets) const {
   double moment = 0.0;
   for (const MagneticBody& magnet : magnets)
@@ -175,7 +177,8 @@ struct MagneticMotion::Course {
   SubstepResult advance(const Substeps& parts);
 };
 
-// Advances the bodies by one sub-step. `last_` must be the instant of their poses at its start.
+// Advances the bodies by one sub-step. On entry, `last_` must be the instant at the start of the
+// sub-step.
 MagneticMotion::SubstepResult MagneticMotion::Course::advance(const Substeps& parts) {
   const MagneticModel& model = motion.model_;
   const double start = step.start + parts.elapsed(), h = parts.length();

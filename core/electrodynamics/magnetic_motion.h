@@ -24,7 +24,7 @@ struct MagneticStep {
 // Cost and error of a step.
 struct MagneticEffort {
   int substeps = 0;
-  double error = 0.0;  // estimate of the largest force error at the end [N]
+  double error = 0.0;  // estimate of the largest force error of a body at the end [N]
   // Work that scripted obstacles do on bodies through contacts and magnets [J]. Work that they do
   // through coils is part of the energy supplied to the circuits.
   double obstacle_work = 0.0;
@@ -48,7 +48,7 @@ class MagneticMotion {
 
   // Advances bodies, circuits and the moments of induced dipoles. `world` must have been built
   // without gravity and gyroscopic torques. Throws SolverFailure if too many sub-steps are needed,
-  // if no magnetisation is found, or if a value is not finite.
+  // if the solve for the magnetisation fails, or if a value is not finite.
   MagneticEffort advance(const Team& team, const MagneticStep& step, RigidWorld& world,
                          RigidState& bodies, MagneticState& magnetic);
 
@@ -73,7 +73,7 @@ class MagneticMotion {
     Magnetised magnetised;
     Actions actions;
   };
-  // Values from which a sub-step can be repeated. `previous_` is the instant at its start.
+  // Values from which a sub-step can be repeated, together with the instant `previous_`.
   struct Start {
     RigidState bodies;
     Points momenta;
@@ -101,7 +101,7 @@ class MagneticMotion {
   SubstepFrequency frequency_;
   MutualInductances inductances_;
   std::optional<Instant> last_;
-  std::optional<Instant> previous_;  // start of a sub-step, if last_ is another instant
+  std::optional<Instant> previous_;  // instant at the start of a sub-step, if it is not last_
 };
 
 }  // namespace loomstone

@@ -11,7 +11,7 @@ struct CircuitState {
   double energy = 0.0;    // energy stored in self and mutual inductances [J]
   double heat = 0.0;      // energy dissipated in resistances [J]
   double supply = 0.0;    // energy delivered by sources, including those of given currents [J]
-  double bearings = 0.0;  // energy removed by friction and torque of bearings [J]
+  double bearings = 0.0;  // energy that bearings remove; < 0 if they drive [J]
 };
 
 struct MagneticState {

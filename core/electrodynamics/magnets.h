@@ -35,7 +35,7 @@ class Magnets {
   double energy(const Team& team, const Magnetised& magnetised) const;
 
   const std::vector<Index>& hard() const { return hard_; }        // indices of hard magnets
-  const std::vector<Index>& induced() const { return induced_; }  // indices of the other magnets
+  const std::vector<Index>& induced() const { return induced_; }  // indices of induced magnets
   // Returns MagneticModel::group() of each magnet.
   const std::vector<Index>& groups() const { return groups_; }
   bool dipoles_only() const { return !soft_; }  // whether all induced magnets are dipoles

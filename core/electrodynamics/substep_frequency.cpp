@@ -28,8 +28,8 @@ double spread_moment(const SourcePtr& source) {
   return sum;
 }
 
-// Returns the moment of an induced magnet. If a version of the source with the mean charge on each
-// panel exists, the smaller of the two moments is used.
+// Returns the moment of an induced magnet. If the source also exists with the mean charge on each
+// panel, returns the smaller moment of the two sources.
 double induced_moment(const MagneticBody& magnet) {
   const SourcePtr &source = magnet.source, panel_means = source->panel_means();
   const double moment = source->induced() ? spread_moment(source) : magnet.moment().norm();
@@ -61,8 +61,8 @@ std::vector<Carrier> SubstepFrequency::carriers(const CarrierPlaces& places) con
   return carriers;
 }
 
-// Returns the induced spheres, or an empty list unless all induced bodies are spheres that
-// magnetise along the field.
+// Returns the induced spheres. The list is empty unless all induced bodies are point dipoles with
+// positive polarizability.
 std::vector<SoftSphere> SubstepFrequency::spheres(const std::vector<MagneticBody>& magnets) const {
   const std::vector<Index>& induced = magnets_.induced();
   std::vector<SoftSphere> spheres;

@@ -13,7 +13,7 @@ namespace loomstone {
 // Input of the bound at one instant.
 struct Oscillators {
   const CarrierPlaces& places;
-  const std::vector<MagneticBody>& magnets;  // magnetised also by `currents`
+  const std::vector<MagneticBody>& magnets;  // also magnetised by `currents`
   const std::vector<KnownField>& known;      // fields of hard magnets at induced dipoles
   const Vector& currents;                    // (coils) [A]
   std::vector<std::uint8_t> touching;        // (b) 1: body in contact
@@ -23,7 +23,8 @@ struct Oscillators {
 class SubstepFrequency {
  public:
   SubstepFrequency(const MagneticModel& model, const Magnets& magnets);
-  // Returns an upper bound of the angular frequency of the stiffest body [rad/s].
+  // Returns an upper bound of the angular frequency of the stiffest body [rad/s]. Bodies in contact
+  // count with a quarter of their bound.
   double at(const Team& team, const Oscillators& now) const;
 
  private:

@@ -14,8 +14,8 @@ double work_along(const Wrench& wrench, const Twist& displacement) {
   return wrench.force.dot(displacement.velocity) + wrench.torque.dot(displacement.spin);
 }
 
-// Displacement [m] and rotation vector [rad] of a carrier in the sub-step. The rotation is zero if
-// there are no torques.
+// Displacement [m] and rotation vector [rad] of a carrier in the sub-step. The rotation of a body
+// is zero if no torque acts on it.
 Twist displacement(const SubstepWork& work, Index carrier) {
   const auto n = static_cast<Index>(work.start.positions.rows());
   if (carrier >= n) {

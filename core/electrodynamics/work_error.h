@@ -10,7 +10,8 @@
 // exceeds by (W1 - W0)^2 / (6 |W0 + W1|) to leading order.
 //
 // A free body of mass m is displaced by h (v + h F0 / 2m) in the time h, but its mean velocity is
-// v + h (F0 + F1) / 4m. The product of the mean force and the difference is h^2 (F1^2 - F0^2) / 8m.
+// v + h (F0 + F1) / 4m. Its kinetic energy grows by h times the mean force times the mean velocity.
+// This exceeds the work along the displacement by h^2 (F1^2 - F0^2) / 8m.
 //
 // Only forces that grow along their own direction count, W0 < W1 with equal signs. This condition
 // is the same for motion backwards in time. Errors of forces that drive a body back to an
@@ -39,7 +40,7 @@ struct SubstepWork {
 CarrierWrenches wrenches_between_magnets(const Actions& actions);
 
 // Returns the error of the work, divided by the sum of the work and a tenth of `kinetic`, the
-// kinetic energy of the bodies [J]. Error and work are sums over bodies and obstacles.
+// kinetic energy of the bodies [J]. Error and absolute work are sums over bodies and obstacles.
 double relative_work_error(const MagneticModel& model, const SubstepWork& work, double kinetic);
 
 }  // namespace loomstone

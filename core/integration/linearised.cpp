@@ -20,9 +20,9 @@ namespace loomstone {
 
 namespace {
 
-// Relative error of friction that is accepted without a second solve. Our choice: sliding sheets
-// need a second solve when they start to slide and when contacts change, but not in steady sliding
-// or at rest. One second solve is enough for the documented accuracy of friction.
+// Relative error of friction that is accepted without a second solve. Our choice: with this value,
+// sliding sheets need a second solve when they start to slide and when contacts change, but not in
+// steady sliding or at rest. One second solve is enough for the documented accuracy of friction.
 constexpr double friction_tolerance = 0.1;
 // Tolerance of the first solve, which predicts the motion of contacts. Our choice: friction may
 // have an error of a tenth, so a tolerance of a hundredth is accurate enough. A drape of 14,450
@@ -117,7 +117,7 @@ class LinearisedIntegrator final : public Integrator {
     for (Points* const table : {&force_, &product_}) keep_zero_outside(*table, step.n);
   }
 
-  // Sets u0 of a row, which is its displacement if its velocity stays constant.
+  // Sets u0 of a row: its displacement, up to the evaluation of forces, that follows from dv = 0.
   void displace(const Step& step, const ClothState& state, const Points& body_velocity, Index row) {
     const bool cloth = row < step.n;
     const Vec3 velocity(cloth ? state.v.row(row) : body_velocity.row(row - step.n));

@@ -50,7 +50,7 @@ struct BodyRows {
   BodyRows(double h, const SchemeCoefficients& c)
       : mass_share(c.c_k / (h * c.time)), velocity_share(c.c_k / (c.sigma * c.time)) {}
 
-  // Returns the given masses, or none, multiplied by `mass_share`.
+  // Returns the given masses multiplied by `mass_share`, or no masses if `given` is null.
   std::vector<Mat3> masses(const std::vector<Mat3>* given) const {
     std::vector<Mat3> scaled = given ? *given : std::vector<Mat3>();
     for (Mat3& mass : scaled) mass *= mass_share;

@@ -17,8 +17,8 @@ class Block {
   Block(const BlockMatrix& matrix, Index begin, Index end, std::vector<Index>& of_row)
       : matrix_(matrix), begin_(begin), end_(end), of_row_(of_row), links_(end - begin) {}
 
-  // Groups the rows into aggregates, which are numbered from `first` on. Returns the next free
-  // number.
+  // Groups the rows into aggregates, which are numbered from `first` on. An aggregate of less than
+  // half the target size joins a neighbour. Returns the next free number.
   Index grow(Index first) {
     Index next = first;
     for (Index seed = begin_; seed < end_; ++seed) {

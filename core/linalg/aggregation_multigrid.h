@@ -78,8 +78,8 @@ class AggregationMultigrid {
 
   // Computes the correction for the residual r. Returns the dot product of r and the correction,
   // computed as a sum over the levels: r . C r on the first level, with its symmetric smoother C,
-  // plus the dot product of residual and solution on the next level. Adds `sum` over all ranks in
-  // the same exchange. Collective.
+  // plus the dot product of residual and solution on the next level. With a single level, it is
+  // this dot product on that level. Adds `sum` over all ranks in the same exchange. Collective.
   template <class Scalar>
   double solve(const Team& team, const RowLayout& layout, BinnedSum& sum);
   std::size_t bytes() const {
@@ -130,7 +130,7 @@ class AggregationMultigrid {
   std::vector<Index> first_replicated_;  // (ranks + 1) first node of each rank on this level
   std::vector<Index> target_;  // (blocks of the matrix) block of plain_ that receives each block
   std::vector<Index> slot_;    // (rows) slot of each row
-  Halo halo_;                  // aggregates of the first level
+  Halo halo_;                  // halo of the first level
   struct Foreign {
     Index node, parent;
   };

@@ -28,7 +28,7 @@ class CouplingMatrix {
                   const SlicedEllpack& slices, Index first, Index last);
 
   // Computes y = A x for the slices [first, last). Returns x . y. x has four numbers per row, of
-  // which the fourth is zero, and one row more than the matrix. y has the shape (slices x 3 x 8).
+  // which the fourth is zero, and one more row for empty lanes. y has the shape (slices x 3 x 8).
   double multiply(const SlicedEllpack& slices, Index first, Index last, const Scalar* x,
                   Scalar* y) const;
   // Computes the same product as multiply(), but stores y by rows, like x.

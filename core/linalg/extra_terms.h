@@ -1,7 +1,7 @@
 // Terms that couple a few rows in an implicit solve, in addition to the fixed elastic pattern:
 // contacts, friction, attachments. A term depends on one relative velocity
-// u = sum_i J_i v_i - drift (3-vector). Its energy E depends on the relative displacement u', where
-// du'/dt = u. With g = dE/du' and H = d2E/du'2 at the start of the step, row i gets the force
+// u = sum_i J_i v_i - drift (3-vector). Its energy E depends on the relative displacement s, the
+// time integral of u. With g = dE/ds and H = d2E/ds2 at the start of the step, row i gets the force
 // -J_i^T g, and block (i, j) of the stiffness gets J_i^T H J_j. Rows 0 to n - 1 are cloth vertices.
 // Body b has row n + 2b for translation of its centre and row n + 2b + 1 for rotation about it.
 #pragma once
@@ -41,7 +41,7 @@ struct ExtraTerm {
   Mat3 hessian = Mat3::Zero();   // H [N/m], symmetric positive semidefinite
   Vec3 drift = Vec3::Zero();     // prescribed velocity (scripted motion) [m/s]
 
-  // Returns the relative displacement u' [m] at `time` [s] after the start of the step, for the
+  // Returns the relative displacement s [m] at `time` [s] after the start of the step, for the
   // given displacement of the rows (rows x 3) [m].
   Vec3 relative_displacement(const Points& displacement, double time) const {
     Vec3 d = -time * drift;

@@ -39,9 +39,9 @@ struct LinearSystem {
 
 struct LinearReport {
   int iterations = 0;
-  // sqrt(r . D^-1 r) divided by its value for x = 0 or, if that is larger, for the momentum of
-  // `least_change` [1]. r is the residual on free rows, and D consists of the diagonal blocks. The
-  // direct solver reports |r| / |b|.
+  // sqrt(r . D^-1 r) divided by its value for x = 0 on free rows or, if that is larger, for the
+  // momentum of `least_change` [1]. r is the residual on free rows, and D consists of the diagonal
+  // blocks. The direct solver reports |r| divided by its value for x = 0 on free rows.
   double residual = 0.0;
   bool converged = true;
 };
@@ -99,8 +99,8 @@ class LinearSolver {
   // Solves for x (rows x 3) with the right-hand side b (rows x 3). On entry, x is the initial
   // guess. On return, x is the solution on the rows of all ranks. Throws InvalidInput if the sizes
   // of system, b and x disagree, Unsupported if the method cannot run on several ranks, and
-  // SolverFailure if the matrix is not positive definite, a number is not finite or memory is
-  // lacking.
+  // SolverFailure if the matrix is not positive definite, a number is not finite or memory runs
+  // out.
   virtual LinearReport solve(const Team& team, const LinearSystem& system, const Points& b,
                              Points& x, SolveMemory& memory, Unchanged unchanged) = 0;
   // Solves without memory of earlier solves.

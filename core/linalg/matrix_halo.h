@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// Returns the rows of different ranks that `matrix` couples. Each rank derives its halo from the
-// pattern without communication.
+// Returns the halo of this rank: the rows that `matrix` couples across ranks. Each rank derives its
+// halo from the pattern, without communication.
 Halo matrix_halo(const BlockMatrix& matrix, const RowLayout& layout);
 
 // Returns the halo of `rank` for other ranges of rows: rank i owns the rows [starts[i],

@@ -58,7 +58,7 @@ struct MultigridLevel {
   void smooth(const Team& team, const float* r);
   void multiply(const Team& team);
   void smooth_again(const Team& team, const float* r);
-  // Adds up r - t over the children of each owned parent.
+  // Sums r - t over the children of each owned parent.
   void restrict_residual(const Team& team, const float* r, float* coarse) const;
   // Adds the solution of each owned parent to z at its children.
   void prolong(const Team& team, const float* coarse);

@@ -5,7 +5,8 @@
 // The matrix product is memory-bound. The iteration therefore works in single precision, in
 // difference form (coupling_matrix.h) and on eight rows at once (sliced_ellpack.h). The solution is
 // accumulated in double precision. The stopping criterion is the true residual r in double
-// precision, in the norm sqrt(r . D^-1 r) with the diagonal blocks D. If the true residual has
+// precision, in the norm sqrt(r . D^-1 r) with the diagonal blocks D. A loose tolerance, after
+// which another solve follows, is tested with the iterated residual only. If the true residual has
 // drifted from the iterated one, the iteration continues from the true residual (residual
 // replacement [VanDerVorst2000]). Systems that single precision cannot solve are solved in double
 // precision.
@@ -26,8 +27,9 @@ namespace loomstone {
 namespace {
 
 // In single precision, the true residual is computed at the latest when the iterated residual has
-// fallen by this factor. The value is not tuned, because the default tolerance is reached in one
-// round. It affects the number of matrix products but not the accuracy.
+// fallen to this fraction of its value at the start of the round. The value is not tuned, because
+// the default tolerance is reached in one round. It affects the number of matrix products but not
+// the accuracy.
 constexpr double trusted_fall = 3e-5;
 
 // Sets the inner and outer blocks. An outer block contains rows that terms or the matrix couple to
@@ -205,7 +207,7 @@ class Pcg final : public LinearSolver {
 
  private:
   // Runs rounds of iterations until the true residual is below the tolerance. Each round ends with
-  // the computation of the true residual.
+  // the computation of the true residual, unless a loose tolerance ends the solve before.
   LinearReport iterate_to_tolerance(PcgSolve& solve, const Points& b, double norm,
                                     Start how) const {
     PcgMemory& m = solve.memory;

@@ -1,5 +1,5 @@
-// Iteration of preconditioned conjugate gradients, in single or double precision. It has three
-// parallel regions on one rank, one more with extra terms, and those of the multigrid levels.
+// Iteration of preconditioned conjugate gradients, in single or double precision. On one rank, each
+// step has three parallel regions, one more with extra terms, and those of the multigrid levels.
 #pragma once
 
 #include "core/linalg/pcg_memory.h"

@@ -9,8 +9,8 @@ namespace loomstone {
 // Sets PcgMemory::residual to b - A x, with zeros on fixed rows. Returns its norm. Collective.
 double true_residual(PcgSolve& solve, const Points& b, bool x_is_zero);
 
-// Returns the norm of the momentum that the system's least change gives to its masses, or 0 if it
-// has none. Overwrites PcgMemory::residual. Collective.
+// Returns the norm of the momentum that LinearSystem::least_change gives to the masses of free
+// cloth rows, or 0 without masses. Overwrites PcgMemory::residual. Collective.
 double least_norm(PcgSolve& solve);
 
 // Like true_residual(), but uses PcgMemory::matrix_times_x of the last solve instead of a matrix

@@ -29,7 +29,7 @@ class TermRows {
       body(*row);
   }
 
-  // Computes the force of every copied term at x, which has 4 numbers per row.
+  // Computes the force scale H sum J x of every copied term. x has 4 numbers per row.
   template <class Scalar>
   void evaluate(const Team& team, const Scalar* x);
   // Returns the sum of J^T force over the terms of an owned row.

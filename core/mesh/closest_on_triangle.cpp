@@ -8,7 +8,8 @@ TrianglePoint at_corner(const Vec3& position, int corner) {
   return {position, Vec3::Unit(corner), TriangleFeature::Corner, corner};
 }
 
-// Point at parameter t in [0, 1] of the edge from corner `from` to corner `to`.
+// Returns the point with parameter t in [0, 1] on the edge from corner `from` (a) to corner `to`
+// (b).
 TrianglePoint on_edge(const Vec3& a, const Vec3& b, double t, int from, int to) {
   Vec3 barycentric = Vec3::Zero();
   barycentric[from] = 1.0 - t;

@@ -56,7 +56,8 @@ class LineReader {
   std::int64_t number_ = 0;
 };
 
-// Removes the first word from `line` and returns it. Returns an empty word at the end of the line.
+// Removes the first word from `line` and returns it. Returns an empty word if there is no further
+// word.
 inline std::string_view next_word(std::string_view& line) {
   const std::size_t start = line.find_first_not_of(" \t");
   if (start == std::string_view::npos) {
@@ -79,7 +80,7 @@ bool parse_number(std::string_view word, Number& value) {
   return result.ec == std::errc() && result.ptr == word.data() + word.size();
 }
 
-// Appends the shortest decimal text that restores the number exactly.
+// Appends the shortest decimal representation from which the number can be restored exactly.
 template <class Number>
 void append_number(std::string& text, Number value) {
   char buffer[40];

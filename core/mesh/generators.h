@@ -18,16 +18,17 @@ TriangleMesh grid_cells(double width, double height, Index nx, Index ny,
 // Grid with nearly square cells and nearly as many triangles as requested.
 TriangleMesh grid(double width, double height, Index triangles,
                   const std::string& pattern = "alternating");
-// Grid with random (seeded) displacements of interior vertices by up to `amount` of a cell. The
-// Python package makes better unstructured meshes, by Delaunay triangulation of relaxed points.
+// Grid whose interior vertices have random (seeded) displacements by up to the fraction `amount` of
+// a cell in each coordinate. The Python package makes better unstructured meshes, by Delaunay
+// triangulation of relaxed points.
 TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, double amount,
                            std::uint64_t seed = 1);
 
-// Grid with nearly square cells, of which there are `cells_across` across its width.
+// Grid with nearly square cells and `cells_across` cells across its width.
 TriangleMesh strip(double length, double width, Index cells_across,
                    const std::string& pattern = "alternating");
-// Disc of six sectors and `rings` concentric rings, with 6 rings^2 triangles. Vertex 0 is
-// the centre.
+// Disc of six sectors and `rings` concentric rings, with 6 rings^2 triangles. Vertex 0 is the
+// centre.
 TriangleMesh disc(double radius, Index rings);
 
 TriangleMesh icosphere(double radius, int subdivisions);

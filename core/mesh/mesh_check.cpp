@@ -14,10 +14,10 @@
 namespace loomstone {
 namespace {
 
-// Bounds of the height of a triangle, as fractions of its longest edge and of the mesh's largest
-// coordinate. A triangle whose height is not above both bounds counts as one of zero area. The
-// values are our choice: they are far below the heights of slivers from mesh generators and just
-// above the rounding errors of collinear points.
+// Lower bounds on the height of a triangle, as fractions of its longest edge and of the mesh's
+// largest coordinate. A triangle whose height does not exceed both bounds counts as a triangle of
+// zero area. The values are our choice: they are far below the heights of slivers from mesh
+// generators and just above the rounding errors of collinear points.
 constexpr double smallest_height_of_edge = 1e-9;
 constexpr double smallest_height_of_coordinate = 16.0 * 2.2e-16;
 

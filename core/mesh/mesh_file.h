@@ -19,16 +19,16 @@ namespace loomstone {
 // coordinates as vertex properties (s t, u v or texture_u texture_v) or as the list property
 // texcoord of each face.
 // Polygons are split into triangle fans from their first corner. If with_uv is false, rest
-// coordinates in the file are ignored: obstacles and bodies need none, and texture coordinates of
-// common files are often folded or degenerate. Throws CacheError with the position in the file if
-// the file cannot be read or is truncated or malformed. Throws InvalidInput if TriangleMesh rejects
-// the mesh, and Unsupported for other extensions.
+// coordinates in the file are ignored: obstacles and bodies without a texture need none, and
+// texture coordinates of common files are often folded or degenerate. Throws CacheError with the
+// position in the file if the file cannot be read or is truncated or malformed. Throws InvalidInput
+// if TriangleMesh rejects the mesh, and Unsupported for other extensions.
 TriangleMesh read_mesh(const std::string& path, bool with_uv = true);
 
-// Colours in a mesh file. OBJ holds materials, PLY holds colours of vertices.
+// Colours in a mesh file. OBJ files can contain materials, and PLY files colours of vertices.
 struct MeshColors {
   std::string library;  // name of the file (.mtl) that describes the materials
-  // Names of materials, each with the first of its triangles. The triangles ascend.
+  // Names of materials, each with its first triangle, in ascending order of the triangles.
   std::vector<std::pair<Index, std::string>> materials;
   std::vector<std::array<std::uint8_t, 3>> vertices;  // (n) red, green and blue in sRGB, or none
 };
@@ -37,7 +37,7 @@ struct MeshColors {
 // `text` is set; OBJ is always text. The file is written under a temporary name and then renamed,
 // so that it is either complete or absent. If rest coordinates differ along seams, PLY stores them
 // in the face list texcoord, and reading renumbers the uv indices. Throws InvalidInput for colours
-// that the format does not hold or that do not match the mesh.
+// that the format cannot contain or that do not match the mesh.
 void write_mesh(const std::string& path, const TriangleMesh& mesh, bool text = false,
                 const MeshColors& colors = {});
 

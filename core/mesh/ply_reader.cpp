@@ -158,8 +158,7 @@ class PlyParser {
     }
   }
 
-  // Returns the row of uv for a corner. Corners with the same vertex and the same uv get the same
-  // row.
+  // Returns the row of uv for a corner. Corners with the same vertex and the same uv share a row.
   Index uv_of(Index vertex, double u, double v) {
     if (!std::isfinite(u) || !std::isfinite(v))
       malformed_row("texcoord must be finite, got NaN or infinity");

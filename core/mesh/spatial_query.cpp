@@ -1,4 +1,4 @@
-// Closest-point queries and inside tests. Embree finds the candidates, from bounding boxes that are
+// Closest-point queries and inside tests. Embree finds candidates by bounding boxes, which are
 // rounded outwards to float. Distances are computed here in double precision, so the result equals
 // that of an exhaustive search. Pseudo-normals are those of [BaerentzenAanaes2005].
 #include "core/mesh/spatial_query.h"
@@ -53,7 +53,8 @@ struct Search {
   const Surface* surface;
   Vec3 point;
   double rounding;  // distance between `point` and its copy in float [m]
-  // Squared search radius, and then the squared distance of the closest triangle found [m^2].
+  // Squared distance to the closest triangle found so far; before that, the squared search radius
+  // [m^2].
   double best = 0.0;
   Index triangle = -1;
   TrianglePoint candidate{};

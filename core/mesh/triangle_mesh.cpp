@@ -19,8 +19,8 @@ struct Plane {
 };
 
 // Plane through vertex 0, the vertex farthest from it, and the vertex farthest from the line
-// through these two. For flat meshes it is exact up to rounding. A least-squares fit by eigenvalues
-// would have only half as many correct digits.
+// through these two. For flat meshes, it is exact up to rounding. A least-squares fit by
+// eigenvalues would have only half as many correct digits.
 Plane widest_plane(const Points& vertices) {
   const Vec3 origin = vertices.row(0).transpose();
   Vec3 along = Vec3::Zero(), across = Vec3::Zero();
@@ -59,8 +59,8 @@ Vec3 unit_normal(const TriangleMesh& mesh, Index t) {
       .normalized();
 }
 
-// Coordinates of the corners along the axes `weft` and warp. Warp is weft rotated by 90 degrees
-// about the triangle's normal, so that the area is positive.
+// Returns the coordinates of the corners along the weft and warp directions, relative to `origin`.
+// Warp is weft rotated by 90 degrees about the triangle's normal, so the area is positive.
 Corners2 flattened(const TriangleMesh& mesh, Index t, const Vec3& weft, const Vec3& origin) {
   const Vec3 warp = unit_normal(mesh, t).cross(weft);
   Corners2 result;
@@ -81,8 +81,8 @@ Corners2 corners_of_uv(const TriangleMesh& mesh, Index t) {
   return result;
 }
 
-// Direction of the weft threads in space: the u coordinate of `rest` increases along it at
-// constant v.
+// Returns the direction of the weft threads in space, along which the u coordinate of `rest`
+// increases at constant v.
 Vec3 weft_direction(const TriangleMesh& mesh, Index t, const Corners2& rest) {
   const Vec2 a = rest.row(1) - rest.row(0), b = rest.row(2) - rest.row(0);
   const Vec3 x1 = corner(mesh, t, 1) - corner(mesh, t, 0),

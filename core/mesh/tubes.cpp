@@ -33,8 +33,8 @@ Index add_ring(MeshBuilder& builder, const Ring& ring, bool turned) {
   return first;
 }
 
-// Joins a ring of n_a vertices to the next ring of n_b vertices. Each new edge is the shorter of
-// the two possible diagonals.
+// Joins a ring of n_a vertices to the next ring of n_b vertices. Of the two possible edges for the
+// next triangle, the shorter one is chosen.
 void join_rings(MeshBuilder& builder, Index a, Index n_a, Index b, Index n_b) {
   const auto distance = [&](Index i, Index j) {
     return (builder.vertices[static_cast<std::size_t>(a + i % n_a)] -

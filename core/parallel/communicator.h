@@ -18,7 +18,7 @@ namespace loomstone {
 
 // Communication of a rank since its communicator was made.
 struct Traffic {
-  double waiting = 0.0;         // time in communication [s]
+  double waiting = 0.0;         // time spent in communication [s]
   std::int64_t bytes = 0;       // data that this rank contributed, without data of others [bytes]
   std::int64_t operations = 0;  // number of collective operations, including exchanges of halos
 };
@@ -83,7 +83,7 @@ class Communicator {
   }
   // Text of the last failure that the ranks agreed on; empty on a single rank.
   virtual std::string agreed() const { return {}; }
-  // Traffic of this rank; none on a single rank.
+  // Traffic of this rank; zero on a single rank.
   virtual Traffic traffic() const { return {}; }
   // Ends all ranks at once after an error on only one of them. Otherwise the other ranks would wait
   // forever.

@@ -30,8 +30,8 @@ std::vector<Index> first_triangles(const Triangles& triangles, const RowLayout& 
 // Returns the part of a rank. `first` is the result of first_triangles().
 MeshPart part_of_rank(const RowLayout& layout, const std::vector<Index>& first);
 
-// Completes sums over blocks of rows_per_block triangles: each rank contributes those of its
-// triangles. Collective.
+// Completes sums over blocks of rows_per_block triangles. Each rank contributes the sums over the
+// blocks of its own triangles. Collective.
 void gather_block_sums(const RowLayout& layout, const std::vector<Index>& first,
                        std::vector<double>& sums);
 

@@ -1,8 +1,8 @@
 // Waits of a thread for other ranks or threads. The thread polls for a while, and then sleeps
-// between polls. The sleeps grow with the time waited, so a wait is prolonged by at most about a
-// quarter. While other programs are busy, a thread that yields its processor loses it for a whole
-// time slice of several milliseconds. A thread that sleeps is woken by Linux at the end of its
-// sleep.
+// between polls. The sleeps grow with the time waited, up to a limit, so a wait is prolonged by at
+// most about a quarter. While other programs are busy, a thread that yields its processor loses it
+// for a whole time slice of several milliseconds. A thread that sleeps is woken by Linux at the end
+// of its sleep.
 //
 // If there are more ranks than processors, threads yield before they sleep, because another rank
 // then continues within microseconds.

@@ -67,7 +67,7 @@ struct Rank {
   std::deque<Tests> pool;  // oldest task first
   std::vector<Message> inbox;
   double next = never;  // time of the next event of this rank [s]
-  double free = 0.0;    // time at which this rank finishes its current work [s]
+  double free = 0.0;    // time at which the current work of this rank ends [s]
   double busy = 0.0, end = never;
   int victim;
   bool waiting = false;
@@ -267,8 +267,8 @@ class Simulated {
     message.arrival = time + network_.latency + bytes / network_.bandwidth;
     Rank& receiver = ranks_[to];
     if (receiver.end < never) return time;
-    // A busy rank receives messages when it has finished its work. The message wakes a waiting
-    // rank.
+    // A busy rank receives messages at its next poll, when its current work ends. A message wakes a
+    // waiting rank.
     const double wake = std::max(message.arrival, receiver.free);
     receiver.inbox.push_back(std::move(message));
     if (wake < receiver.next) schedule(to, wake);

@@ -13,7 +13,7 @@
 
 namespace loomstone {
 
-// Room of each rank in the next exchange. Every kind of elements has a room of its own.
+// Room of each rank in the next exchange. Every kind of element needs its own GatherRoom.
 struct GatherRoom {
   std::vector<std::size_t> elements;  // (ranks)
   std::vector<std::byte> buffer;      // scratch

@@ -12,7 +12,7 @@ namespace loomstone {
 // Section s consists of the pieces first[s] to first[s + 1] - 1.
 using SectionStarts = std::vector<std::size_t>;
 
-// Pieces of each section at which the ranges start, and the end of the section:
+// For each section, the first piece of each range, followed by the end of the section:
 // (sections) x (ranges + 1).
 using SectionRanges = std::vector<std::vector<std::size_t>>;
 

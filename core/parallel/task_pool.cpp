@@ -35,7 +35,7 @@ struct Header {
   Kind kind;
   std::int32_t round;
   std::int32_t from, wave;
-  std::int64_t sent, received;  // number of tasks, by a subtree of ranks (Kind::Counts)
+  std::int64_t sent, received;  // numbers of tasks of a subtree of ranks (Kind::Counts)
 };
 
 // Tasks of one rank, and the number of its workers that perform tests.
@@ -209,7 +209,7 @@ void PoolRun::note_failure() {
   failed_ = true;
 }
 
-// Makes tasks of tests from the bottom of the stack while the stack exceeds the threshold.
+// Turns tests at the bottom of the stack into tasks while the stack exceeds the threshold.
 void PoolRun::share(Tests& stack) {
   if (!several() && team_.threads <= 1) return;
   for (Index most = stack_threshold(options_, tasks_.size());

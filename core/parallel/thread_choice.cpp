@@ -7,9 +7,9 @@ namespace loomstone {
 
 namespace {
 
-// Thresholds of the fraction of time during which the calling thread runs. Below the first, other
-// programs are assumed to interfere, and one thread is used. Above the second, all threads are
-// tried again. Our choice, because the fraction exceeds 0.95 on idle processors.
+// Thresholds of the fraction of time during which the calling thread runs. The measured fraction
+// exceeds 0.95 on idle processors. Below `disturbed`, other programs probably interfere, and one
+// thread is used. All threads are tried again above `undisturbed`, but not before a minimum time.
 constexpr double disturbed = 0.8, undisturbed = 0.95;
 constexpr double least_window = 10e-3;  // shorter measurements are unreliable [s]
 // Shortest and longest time on one thread before all threads are tried again [s]. The time doubles

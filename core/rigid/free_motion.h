@@ -1,5 +1,5 @@
-// Free rotation of rigid bodies. The state variable is the angular momentum in world axes, to which
-// torques are added. A free body conserves it bitwise.
+// Free rotation of rigid bodies. The state variable is the angular momentum in world axes. Only
+// torques change it: without them, it stays bitwise the same.
 #pragma once
 
 #include "core/base/rotation.h"

@@ -26,7 +26,8 @@ const Polyhedron* polyhedron_of(const btCollisionObjectWrapper& object) {
              : static_cast<const Polyhedron*>(object.getCollisionShape()->getUserPointer());
 }
 
-// Collects the triangles of a mesh that intersect a box, transformed to the axes of the hull.
+// Collects the triangles of a mesh that intersect a box, and transforms them to the axes of the
+// hull.
 class Collect : public btTriangleCallback {
  public:
   Collect(const btTransform& to_hull, const btVector3& low, const btVector3& high,
@@ -171,7 +172,7 @@ class HullAlgorithm : public btCollisionAlgorithm {
   // impulse of the old one.
   void put_points(const btCollisionObjectWrapper& hull, double near, btManifoldResult& result) {
     const btTransform& pose = hull.getWorldTransform();
-    // Bullet expects points on the second body and normals that point away from it.
+    // Bullet expects points on the second body and normals that point away from the second body.
     const bool towards_first = manifolds_.front()->getBody0() == hull.getCollisionObject(),
                result_towards_hull =
                    result.getBody0Wrap()->getCollisionObject() == hull.getCollisionObject();

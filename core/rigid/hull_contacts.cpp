@@ -11,14 +11,14 @@ namespace {
 
 constexpr double same_plane = 1e-4;  // sine of the largest angle that counts as zero
 constexpr double turned_to =
-    0.98;  // cosine of the largest angle that counts as parallel, 11.5 degrees
+    0.98;  // cosine of 11.5 degrees: directions at smaller angles count as parallel
 
 using Contacts = HullOnTriangles::Contacts;
 
 // Reduces the contacts in one plane to four. A contact bears load if its gap exceeds the smallest
 // gap by less than 0.02 `near`. If at least four contacts bear load, keeps the outermost one, the
-// one farthest from it, and on each side of the line through these two the one farthest from the
-// line. Otherwise keeps all that bear load and adds those farthest from the contacts already kept.
+// one farthest from it, and the farthest one on either side of the line through these two.
+// Otherwise keeps all that bear load and adds those farthest from the contacts already kept.
 // Contacts of the last step count as slightly deeper and farther out.
 void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
   if (contacts.size() <= 4) return;
@@ -248,8 +248,9 @@ Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) c
 // The axis of least overlap of a triangle is not admissible if other triangles extend farther along
 // this axis. Let o be the overlap of the hull with all triangles along this axis, and m its overlap
 // with the triangle along the best admissible axis. If o <= m, the axis of least overlap gives one
-// contact with the overlap o, which is used only if no other contact overlaps. Otherwise, contacts
-// have the direction of the best admissible axis.
+// contact with the overlap o. Otherwise, contacts have the direction of the best admissible axis.
+// The former, and the latter if m is far larger than the least overlap, are used only if no other
+// contact overlaps.
 void HullOnTriangles::meet_triangles(const Query& query) {
   const std::vector<Corners>& triangles = query.triangles;
   const double near = query.near;

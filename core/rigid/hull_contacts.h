@@ -54,8 +54,8 @@ class HullOnTriangles {
   // Returns true if no triangle that has the corners `among` (a bit mask) of `triangle` extends
   // farther along `direction`.
   bool reaches_farthest(const Vec3& direction, const Corners& triangle, unsigned among) const;
-  // Returns the corner of all triangles that is farthest along a direction, or `from` if no corner
-  // is farther than `from`.
+  // Returns the corner, among those of all triangles, that is farthest along a direction. Returns
+  // `from` if no corner is farther than `from`.
   Vec3 farthest_corner(const Vec3& direction, const Vec3& from) const;
   // Determines two axes of least overlap: `best` among all axes, and `met` among the axes along
   // which contacts are admissible. The normal of the triangle is always admissible. Returns false

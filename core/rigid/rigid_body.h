@@ -84,7 +84,7 @@ struct RigidState {
   Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> orientations;  // (b x 4)
   Points velocities;                                                       // (b x 3) [m/s]
   Points angular_velocities;                                               // (b x 3) [rad/s]
-  std::vector<unsigned char> manifolds;  // serialised contact points for RigidWorld::restore()
+  std::vector<unsigned char> manifolds;  // serialised contacts and obstacle positions for restore()
 };
 
 // Throws InvalidInput unless `state` has one row for each of n bodies.
@@ -100,7 +100,7 @@ void check_impulses(const Points& impulses, const Points& angular_impulses, cons
 RigidState start_state(const std::vector<RigidBody>& bodies,
                        const std::vector<MassProperties>& masses);
 
-// Pose of a body's centre of mass.
+// Pose of a body. Its position is that of the centre of mass.
 inline RigidPose body_pose(const RigidState& state, Index body) {
   return {state.positions.row(body).transpose(), state.orientations.row(body).transpose()};
 }
@@ -182,7 +182,8 @@ class RigidWorld {
   // Returns an array (b) that is 1 for bodies that were pressed against an obstacle in the last
   // step, directly or through other bodies.
   std::vector<std::uint8_t> supported() const;
-  // Writes the contact manifolds to `state`, so that restore() can rebuild the world from it.
+  // Writes contact manifolds and positions of obstacles to `state.manifolds`, so that restore() can
+  // rebuild the world from it.
   void save(RigidState& state) const;
 
  private:

@@ -103,7 +103,7 @@ void RigidWorld::Data::set_body(std::size_t i, const RigidState& state) {
                state.angular_velocities.row(i).transpose());
 }
 
-// Updates the bodies that the caller has moved since the last step.
+// Updates the bodies whose state the caller has changed since the last step.
 void RigidWorld::Data::follow(const RigidState& state) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (state.positions.row(i) != known.positions.row(i) ||
@@ -129,7 +129,8 @@ void RigidWorld::Data::read(RigidState& state) const {
 }
 
 // Returns the sum of impulse times velocity over the contact points between bodies and obstacles.
-// Obstacles still have the poses of the start of the step and the velocities that lead to its end.
+// Obstacles still have their poses at the start of the step and the velocities that lead to their
+// poses at its end.
 double RigidWorld::Data::work_of_obstacles() const {
   double work = 0.0;
   for (int m = 0; m < engine->dispatcher.getNumManifolds(); ++m) {
@@ -249,7 +250,7 @@ void RigidWorld::advance(double step, const Points& impulses, const Points& angu
         facet_motion(facet.at(now.deformed), facet.at(obstacles.deformed), step);
     set_velocity(*engine.bodies[obstacle++], motion.velocity, motion.angular_velocity);
   }
-  std::vector<std::array<btVector3, 3>> free;  // velocities and positions after free motion
+  std::vector<std::array<btVector3, 3>> free;  // both velocities and the position if not touched
   for (std::size_t i = 0; i < n && touched; ++i) {
     const btVector3 velocity =
         engine.bodies[i]->getLinearVelocity() + to_bullet(data.gravity) * step;

@@ -51,8 +51,8 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
                        const std::vector<std::vector<int>>& faces, double margin_share,
                        const std::string& where);
 
-// Largest number of vertices of a hull whose contacts with other hulls and with triangles of
-// obstacles are found by the separating-axis test and face clipping. With this method, stacks of
+// Contacts of hulls with at most this number of vertices are found by the separating-axis test and
+// face clipping, both with other hulls and with triangles of obstacles. With this method, stacks of
 // five cubes come to rest. If contact points are instead accumulated over several steps, the stacks
 // jitter at 2 cm/s and creep by 0.6 mm. The cost grows with the product of the face counts, and
 // hulls with more vertices are round enough for Bullet's method.

@@ -37,8 +37,9 @@ bool may_reach(const std::array<Vec3, 3>& triangle, const Vec3& centre, double r
 }
 
 // Returns the fraction of the motion after which the gap between sphere and triangle is at most
-// `exact`, or a value above 1 if that never happens. Advances by the gap in each iteration
-// (conservative advancement), so the sphere never enters the triangle.
+// `exact`, or a value above 1 if that never happens or the sphere only grazes the triangle.
+// Advances by the gap in each iteration (conservative advancement), so the sphere never enters the
+// triangle.
 double first_touch(const std::array<Vec3, 3>& triangle, const MovingSphere& sphere, double exact) {
   constexpr int most_steps = 64;  // spheres that need more only graze the triangle
   const double length = sphere.motion.norm();
@@ -112,9 +113,9 @@ void SphereOnTriangles::find_near(const std::vector<std::array<Vec3, 3>>& triang
   }
 }
 
-// Returns true if the closest point of the triangle `at` is also the closest point of every other
-// triangle that shares the edge or corner on which this point lies. If this holds for several such
-// triangles, only the first returns true.
+// Returns true if the closest point of the triangle of `at` is also the closest point of every
+// other triangle that shares the edge or corner on which this point lies. If this holds for several
+// such triangles, only the first returns true.
 bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& triangles,
                                      const Near& at) const {
   if (at.closest == all_corners) return true;

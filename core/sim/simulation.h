@@ -1,5 +1,5 @@
-// Simulation of one scene, with the functions that Python and the tests call. It contains the
-// Model, the State and the Stepper. Arrays are in the user's vertex order, with all cloths
+// Simulation of one scene. Contains the Model, the State and the Stepper, and provides the
+// functions that Python and the tests call. Arrays are in the user's vertex order, with all cloths
 // concatenated.
 #pragma once
 
@@ -42,12 +42,11 @@ class Simulation {
   double step_size() const;  // length of a step; the largest length of automatic steps [s]
   int threads() const;
   const Communicator& communicator() const;
-  // Sets whether the motion that certification receives in each step is kept. collision_motion()
-  // returns the motion that was kept last. It has no vertices if nothing collides or no motion was
-  // kept.
+  // Sets whether the motion that certification receives in each step is stored. collision_motion()
+  // returns the last stored motion. It has no vertices if nothing collides or no motion was stored.
   void keep_collision_motion(bool keep);
   CollisionRecord collision_motion() const;
-  // Memory of the bounding-volume hierarchies, which every rank stores whole [bytes].
+  // Memory of the bounding-volume hierarchies, which every rank stores in full [bytes].
   std::size_t hierarchy_bytes() const;
   // Memory that this rank occupies, by the part of the simulation that owns it.
   struct MemoryPart {
@@ -55,7 +54,7 @@ class Simulation {
     std::size_t bytes;
   };
   std::vector<MemoryPart> memory() const;
-  Decomposition decomposition() const;  // how collision handling is divided
+  Decomposition decomposition() const;  // division of collision handling
   const StepReport& report() const;     // report of the last step
   // Returns whether a checkpoint can be taken: there are no bodies, or the number of completed
   // steps is a multiple of Scene::rigid_rebuild_interval, so the rigid-body world was just rebuilt.
@@ -76,7 +75,7 @@ class Simulation {
   State& state();
   std::array<Index, 2> owned_rows() const;  // cloth rows of this rank, [first, end)
   void gather();  // Collective. Sends the rows that each rank wrote to all ranks.
-  std::int64_t loop_iterations() const;  // parallel-loop iterations of this rank in all steps
+  std::int64_t loop_iterations() const;  // iterations of this rank's parallel loops in all steps
 
   Points positions() const;  // (n x 3) [m], a copy
   void set_positions(const Points& positions);
@@ -93,7 +92,8 @@ class Simulation {
   // Sets target positions of prescribed vertices, which replace the script. They are reached after
   // the time step_size(). Rows of other vertices are ignored.
   void set_pin_targets(const Points& targets);
-  // Sets the pose of an obstacle, which replaces its keyframes. It is reached after step_size().
+  // Sets the pose of an obstacle, which replaces its keyframes. It is reached after the time
+  // step_size().
   void set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation);
   Points body_centres() const;  // (b x 3) centres of mass [m]
   // Returns the current magnetic forces [N] and torques about the centres of mass [N m] on the
@@ -127,9 +127,8 @@ class Simulation {
   // the current state.
   std::vector<std::array<Index, 2>> intersecting_pairs() const;
 
-  // Returns the pairs of features that are closer than their contact distance in the current state.
-  // Their vertex numbers follow the user's numbering, all surfaces concatenated. All ranks must
-  // call this function.
+  // Returns the contacts of the current state. Their vertex indices are in the user's numbering,
+  // with all surfaces concatenated. All ranks must call this function.
   std::vector<Contact> near_contacts() const;
 
  private:

@@ -87,12 +87,12 @@ def converted(lines: list[str]) -> list[str]:
 
 def process(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
     lines[:] = converted(lines)
-    if not any(lines):  # autodoc also removes a text that it takes for a signature: "time [s]"
+    if not any(lines):  # autodoc drops text that looks like a signature: "time [s]"
         logging.getLogger(__name__).warning("%s has no text in the reference", name)
 
 
 def skip(app: Any, what: str, name: str, obj: Any, skipped: bool, options: Any) -> bool | None:
-    """Leaves out the fields of named tuples, which the docstring of the class describes."""
+    """Omits the fields of named tuples, because the docstring of the class describes them."""
     return True if (obj.__doc__ or "").startswith("Alias for field number") else None
 
 

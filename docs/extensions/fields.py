@@ -1,8 +1,8 @@
 """Tables from the declarations in the sources: the directives `fields` and `columns`.
 
 `fields` lists the parameters of a description; its argument is the name of a class of loomstone,
-such as ClothMaterial. `columns` lists the numbers of a StepReport. The texts come from fields() of
-the C++ structs. The bindings copy them to the docstrings of the properties.
+such as ClothMaterial. `columns` lists the numbers of a StepReport. The descriptions come from
+fields() of the C++ structs. The bindings copy them to the docstrings of the properties.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def declaration(text: str) -> tuple[str, str, str]:
 
 
 def table(widths: dict[str, int], rows: Iterable[tuple[str, ...]], code: set[int]) -> nodes.table:
-    """Returns a table of texts. The columns whose indices are in `code` are set as code."""
+    """Returns a table of strings. Columns whose indices are in `code` are formatted as code."""
 
     def row(texts: Iterable[str], code: set[int]) -> nodes.row:
         made = nodes.row()
@@ -58,7 +58,7 @@ class Fields(SphinxDirective):
 
 
 def numbers(report: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
-    """Yields path and meaning of every number of a report."""
+    """Yields the path and the description of every number in a report."""
     for name, declared in vars(type(report)).items():
         value = getattr(report, name)
         if isinstance(declared, property) and hasattr(value, "to_dict"):

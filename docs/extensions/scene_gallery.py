@@ -20,7 +20,7 @@ TABLE = ROOT / "docs/gallery.json"
 
 
 def measured(numbers: dict[str, float]) -> str:
-    """Returns a text about the size of a scene and its computing time."""
+    """Returns the size of a scene, its computing time and the time of its picture, as text."""
     surfaces = [
         f"{numbers[key]:,} {key if key == 'triangles' else 'bodies and obstacles'}"
         for key in ("triangles", "bodies")

@@ -26,8 +26,8 @@ NUMBERS = {
 }
 
 
-# Matches the type of an array in an annotation: `Floats`, or the full type of numpy, with a ~ where
-# Sphinx hides the name of the module.
+# Matches the type of an array in an annotation: `Floats`, or numpy's full type. A ~ tells Sphinx to
+# hide the name of the module.
 ARRAY = re.compile(
     r"\bFloats\b|~?numpy\.ndarray\[tuple\[~?typing\.Any, \.\.\.\], ~?numpy\.dtype\[(~?[\w.]+)\]\]"
 )
@@ -61,7 +61,7 @@ class Shown:
 
 
 def shortened(node: ast.expr | None) -> Any:
-    """Returns a type as text without the names of modules; Any and object are left out."""
+    """Returns a type as a string without module names; for Any and object, an empty annotation."""
     text = ast.unparse(WithoutAnnotated().visit(node)) if node else "typing.Any"
     for long, short in NUMBERS.items():
         text = text.replace(long, short)
@@ -115,7 +115,7 @@ def give_signatures_to_classes() -> None:
 
 
 def process(app: Any, what: str, name: str, obj: Any, *given: Any) -> tuple[str, str] | None:
-    """Returns arguments and result as text.
+    """Returns the arguments and the result of a signature as strings.
 
     given : the options of autodoc, and the arguments and the result that it has found
     """

@@ -73,7 +73,7 @@ def limit(
 ) -> tuple[NDArray[np.float64], LimitReport]:
     """Moves points until no triangle exceeds its strain limit by more than the tolerance.
 
-    Stops earlier if that takes more than `max_sweeps` sweeps over the triangles.
+    Stops after `max_sweeps` sweeps over the triangles at the latest.
 
     Returns the new points (n, 3) [m] and a report of the remaining excess.
 

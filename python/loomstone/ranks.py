@@ -58,8 +58,8 @@ _BINDING = "OMPI_MCA_hwloc_base_binding_policy"
 def default_threads() -> int:
     """Returns the number of threads that this rank should use: one for each processor in its share.
 
-    Ranks on the same node share its processors equally. If Open MPI binds each rank to processors
-    of its own, or Slurm states the number of processors of each rank, the share is at most that.
+    Ranks on the same node share its processors equally. If Open MPI binds each rank to processors,
+    or Slurm sets a number of processors per rank, the share is limited to these processors.
     """
     usable = default_thread_count()
     if "SLURM_STEP_ID" in os.environ and (given := _count("SLURM_CPUS_PER_TASK")):

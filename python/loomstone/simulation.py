@@ -51,7 +51,7 @@ class Simulation(_core.Simulation):
         are those of rank 0.
     decomposition : how the search for collisions is divided among ranks and threads. "predicted":
         every rank keeps a part of the neighbour lists over several steps and tests their pairs. The
-        parts are cut by the costs of the lists in earlier steps. "static" and "dynamic": every step
+        costs of the lists in earlier steps determine the parts. "static" and "dynamic": every step
         traverses the bounding-volume hierarchies of the partitions of all ranks. "static" deals the
         pairs of partitions out evenly. With "dynamic", idle ranks take work from busy ones. Results
         do not depend on it.
@@ -70,7 +70,7 @@ class Simulation(_core.Simulation):
     0.005
     """
 
-    # With slots, assigning to a misspelt name raises an error.
+    # With slots, assignment to a misspelt attribute raises an error.
     __slots__ = ("communicator", "integrator", "preparation_seconds", "scene")
     communicator: Communicator
     preparation_seconds: float
@@ -156,7 +156,7 @@ class Simulation(_core.Simulation):
         render : draw pictures and a video with these RenderOptions. True: the options of the
             pictures of a resumed run, or else the defaults. Pictures are drawn during the run, or
             at its end if their colours or a fitted camera depend on all frames. Options that differ
-            from those of existing pictures are refused.
+            from those of existing pictures are refused, unless `overwrite` replaces the run.
         verify : count the intersecting triangles of every frame exactly, and write the counts to
             frames.csv and the report
         record_tasks : record the collision work of every n-th step for `loomstone replay`; 0: of
@@ -211,7 +211,7 @@ class Simulation(_core.Simulation):
         super().restore(checkpoint)
 
     def digest(self) -> str:
-        """Returns a hash of the state. Hashes are equal if and only if all bits of the states are.
+        """Returns a hash of the state. Hashes are equal if and only if states are equal bit by bit.
 
         All ranks must call this method, and get the same hash.
 

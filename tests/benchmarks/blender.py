@@ -5,10 +5,10 @@ picture.
             [--out DIRECTORY] [--blender-python PYTHON] [--samples N]
 
 Without RUN, the first second of scenes/drape.py is simulated with 3,600 triangles. PYTHON is an
-interpreter that has the module bpy (Blender 5, Python 3.11). Blender draws the frame, by default
-the last, with Cycles to OUT/blender-FORMAT.png. The program prints the size of the file, the times
-of export and import, and the largest distance between a cloth's vertices in Blender and in the
-run.
+interpreter that has the module bpy (Blender 5, Python 3.11). Blender renders the frame (default:
+the last) with Cycles to OUT/blender-FORMAT.png. The program prints the size of the file, the times
+of export and import, and the largest distance between the position of a cloth vertex in Blender and
+that in the run.
 """
 
 import argparse
@@ -69,7 +69,7 @@ def shown(run: ls.Run, to: str, frame: int, settings: argparse.Namespace) -> str
 
 
 def largest_distance(frame: ls.Frame, topology: ls.FrameTopology, path: str) -> float:
-    """Returns the largest distance [m] between vertices of cloths in Blender and in a frame.
+    """Returns the largest distance [m] between a cloth vertex in Blender and the same in a frame.
 
     Blender keeps the order of the vertices and appends the vertices that glTF repeats.
     """

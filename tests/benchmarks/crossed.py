@@ -54,7 +54,7 @@ def crossed(triangles: int, start: int, kind: str) -> ls.Scene:
 
 
 def parting(scene: ls.Scene, duration: float) -> tuple[float, float, int]:
-    """Returns the time at the end of the step that separates the sheets [s], the largest stretch
+    """Returns the time [s] at the end of the step that separates the sheets, the largest stretch
     and the number of intersecting pairs in frames after that time. The time is infinite if the
     sheets stay crossed.
     """

@@ -6,8 +6,8 @@
 
 On one rank, compares how threads share the traversal of hierarchies: OpenMP tasks, loops, the pool.
 On several ranks, compares static and dynamic decomposition with their replays. Each number is the
-smallest of the repetitions, so that times in which other programs ran do not count. The default
-latency and overhead of a message in the replays are those of shared memory.
+minimum over the repetitions, so that other programs hardly affect it. The default latency and
+overhead of a message in the replays are those of shared memory.
 """
 
 from __future__ import annotations

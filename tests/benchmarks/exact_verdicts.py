@@ -23,7 +23,7 @@ SHARES = {
     "start": 2,
     "end": 2,
     "parallel": 2,
-}  # relative number of queries of a family; 1 for the others, which take long to decide
+}  # relative numbers of queries by family; 1 for the other families, which are slow
 
 
 def main() -> None:

@@ -1,8 +1,8 @@
 """Scenes that test guarantees in extreme cases: pins that jump, bodies much heavier than cloth, and
 heaps.
 
-certify.py counts their intersections, and tests/python/simulation/test_extreme_scenes.py makes
-claims about them.
+certify.py counts their intersections, and tests/python/simulation/test_extreme_scenes.py checks
+their motion.
 """
 
 import loomstone as ls

@@ -58,8 +58,8 @@ class Whole:
         self.length = (self.out / "run.vtkhdf").stat().st_size
 
     def resumed(self, out: Path) -> str:
-        """Completes an interrupted run, compares it with this one, and returns whether the
-        interruption had left frames.
+        """Completes an interrupted run and compares it with this one. Returns a phrase that says
+        whether all, some or no frames were there before.
         """
         begun = (out / "run.vtkhdf").exists()
         frames = len(ls.Run(out)) if begun else 0
@@ -260,8 +260,8 @@ def in_child(arguments: list[str], seeds: list[int], seconds: float) -> Iterator
 
 
 def together(make: Callable[[int], ls.Simulation], steps: int) -> tuple[list[str], list[str]]:
-    """Returns the digests of the same two simulations, first run one after the other, and then at
-    the same time in two threads.
+    """Runs two simulations one after the other, then the same two concurrently in two threads.
+    Returns the digests of both cases.
     """
 
     def advanced(which: int) -> str:

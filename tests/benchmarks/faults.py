@@ -1,5 +1,5 @@
-"""Faults, and how many were tried: kills, full disks, damaged files, mutated scenes, sizes, steps,
-long runs and threads.
+"""Provokes faults and counts the trials: kills, full disks, damaged files, mutated scenes, sizes,
+steps, long runs and threads.
 
     python tests/benchmarks/faults.py --out out/faults.jsonl
     python tests/benchmarks/faults.py kill disk --out out/faults.jsonl
@@ -176,7 +176,7 @@ def long(place: Path, scale: float) -> Trials:
 
 
 def sixty_seconds(name: str, duration: float) -> str:
-    """Returns a sentence with memory and time of a step in the first and last third of a run."""
+    """Returns a sentence with the memory and the time per step in a run's first and last third."""
     file = SceneFile.open(SCENES / f"{name}.py", LONG[name])
     sim = ls.Simulation(file.scene(), integrator=file.integrator, threads=1)
     memory, seconds = [], []
@@ -191,7 +191,7 @@ def sixty_seconds(name: str, duration: float) -> str:
         f"memory {memory[0]:.1f} and {memory[2]:.1f} MB, a step takes {1e3 * seconds[0]:.2f} and"
         f" {1e3 * seconds[2]:.2f} ms, in the first and the last third"
     )
-    # The last third is compared with the second: in the first, cloth falls and has fewer contacts.
+    # The last third is compared with the second, because cloth has fewer contacts in the first.
     assert memory[2] < memory[1] + 5.0 and seconds[2] < 1.5 * seconds[1] + 1e-3, told
     return told
 

@@ -37,7 +37,7 @@ def tube() -> bpy.types.Object:
 
 
 def bind(made: bpy.types.Object) -> None:
-    """Gives an object a skin of two bones that move."""
+    """Binds an object to two animated bones."""
     bpy.ops.object.armature_add(location=(0.3, 0.2, 0))
     bones = bpy.context.object
     bpy.ops.object.mode_set(mode="EDIT")

@@ -27,18 +27,18 @@ TRIED = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3)  # viscosities [N s/m]
 
 
 class Swing(NamedTuple):
-    """A run: times [s], energies [J], processor time, and why it ended early, or ""."""
+    """A run: times [s], energies [J], costs, and why it ended early ("" if it did not)."""
 
     times: list[float]
     energies: list[float]
-    stretch: float  # largest
-    seconds: float  # per second of motion
+    stretch: float  # largest stretch of the run
+    seconds: float  # processor time per second of motion
     failure: str
     picture: NDArray[np.uint8] | None
 
     @property
     def kept(self) -> float:
-        """Mean energy in the last tenth of the run, as a share of FALL; 1 at the start."""
+        """1 plus the change of energy from the start to the mean of the last tenth, over FALL."""
         late = self.energies[-max(1, len(self.energies) // 10) :]
         return 1.0 + float(np.mean(late) - self.energies[0]) / FALL
 

@@ -14,8 +14,8 @@ run on one thread.
   fronts, which have larger cells for distant magnets (equation (6.19) of [Thomaszewski2010]); for
   magnets at their initial poses, if there are at least two; soft spheres are not timed
 
-Times are processor times in milliseconds. An evaluation is the minimum of repeats, averaged over
-ten instants of the run; a step is the mean.
+Times are processor times in milliseconds. The time of an evaluation is the minimum of repeats,
+averaged over ten instants of the run. The time of a step is the mean over the run.
 """
 
 import argparse
@@ -30,8 +30,8 @@ from smoke import SCENES, parsed
 
 # Density of the cells [1/m^3], chosen to give about as many cells as in [Thomaszewski2010].
 DENSITY = {"toy_magnets": 7e7, "lift": 2.6e8, "figures": 2e7, "levitation": 3e7, "dragon": 1e7}
-# Columns of the table 6.1 in [Thomaszewski2010], measured at 2.4 GHz: cells, magnetics [ms], rigid
-# [ms] and gain.
+# Columns of table 6.1 in [Thomaszewski2010], measured at 2.4 GHz: cells, magnetics [ms], rigid [ms]
+# and gain.
 THESIS = {
     "toy_magnets": (48, 0.29, 0.09, 1.30),
     "lift": (256, 3.9, 0.25, 3.76),

@@ -38,7 +38,7 @@ class Seen(NamedTuple):
     seconds: float  # per frame
     stretch: float
     pairs: int  # largest number of intersecting pairs in a frame
-    kept: float | None = None  # energy at the end as a share of that at the start; see above
+    kept: float | None = None  # energy at the end / energy at the start; see top of file
 
     def __str__(self) -> str:
         text = f"{self.seconds:.3f} s a frame, stretch {self.stretch:.3f}, "
@@ -126,7 +126,9 @@ def kept_in(run: Mapping[str, NDArray[np.float64]], gradients: list[NDArray[np.f
 
 
 def looked_at(path: Path, name: str) -> Seen:
-    """Evaluates another program's file: uv (n x 2), faces (m x 3), X (frames x n x 3), its time."""
+    """Evaluates a file of another program: uv (n x 2), faces (m x 3), positions X (frames x n x 3)
+    and computing time.
+    """
     run = np.load(path)
     uv, faces = run["uv"], run["faces"]
     rest = np.linalg.inv(

@@ -6,8 +6,8 @@ this package and with magpylib-material-response.
 
 This package computes the reference with 20 cells per edge; the error of the reference is less than
 1e-4. Both programs start from scratch: they set up the cube, solve for its magnetisation and
-compute the force. For this package, the time without the set-up is listed as well, which is the
-time at a further position of the same cube. The number of cells in magpylib-material-response
+compute the force. For this package, the time without the set-up is also listed. It applies
+to every further position of the same cube. The number of cells in magpylib-material-response
 increases until the error is reached. Prints processor times [ms] and their ratio.
 """
 

@@ -5,11 +5,11 @@
         --out out/two
     python tests/benchmarks/step_model.py out/one out/two [--ranks 1 2 12 64 --first 10]
 
-Each part of a step takes a time a + b / n outside communication on n ranks. The numbers a and b are
-fitted to the runs, which must have different numbers of ranks. The parts are collision handling and
-everything else. A collective operation takes one message in each of log2(n) rounds, and every rank
-receives the bytes that all ranks send. Times are means over the steps from --first on, so the
-machine must be quiet.
+On n ranks, each part of a step takes the time a + b / n outside communication. The parts are
+collision handling and everything else. The numbers a and b are fitted to the runs, which must have
+different numbers of ranks. A collective operation takes one message in each of log2(n) rounds, and
+every rank receives the bytes that all ranks send. Times are means over the steps from --first on,
+so the machine must be otherwise idle.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ class Measured:
     ranks: int
     collision: float
     other: float
-    operations: float  # collective operations of a step
-    bytes: float  # sent by all ranks in a step
+    operations: float  # number of collective operations in a step
+    bytes: float  # bytes that all ranks send in a step
 
 
 def measured(directory: Path, first: int) -> Measured:

@@ -33,8 +33,8 @@ def opened(options: argparse.Namespace, fine: float) -> ls.Scene:
 
 
 def reference_step(scene: ls.Scene) -> float:
-    """Returns the step of symplectic Euler that is the same share of the limit of stability as the
-    steps of Asynchronous [s].
+    """Returns the step [s] of symplectic Euler that is the same share of its limit of stability as
+    the steps of Asynchronous are of theirs.
     """
     sim = ls.Simulation(scene, integrator=ls.SymplecticEuler(step="auto"), threads=1)
     sim.step()
@@ -50,7 +50,7 @@ def hung(scene: ls.Scene) -> ls.Scene:
 class Cost(NamedTuple):
     """Cost of a run per second of motion; times are processor times [s]."""
 
-    updates: float  # of triangles
+    updates: float  # number of updates of triangles
     stepping: float
     collisions: float
     failure: str  # why the run ended early, or ""

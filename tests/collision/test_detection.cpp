@@ -14,7 +14,7 @@ using Key = std::tuple<int, Index, Index>;
 
 namespace {
 
-// Calls visit(kind, a, b, vertices) for all pairs of features that may collide by the model.
+// Calls visit(kind, a, b, vertices) for all pairs of features that the model allows to collide.
 template <class Visit>
 void all_pairs(const CollisionModel& model, Visit&& visit) {
   const auto allowed = [&](Index s, Index t) {

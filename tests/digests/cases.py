@@ -14,7 +14,7 @@ from loomstone.runs.scene_file import SceneFile
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 Case = tuple[ls.Scene, ls.Integrator]
 
-# Parameters of each scene, for at most 2,000 triangles. The text after a colon names a variant.
+# Parameters of each scene, for at most 2,000 triangles. A colon in a key precedes a variant's name.
 SMALL: dict[str, dict[str, object]] = {
     "bending": {"triangles": 800},
     "bin": {"triangles": 150, "towels": 6},

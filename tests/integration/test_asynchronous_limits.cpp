@@ -49,7 +49,7 @@ double longest_edge(const ClothRun& run) {
 
 struct Swing {
   double stretch = 0.0, edge = 0.0;  // largest stretch of triangles and of edges
-  double gain = 0.0;  // mean energy gain over the last tenth, divided by the largest kinetic energy
+  double gain = 0.0;  // mean gain of energy in the last tenth, over the largest kinetic energy
 };
 
 // Simulates 4 s of a square sheet of 2 m that is pinned at two corners and released flat.
@@ -263,8 +263,8 @@ TEST_CASE("limits of edges bound the stretch of a triangle only by its largest a
     CAPTURE(degrees);
     const double angle = degrees * M_PI / 180.0, bound = 1.075 / std::cos(0.5 * angle);
     ClothRun run = triangle_with_angle(angle);
-    // The edges of the largest angle fold together along its bisector and keep within their limits.
-    // Only the force of the membrane without limits opposes this motion.
+    // The two edges that enclose the angle fold together onto its bisector. No edge exceeds its
+    // limit, so only the membrane without limits opposes this motion.
     const double length = 0.05 * 1.0749;
     Points& x = run.state.x;
     x.setZero();
@@ -273,7 +273,7 @@ TEST_CASE("limits of edges bound the stretch of a triangle only by its largest a
     Membrane limited = limited_membrane(run);
     Membrane free(3, run.model.triangles, run.model.corners, run.model.constants);
     CHECK(force_at(limited, x) == force_at(free, x));
-    // No other motion that keeps the limits of the edges stretches the triangle more.
+    // Random motions within the limits of the edges do not stretch the triangle more.
     std::mt19937 random(7);
     std::uniform_real_distribution<double> place(-0.1, 0.1);
     int n_allowed = 0;

@@ -382,7 +382,7 @@ TEST_CASE("residuals are relative to the least change where the right-hand side 
   };
   Points exact, near, rough;
   const LinearReport usual = solve(0.0, exact);
-  CHECK(solve(1e-3, near).iterations == usual.iterations);  // smaller than the right-hand side
+  CHECK(solve(1e-3, near).iterations == usual.iterations);  // 1e-3 is too small to have an effect
   CHECK(same_bits(near, exact));
   const LinearReport loose = solve(1e6, rough);
   CHECK(loose.converged);

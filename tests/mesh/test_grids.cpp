@@ -90,7 +90,7 @@ TEST_CASE(
   CHECK(grid(1.0, 1.0, 2).n_triangles() == 2);
   const TriangleMesh wide = grid(3.0, 1.0, 600);
   CHECK(wide.n_triangles() == 600);
-  // The tolerance allows for the border, whose edges are not accompanied by diagonals.
+  // The tolerance allows for the border, where there are more grid edges per diagonal.
   CHECK(wide.mean_edge() == Approx(0.1 * (2.0 + std::sqrt(2.0)) / 3.0).epsilon(0.02));
 }
 

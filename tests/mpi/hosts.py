@@ -60,7 +60,7 @@ class Hosts:
         return f"{self._prefix}n{node}"
 
     def inside(self, node):
-        """Returns the words that, put before a command, run it on a host in the same process."""
+        """Returns the prefix with which a command runs on a host, in the process that starts it."""
         enter = ["nsenter", f"--net=/run/netns/{self.name(node)}", "unshare", "--uts"]
         return [*enter, "/bin/sh", "-c", f'hostname node{node}; exec "$0" "$@"']
 

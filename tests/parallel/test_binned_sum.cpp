@@ -25,7 +25,7 @@ BinnedSum sum_of(const std::vector<double>& numbers) {
 
 bool same_bits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
-// Numbers of both signs whose exponents lie in [-range, range].
+// Random numbers of both signs: fractions below 1 times powers of two from 2^-range to 2^range.
 std::vector<double> numbers_of(int n, int range, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<double> numbers(n);

@@ -33,7 +33,7 @@ TEST_CASE("all ranks receive the results of all ranks in the order of the ranks"
     on_ranks(n, [&](const auto& ranks) {
       const int rank = ranks->rank();
       const std::vector<double> results = results_of_ranks(*ranks, [&] { return 1.5 * rank; });
-      // Rank r contributes r elements, so some ranks contribute none.
+      // Rank r contributes r elements, so rank 0 contributes none.
       const auto gathered = gather_from_ranks(
           *ranks, [&] { return std::vector<std::array<int, 2>>(rank, {rank, n}); });
       bool all = static_cast<int>(results.size()) == n;

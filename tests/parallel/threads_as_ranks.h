@@ -14,7 +14,7 @@ namespace loomstone::testing {
 
 class ThreadMailboxes {
  public:
-  // Messages arrive after up to `most_delay` [s].
+  // Each message arrives after a random delay of at most `most_delay` [s].
   ThreadMailboxes(int size, double most_delay, unsigned seed) : boxes_(size) {
     for (int rank = 0; rank < size; ++rank) {
       boxes_[rank].random.seed(seed + rank);

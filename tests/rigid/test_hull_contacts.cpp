@@ -256,7 +256,7 @@ TEST_CASE("points inside the edges and faces of a hull change nothing") {
     body.orientation = quaternion_from_matrix(turned.transpose());
     const Rest rest = come_to_rest(body, floor_of(1.0, 3), 300);
     CAPTURE(k);
-    CHECK(std::abs(rest.at.z() - 0.0075) < 1e-5);  // a tenth of the initial gap
+    CHECK(std::abs(rest.at.z() - 0.0075) < 1e-5);  // tolerance: a tenth of the initial gap
     CHECK(rest.speed < 1e-5);
   }
 }

@@ -1,4 +1,4 @@
-// Claims about the memory of a simulation: ranks store their share of it, and it is all counted.
+// Claims about the memory of a simulation: each rank stores a share, and nearly all is counted.
 #include <catch2/catch.hpp>
 
 #include <map>
@@ -35,7 +35,7 @@ Scene sheets(Index cells) {
 struct Ran {
   Checkpoint state;
   StepReport report;
-  std::map<std::string, std::size_t> bytes;  // of the rank that occupies most
+  std::map<std::string, std::size_t> bytes;  // size of each part, maximum over the ranks
 };
 
 Ran run(const Scene& scene, const IntegratorOptions& options, int n_ranks, int steps) {

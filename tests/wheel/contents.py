@@ -31,7 +31,7 @@ def faults(names: list[str], functions: dict[str, list[str]], size: float) -> It
 
     names : paths of its files
     functions : for each file of CHOLMOD, the names of the functions that it defines
-    size : of the wheel [bytes]
+    size : size of the wheel [bytes]
     """
     if size > LARGEST:
         yield f"it must have at most {LARGEST / 1e6:.0f} MB, got {size / 1e6:.1f} MB"

@@ -2,8 +2,8 @@
 
     python tests/wheel/try_wheel.py
 
-Runs the commands of `loomstone` in a temporary directory, and compares pictures drawn by the OSMesa
-of the wheel with those of the system's, where it has one. scripts/wheel --test calls it.
+Runs the commands of `loomstone` in a temporary directory. If the system has an OSMesa library,
+compares its pictures with those of the wheel's OSMesa. scripts/wheel --test calls this program.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def try_commands() -> None:
 
 
 def try_pictures() -> None:
-    """Compares pictures of the wheel's OSMesa with those of the system's, if it has one."""
+    """Compares pictures of the wheel's OSMesa with those of the system's OSMesa, if installed."""
     drawn = []
     for library in ("softpipe", "osmesa"):
         done = subprocess.run(

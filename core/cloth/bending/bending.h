@@ -20,7 +20,7 @@
 
 namespace loomstone {
 
-// Input from which either bending element is built.
+// The input of both bending elements.
 struct BendingSetup {
   Points rest_positions;          // (n x 3) [m] shape at rest; for flat cloth, any flat shape
   Triangles triangles;            // (m x 3)
@@ -31,18 +31,19 @@ struct BendingSetup {
       prescribed;                   // (n) 1: prescribed vertex; see midedge_setup.cpp for clamping
   bool flat_rest = true;            // true: zero rest angles; false: angles of rest_positions
   std::vector<double> rest_angles;  // [rad] ordered as hinges(); empty: see flat_rest
-  // True: the mid-edge element replaces its Gauss-Newton matrix by a lumped matrix, which has a
-  // third of the blocks. The Gauss-Newton matrix is U^T Q U, where row e of U is the gradient of
-  // the angle of hinge e, and Q couples pairs of hinges. The lumped matrix is U^T diag(q) U with
-  // q_e = 1/2 sum_f |Q_ef|. By Gershgorin's theorem, it is an upper bound of half the Gauss-Newton
-  // matrix, which suffices for stable linearly implicit steps. It is not taken from the literature.
+  // True: the mid-edge element replaces its Gauss-Newton matrix by a lumped matrix with a third as
+  // many blocks. The Gauss-Newton matrix is U^T Q U, where row e of U is the gradient of the angle
+  // of hinge e, and Q couples pairs of hinges. The lumped matrix is U^T diag(q) U with q_e = 1/2
+  // sum_f |Q_ef|. By Gershgorin's theorem, it is an upper bound of half the Gauss-Newton matrix.
+  // Such a bound suffices for stable linearly implicit steps. The lumped matrix is not taken from
+  // the literature.
   bool lumped_stiffness = false;
   // (m) 1: the triangle has energy; 0: it has none, and serves only to find the curvature of its
   // neighbours. Empty: all triangles have energy. The energies of disjoint sets of triangles add up
   // to the energy of their union.
   std::vector<std::uint8_t> acts;
 
-  bool forces_only = false;  // true: the tables of the stiffness are not built
+  bool forces_only = false;  // true: the element has no tables for the stiffness
   // False: the element does not keep the rest positions, and largest_eigenvalue() must not be
   // called.
   bool keeps_rest = true;
@@ -54,20 +55,19 @@ struct BendingSetup {
   bool acts_on(Index triangle) const { return acts.empty() || acts[triangle]; }
 };
 
-// One kind of bending element on a set of cloths. An object contains scratch memory, so calls to
-// the same object must not overlap.
+// The bending elements of a set of cloths, all of one kind. An object contains scratch memory, so
+// calls to the same object must not overlap.
 class Bending {
  public:
   virtual ~Bending() = default;
   virtual const std::vector<Hinge>& hinges() const = 0;
   virtual const std::vector<double>& rest_angles() const = 0;
-  // Vertex pairs that the stiffness matrix couples. They define the sparsity pattern of implicit
-  // bending.
+  // Vertex pairs that the stiffness matrix couples. They determine its sparsity pattern.
   virtual std::vector<std::pair<Index, Index>> couplings() const = 0;
 
   virtual double energy(const Team& team, const Points& x) const = 0;
-  // Sets sums[i] to the energy [J] of the triangles 128 i to 128 i + 127, counted from the
-  // beginning of `triangles`. The total of all triangles is energy(). Requires sums_by_triangle().
+  // Sets sums[i] to the energy of the triangles 128 i to 128 i + 127, counted from the beginning of
+  // `triangles` [J]. For all triangles, the sums add up to energy(). Requires sums_by_triangle().
   virtual void sum_energies(const Team& team, const Points& x, IndexRange triangles,
                             double* sums) const = 0;
   virtual bool sums_by_triangle() const = 0;
@@ -81,8 +81,9 @@ class Bending {
   // semi-definite. The pattern of `matrix` must contain couplings().
   virtual void add_stiffness(const Team& team, const Points& x, StiffnessScales scales, Index begin,
                              Index end, BlockMatrix& matrix) const = 0;
-  // Adds `scale` times the part of the exact Hessian that Gauss-Newton omits: the moments times the
-  // second derivatives of the angles. This part is indefinite, and zero at rest.
+  // Adds `scale` times the part of the exact Hessian that the Gauss-Newton matrix omits: the
+  // moments times the second derivatives of the angles. This part is indefinite. It is zero at
+  // rest.
   virtual void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin,
                                        Index end, BlockMatrix& matrix) const = 0;
   // Largest eigenvalue lambda of M^-1 K in the rest shape, by power iteration [1/s^2]. M is the
@@ -90,8 +91,8 @@ class Bending {
   // length 2 / sqrt(lambda). Requires BendingSetup::keeps_rest.
   virtual double largest_eigenvalue(const Vector& mass) const = 0;
 
-  // Number of edges next to slivers. The slope at such an edge is the unweighted mean of the slopes
-  // of its two triangles. Always 0 for the hinge element.
+  // Number of edges whose slope is the unweighted mean of the slopes of their two triangles,
+  // because a sliver is near. Always 0 for the hinge element.
   virtual Index averaged_edges() const = 0;
   // Number of hinges that exert no force because one of their triangles has zero area at x.
   virtual Index degenerate_hinges(const Team& team, const Points& x) const = 0;

@@ -23,8 +23,8 @@ std::vector<Index> all_of(Index n);
 
 // Returns the largest eigenvalue of M^-1 K in the rest shape, computed by power iteration [1/s^2].
 // M is the mass matrix, and K is the bending stiffness. moments(values, out) must multiply the
-// rates in `values` by the matrix of hinge moments per hinge angle, and store one product per
-// hinge. Prescribed vertices do not move.
+// matrix of hinge moments per hinge angle by the vector of the rates in `values`, and store the
+// product in `out`. Prescribed vertices do not move.
 double power_iteration(const HingeSet& hinges, const Points& rest_positions,
                        const std::vector<std::uint8_t>& prescribed, const Vector& mass,
                        const std::function<void(const HingeValues&, AlignedDoubles&)>& moments);

@@ -11,13 +11,13 @@
 namespace loomstone {
 
 // The setup of the acting triangles, which have energy in the subset, and of the neighbours on
-// which their curvature depends. It serves for forces and energies only, not for the stiffness.
+// which their curvature depends. It is used for forces and energies, but not for the stiffness.
 struct BendingSubset {
   BendingSetup setup;
   std::vector<Index> vertices;  // (k) vertex of the mesh for each vertex of the setup, ascending
 };
 
-// The bending elements that a rank stores, with the vertex numbers of the whole mesh.
+// The bending elements that a rank stores. Their vertex indices are those of the whole mesh.
 struct BendingOfPart {
   BendingSetup setup;
   // The triangles of the setup whose energies the rank sums.
@@ -25,7 +25,7 @@ struct BendingOfPart {
 };
 
 // Returns the bending elements that act on the rows of a part, and those of the triangles of the
-// part. Forces and stiffness in these rows have the same bits as those of the whole mesh.
+// part. In these rows, forces and stiffness are bitwise identical to those of the whole mesh.
 BendingOfPart bending_of_part(const BendingSetup& whole, MeshPart part);
 
 // Adds the triangles that share an edge with one of `triangles`. On return, the list is sorted and

@@ -23,7 +23,7 @@ struct HingeValues {
   AlignedDoubles rate;                    // [rad/s]
   AlignedDoubles gradient;                // u = d theta / d x [rad/m]
 
-  // Positions of the vertices of all hinges, and batches, for which the values were computed.
+  // Positions of the vertices with hinges, and list of batches, for which the values were computed.
   Points x;
   std::vector<Index> batches;
   bool has_gradient = false;

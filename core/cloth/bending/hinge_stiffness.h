@@ -64,8 +64,8 @@ class HingeStiffness {
   // For each row, each of its hinges and each vertex of the hinge's stencil, the index of the block
   // within the row.
   std::vector<Index> block_;
-  // For each row and each of its hinges, where the moment gradients of the hinge begin among those
-  // of the chunk. A hinge has one moment gradient for each vertex of its stencil (see
+  // For each row and each of its hinges, the index of the first moment gradient of the hinge among
+  // those of the chunk. A hinge has one moment gradient for each vertex of its stencil (see
   // stiffness_kernels.h).
   std::vector<Index> offset_;
   std::vector<Index> chunk_start_, chunk_;  // hinges that touch each chunk of rows, ascending

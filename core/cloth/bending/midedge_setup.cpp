@@ -154,7 +154,7 @@ Builder::Slope Builder::slope(Index e) const {
   const Mat3 to_second = across(first, second, h.edge);
   std::vector<Index> near;
   std::vector<Row3> angles;  // angles of the hinges in `near`
-  std::vector<Row3> free;    // boundary moments, required to vanish
+  std::vector<Row3> free;    // moments at boundary edges, which must vanish
   for (const Index triangle : {first, second}) {
     const Mat3 axes = triangle == first ? Mat3(Mat3::Identity()) : to_second;
     for (int i = 0; i < 3; ++i) {

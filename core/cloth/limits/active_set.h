@@ -1,8 +1,8 @@
 // Elements that a strain-limiting sweep still has to evaluate: either all elements or the active
-// set. The active set starts with the batches in which the check found an excess. Elements are
-// added when one of their vertices has moved since their last evaluation. The strain of all other
-// elements is unchanged, so sweeps over the active set give bitwise the same result as sweeps over
-// all elements.
+// set. The active set starts with the batches in which the check found an excess above the
+// tolerance. Elements are added when one of their vertices has moved since their last evaluation.
+// The strain of all other elements is unchanged, so sweeps over the active set give bitwise the
+// same result as sweeps over all elements.
 #pragma once
 
 #include <cstdint>
@@ -24,13 +24,15 @@ class ActiveSet {
   bool all_elements() const { return all_; }  // true: spread() need not be called
   std::size_t n_colours() const { return of_colour_.size(); }
   std::int64_t evaluations() const { return evaluations_; }
-  // Batches with a vertex that has been moved by any correction so far.
+  // Batches with a vertex that a correction has moved; empty if the set contains all elements.
   const std::vector<Index>& moved() const { return moved_list_; }
 
   void add(Index batch);
-  // Appends the batches of a colour to `list` and removes them from the active set.
+  // Appends the batches of a colour to `list`. Removes them from the set unless it contains all
+  // elements.
   void take(std::size_t colour, std::vector<Index>& list);
-  // Removes a single element. Returns false if the element was not in the set.
+  // Removes a single element unless the set contains all elements. Returns false if it was not in
+  // the set.
   bool take_one(Index slot);
   // Adds every element that shares a moved vertex with the corrected element.
   void spread(Index corrected);

@@ -1,6 +1,6 @@
 // Edge-based strain limiting after [Provot1995] and [Bridson2002], for comparison. It limits the
-// length of every edge to (1 + bound) times its rest length. One bound applies to all directions,
-// so the effect on shear depends on the mesh.
+// length of every edge of a limited triangle to (1 + bound) times its rest length. The bound does
+// not depend on the direction of the edge, so the effect on shear depends on the mesh.
 #pragma once
 
 #include <vector>
@@ -17,7 +17,7 @@ class EdgeLimiter {
   explicit EdgeLimiter(const LimitedCloth& cloth);
 
   // Corrects x by coloured Gauss-Seidel sweeps. Vertices listed in `held` do not move. The report
-  // counts evaluated edges; its excess is not set.
+  // contains the numbers of sweeps and of evaluated edges, but no excess.
   LimitReport enforce(const Team& team, const LimitOptions& options, const std::vector<Index>& held,
                       Points& x) const;
 

@@ -14,17 +14,17 @@
 
 namespace loomstone {
 
-// A mode (weft, warp, shear) of an element that exceeds its limit by more than limit_margin().
+// An element and its mode (weft, warp, shear) that exceeds its limit by more than limit_margin().
 struct BrokenLimit {
   Index element;
   int mode;
   double excess;  // amount by which the strain exceeds the limit
 };
 
-// Cost of a call of the limiter, and the excess that remains.
+// Report on a call of the limiter: its cost and the excess that remains.
 struct LimitReport {
   int sweeps = 0;                   // sweeps over all elements or over the active set
-  std::int64_t evaluations = 0;     // strain evaluations, as many as a single rank would need
+  std::int64_t evaluations = 0;     // strain evaluations, as if there were only one rank
   std::array<double, 3> excess{};   // largest excess in weft, warp and shear
   std::int64_t beyond = 0;          // number of elements with an excess above the tolerance
   Index worst = -1;                 // element with the largest excess, -1: no limit is violated

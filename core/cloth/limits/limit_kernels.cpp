@@ -68,7 +68,7 @@ LOOMSTONE_INLINE Symmetric<Real> rate(const Element<Real>& e, const Index* corne
 }
 
 // True if dF/dt is so small that the strain rate sym(R^T dF/dt) is within its bounds for every
-// rotation R. The polar decomposition, which determines R, is then skipped.
+// rotation R. Then the polar decomposition, which determines R, is not needed.
 template <class Lanes>
 LOOMSTONE_INLINE bool slow(const Element<Lanes>& e, const Index* corners, const Bounds& bounds,
                            const double* v) {

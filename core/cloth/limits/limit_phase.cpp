@@ -21,13 +21,13 @@ constexpr Index batches_per_range = 32;
 // phase divided by that of the membrane. `steeper` and `steepest` are the moduli of the third and
 // the fourth phase divided by that of the second.
 //
-// Light loads reach only the second phase. If the third phase began at once, triangles would
-// rebound and change phase every other step. The third phase limits strain under heavy loads, as at
-// prescribed vertices, and the fourth under bodies much heavier than the cloth. `stiffening` and
-// `steeper` were tuned on scenes/swing_limits.py and limit_scaling.py with steps of 4 ms.
-// `steepest` was tuned on balls of 40 kg in cloth of 40 g: a value of 100 permits strains of 0.04
-// beyond limits of 2 %, and a value of 400 permits 0.02. docs/experiments/strain_limits.md lists
-// the results.
+// Under light loads, triangles reach only the second phase. If the third phase began there,
+// triangles would rebound and change phase every other step. The third phase limits strain under
+// heavy loads, as at prescribed vertices, and the fourth under bodies much heavier than the cloth.
+// `stiffening` and `steeper` were tuned on scenes/swing_limits.py and limit_scaling.py with steps
+// of 4 ms. `steepest` was tuned on balls of 40 kg in cloth of 40 g: a value of 100 permits strains
+// of 0.04 beyond limits of 2 %, and a value of 400 permits 0.02. docs/experiments/strain_limits.md
+// lists the results.
 constexpr double stiffening = 300.0, steeper = 10.0, steepest = 400.0, third_begins = 0.5;
 
 // Returns true if any mode of any lane is outside its bounds or NaN.
@@ -126,11 +126,11 @@ LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limit
                        const std::vector<Index>& limit_of)
     : membrane_(membrane),
       bounds_of_(membrane.n_batches()),
-      // A rank without triangles has a table too: Membrane::in_phase() tests whether the pointer is
-      // null, and must return the same on all ranks.
+      // A rank without triangles needs a table too, because Membrane::in_phase() compares the
+      // pointer with null and must return the same value on all ranks.
       table_(std::max<std::size_t>(membrane.n_batches(), 1) * membrane::phase_stride, 0.0),
       entered_(membrane.n_batches(), 0) {
-  using Rows = std::array<Index, n_lanes>;  // index into limits for each lane
+  using Rows = std::array<Index, n_lanes>;  // index into `limits` for each lane; -1: none
   std::map<Rows, Index> known;
   for (Index b = 0; b < membrane.n_batches(); ++b) {
     Rows rows;

@@ -140,7 +140,7 @@ bool StrainLimiter::sweep_until_met(const Team& team, std::uint64_t key,
     else
       n = sweep(team, tables, motion, report.sweeps, active);
     ++report.sweeps;
-    if (n == 0) break;  // every element with a free corner is within its limits
+    if (n == 0) break;  // elements that can move are within the tolerance
   }
   report.evaluations += active.evaluations();
   if (options_.active_set) check_.check(team, tables, motion, active.moved());
@@ -179,15 +179,15 @@ std::int64_t StrainLimiter::sweep(const Team& team, const limit::Tables& tables,
   std::vector<Index> batches;
   for (std::size_t i = 0; i < n; ++i) {
     batches.clear();
-    active.take(number % 2 == 0 ? i : n - 1 - i, batches);  // alternating directions reduce bias
+    active.take(number % 2 == 0 ? i : n - 1 - i, batches);  // alternating orders reduce bias
     run_batches(team, tables, motion, batches);
     corrected += spread(batches, active);
   }
   return corrected;
 }
 
-// Returns the vertices of the corrected elements in the batches, without duplicates, and marks them
-// as `listed`.
+// Returns the vertices of the corrected elements in the batches, without duplicates. Marks these
+// vertices as `listed`.
 std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) {
   std::vector<Index> vertices;
   for (const Index b : batches)
@@ -201,8 +201,8 @@ std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) 
   return vertices;
 }
 
-// Sorts the batches by thread. Each thread gets one part of the mesh, so that it mostly sums
-// corrections that it has computed itself. The order within each thread's batches does not change.
+// Groups the batches by thread. Each thread gets one part of the mesh, so that it mostly sums
+// corrections that it has computed itself. The order of the batches of a thread does not change.
 std::vector<Index> StrainLimiter::by_thread(const Team& team,
                                             const std::vector<Index>& batches) const {
   if (team.threads <= 1) return batches;

@@ -1,9 +1,9 @@
-// Corrects candidate positions so that no element exceeds its strain limits. Implements
+// Corrects candidate positions so that elements do not exceed their strain limits. Implements
 // continuum-based strain limiting, [Thomaszewski2010] chapter 3, and edge-based limiting for
-// comparison. Every method conserves linear and angular momentum and leaves prescribed vertices
-// bitwise unchanged. The result is bitwise identical on any number of threads and ranks. The check
-// of all elements is divided among ranks. Every rank computes all sweeps, because sweeping the few
-// violating elements takes less time than one message per colour.
+// comparison. Every method conserves the linear and angular momentum of free cloth and leaves
+// prescribed vertices bitwise unchanged. The result is bitwise identical on any number of threads
+// and ranks. The check of all elements is divided among ranks. Every rank computes all sweeps,
+// because sweeping the few violating elements takes less time than one message per colour.
 #pragma once
 
 #include <algorithm>
@@ -23,9 +23,9 @@ namespace loomstone {
 class ActiveSet;
 class EdgeLimiter;
 
-// Enforces strain limits. Together, `key` and options.seed are the seed of the random order. Calls
-// with the same key, seed and positions give bitwise the same result. On several ranks, all calls
-// are collective.
+// Enforces strain limits. `key` and options.seed together determine the random order of sweeps.
+// Calls with the same key, seed and positions give bitwise the same result. On several ranks, all
+// calls are collective.
 class StrainLimiter {
  public:
   // The check of all elements is divided among `ranks`; null: a single process.

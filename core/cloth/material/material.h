@@ -10,7 +10,7 @@ struct ClothMaterial {
   double weft_stiffness = 300.0;   // E1
   double warp_stiffness = 300.0;   // E2
   double shear_stiffness = 150.0;  // G
-  double poisson = 0.0;            // nu12: contraction along warp under tension along weft
+  double poisson = 0.0;            // nu12: contraction along warp / extension along weft
   double density = 0.3;
   double bending_weft = 1e-5;
   double bending_warp = 1e-5;

@@ -69,7 +69,7 @@ class Membrane {
   bool viscous() const { return viscous_; }
   Index n_triangles() const { return n_triangles_; }  // including those that are not stored
   Index n_batches() const { return static_cast<Index>(stored_.size()); }  // stored batches
-  // Returns the number in the mesh of the stored batch whose tables have the index `place`.
+  // Returns the number, in the whole mesh, of the stored batch with index `place`.
   Index batch_at(Index place) const { return stored_[place]; }
 
   membrane::Tables tables() const {
@@ -83,8 +83,8 @@ class Membrane {
   }
   bool in_phase() const { return phase_ != nullptr; }
 
-  // Adds a potential to the energy and the forces, but not to the Jacobian. It limits the strain
-  // modes of each triangle (m).
+  // Adds a potential that limits the strain modes of each triangle (m). It acts in the energy and
+  // the forces, but not in the Jacobian.
   void add_limits(const std::vector<LimitModes>& modes);
 
   // Returns the places of the batches that touch rows [begin, end), in ascending order. The list is

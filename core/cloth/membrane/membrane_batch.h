@@ -134,7 +134,7 @@ LOOMSTONE_INLINE Beyond<Lanes> beyond_limits(const double* mode, const Tensor<La
   return {lanes_max0(strain - at(4)) - lanes_max0(at(3) - strain),
           lanes_max0(strain - at(6)) - lanes_max0(at(5) - strain)};
 }
-// Sets the bits of those lanes of `beyond` that are not zero.
+// Sets the bits of the lanes in which `beyond` is not zero.
 template <class Lanes>
 LOOMSTONE_INLINE void add_bits(const Lanes& beyond, std::uint8_t& bits) {
   for (int l = 0; l < n_lanes; ++l)

@@ -78,10 +78,10 @@ void forces(const Tables& tables, const Index* batches, Index n, const double* x
   LOOMSTONE_WIDEST(forces)(tables, batches, n, x, v, out);
 }
 
-// Bound on the largest eigenvalue of the strain 1/2 dF^T dF of the past motion [1]. The stress of
-// this strain is excluded from the geometric term, after a larger strain has been scaled down to
-// the bound. Our choice: a smaller bound makes stiff sheets move too slowly, and a larger one
-// reduces the damping of snapping wrinkles.
+// Bound on the largest eigenvalue of the strain 1/2 dF^T dF of the past motion [1]. A larger strain
+// is scaled down to the bound. The stress of the strain is then excluded from the geometric term.
+// Our choice: a smaller bound makes stiff sheets move too slowly, and a larger one reduces the
+// damping of snapping wrinkles.
 constexpr double most_left_out = 0.01;
 
 template <class Lanes>

@@ -33,7 +33,7 @@ struct Sweep {
   bool may_rebuild = false;  // rebuild trees whose boxes have grown too much; affects speed only
 };
 
-// Share of a rank in the tasks of a search: every `size`-th task, beginning with task `rank`.
+// The tasks of a search that a rank performs: every `size`-th task, beginning with task `rank`.
 struct TaskShare {
   int rank = 0, size = 1;
 };

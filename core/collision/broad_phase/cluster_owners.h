@@ -1,9 +1,10 @@
 // Distribution of neighbour lists over ranks. A list belongs to the owner of its first cluster. The
 // first clusters of a surface pair are cut into one contiguous range for each rank. The cuts depend
-// on the costs of earlier steps. They determine which rank computes a list, not its content.
-// Expensive surface pairs are cut one by one, because some of them have many contacts and others
-// have many pairs to test for impacts. Each rank thus gets about an equal part of both searches.
-// The first clusters of all other surface pairs, in ascending order, are cut together.
+// on the costs of earlier steps. They determine which rank computes a list, not its content. Each
+// expensive surface pair is cut separately, because some pairs have many contacts and others have
+// many feature pairs to test for impacts. Each rank thus gets about an equal part of both searches.
+// All other surface pairs are cut together: their first clusters, in ascending order, form one
+// list.
 #pragma once
 
 #include <vector>
@@ -54,9 +55,10 @@ class ClusterOwners {
   // of that list.
   SectionStarts first_;
   SectionRanges starts_;                // ranges of the first clusters of each surface pair
-  std::vector<std::size_t> own_first_;  // number of first clusters of this rank in earlier pairs
+  std::vector<std::size_t> own_first_;  // first clusters of this rank in earlier surface pairs
   const bool rotates_;
-  // Rank r owns the ranges (r + turn_) modulo the number of ranks. This rank owns the ranges part_.
+  // In each cut, rank r owns range (r + turn_) modulo the number of ranks. This rank owns range
+  // part_.
   int turn_ = 0, part_;
 };
 

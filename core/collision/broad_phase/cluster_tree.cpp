@@ -11,7 +11,7 @@ namespace {
 
 // Growth factor of the total box area above which new clusters are formed. Affects speed only.
 constexpr double decay_limit = 1.5;
-constexpr Index refit_grain = 128;  // number of groups that a task refits
+constexpr Index refit_grain = 128;  // groups that one task refits
 
 // Transposes an 8 x 8 block in place.
 template <class Floats>
@@ -117,8 +117,8 @@ double area(const PackedSlabs& s, double inflation) {
   return side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
 }
 
-// Orders items so that each node is compact. Bisects recursively along the longest axis. The first
-// half always fills whole nodes.
+// Orders items so that each node is compact: bisects them recursively along the longest axis. The
+// first half of each bisection fills whole nodes.
 void order_by_halves(const Points& centres, Index* items, Index n) {
   if (n <= slab_lanes) return;
   Eigen::RowVector3d low = centres.row(items[0]), high = low;
@@ -128,7 +128,7 @@ void order_by_halves(const Points& centres, Index* items, Index n) {
   }
   int axis;
   (high - low).maxCoeff(&axis);
-  Index node = slab_lanes;  // number of items in the largest kind of node with fewer than n
+  Index node = slab_lanes;  // items in a full node of the highest level with fewer than n
   while (node * slab_lanes < n) node *= slab_lanes;
   const Index half = std::max<Index>(1, (n / 2 + node / 2) / node) * node;
   std::nth_element(items, items + half, items + n, [&](Index i, Index j) {

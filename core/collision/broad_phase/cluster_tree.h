@@ -1,7 +1,7 @@
-// Bounding-volume hierarchy of one surface with eight children per node. A leaf is a cluster of
-// eight neighbouring faces and the edges and vertices assigned to it. Each feature is in one
-// cluster, so each pair is visited once. Bounding volumes are 18-DOPs, compared eight at a time.
-// The shape of the tree does not affect results.
+// Bounding-volume hierarchy of one surface with up to eight children per node. A leaf is a cluster
+// of up to eight neighbouring faces and of the edges and vertices assigned to it. Each feature is
+// in one cluster, so each pair is visited once. Bounding volumes are 18-DOPs, compared eight at a
+// time. The shape of the tree does not affect results.
 #pragma once
 
 #include <vector>

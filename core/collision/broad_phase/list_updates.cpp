@@ -16,8 +16,8 @@ namespace {
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 
-// It is cheaper to search a surface pair in full than to keep its widened lists if an update makes
-// more than this share of them again, on average. Measured on a ribbon and a dress.
+// Searching a surface pair in full is cheaper than keeping its widened lists if updates replace on
+// average more than this share of them. Measured on a ribbon and a dress.
 constexpr double most_made = 1.0 / 6.0;
 constexpr int upkeep_updates = 8;
 
@@ -58,8 +58,8 @@ bool NeighbourLists::as_expected(const Team& team, const Points& start, const Po
   return all;
 }
 
-// Returns whether the vertices that this rank checks are at the end of the motion of the last
-// cover().
+// Returns whether x is the end of the motion of the last cover() for the vertices that this rank
+// checks.
 bool NeighbourLists::covered(const Points& x) const {
   const IndexRange share = own_vertices();
   const auto n = static_cast<std::size_t>(3 * (share.end - share.begin));
@@ -117,7 +117,8 @@ bool NeighbourLists::end_update(const Team& team, const std::vector<Pass>& passe
   return !search;
 }
 
-// Counts an update in the upkeep of listed surface pairs and in the pause of the others.
+// Counts an update: adds it to the upkeep of listed surface pairs, and shortens the pause of the
+// others.
 void NeighbourLists::count_update() {
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     if (unlisted_[i] > 1) --unlisted_[i];
@@ -153,7 +154,7 @@ void NeighbourLists::search_at_x(const Team& team, bool all) {
   search(team, ahead, retries);
   for (std::size_t i = 0; i < pairs_.size(); ++i)
     if (listed(static_cast<Index>(i)) && (all || before[i] > 0))
-      upkeep_[i] = {0, 0, -n_lists_[i]};  // does not count that all lists are new
+      upkeep_[i] = {0, 0, -n_lists_[i]};  // new lists do not count as made again
   unlist_fast(results_of_ranks(ranks_, [&] {
     find_motions(team, x_, ahead);
     parallel_for(team, static_cast<Index>(lists_.size()),
@@ -230,8 +231,8 @@ bool NeighbourLists::any(const std::vector<Pass>& passes, bool Pass::* flag) {
   return std::any_of(passes.begin(), passes.end(), [&](const Pass& pass) { return pass.*flag; });
 }
 
-// Returns whether vertices have left their expected motion on some rank, costs are unbalanced, or
-// the owners rotate in every search.
+// Returns whether a search is due: vertices have left their expected motion on some rank, the costs
+// of the ranks are unbalanced, or a test makes the owners rotate.
 bool NeighbourLists::search_is_due(const std::vector<Pass>& passes) const {
   double most = 0.0, sum = 0.0;
   for (const Pass& pass : passes) {

@@ -145,7 +145,7 @@ void NeighbourLists::distribute() {
 
 // Finds the pairs of clusters that come near each other while vertices move from the positions of
 // the last update() towards x1. The motion is extrapolated over `steps_ahead` steps. May form new
-// clusters in every eighth search, and if `may_rebuild`.
+// clusters in every eighth search, and in any search if `may_rebuild` is set.
 void NeighbourLists::search(const Team& team, const Points& x1, bool may_rebuild) {
   ++n_searches_;
   settled_ = false;

@@ -1,9 +1,9 @@
-// Neighbour (Verlet) lists of near features, kept over several steps. Each pair of neighbouring
-// clusters has a list. The set of cluster pairs stays valid while vertices remain within a margin
-// around their expected motion. A list stays valid while distances have changed by at most its
-// slack. The relative displacement of the two clusters bounds this change, so clusters that move
-// together keep their list. Lists always contain all near pairs. Their lifetime does not affect
-// results. Each list exists on one rank only.
+// Neighbour (Verlet) lists of pairs of nearby features, kept over several steps. Each pair of
+// neighbouring clusters has a list. The set of cluster pairs stays valid while vertices remain
+// within a margin around their expected motion. A list stays valid while distances have changed by
+// at most its slack. The relative displacement of the two clusters bounds this change, so clusters
+// that move together keep their list. Lists always contain all near pairs. Their lifetime does not
+// affect results. Each list exists on one rank only.
 #pragma once
 
 #include <algorithm>
@@ -43,8 +43,8 @@ struct NeighbourList {
   // the motion from the last update() to x1.
   double change = 0.0;
   double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` in `near` [m]
-  float cost = 0.0f;     // estimated cost of this list since lists were distributed [ns]
-  float spent = 0.0f;    // time spent on this list since then [ns]; ranks balance these times
+  float cost = 0.0f;     // estimated cost since lists were distributed [ns]
+  float spent = 0.0f;    // time spent since then [ns]; ranks balance these times
   float seconds = 0.0f;  // measured time of work on this list [s]; see time_work()
   std::vector<NearPair> near = {};
 
@@ -168,12 +168,12 @@ class NeighbourLists {
   std::vector<Index> unlisted() const;
   const Communicator& ranks() const { return ranks_; }
 
-  // Starts to measure the time of work on the lists, for replays on one thread. `clock` is the time
+  // Starts to measure the time spent on the lists, for replays on one thread. `clock` is the time
   // that reading the clock takes [s].
   void time_work(double clock) { clock_ = clock; }
   WorkTimer<double> unlisted_timer() const { return {unlisted_seconds_, clock_}; }
-  // Return the time of searches without lists and that of passes over all lists since the last call
-  // [s].
+  // Return the time spent since the last call: in searches without lists, and in passes over all
+  // lists [s].
   double take_unlisted_seconds() { return std::exchange(unlisted_seconds_, 0.0); }
   double take_pass_seconds() { return std::exchange(pass_seconds_, 0.0); }
 
@@ -195,8 +195,8 @@ class NeighbourLists {
     Upkeep upkeep;
   };
 
-  static constexpr int pause = 64;           // number of updates without lists if they are widened
-  static constexpr Index most_at_once = 64;  // number of lists in a call of work_on()
+  static constexpr int pause = 64;           // updates without lists, if lists are widened
+  static constexpr Index most_at_once = 64;  // largest number of lists in a call of work_on()
   // Calls work(list) for some lists, and divides the time that this takes among them in proportion
   // to their estimated costs.
   template <class ListAt, class Work>
@@ -249,8 +249,8 @@ class NeighbourLists {
   bool search_is_due(const std::vector<Pass>& passes) const;
   void unlist_fast(const std::vector<Pass>& passes);
   void make(NeighbourList& list, PairSearch::Slots& slots) const;
-  // Returns by how much the change of distances may exceed the slack of a list before the list may
-  // lack pairs that it must contain [m].
+  // Returns the amount by which distances may change beyond the slack of a list while the list
+  // still contains all required pairs [m].
   double spare(Index pair, Cover what) const {
     return base_[pair] -
            (what == Cover::Reach ? pairs_[pair].thickness + extra_ : 1.01 * model_.gap_floor);

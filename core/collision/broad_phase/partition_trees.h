@@ -1,7 +1,8 @@
 // Bounding-volume hierarchies of partitions ([Thomaszewski2010], 5.3.1). Each cloth is divided into
-// partitions of consecutive rows, which are compact patches with a hierarchy each. A body or an
-// obstacle has one hierarchy. All ranks store all hierarchies, so a test of two nodes is given by
-// four indices. Each feature belongs to one hierarchy, so each pair of features is found once.
+// partitions of consecutive rows. A partition is a compact patch with a hierarchy of its own. A
+// body or an obstacle has one hierarchy. All ranks store all hierarchies, so a test of two nodes is
+// given by four indices. Each feature belongs to one hierarchy, so each pair of features is found
+// once.
 #pragma once
 
 #include <vector>
@@ -45,8 +46,9 @@ class PartitionTrees {
   std::size_t n_clusters() const;
   // Returns the number of the first cluster in the first node of a test.
   std::size_t first_cluster(const NodeTest& test) const { return clusters_of(test).begin; }
-  // Returns tests that replace all top-level tests for the first clusters with the numbers `begin`
-  // to `end` - 1. Top-level tests that also compare other first clusters are expanded.
+  // Returns the tests of the first clusters with the numbers `begin` to `end` - 1. They replace the
+  // top-level tests for these clusters. A top-level test that also compares other first clusters is
+  // expanded.
   std::vector<NodeTest> tests_of(std::size_t begin, std::size_t end) const;
 
   // Returns whether a test compares two clusters, which have features instead of children.

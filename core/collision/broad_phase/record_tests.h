@@ -1,5 +1,5 @@
-// Measures the costs of the tests of a search on one thread. From these costs, pool_replay.h
-// predicts times on many ranks.
+// Measures the costs of the tests of a search on one thread. pool_replay.h predicts times on many
+// ranks from these costs.
 #pragma once
 
 #include <functional>
@@ -13,8 +13,8 @@ namespace loomstone {
 using FirstTests = std::function<std::vector<NodeTest>(int rank)>;
 
 // Performs all tests of a search for `n_ranks` ranks, and writes their tree and costs to `tests`.
-// If `tests` already contains the same tree, keeps the smaller cost of each test. This excludes
-// measurements that other programs disturbed.
+// If `tests` already contains the same tree, keeps the smaller cost of each test. This reduces the
+// influence of other programs on the measurement.
 void record_tests(const FirstTests& first_tests, int n_ranks, const TaskPool::Perform& perform,
                   RecordedTests& tests);
 

@@ -1,7 +1,7 @@
-// Division of the first tests of dynamic searches among ranks by the costs of earlier searches. The
-// clusters of all hierarchies, in order, are cut into one contiguous range for each rank. A rank
-// starts with the tests whose first cluster is in its range. Costs determine which rank receives a
-// test at the start. They do not affect results.
+// Divides the first tests of dynamic searches among ranks according to the costs of earlier
+// searches. The clusters of all hierarchies, in order, are cut into one contiguous range for each
+// rank. A rank starts with the tests whose first cluster is in its range. Costs determine which
+// rank receives a test at the start. They do not affect results.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,8 @@ class SearchDeal {
  public:
   explicit SearchDeal(std::size_t n_clusters = 0) : n_clusters_(n_clusters) {}
 
-  // One search in this many measures costs. Reading the clock makes this search a tenth slower.
+  // One search in `interval` searches measures costs. Such a search is about 10 % slower, because
+  // it reads the clock.
   static constexpr int interval = 8;
 
   // Starts a search. Returns whether it measures costs.
@@ -25,8 +26,8 @@ class SearchDeal {
   // Collective. Ends a search that measures costs: cuts the clusters into `n_ranges` ranges.
   void end(const Communicator& ranks, int n_ranges);
 
-  // Average number of exchanges per search, and average size of the data that all ranks receive in
-  // them [bytes].
+  // Average number of exchanges per search, and estimated average size of the data that each rank
+  // receives in them [bytes].
   static constexpr double exchanges() { return 2.0 / interval; }
   double bytes() const;
 

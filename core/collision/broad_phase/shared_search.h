@@ -63,9 +63,9 @@ class SharedSearch {
     return all;
   }
 
-  // Largest number of records that a search has returned so far. A thread that reserves memory for
-  // this number rarely needs to move its records during a search. The system provides reserved
-  // memory only when it is used.
+  // Returns the largest number of records that a search has returned so far. A thread that reserves
+  // memory for this number rarely needs to move its records during a search. The operating system
+  // provides reserved memory only when it is used.
   template <class Record>
   std::size_t most_records() const {
     return most_bytes_ / sizeof(Record);
@@ -98,11 +98,11 @@ class SharedSearch {
   const int n_parts_;
   PartitionTrees trees_;
   RecordedTests* recorded_ = nullptr;
-  bool still_ = false;     // in the last search, all boxes were those of vertices at rest
+  bool still_ = false;     // all vertices were at rest in the last search
   bool measures_ = false;  // the last search has measured costs
-  // Deals of dynamic searches: of those that are not `still_`, and of those that are.
+  // Deals of dynamic searches. Index 0: vertices move; index 1: vertices are at rest (`still_`).
   SearchDeal deals_[2];
-  GatherRoom room_[2];  // for the results of searches that are not `still_`, and of those that are
+  GatherRoom room_[2];  // for results; indices as in deals_
   std::vector<PartitionTrees::Scratch> scratch_;  // one for each thread
   std::exception_ptr failure_;                    // failure of the last search on this rank
   PoolReport report_;

@@ -1,4 +1,5 @@
-// Result of certification: impacts of the step and the motion withheld to prevent them.
+// Result of certification: the impacts of the step, and the motion that is withheld to prevent
+// them.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +9,8 @@
 
 namespace loomstone {
 
-// Displacement that certification has withheld from a cloth vertex or a body. A body is identified
-// by its first vertex.
+// Displacement that certification has withheld from a cloth vertex or a body, and the mass of the
+// vertex or body. A body is identified by its first vertex.
 struct WithheldMotion {
   Index vertex;
   Vec3 displacement;  // [m]
@@ -17,7 +18,7 @@ struct WithheldMotion {
 };
 
 struct CertifyReport {
-  std::int64_t impacts = 0;  // number of impacts when certification starts
+  std::int64_t impacts = 0;  // impacts found before clean-up and withholding
   // Number of impacts that remain because prescribed motion leaves the cloth no room.
   std::int64_t unresolved = 0;
   std::vector<WithheldMotion> withheld;  // sorted by vertex, at most one entry per vertex

@@ -1,8 +1,8 @@
 // Displacements of a step, from which certification withholds motion. A unit is a single cloth
-// vertex or a whole free body. A unit can be carried by a moving obstacle. The unit then follows
-// the obstacle, and only its relative motion is withheld:
+// vertex or a whole free body. A unit can be carried by a moving obstacle or by prescribed
+// vertices. The unit then follows this carrier, and only its relative motion is withheld:
 //   x1 = x0 + carry + share (displacement - carry)
-// `carry` is the displacement of the unit with the obstacle, and `share` is the fraction of the
+// `carry` is the displacement of the unit with the carrier, and `share` is the fraction of the
 // relative motion that the unit keeps. The pose of a body is interpolated in the same way.
 #pragma once
 
@@ -34,7 +34,8 @@ class Displacements {
   void carry_with_vertex(Index v, Index other);
   bool same_carrier(Index v, Index other) const;
 
-  // Multiplies the unit's motion relative to its carrier by `factor`.
+  // Multiplies the unit's motion relative to its carrier by `factor`. If less than 0.1 % of it is
+  // left, withholds all of it.
   void withhold(Index unit, double factor);
   // Withholds all motion of a unit, including the motion of its carrier.
   void withhold_all(Index unit);
@@ -69,7 +70,7 @@ class Displacements {
   std::vector<std::uint8_t> changed_;
   std::vector<RigidMotion> motions_;  // motion of each surface
   std::vector<std::uint8_t> known_;
-  std::vector<RigidPose> wanted_pose_, carried_pose_;  // one pose for each body
+  std::vector<RigidPose> wanted_pose_, carried_pose_;  // (bodies) requested; on carrier
 };
 
 }  // namespace loomstone

@@ -26,9 +26,9 @@ class ImpactSearch {
   ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NeighbourLists& lists);
 
   // Collective. Each rank tests the pairs in its lists, and all ranks receive all impacts. Returns
-  // the impacts sorted by (kind, a, b). Excludes pairs that touch at x0, pairs without a
-  // movable vertex, and pairs that the tangle ignores. If `changed` (n) is not null, tests only
-  // pairs with a changed vertex. Updates the lists to x0 if necessary.
+  // the impacts sorted by (kind, a, b). Excludes pairs that touch at x0, pairs without a movable
+  // vertex, and pairs that the tangle ignores. If `changed` (n) is not null, tests only pairs with
+  // a changed vertex. Updates the lists to x0 if necessary.
   std::vector<StepImpact> find(const Team& team, const MotionInputs& inputs, const Points& x1,
                                const std::vector<std::uint8_t>* changed);
 

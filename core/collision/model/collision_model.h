@@ -27,10 +27,10 @@ struct CollisionSurface {
   bool smooth = false;
 };
 
-// For each collision vertex, the row of the linear system that determines its motion.
+// The row of the linear system that determines the motion of each collision vertex.
 struct VertexRows {
   // A vertex of cloth has its own row, and a vertex of a body has the row of the body's
-  // translation. A vertex with prescribed motion has -1.
+  // translation. A vertex of an obstacle has -1.
   std::vector<Index> row;
   std::vector<std::uint8_t> is_body;
 };

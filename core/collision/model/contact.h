@@ -23,7 +23,7 @@ struct Contact {
   double friction;                // friction coefficient mu of the pair [1]
 };
 
-// Friction state of all contacts. Anchors are sorted by (kind, a, b).
+// The friction anchors of all contacts, sorted by (kind, a, b).
 struct ContactState {
   struct Anchor {
     ContactKind kind;

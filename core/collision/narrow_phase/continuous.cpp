@@ -8,8 +8,8 @@ namespace loomstone {
 
 namespace {
 
-// Differences a_i - b_j of the points of two features at both ends of the step, each with a single
-// rounding error.
+// Differences a_i - b_j of the points of two features at both ends of the step. Each coordinate is
+// rounded only once.
 template <int N>
 struct Differences {
   std::array<Vec3, N> start, end;

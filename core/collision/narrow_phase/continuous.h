@@ -27,7 +27,8 @@ struct Impact {
   Vec3 normal = Vec3::Zero();       // unit, from b to a at `time`; set only for a hit
 };
 
-// Both functions return a hit if the distance falls to `floor` [m] at any time in [0, 1].
+// Both functions return a hit if the distance falls to `floor` [m] at any time in [0, 1]. A hit may
+// also be returned if separation cannot be proved.
 Impact continuous_vertex_face(const MovingPoints& points, double floor = 0.0);
 Impact continuous_edge_edge(const MovingPoints& points, double floor = 0.0);
 

@@ -22,8 +22,8 @@ using FourPoints = std::array<Vec3, 4>;
 ClosestPair closest_vertex_face(const FourPoints& points);
 ClosestPair closest_edge_edge(const FourPoints& points);
 
-// Returns the distance of the two features [m], or infinity if their projections onto the line
-// through their centroids already prove that the distance exceeds `reach`.
+// Returns the distance between the two features [m]. Returns infinity instead if the projections of
+// the features onto the line through their centroids prove that the distance exceeds `reach`.
 double distance_within(bool vertex_face, const FourPoints& points, double reach);
 
 // Both functions return the unit normal from b to a. If the distance is at most 1e-14 times the

@@ -1,7 +1,7 @@
 // Two features a and b touch when the set of differences a - b of their points contains the origin.
 // This set is a triangle for a vertex and a face, and a parallelogram for two edges. Its corners
-// move linearly. The corners are coplanar with the origin when a cubic vanishes. The set then
-// contains the origin if certain quadratics agree in sign.
+// move linearly. The corners are coplanar with the origin when a cubic vanishes. At such a time,
+// the set contains the origin if certain quadratics agree in sign.
 #include "core/collision/narrow_phase/exact_continuous.h"
 
 #include <algorithm>
@@ -56,7 +56,7 @@ std::array<Curve, 4> integer_points(const MovingPoints& q) {
   return points;
 }
 
-// Test whether the triangle or parallelogram of the differences a - b contains the origin, at a
+// Decides whether the triangle or parallelogram of the differences a - b contains the origin at a
 // time when the origin lies in its plane.
 struct Inside {
   // One vector per side, perpendicular to the plane. If the signs of any coordinate disagree among

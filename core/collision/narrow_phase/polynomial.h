@@ -1,7 +1,7 @@
-// Exact signs of a polynomial at those roots of another one that lie in [0, 1]. A polynomial of
-// degree n is stored as the coefficients c_i of sum_i c_i t^i (1 - t)^(n - i). For 0 < t < 1, it
-// has the sign of sum_i c_i x^i at x = t / (1 - t) > 0. Roots are isolated by bisection and
-// Descartes' rule of signs in the Bernstein basis [LaneRiesenfeld1981].
+// Computes the exact signs of a polynomial at the roots of another polynomial in [0, 1]. A
+// polynomial of degree n is stored as the coefficients c_i of sum_i c_i t^i (1 - t)^(n - i). For 0
+// < t < 1, it has the sign of sum_i c_i x^i at x = t / (1 - t) > 0. Roots are isolated by bisection
+// and Descartes' rule of signs in the Bernstein basis [LaneRiesenfeld1981].
 #pragma once
 
 #include <functional>

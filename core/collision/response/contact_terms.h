@@ -1,5 +1,5 @@
-// Contacts with friction as terms of the implicit solve. Each contact has a repulsion along
-// its normal and an anchored tangential spring (method.md, Contact terms and Friction).
+// Contacts with friction as terms of the implicit solve. Each contact has a repulsion along its
+// normal and an anchored tangential spring (method.md, Contact terms and Friction).
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ struct ContactLaw {
   double normal_stiffness;     // stiffness in the normal direction times the share [N/m]
   double steepest;             // largest slope of the normal force [N/m]
   Index contact;               // index of the contact
-  bool counts;                 // sums over all contacts include it (see ContactTerms::counts())
+  bool counts;                 // true: sums of this rank include it; see ContactTerms::counts()
 };
 
 // Error of the friction of contacts. Errors of several ranks can be added in any order.

@@ -1,4 +1,5 @@
-// Expresses a weighted sum of velocities of collision vertices by the rows of the implicit solve.
+// Expresses a weighted sum of velocities of collision vertices by the unknowns of the implicit
+// solve.
 #pragma once
 
 #include <span>
@@ -11,7 +12,7 @@
 namespace loomstone {
 
 // Sets the entries of `term` for the relative velocity sum_i w_i v_i of up to 5 vertices.
-// Velocities of prescribed vertices enter the drift. All vertices of a body use its translation row
+// Velocities of obstacle vertices enter the drift. All vertices of a body use its translation row
 // and its rotation row.
 void set_entries(const CollisionModel& model, std::span<const Index> vertices,
                  std::span<const double> weights, const ContactInputs& inputs, ExtraTerm& term);

@@ -27,7 +27,7 @@ struct Piercing {
   // known.
   Vec3 way_out = Vec3::Zero();
   double thickness = 0.0;  // mean thickness of both surfaces [m]
-  double segment = 0.0;    // half the length of the contour segments that meet here [m]
+  double segment = 0.0;    // half the total length of the contour segments at this point [m]
 };
 
 // Retraction of a surface of which a large part has passed through another surface.

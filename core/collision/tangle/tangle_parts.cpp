@@ -175,7 +175,7 @@ void TangleFinder::retract(const Points& x, std::span<Piercing* const> contour,
 // edges and the contour. With it, sizes change smoothly as the contour moves.
 void TangleFinder::refine_sizes(const Points& x, std::span<Piercing* const> contour, Cut& cut) {
   double length = 0.0;
-  std::map<int, int> n_edges;  // number of edges of each part
+  std::map<int, int> n_edges;  // number of crossed edges at each part
   for (const Piercing* const p : contour) {
     length += p->segment;
     for (int k = 0; k < 2; ++k) ++n_edges[cut.part[p->vertices[k]]];

@@ -1,6 +1,6 @@
 // Rigid bodies within an asynchronous step. A body and the cloth vertices attached to it move as
-// one rigid body: impulses on the vertices act on the body. Their common mass is larger than that
-// of the vertices, so attachments do not shorten the steps of the triangles.
+// one rigid body: impulses on the vertices act on the body. The common mass is larger than that of
+// the vertices alone, so attachments do not shorten the steps of the triangles.
 #pragma once
 
 #include <vector>
@@ -19,7 +19,7 @@ class AttachedBodies {
   // Ends the interval: sets velocities of the bodies (2 b x 3) and their poses.
   void finish(const StepInputs& inputs, Points& body_velocity) const;
 
-  // Applies to the bodies the fraction `share` of the impulses of their loads in the interval.
+  // Applies the fraction `share` of the impulses that the loads give the bodies in the interval.
   void load(double share);
   // Transfers to a body the momentum that its vertices have received from impulses, and then sets
   // the velocities of the vertices to those of the body. The positions and the pose are those

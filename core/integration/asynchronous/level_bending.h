@@ -32,14 +32,14 @@ class BendingGroup {
   double eigenvalue(const Vector& mass) const;  // largest eigenvalue of M^-1 K at rest [1/s^2]
   double damping() const { return damping_; }   // largest bending damping beta [s]
 
-  // A change of velocities by the forces times h [s]. If `start` is true, damping acts on the
-  // present velocities. Otherwise, it acts on the mean velocities since the last kick, which took
-  // place `since` [s] ago.
+  // The impulses of the forces over the time h [s]. If `start` is true, damping acts on the present
+  // velocities. Otherwise, it acts on the mean velocities since the last kick, which took place
+  // `since` [s] ago.
   struct Kick {
     double h, since;
     bool start;
   };
-  // Adds the forces at x times inverse_mass times h to v (n x 3).
+  // Adds the impulses of the forces at x, times inverse_mass, to the velocities v (n x 3).
   void kick(const Team& team, const Kick& kick, const Vector& inverse_mass, const Points& x,
             Points& v);
   // Positions of the vertices at the last kick; used with damping only.
@@ -62,7 +62,7 @@ class BendingGroup {
 Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& meshes,
                      double safety);
 
-// Returns the mean of the steps in its patch for each triangle (m) [s]. Few triangles then have
+// Returns, for each triangle, the mean of the steps in its patch (m) [s]. Few triangles then have
 // neighbours with a different step.
 Vector mean_of_patches(const Vector& steps);
 

@@ -36,8 +36,8 @@ Index choose_base(double interval, const Vector& membrane, const Vector& bending
 // the functions
 //   measure(first, start)    computes the forces of the levels >= first; `start`: at the
 //                            start of the interval
-//   kick(first, half)        changes velocities by these forces times the steps of their levels,
-//                            halved if `half`
+//   kick(first, half)        applies the impulses of these forces over the steps of their levels;
+//                            `half`: half the impulses
 //   drift(first, tick)       moves every vertex whose finest level is >= first by the step of that
 //                            level
 // The half kicks at both ends make the scheme symmetric in time and of order 2.

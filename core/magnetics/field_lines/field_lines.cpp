@@ -15,9 +15,9 @@ constexpr double finest = 0.1;  // largest turn of the tangent between output po
 // Largest turn of the tangent in a step [rad]. The error of cubic interpolation is then 3e-4 of the
 // radius of curvature.
 constexpr double coarsest = 0.6;
-// Largest number of steps of a line at a tolerance of 1e-5. Lines of magnets and coils need about
-// 50. The limit matters for induced bodies: at distances below the size of a panel, the field shows
-// the pattern of the panels, and lines through weak fields may not end.
+// Largest number of steps of a line at tolerances of 1e-5 or more. Lines of magnets and coils need
+// about 50. The limit matters for induced bodies: at distances below the size of a panel, the field
+// shows the pattern of the panels, and lines through weak fields may not end.
 constexpr double most_steps = 1000.0;
 
 constexpr std::array<std::array<double, 6>, 6> stages = {{
@@ -66,8 +66,8 @@ struct Tracer {
   Vec3 x = Vec3::Zero(), tangent = Vec3::Zero();  // current position, tangent at the seed
   double sign = 1.0, step = 0.0, length = 0.0;
   Index origin = 0;                    // index of the seed
-  bool inside = false, close = false;  // in a body; in a body or its layer
-  bool away = false, done = false;     // away from its seed, ended
+  bool inside = false, close = false;  // inside: in a body; close: in it or its layer
+  bool away = false, done = false;     // away: was far from its seed; done: ended
   LineEnd end = LineEnd::length;
   std::vector<Vec3> points;
   std::array<Vec3, 7> k = zeros();  // tangents at the stages

@@ -21,8 +21,8 @@ struct LineOptions {
   // centre of bounding_ball() and four times its radius.
   Vec3 centre = Vec3::Zero();
   double extent = 0.0;
-  double tolerance = 1e-5;  // error of a step divided by the extent [1]
-  double length = 0.0;      // maximum length of a line [m]; 0: 20 times `extent`
+  double tolerance = 1e-5;  // tolerated error of a step over the extent [1]
+  double length = 0.0;      // maximum length in each direction [m]; 0: 20 times `extent`
 };
 
 // Starting points of lines (n x 3) [m], and the directions in which they are traced: 1 along the

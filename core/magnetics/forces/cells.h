@@ -1,9 +1,10 @@
 // Magnets as hierarchies of dipole cells, section 6.3.2 of [Thomaszewski2010]. Level 0 is the
 // bounding box. Cells are bisected along their longest axis until they reach a given density. A
 // leaf of volume v is dropped if its centre is closer to the surface than half its diameter
-// v^(1/3). Cells without leaves are dropped too. The moments of the cells at each level, with the
-// leaves of coarser levels, add up to that of the magnet. For each pair of bodies, equation (6.19)
-// selects the cells that interact. These cells are called the front.
+// v^(1/3). Cells without leaves are dropped too. If no leaf remains, one cell represents the whole
+// magnet. The moments of the cells at each level, with the leaves of coarser levels, add up to that
+// of the magnet. For each pair of bodies, equation (6.19) selects the cells that interact. These
+// cells are called the front.
 //
 // There are three differences from [Thomaszewski2010]. The position of a cell is the mean of its
 // leaves, not the centre of its box. In (6.19), a cell with longest edge e has the density 1/e^3 of

@@ -14,7 +14,8 @@ namespace loomstone {
 namespace {
 
 // Returns the distance between two bodies divided by the shortest edge of the induced body, clamped
-// to the range in which calibrated() was fitted. Returns 1 for currents and dipoles.
+// to the range in which calibrated() was fitted. Returns 1 if a body has no box (currents,
+// dipoles).
 double relative_gap(const MagneticBody& induced, const MagneticBody& by) {
   const auto box = induced.source->box(), other = by.source->box();
   if (!box || !other) return 1.0;

@@ -132,7 +132,8 @@ void check_tolerance(double tolerance) {
     fail<InvalidInput>("tolerance must be in [1e-12, 0.1] [1], got {}", tolerance);
 }
 
-// Sets the forces between bodies with one dipole, such as spheres. Returns a mask of these bodies.
+// Sets the wrenches that bodies with a single dipole, such as spheres, exert on each other. Returns
+// a mask of these bodies.
 std::vector<bool> add_single_dipoles(const Team& team, const std::vector<MagneticBody>& bodies,
                                      std::vector<Wrench>& result) {
   std::vector<bool> single(bodies.size(), false);
@@ -202,8 +203,7 @@ void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bo
   }
 }
 
-// Returns the pairs i < k of bodies that exert forces on one another and of which neither is in
-// `done`.
+// Returns the pairs i < k of bodies that are not in `done` and that exert forces on one another.
 std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& bodies,
                                               const std::vector<Index>& carrier,
                                               const std::vector<bool>& done) {

@@ -1,9 +1,9 @@
 // Adaptive quadrature of one source's field over the panels of another. Panels with tensor-product
 // Gauss rules are bisected, in the direction with the larger error, until the estimated error is
 // below the tolerance. The error of an n-point rule is about the Legendre coefficient of degree 2 n
-// of the integrand. Coefficients are assumed to decay geometrically. The estimated error is then
-// twice the squared larger one of the last two coefficients that the rule resolves, divided by the
-// largest coefficient.
+// of the integrand. Coefficients are assumed to decay geometrically. Let l be the larger one of the
+// last two coefficients that the rule resolves, and c the largest of all. The estimated error is
+// then 2 l^2 / c.
 #pragma once
 
 #include <vector>

@@ -15,7 +15,7 @@ namespace loomstone {
 
 struct CoarseMagnet {
   std::shared_ptr<const Points> positions;  // (n x 3) dipoles in the axes of the source [m]
-  double moment = 0.0;                      // moment of each dipole [A m^2]
+  double moment = 0.0;                      // largest moment of a dipole [A m^2]
   double size = 0.0;                        // edge of each part [m]; 0 for point dipoles
   bool soft_sphere = false;                 // true: magnetises along the field; see SoftSphere
 };

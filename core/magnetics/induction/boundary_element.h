@@ -43,9 +43,10 @@ class BoundaryElements {
 // its own equation, with an eighth of the unknowns.
 std::unique_ptr<BoundaryElements> cuboid_boundary_elements(const Team& team,
                                                            const std::vector<FlatPanel>& panels);
-// Returns the matrix for triangles of a closed surface. The exact field of a panel is evaluated at
-// quadrature points of near panels. The flux between far panels is computed by quadrature over
-// both. The diagonal entries absorb the quadrature error, so that Gauss' law holds exactly.
+// Returns the matrix for triangles of a closed surface. The flux of a panel through near panels is
+// computed from its field at 4 x 4 points of each. The flux between far panels is computed by
+// quadrature over both. The diagonal entries absorb the quadrature error, so that Gauss' law holds
+// exactly.
 std::unique_ptr<BoundaryElements> mesh_boundary_elements(const Team& team,
                                                          const std::vector<FlatPanel>& panels);
 

@@ -20,8 +20,8 @@ struct BesideWinding {
 BesideWinding beside_winding(const MagneticBody& coil, const MagneticBody& body);
 
 // Returns the flux [Wb] of dipoles or of an induced body through all turns of a loop or solenoid
-// that has one ampere per turn. Throws Unsupported if the body lies both in the bore and outside
-// the winding.
+// that has one ampere per turn. Throws Unsupported if a body with surface charge lies both in the
+// bore and outside the winding.
 double linked_flux(const MagneticBody& coil, const MagneticBody& magnetised);
 
 }  // namespace loomstone

@@ -36,9 +36,9 @@ double distance_to(const MagneticBody& body, const Vec3& point) {
   return nearest;
 }
 
-// Chooses the degree of the solid harmonics of each sphere, unless the user has given it. Takes
-// pairs of spheres, closest first, and rotates both z axes of each pair onto its line of centres,
-// because translations along z are cheap.
+// Chooses the degree of the solid harmonics of each sphere, unless the user has given it. Then
+// rotates the z axes of pairs of spheres onto their line of centres, because translations along z
+// are cheap. Takes the closest pairs first, and each sphere at most once.
 void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                      double tolerance) {
   struct Near {
@@ -209,8 +209,8 @@ void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBo
         for (Eigen::Index k = 0; k < world.rows() && !overlap; ++k)
           overlap =
               other.source->depth(in_axes(other.pose, world.row(k).transpose())) > rounding * size;
-      // No sample of the body lies inside a source that has no interior or that the body encloses.
-      // The centre of the source or its dipoles are therefore tested, too.
+      // Samples of the body cannot show an overlap with a source that has no interior or that lies
+      // inside the body. The centre of the source or its dipoles are therefore tested, too.
       const SourcePtr solid = soft[i].shape->solid();
       const auto inside = [&](const Vec3& point) {
         return solid->depth(in_axes(soft[i].pose, point)) > rounding * soft[i].shape->radius();

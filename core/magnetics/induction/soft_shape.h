@@ -85,8 +85,8 @@ SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibili
 SoftShapePtr soft_cylinder(const Team& team, double radius, double height, double inner_radius,
                            double susceptibility, int cells);
 
-// Shape of a closed mesh whose origin is moved to the mesh's centre of volume, and the pose of this
-// origin. soft_mesh() bisects the triangles until there are at least `panels` of them.
+// Shape of a closed mesh, relative to the mesh's centre of volume, and the pose of this centre.
+// soft_mesh() bisects triangles until there are at least `panels` of them.
 struct SoftMesh {
   SoftShapePtr shape;
   RigidPose pose;

@@ -16,7 +16,8 @@
 // side, it is expressed by complete elliptic integrals.
 //
 // At points closer than 1e-12 radii to a surface, the field is the limit from outside. On a rim or
-// wire, it is infinite. Points closer to it than 1e-15 radii are evaluated at that distance.
+// wire, the field is infinite. Points closer to a rim or wire than 1e-15 radii are evaluated at
+// that distance.
 #pragma once
 
 #include "core/magnetics/sources/source.h"

@@ -53,8 +53,8 @@ inline Vec3 in_axes(const RigidPose& pose, const Vec3& point) {
 Vector magnetic_potential(const Team& team, const std::vector<MagneticBody>& bodies,
                           const ConstPointsRef& points);
 
-// Returns the pose with a position [m] and a quaternion (w, x, y, z). The quaternion may have any
-// length > 0 and is normalised. Throws InvalidInput if a value is invalid.
+// Returns a pose with the given position [m] and quaternion (w, x, y, z). The quaternion may have
+// any length > 0 and is normalised. Throws InvalidInput if a value is invalid.
 RigidPose checked_pose(const Vec3& position, const Vec4& orientation);
 
 // Both functions return a body with its pose. The origin of a mesh magnet is its centre of volume;

@@ -1,4 +1,5 @@
-// Newton's method on the three-term recurrence of the Legendre polynomials determines the nodes.
+// The nodes are the roots of a Legendre polynomial, found by Newton's method. The polynomial is
+// evaluated by its three-term recurrence.
 #include "core/magnetics/sources/gauss.h"
 
 #include <array>

@@ -11,14 +11,14 @@ namespace loomstone {
 
 namespace {
 
-// Returns the name of a collision triangle in messages: its surface and its index in the user's
-// numbering.
+// Returns a text that identifies a collision triangle in messages: its surface and its index in the
+// user's numbering.
 std::string place(const Model& model, Index triangle) {
   const CollisionSurface& surface =
       model.collision.surfaces[model.collision.surface_of_triangle[triangle]];
   Index local = triangle - surface.first_triangle;
   if (surface.kind == CollisionSurface::Kind::Cloth) {
-    Index first = 0;  // number of triangles in earlier cloths
+    Index first = 0;  // number of triangles in preceding cloths
     for (const auto& other : model.collision.surfaces) {
       if (&other == &surface) break;
       first += other.n_triangles;
@@ -77,8 +77,8 @@ void check_inside(const Model& model, const Points& vertices) {
   }
 }
 
-// Throws InvalidInput if scripted positions at the start are far from their vertices, because the
-// first step would then pull these vertices far from their neighbours.
+// Throws InvalidInput if the scripted start positions of vertices are far from their actual start
+// positions, because the first step would then move these vertices far from their neighbours.
 void check_scripts(const Model& model, const State& state) {
   Points start;
   pin_targets(model, state, 0.0, 1.0, start);

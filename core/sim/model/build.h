@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// Orders the cloth rows by recursive graph bisection. Sets materials, pins, scripts, start
-// positions and start velocities.
+// Orders the cloth rows by recursive graph bisection. Sets the materials, pins, scripts, start
+// positions and start velocities of cloth.
 void build_cloth(const Scene& scene, Model& model, State& state);
 
 // Sets the surfaces and start poses of rigid bodies and obstacles, and the attachments.

@@ -84,8 +84,8 @@ double own_thickness(const Cloth& cloth, const std::string& name) {
              : std::min(0.1 * edges / (3.0 * static_cast<double>(t.rows())), 0.4 * smallest);
 }
 
-// Returns whether a surface is closed and has many faces and no creases. Its contacts then use
-// interpolated normals instead of facet normals.
+// Returns whether a surface is closed and has many faces and no creases. The contacts of such a
+// surface use interpolated normals instead of face normals.
 bool is_smooth(const TriangleMesh& mesh) {
   constexpr Index many_faces = 1000;
   const double crease = std::cos(30.0 * EIGEN_PI / 180.0);
@@ -184,8 +184,8 @@ double least_thickness(const CollisionModel& model) {
   return std::isfinite(least) ? least : 1e-3;
 }
 
-// Sets the looks of bodies and obstacles if one of them has a look, and their uv if one has a
-// texture.
+// Sets the looks of all bodies and obstacles if any of them has a look, and their uv if any of them
+// has a texture.
 void set_looks(const Scene& scene, FrameTopology& topology) {
   std::vector<std::pair<const TriangleMesh*, const std::optional<Look>*>> surfaces;
   for (const RigidBody& body : scene.bodies) surfaces.emplace_back(body.mesh.get(), &body.look);

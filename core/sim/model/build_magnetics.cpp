@@ -1,4 +1,4 @@
-// Builds the magnets, coils and bearings, and the magnetic pole at each vertex for rendering.
+// Builds the magnets, coils and bearings, and the magnetic polarity at each vertex for rendering.
 #include "core/base/error.h"
 #include "core/sim/model/build.h"
 #include "core/sim/model/motion.h"

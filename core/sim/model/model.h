@@ -24,7 +24,7 @@ struct Model {
   // The collision vertices of one rigid body or obstacle. The numbering of collision vertices
   // starts with the cloth rows, followed by the bodies and then the obstacles.
   struct Surface {
-    Index first = 0;  // index of its first collision vertex
+    Index first = 0;  // its first collision vertex
     // (k x 3) Vertices relative to the body's centre of mass or the obstacle's origin [m].
     Points local;
   };
@@ -38,7 +38,7 @@ struct Model {
   ClothModel cloth;
   CollisionModel collision;
   FrameTopology topology;            // in the user's order
-  std::vector<Index> row_of_vertex;  // row of each cloth vertex of the user
+  std::vector<Index> row_of_vertex;  // row of each cloth vertex in the user's order
   std::vector<Index> triangle_of;    // user's index of each internal triangle
   std::vector<PinScript> scripts;
   std::vector<Surface> bodies, obstacles;
@@ -55,7 +55,7 @@ struct Model {
     const auto found = std::find(row_of_vertex.begin(), row_of_vertex.end(), row);
     return static_cast<Index>(found - row_of_vertex.begin());
   }
-  // Memory of the tables of cloth and of frames, without meshes of the scene [bytes].
+  // Memory of the tables of cloth and of frames, without the meshes of the scene [bytes].
   std::size_t bytes() const {
     std::size_t sum =
         bytes_of(cloth, topology, row_of_vertex, triangle_of, prescribed, inverse_mass);

@@ -10,12 +10,14 @@ namespace loomstone {
 // motion from `state` to the user's targets and poses that is complete at this time. `share` is 1
 // when the targets and poses are reached (see State::target_time).
 
-// Sets `target` (n x 3) to the positions of scripted pins at `time` and to the targets set by the
-// user. All other rows are the current positions.
+// Sets the rows of scripted pins in `target` (n x 3) to their positions at `time`. Targets set by
+// the user replace them, interpolated from the current positions according to `share`. All other
+// rows are the current positions.
 void pin_targets(const Model& model, const State& state, double time, double share, Points& target);
 
-// Returns the pose of an obstacle's mesh at `time`. The pose follows from the keyframes. If the
-// user has set a pose, the result is between the present and the user's pose, according to `share`.
+// Returns the pose of an obstacle's mesh at `time`, which follows from its keyframes. If the user
+// has set a pose, returns instead a pose between the present pose and that of the user, according
+// to `share`.
 RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, double time,
                         double share);
 

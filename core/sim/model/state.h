@@ -14,7 +14,7 @@
 
 namespace loomstone {
 
-// Account of energy [J]. It begins at the start of the simulation, and again when the user writes
+// Account of energy [J]. It begins with the first step, and again after the user has written
 // positions or velocities.
 struct EnergyAccount {
   bool begun = false;
@@ -35,7 +35,7 @@ struct EnergyAccount {
 struct State {
   std::int64_t step = 0;   // completed steps; written by the stepper
   double time = 0.0;       // [s]; written by the stepper
-  ClothState cloth;        // written by integration and certification
+  ClothState cloth;        // written by the integrator and by later stages
   RigidState rigid;        // written by the bodies' stage and certification
   MagneticState magnetic;  // written by the bodies' stage
   ContactState contacts;   // friction anchors, written by certification

@@ -25,7 +25,7 @@ void get(const Checkpoint& c, const std::string& name, Matrix& matrix) {
   std::copy(found->second.values.begin(), found->second.values.end(), matrix.data());
 }
 
-// Reads a table whose size the scene determines. Its shape must match that of `now`.
+// Reads a table whose size is determined by the scene. The table must have the shape of `now`.
 template <class Matrix>
 void get(const Checkpoint& c, const std::string& name, Matrix& matrix, const Matrix& now) {
   get(c, name, matrix);
@@ -34,7 +34,7 @@ void get(const Checkpoint& c, const std::string& name, Matrix& matrix, const Mat
                      now.rows(), matrix.rows());
 }
 
-// Reads a table that is absent if all its entries are zero.
+// Reads a table. If the checkpoint does not contain it, all entries are zero.
 void get_unless_zero(const Checkpoint& c, const std::string& name, Points& matrix) {
   if (c.arrays.count(name))
     get(c, name, matrix, Points(matrix));

@@ -9,8 +9,8 @@
 namespace loomstone {
 
 // Returns all magnets of the model in the order of the scene, then the coils that carry current.
-// Soft-magnetic bodies have their magnetisation in that frame. Throws InvalidInput unless the frame
-// has as many vertices of bodies and obstacles as the model.
+// Soft-magnetic bodies have the magnetisation that is induced in this frame. Throws InvalidInput
+// unless the frame has as many vertices of bodies and obstacles as the model.
 std::vector<MagneticBody> magnets_of_frame(const Team& team, const Model& model,
                                            const Frame& frame);
 

@@ -1,4 +1,4 @@
-// Checks the description of a scene, and forms the names of its parts for messages and reports.
+// Checks the description of a scene. Makes the names of its parts for messages and reports.
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@ void check_scene(const Scene& scene);
 std::string name_of(const Scene& scene, const char* kind, std::size_t index, std::size_t count,
                     const std::string& given);
 
-// Returns the name of a list entry in messages, such as: cloths[1] ("flag").
+// Returns the name of a list entry for messages, for example: cloths[1] ("flag").
 std::string item(const char* list, std::size_t index, const std::string& name);
 
 }  // namespace loomstone

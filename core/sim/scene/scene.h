@@ -111,7 +111,7 @@ struct Obstacle {
   }
 };
 
-// Two-way coupling that ties cloth vertices to points of a rigid body.
+// Two-way coupling of cloth vertices with points of a rigid body.
 struct Attachment {
   std::string cloth, body;  // names of cloth and body
   std::vector<Index> vertices;

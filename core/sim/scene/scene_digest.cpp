@@ -76,7 +76,8 @@ class Digest {
     word(values.size());
     for (const T& value : values) add(value);
   }
-  // Hashes only fields that differ from their defaults, so that later versions can add fields.
+  // Hashes only fields that differ from their defaults, so that new fields do not change old
+  // hashes.
   template <Description D>
   void add(const D& description) {
     visit(description,

@@ -10,9 +10,9 @@
 
 namespace loomstone {
 
-// Returns hashes of all fields of the scene and of the integrator's options that differ from their
-// defaults, and of the integrator's method if it is not the default one. The keys are names of
-// fields ("scene.gravity").
+// Returns the hashes of the fields of the scene and of the integrator's options that differ from
+// their defaults. The integrator's method has a hash unless it is the default method. The keys are
+// names of fields, such as "scene.gravity".
 // Numbers are hashed in single precision, and magnitudes below 1e-12 as zero, because the last
 // digits of sines may differ between machines.
 std::map<std::string, std::string> digests(const Scene& scene, const IntegratorOptions& options);

@@ -9,7 +9,7 @@
 
 namespace loomstone {
 
-// A part of a step, in units of 1/64 step.
+// A part of a step, in units of 1/64 of the step.
 struct StepPart {
   static constexpr int whole = 64, quarter = 16, least = 1;
   int first = 0, last = whole;
@@ -19,7 +19,7 @@ struct StepPart {
 // The result of an attempt at a part.
 struct PartResult {
   bool solved = true;               // the solver found a solution
-  int longest = StepPart::whole;    // length that error and energy of contacts allow [1/64 step]
+  int longest = StepPart::whole;    // length allowed by error and contact energy [1/64 step]
   bool contacts_gain = false;       // contacts have created energy
   std::int64_t impacts = 0;         // impacts that remain after certification
   bool withheld_much = false;       // certification withheld much of the motion
@@ -38,7 +38,7 @@ class Bisection {
   StepPart part() const { return left_.back(); }  // the part to attempt next
 
   // Splits the next part in two if it is longer than `longest` >= 1 [1/64 step]. The first piece is
-  // 1/n of the part, rounded down, with the smallest n >= part / longest.
+  // 1/n of the part, rounded down, where n is the smallest integer with n >= part / longest.
   void shorten(int longest);
 
   enum class Verdict { Accepted, Repeated };

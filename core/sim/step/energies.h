@@ -1,4 +1,4 @@
-// Energies of a state.
+// Computes the energies of a state.
 #pragma once
 
 #include "core/base/report.h"

@@ -18,8 +18,8 @@ constexpr double gain_tolerance = 0.02;
 // create is at most this fraction of the tolerated energy.
 constexpr double aim = 0.5;
 
-// Returns the energy of everything but contacts [J]. It includes what circuits and bearings have
-// lost since the start, minus what the sources of coils have supplied.
+// Returns the energy of everything but contacts [J]. Includes the energy that circuits and bearings
+// have dissipated since the start, minus the energy that the sources of circuits have supplied.
 double total_energy(const StepReport& report) {
   const EnergyReport& e = report.energy;
   const CircuitReport& c = report.circuits;
@@ -33,7 +33,7 @@ double body_kinetic_energy(const Engines& engines, const State& state) {
   return bodies.body_kinetic;
 }
 
-// Energy that cloth and bodies have lost after the solve [J].
+// Returns the energy that cloth and bodies have lost after the solve [J].
 double lost_after_solve(const Solved& solved, const Engines& engines, const State& state) {
   EnergyReport bodies;
   measure_bodies(engines.model, state.rigid, bodies);

@@ -1,5 +1,4 @@
-// Account of energy: the mechanical work of scripted motion and loads since the start, and the
-// losses.
+// Account of energy: the work of scripted motion and loads since the account began, and the losses.
 #pragma once
 
 #include "core/sim/step/limit_and_certify.h"
@@ -10,7 +9,7 @@ namespace loomstone {
 // Begins the account of a state at the start of a step, unless it already has one.
 void begin_account(const Engines& engines, State& state);
 
-// Changes in a part after its solve.
+// Changes of the cloth in a part of a step after its solve.
 struct AfterSolve {
   double limited = 0.0;        // energy that strain limits removed from cloth [J]
   bool untangles = false;      // untangling forces acted

@@ -1,6 +1,6 @@
 // Engines that the stages of a step use: the mechanics of cloth, bodies, magnets and contacts. They
-// are built from the model and the state. Rebuilding them after a step that allows a checkpoint
-// leaves later results bitwise identical.
+// are built from the model and the state. If they are rebuilt after a step that allows a
+// checkpoint, later results are bitwise identical.
 #pragma once
 
 #include <memory>
@@ -42,7 +42,7 @@ struct Engines {
   std::vector<double> busy;  // (threads) time of each thread in collision loops of this step [s]
   Team collision_team;       // the same threads; their time is added to `busy`
   std::unique_ptr<Elasticity> elasticity;  // elements of this rank
-  // Elements of all ranks, which a rank makes when it measures alone for the first time.
+  // Elements of all ranks, built when this rank measures alone for the first time.
   mutable std::unique_ptr<Elasticity> all_elements;
   Elasticity& elasticity_for(Measuring how) const;
   std::unique_ptr<Integrator> integrator;

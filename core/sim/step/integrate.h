@@ -7,8 +7,8 @@
 namespace loomstone {
 
 struct SolvedBodies {
-  // (2 b x 3) velocities after the impulses of the cloth [m/s, rad/s]; without cloth, the predicted
-  // ones
+  // (2 b x 3) velocities of the bodies after the impulses of the cloth, or the predicted velocities
+  // if there is no cloth [m/s, rad/s]
   Points velocity;
   std::vector<RigidPose> poses;  // (b) poses at the end; empty unless the integrator moves bodies
 };

@@ -1,6 +1,6 @@
 // Fifth stage: enforces strain limits, then certifies that the motion has no impact and ends
-// without intersections. No later stage moves vertices. Velocities change by the correction divided
-// by the length of the part, as in (3.16) of [Thomaszewski2010].
+// without new intersections. No later stage moves vertices. Velocities change by the correction
+// divided by the length of the part, as in (3.16) of [Thomaszewski2010].
 #pragma once
 
 #include <optional>

@@ -10,18 +10,18 @@ namespace loomstone {
 
 namespace {
 
-// Maximum number of certifications. Our choice: a second round is rare if contacts and limits are
+// Maximum number of certifications. Our choice. A second one is rare if contacts and limits are
 // both part of the solve.
 constexpr int max_rounds = 4;
 constexpr int max_fallbacks = 4;
 constexpr int max_passes = 16;    // passes over triangles per fallback
 constexpr double aimed_at = 0.9;  // target excess of a fallback, as a fraction of the margin
-// The step is taken in parts if fallbacks withhold more than this fraction of the motion. One
-// fallback can withhold most of the motion of a cloth thrown at a ball.
+// The step is taken in parts if fallbacks withhold more than this fraction of the motion. For a
+// cloth thrown at a ball, one fallback can withhold most of the motion.
 constexpr double much_motion = 0.01;
 
-// A strain mode (weft, warp, shear) of a triangle: the strain beyond its limit (negative: within)
-// and the tolerated excess [1].
+// A strain mode (weft, warp, shear) of a triangle: its strain minus the limit (negative: within the
+// limit) and the tolerated excess [1].
 struct Mode {
   double excess, margin;
 };
@@ -114,12 +114,13 @@ class Constraining {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
-  // True if the limits were satisfied after limiting and no impulses followed. Then no check is
-  // needed.
+  // True if the limits are satisfied after limiting and impulses do not resolve contacts. No check
+  // is then needed.
   bool limiting_held() const { return report_.limits.broken.empty() && !in_.repelled; }
 
-  // Marks cloths whose limits the sweeps did not satisfy, because scripted motion leaves no room or
-  // the sweeps ended too soon. Later rounds do not limit these cloths; their excess is reported.
+  // Marks the cloths whose limits the sweeps did not satisfy, because scripted motion leaves no
+  // room or there were too few sweeps. Later rounds do not limit these cloths; their excess is
+  // reported.
   void give_up() {
     held_.assign(in_.cloth->n_vertices, 0);
     for (const Index i : in_.loaded) held_[i] = 1;
@@ -150,8 +151,8 @@ class Constraining {
     return std::any_of(worse.begin(), worse.end(), [](std::uint8_t w) { return w != 0; });
   }
 
-  // Stores the certified state with the least excess, for the case that no certified state
-  // satisfies the limits. Requires that check() has measured x1_.
+  // Stores the certified state with the least excess, which is used if no certified state satisfies
+  // the limits. check() must have measured x1_.
   void keep_best() {
     const double excess = std::accumulate(squares_.begin(), squares_.end(), 0.0);
     if (excess >= least_excess_) return;

@@ -41,12 +41,12 @@ struct ConstrainInputs {
 
 struct ConstrainReport {
   LimitReport limits;  // report of the last limiting; sweeps and evaluations are totals
-  // Report merged over all rounds, with each vertex listed once; `unresolved` is from the last
-  // round.
+  // Reports of all rounds, merged so that each vertex is listed once; `unresolved` is that of the
+  // last round.
   CertifyReport certified;
   int rounds = 0;                   // number of certifications
   int fallbacks = 0;                // number of fallbacks
-  bool broke_limits = false;        // limits that are satisfied at x0 are exceeded at x1
+  bool broke_limits = false;        // limits satisfied at x0 are exceeded at x1
   bool stopped_for_limits = false;  // fallbacks withheld more than 1 % of the motion
   double requested = 0.0;  // sum of the distances that free vertices move before certification [m]
   double withheld_for_limits = 0.0;  // sum of the lengths that fallbacks withhold [m]
@@ -56,8 +56,8 @@ struct ConstrainReport {
 };
 
 // Corrects x1 (all vertices x 3) and `bodies` so that the motion from x0 has no impacts and no
-// triangle exceeds its limits by more than limit_margin(). Limits that sweeps cannot satisfy keep
-// an excess, which is reported.
+// triangle exceeds its limits by more than limit_margin(). The report contains the impacts and the
+// excess that cannot be removed.
 ConstrainReport constrain(const ConstrainInputs& inputs, Points& x1, FreeBodies& bodies);
 
 }  // namespace loomstone

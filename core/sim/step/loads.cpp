@@ -10,8 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Predicts body velocities under gravity and magnetic forces, so that the solve adds only the
-// action of the cloth.
+// Predicts the velocities of bodies under gravity and magnetic forces, so that the solve adds only
+// the effect of the cloth.
 void predict_bodies(const StepContext& part, const State& state, const Engines& engines,
                     Loads& loads) {
   const Model& model = engines.model;

@@ -61,8 +61,8 @@ bool pressed(const std::vector<Contact>& contacts) {
                      [](const Contact& c) { return c.distance < 0.5 * c.thickness; });
 }
 
-// Elastic and external forces on cloth at the start of the part [N]; no rows if no contact is
-// pressed.
+// Returns the elastic and external forces on cloth at the start of the part [N]; no rows if no
+// contact is pressed.
 Points pressing_forces(const Loads& loads, const std::vector<Contact>& contacts, Engines& engines) {
   if (!pressed(contacts)) return Points(0, 3);
   const Index n = engines.model.cloth.n_vertices;

@@ -25,7 +25,7 @@ struct NearContacts {
   // (vertices x 3) predicted velocities of all collision vertices [m/s]. They are set only if the
   // solve includes contacts or the integrator handles them at events.
   Points v0;
-  // (vertices x 3) change of velocity in the last step [m/s]. Contact terms assume that it repeats
+  // (vertices x 3) change of velocity in the last step [m/s]. Contact terms assume the same change
   // in this step, which reduces the lag of sliding contacts.
   Points last_change;
   GatherRoom work_room;
@@ -42,18 +42,19 @@ void know_contacts(const State& state, const Engines& engines);
 // would find. If positions x0 are given, the motion from x0 to `state` is divided into `n_parts`
 // intervals of equal length, and the result has the energy at the end of each interval. All of
 // these energies but the last are estimates. If contacts are not part of the solve, the energies
-// are 0. Slow unless know_contacts() was called. Collective if `elasticity` is divided among ranks.
+// are 0. Slow unless know_contacts() was called for this state. Collective if `elasticity` is
+// divided among ranks.
 std::vector<double> contact_energies(const State& state, double time, const Engines& engines,
                                      Elasticity& elasticity, const Points* x0 = nullptr,
                                      int n_parts = 1);
 
-// Returns the pairs of features that are closer than their thickness in the present state, sorted
-// by (kind, a, b); empty if nothing collides. All ranks must call this function.
+// Returns the contacts in the present state, sorted by (kind, a, b); empty if nothing collides. All
+// ranks must call this function.
 std::vector<Contact> present_contacts(const State& state, const Engines& engines);
 
 // Evaluates the terms for an iterate of Newton's method, after cloth and bodies have moved by
-// `displacement` (rows x 3) [m] in `time` [s]. On entry, `terms` are those at the start of
-// the part. Returns their energy [J].
+// `displacement` (rows x 3) [m] in `time` [s]. On entry, `terms` are those at the start of the
+// part. Returns their energy [J].
 double terms_at(NearContacts& near, const Engines& engines, const Points& displacement, double time,
                 TermRequest request, ExtraTerms& terms);
 

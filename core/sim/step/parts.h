@@ -15,8 +15,8 @@ namespace loomstone {
 // Function that takes a part of a step. It must change the state and outcome given to take_parts().
 using RunPart = std::function<PartResult(const StepContext& part)>;
 
-// Takes the whole step at once or in parts. A part is divided if an attempt at it fails, has too
-// large an error or lets contacts create energy. In steps of given length, a part is also divided
+// Takes the whole step at once or in parts. A part is divided if an attempt at it fails, its error
+// is too large, or contacts create energy in it. In steps of given length, a part is also divided
 // before an attempt if its expected error is too large. An automatic step that has not been divided
 // is shortened instead if its error is too large or contacts create energy in it. outcome.start
 // must contain the state at the start of the step.

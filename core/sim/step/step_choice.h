@@ -1,4 +1,4 @@
-// Lengths of steps.
+// Chooses the lengths of steps.
 #pragma once
 
 #include "core/integration/options.h"
@@ -8,12 +8,12 @@
 namespace loomstone {
 
 struct StepChoice {
-  double largest = 0.0;    // largest length of a step [s]
-  bool automatic = false;  // true: steps are shorter where their error requires it
+  double largest = 0.0;    // length of steps; if automatic, the largest length [s]
+  bool automatic = false;  // true: steps are shorter if their error requires it
 };
 
 // Chooses the lengths of steps for the given options and the state at the start. Throws
-// InvalidInput if steps are automatic but no accuracy bounds their error.
+// InvalidInput if the step of an implicit scheme is "auto" but its accuracy is not given.
 StepChoice choose_steps(const IntegratorOptions& options, const Model& model, const State& state);
 
 }  // namespace loomstone

@@ -35,8 +35,9 @@ constexpr double growth = 1.5, growth_in_contact = 1.25, growth_to_settled = 2.0
 // lose its energy.
 constexpr double dissipation_tolerance = 0.15;
 
-// Returns the factor by which the length of a part must change for its error to become `tolerated`.
-// The strain is proportional to the square of the length, and its energy to the fourth power.
+// Returns the factor by which the length of a part must change so that its relative error becomes
+// `tolerated`. The strain is proportional to the square of the length, and its energy to the fourth
+// power.
 double length_factor(const StepError& error, double tolerated) {
   return std::min(std::sqrt(tolerated * strain_tolerance / std::max(error.strain, 1e-300)),
                   std::pow(tolerated * energy_tolerance / std::max(error.energy, 1e-300), 0.25));

@@ -30,7 +30,7 @@ struct StepOutcome {
   std::vector<std::array<Index, 2>> forced;
 };
 
-// The outcome before an attempt at a part. It is restored if the attempt fails.
+// The outcome before an attempt at a part, for return_to() if the attempt fails.
 struct OutcomeMark {
   StepReport report;
   std::vector<std::uint8_t> contact;
@@ -41,7 +41,7 @@ void begin_outcome(std::int64_t step, Index n_vertices, StepOutcome& outcome);
 
 inline OutcomeMark mark(const StepOutcome& outcome) { return {outcome.report, outcome.contact}; }
 
-// What a rank did in a step.
+// Times and traffic of a rank in a step.
 struct RankWork {
   double wall = 0.0;                                          // wall time [s]
   double collision_computing = 0.0, collision_waiting = 0.0;  // see RankReport [s]
@@ -53,14 +53,14 @@ struct RankWork {
 RankWork work_of_step(const Communicator& ranks, const Traffic& before, double wall,
                       const RankReport& report);
 
-// Collective. Summarises what the ranks did in a step.
+// Collective. Summarises the times and the traffic of all ranks in a step.
 RankReport summary_of(const Communicator& ranks, const RankWork& own);
 
-// Summarises the seconds that each thread was busy.
+// Summarises the times for which threads were busy [s].
 ThreadReport summary_of(const std::vector<double>& busy);
 
-// Undoes an attempt. Its run time and its numbers of iterations, sweeps, rounds and fallbacks
-// remain in the report.
+// Undoes an attempt. Its run times and its numbers of iterations, evaluations, sweeps, rounds and
+// fallbacks remain in the report.
 void return_to(const OutcomeMark& mark, StepOutcome& outcome);
 
 }  // namespace loomstone

@@ -1,5 +1,5 @@
-// Sixth stage: corrects velocities with which strains would change by more than the permitted
-// amount per step. Positions do not change.
+// Sixth stage: corrects velocities so that strains do not change by more than the permitted amount
+// per step. Positions do not change.
 #pragma once
 
 #include "core/sim/step/limit_and_certify.h"

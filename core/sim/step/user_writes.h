@@ -1,4 +1,5 @@
-// Detects and checks what users write to State between two steps, and sends it to all ranks.
+// Detects and checks the data that users write to State between two steps, and sends them to all
+// ranks.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +11,8 @@
 
 namespace loomstone {
 
-// Records between two steps what users have written. A checkpoint does not contain this record.
+// Records the kind of data that users have written since the last step. A checkpoint does not
+// contain this record.
 class UserWrites {
  public:
   // From now on, positions and velocities are compared before every step with those after the last
@@ -18,15 +20,15 @@ class UserWrites {
   void watch(const State& state);
   bool watching() const { return watching_; }
   // Kind of data that users have written since the last step. If they have written data of several
-  // kinds, only the kind that is named last here counts.
+  // kinds, the last of these kinds in this list counts.
   enum Kind { Nothing, Table, Velocities, Positions };
   void note(Kind kind) { written_ = std::max(written_, kind); }  // records a write by a call
 
   // Throws InvalidInput for the first invalid entry.
   void check(const Model& model, const State& state) const;
-  // Gathers every row from the rank that owns it. Broadcasts overrides, poses, and the forces and
-  // torques on bodies from rank 0. Returns the Kind that counts for what users have written on all
-  // ranks. Collective.
+  // If users have written anything, gathers every row from the rank that owns it, and broadcasts
+  // overrides, poses, and the forces and torques on bodies from rank 0. Returns the Kind that
+  // counts for the data written on all ranks. Collective.
   Kind settle(const RowLayout& layout, State& state);
   void forget() { written_ = Nothing; }  // call it after replacing the whole state
   std::size_t bytes() const { return bytes_of(x_, v_); }

@@ -35,7 +35,7 @@ double sum_over_rows(const Engines& engines, Term&& term) {
   return layout.sum(sums);
 }
 
-// Work of air and of the user's forces on cloth [J].
+// Returns the work of air and of the user's forces on cloth [J].
 double work_of_loads(const Loads& loads, const State& state, const Engines& engines) {
   const Model& model = engines.model;
   return sum_over_rows(engines, [&](Index i) {
@@ -130,7 +130,7 @@ std::vector<std::array<Vec3, 2>> solved_terms(const StepContext& part, NearConta
   return terms;
 }
 
-// A number that a contact adds to a sum of work [J].
+// The work that a contact adds to one of the sums [J].
 struct WorkOfContact {
   enum Sum : Index { Scripts, Friction };
   Index contact;

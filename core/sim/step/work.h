@@ -31,7 +31,7 @@ struct PartWork {
 PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts& near,
                       const Solved& solved, const State& state, Engines& engines);
 
-// Sets the cloth and the energy of the bodies in `solved` to those of `state`.
+// Sets the cloth motion and the energy of bodies in `solved` to those of `state`.
 void note_solved(const Engines& engines, const State& state, Solved& solved);
 
 // True if some scripted surface moves in the part.

@@ -1,1 +1,1 @@
-"""Modules that the whole package shares: arguments, quantities with units, pickling."""
+"""Modules shared by the whole package, such as checks of arguments, units and pickling."""

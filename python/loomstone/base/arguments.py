@@ -49,14 +49,14 @@ def whole(name: str, value: Any, low: int, high: int) -> int:
 def takes(**units: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Decorates a public function or dataclass so that its arguments may carry units.
 
-    units : unit of each number, by the name of the parameter; "1" for pure numbers. Quantities are
-        converted to this unit. Quantities of another dimension raise InvalidInput.
+    units : unit of each parameter that takes numbers, by its name; "1" for pure numbers. Quantities
+        are converted to this unit. Quantities of another dimension raise InvalidInput.
 
     Arguments annotated as TriangleMesh may also be meshes of trimesh or meshio.
 
     A misspelt keyword raises a TypeError that suggests the right one or lists all keywords. If the
-    C++ core rejects the type of an argument, the TypeError shows the given arguments and the
-    expected types.
+    C++ core rejects the type of an argument, a TypeError shows the given arguments and the expected
+    types.
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:

@@ -1,8 +1,8 @@
 """Errors in one sentence for calls that the C++ core rejects.
 
-pybind11 reports arguments of the wrong number or type in several lines, with all signatures. This
-module wraps the functions and methods of the core, so that they raise WrongArguments. It must be
-imported before modules that import functions of the core.
+pybind11 reports a wrong number or type of arguments in several lines, with all signatures. This
+module wraps the functions and methods of the core, so that they raise WrongArguments instead. It
+must be imported before modules that import functions of the core.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _REJECTED = re.compile(r"(\w+)\(\): incompatible (constructor|function) argument
 
 
 class WrongArguments(TypeError):
-    """A function of the core was called with arguments of the wrong number or type."""
+    """Raised if a function of the core is called with a wrong number or type of arguments."""
 
 
 def _sentence(text: str) -> str:
@@ -52,7 +52,7 @@ def _sentence(text: str) -> str:
 
 
 def _without_first(given: str) -> str:
-    """Returns a list of arguments without the first. Commas in brackets separate no arguments."""
+    """Removes the first argument from a text. Commas in brackets do not separate arguments."""
     depth = 0
     for place, letter in enumerate(given):
         depth += (letter in "([{<") - (letter in ")]}>")
@@ -75,7 +75,7 @@ def _explained(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _explain(owner: Any) -> None:
-    """Wraps the functions of the core, or the methods of one of its classes."""
+    """Wraps the public functions and methods of the core, or the methods of one of its classes."""
     for name, value in list(vars(owner).items()):
         if isinstance(value, type):
             if owner is _core:
@@ -87,7 +87,7 @@ def _explain(owner: Any) -> None:
 
 
 def _is_constructor(owner: Any, name: str) -> bool:
-    """Returns whether an attribute is a constructor that does not itself explain errors.
+    """Returns whether an attribute is the constructor of a class without field_names.
 
     Constructors of classes with field_names, such as Cloth, explain errors themselves.
     """

@@ -1,7 +1,7 @@
-"""Meshes of trimesh and meshio as TriangleMesh.
+"""Conversion of meshes of trimesh and meshio to TriangleMesh.
 
-The bindings and `base.arguments.takes` call `converted` for mesh arguments of other types, so such
-objects are accepted wherever a TriangleMesh is taken. Neither package is imported.
+The bindings and `base.arguments.takes` call `converted` for mesh arguments of other types, so these
+meshes are accepted wherever a TriangleMesh is taken. Neither package is imported.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ def converted(value: Any) -> TriangleMesh | None:
     """Returns a trimesh.Trimesh or meshio.Mesh as TriangleMesh, or None for any other object.
 
     Vertices [m] keep their order. Polygons are split into fans from their first corner. Texture
-    coordinates are left out, because rest coordinates are lengths.
+    coordinates are left out, because the uv of a TriangleMesh are lengths [m].
 
-    Raises InvalidInput for a trimesh.Scene, and for meshes without triangles or with triangles that
-    TriangleMesh rejects.
+    Raises InvalidInput for a trimesh.Scene, and for meshes without triangles, with quadratic cells
+    or with triangles that TriangleMesh rejects.
     """
     classes = {(base.__module__.split(".")[0], base.__name__) for base in type(value).__mro__}
     if ("trimesh", "Trimesh") in classes:
@@ -48,7 +48,7 @@ def triangles_of_cells(cells: Any) -> np.ndarray[Any, np.dtype[np.int64]]:
     """Returns the triangles (m x 3) of meshio's cell blocks, with polygons split into fans.
 
     Other cells, such as points, lines and tetrahedra, are ignored. Raises InvalidInput if there are
-    no flat triangles or polygons, or if there are triangle6 or quad8 cells, which are quadratic.
+    no flat triangles or polygons, or if there are quadratic cells, such as triangle6 and quad8.
     """
     kinds = sorted({block.type for block in cells} - set(_IGNORED))
     faces = [np.asarray(block.data, int) for block in cells if block.type in _FACES]

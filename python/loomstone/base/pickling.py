@@ -1,4 +1,4 @@
-"""Pickling and copying of meshes and of descriptions, which are classes such as Scene and Cloth.
+"""Pickling and copying of meshes and of descriptions, such as Scene and Cloth.
 
 Pickled objects are rebuilt from their fields, which are then validated again. Sources, frames and
 checkpoints are pickled by the core itself.

@@ -1,4 +1,4 @@
-"""Conversion of quantities that carry a unit. No other module converts units.
+"""Conversion of quantities with units to plain numbers, for the whole package.
 
 A quantity is recognised by its Pint attributes. Quantities of any Pint registry are therefore
 accepted, and Pint is not imported here.

@@ -27,7 +27,7 @@ _OF_TEXTILES = (
 
 
 class Units(pint.UnitRegistry[Any]):
-    """A registry of Pint with additional textile units: gsm, tex, denier, gf/cm and others.
+    """A Pint registry with the units of textiles, such as gsm, tex, denier and gf/cm.
 
     units["gf cm^2/cm"] is the quantity 1 gf cm^2/cm, which can be multiplied by a number or an
     array. Classes and functions of loomstone accept quantities of this or any other Pint registry
@@ -65,7 +65,7 @@ class Units(pint.UnitRegistry[Any]):
 
 
 def _ambiguous(unit: str) -> bool:
-    """Returns whether a unit is ambiguous: a product follows a fraction bar, as in gf/cm deg."""
+    """Returns whether a product follows the fraction bar of a unit, as in gf/cm deg."""
     flat = unit
     while (inner := re.sub(r"\([^()]*\)", "u", flat)) != flat:
         flat = inner

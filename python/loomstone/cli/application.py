@@ -1,4 +1,4 @@
-"""The command-line application with its help, and the session in which every command runs."""
+"""The command-line application with its help, and the session in which commands run."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
 
 
 def _claim(error: AssertionError) -> str:
-    """Returns the message of a failed assertion or, if it has none, its line and source."""
+    """Returns the message of a failed assertion or, if it has none, its file, line and source."""
     message = " ".join(str(error).split())
     frames = traceback.extract_tb(error.__traceback__)
     if message or not frames:
@@ -113,7 +113,7 @@ def _claim(error: AssertionError) -> str:
 
 @contextmanager
 def _warnings_in_one_line() -> Iterator[None]:
-    """Prints each SceneWarning as one line on standard error."""
+    """Prints each SceneWarning in the `with` block as one line on standard error."""
     with warnings.catch_warnings():
         warnings.simplefilter("always", SceneWarning)
         show = warnings.showwarning

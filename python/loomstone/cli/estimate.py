@@ -1,4 +1,4 @@
-"""Estimates the memory that a run needs, before the scene is built."""
+"""Estimate of the memory that a run needs, made before the scene is built."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _shown(size: float) -> str:
 
 
 def _available() -> float | None:
-    """Returns the memory that programs can still take [bytes]; None if it is unknown."""
+    """Returns the memory that is still free for programs [bytes]; None if it is unknown."""
     try:
         with open("/proc/meminfo", encoding="ascii") as lines:
             for line in lines:

@@ -1,4 +1,4 @@
-"""The content of a file as values for other programs, which `loomstone info --json` prints."""
+"""The content of a file as named values, which `loomstone info --json` prints."""
 
 from __future__ import annotations
 

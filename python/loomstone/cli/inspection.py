@@ -174,11 +174,12 @@ def _marked(frame: Frame, simulation: Simulation, pairs: list[Any]) -> Frame:
 
 
 def event_lines(run: Run, summary: dict[str, Any]) -> list[str]:
-    """Returns lines about the steps of single triangles in an asynchronous run.
+    """Returns lines about the steps of individual triangles in an asynchronous run.
 
     The first line compares the number of events with that for equal steps of all triangles.
 
-    Further lines count triangles by the longest step that each may take at the last checkpoint.
+    If there is a checkpoint, further lines count triangles by the longest step that each may take
+    at the newest one.
     """
     if not summary.get("events"):
         return []
@@ -224,7 +225,7 @@ def contact_lines(summary: dict[str, Any]) -> list[str]:
 
 
 def limit_lines(summary: dict[str, Any]) -> list[str]:
-    """Returns a line of text if steps of a run exceeded strain limits, from their summary."""
+    """Returns a line of text about steps that exceeded strain limits, if there are any."""
     if not summary.get("steps_with_broken_limits"):
         return []
     return [

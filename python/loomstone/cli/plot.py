@@ -124,7 +124,7 @@ def field(
 
 
 def _only_run(runs: list[Path], what: str) -> Path:
-    """Returns the first run. Raises InvalidInput if there are others that are not plotted."""
+    """Returns the first run. Raises InvalidInput if there are others, but only one is plotted."""
     if len(runs) > 1 and what != "parallel":
         raise InvalidInput(f"only --what parallel plots several runs, got {len(runs)} for {what}")
     return runs[0]
@@ -138,7 +138,7 @@ def _plot_runs(runs: list[Path], what: str, target: Path) -> Path:
 
 
 def _title(directory: Path) -> str:
-    """Returns the name of a run, with its scene and parameters if they are known."""
+    """Returns the directory of a run, with its scene and parameters if they are known."""
     name = str(directory)
     try:
         made = Run(directory).metadata.get("scene_file")

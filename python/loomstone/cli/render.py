@@ -179,7 +179,7 @@ def _told(what: str, paths: list[Path]) -> str:
     return f"{what}: {paths[0] if len(paths) == 1 else f'{paths[0].parent} ({len(paths)})'}"
 
 
-# Fields of RenderOptions that the command sets.
+# Fields of RenderOptions that have an option of the same name.
 _FIELDS = (
     *("width", "height", "color_by", "color_map", "color_low", "color_high", "pattern"),
     *("wireframe", "field_lines", "background"),
@@ -187,7 +187,7 @@ _FIELDS = (
 
 
 def _look(run: Run, given: dict[str, Any]) -> RenderOptions:
-    """Returns the given options, completed by those of existing pictures or else the scene file."""
+    """Returns the options of existing pictures, or else of the run, changed by the given ones."""
     options = drawn_with(run.directory / "frames")
     options = options or (stored_options(run)[3] if "render" in run.metadata else RenderOptions())
     camera = _camera(run, options.camera, given)

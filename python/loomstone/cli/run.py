@@ -144,8 +144,8 @@ def resume(
     --render starts drawing. Missing pictures are drawn at the end.
 
     A run contains the program of its scene file. This program is executed only if the scene file
-    at its original path equals it, or with --trust. The program of a run from a stranger can do
-    anything that you can do.
+    at its original path equals it, or if --trust is given. The program of a run from a stranger can
+    do anything that you can do.
 
     \b
         loomstone resume out/drape

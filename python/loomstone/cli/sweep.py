@@ -57,11 +57,11 @@ def sweep(
 ) -> None:
     """Runs a scene for all combinations of parameters.
 
-    Each run has a directory of its own in --out. table.csv has the parameters and the figures of
-    the report of each finished run, and figures.png plots some of them. If a sweep is interrupted,
-    the same command continues it: finished runs are kept, and others are resumed. More values may
-    be added. The exit code is 1 if a run fails; its log.txt says why. docs/cluster.md describes
-    how to run a sweep on a cluster.
+    Each run has a directory of its own in --out. table.csv has the parameters of each finished run
+    and the figures of its report; figures.png plots some of these figures. If a sweep is
+    interrupted, the same command continues it: finished runs are kept, and others are resumed. More
+    values may be added. The exit code is 1 if a run fails; its log.txt says why. docs/cluster.md
+    describes how to run a sweep on a cluster.
 
     \b
         loomstone sweep scenes/twist.py -p triangles=800,3200 -p friction=0.1:0.5:5 --out out/sweep
@@ -102,7 +102,7 @@ def _follow(
 
     Returns the points of the runs that failed, with their exit codes.
 
-    Exits with 128 plus the number of the signal that ended the sweep.
+    If a signal ends the sweep, exits with 128 plus the number of the signal.
     """
     failed: list[tuple[Point, int]] = []
     began, done = time.perf_counter(), 0

@@ -31,7 +31,7 @@ class Words:
             print(line, flush=True)
 
     def insist(self, line: str) -> None:
-        """Prints a line that the user always needs; to standard error if text is off."""
+        """Prints a line in every mode; to standard error if other text is off."""
         if self._rank == 0:
             print(line, file=sys.stdout if self._text else sys.stderr, flush=True)
 

@@ -1,7 +1,7 @@
 """Writes Alembic: deforming surfaces as samples of points, rigid ones as samples of transforms.
 
-Alembic has y up and clockwise faces, so points are turned and faces are reversed. It holds no
-materials, so colours are a parameter of the vertices, Cd, in linear RGB.
+Alembic has y up and clockwise faces, so points are rotated and faces are reversed. It holds no
+materials, so colours are stored as a parameter of the vertices: Cd, in linear RGB.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def write_alembic(path: Path, clip: Clip) -> None:
 
 
 class _Mesh:
-    """The mesh of a surface, below the node that moves it."""
+    """The mesh of a surface, below the transform node that moves it."""
 
     def __init__(self, parent: Any, surface: Surface, motion: Motion, sampling: int) -> None:
         geometry = imported("alembic3d.AbcGeom", "abc")
@@ -84,7 +84,7 @@ class _Mesh:
         stored.set(geometry.OC3fGeomParamSample(colors, vertex))
 
     def add(self, index: int, positions: Floats) -> None:
-        """Adds a frame: the points of a deforming surface, or the pose of a rigid one."""
+        """Adds a frame: the points of a deforming surface, or the pose of a moving rigid one."""
         motion = self._motion
         if not motion.rigid:
             self._add_points(positions, vertex_normals(positions, self.surface.triangles))

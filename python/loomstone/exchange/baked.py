@@ -23,7 +23,7 @@ def read_parts(
     """Reads the meshes of a USD or glTF file, and the times [s] at which their motion is sampled.
 
     rate : samples per second [1/s]; None: that of the file, or 60 for glTF
-    animation : names of animations in a glTF file; an empty list: its only one; None: at rest
+    animation : names of animations (glTF only); an empty list: the only animation; None: at rest
 
     Raises CacheError if the file cannot be read, and InvalidInput if it has no meshes or no such
     animation.
@@ -80,7 +80,7 @@ def _welded(part: Part) -> Part:
 
     Triangles that lose a corner are left out, and so are vertices without triangles.
 
-    Files repeat vertices where uv or normals differ, but a surface needs its vertices connected.
+    Files repeat vertices where uv or normals differ, but adjacent triangles must share vertices.
     """
     count = part.frames.shape[1]
     paths = np.ascontiguousarray(part.frames.transpose(1, 0, 2).astype(np.float32)).reshape(

@@ -18,7 +18,7 @@ __all__ = ["Clip", "FramesOfRun", "clip_of"]
 
 
 class FramesOfRun(Protocol):
-    """What exports need of a run; loomstone.Run implements it."""
+    """The interface of a run that exports use; loomstone.Run implements it."""
 
     directory: Path
 
@@ -75,7 +75,7 @@ class Clip:
 def clip_of(
     run: FramesOfRun, frames: range | None, every: int, progress: Callable[[int], None]
 ) -> Clip:
-    """Returns the selected frames of a run. All are read here; `progress` is called for each."""
+    """Returns the selected frames of a run. Reads all of them, and calls `progress` for each."""
     chosen = selected(len(run), frames, every)
     surfaces = surfaces_of(run.topology)
     motions = motions_of(surfaces, lambda: (run[i] for i in chosen), len(chosen), progress)

@@ -19,7 +19,7 @@ __all__ = ["FORMATS", "Format", "export_run", "format_of"]
 Format = Literal["usd", "gltf", "alembic", "pc2", "mdd", "obj", "ply"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 
-# Suffixes of the formats that have a single file; the first is the default.
+# Suffixes of the formats that write a single file; the first is the default.
 _FILES: dict[Format, tuple[str, ...]] = {
     "usd": (".usdc", ".usd", ".usda"),
     "gltf": (".glb", ".gltf"),

@@ -1,4 +1,4 @@
-"""Writes the surfaces of a run as files of their own: point caches, or one mesh file per frame."""
+"""Writes each surface of a run to files of its own: a point cache, or one mesh file per frame."""
 
 from __future__ import annotations
 

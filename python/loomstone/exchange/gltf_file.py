@@ -51,7 +51,7 @@ class GltfFile:
         self._buffers: dict[int, bytes] = {}
 
     def item(self, kind: str, index: int | None, of: str) -> Any:
-        """Returns an item of a list such as nodes; raises InvalidInput if there is none.
+        """Returns an item of a list of the file, such as nodes; raises InvalidInput if absent.
 
         of : what refers to the item, for messages
         """
@@ -65,7 +65,7 @@ class GltfFile:
     def array(self, index: int, of: str) -> Floats:
         """Returns the values (count x columns) of an accessor.
 
-        Integers that the accessor marks as normalized are divided by the largest of their type.
+        Integers that the accessor marks as normalized are divided by the largest value of the type.
 
         of : what the values are, for messages
         """

@@ -93,7 +93,7 @@ class _Shape:
         return _moved(points, self._matrices(poses))
 
     def triangles_in(self, poses: dict[int, Floats]) -> Indices:
-        """Returns the triangles, turned over if there is no skin and the pose is a reflection."""
+        """Returns the triangles, reversed if there is no skin and the pose has a reflection."""
         mirrored = self.skin is None and np.linalg.det(poses[self.node][:3, :3]) < 0.0
         return self.triangles[:, ::-1] if mirrored else self.triangles
 

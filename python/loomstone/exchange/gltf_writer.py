@@ -1,7 +1,7 @@
 """Writes glTF 2.0: deforming surfaces as morph targets, rigid ones as animated nodes.
 
-glTF has y up, so a root node turns the scene; all other data have z up. Each frame after the first
-is a morph target, and linearly interpolated weights select it at its time. Vertices that need
+glTF has y up, so a root node rotates the scene; all other data have z up. Each frame after the
+first is a morph target, and linearly interpolated weights select it at its time. Vertices that need
 several uv or normals are repeated after all others, so the first n vertices are those of the run.
 """
 
@@ -220,8 +220,8 @@ class _Document:
 def _split(surface: Surface, motion: Motion, points: Floats) -> tuple[Indices, Indices, Floats]:
     """Repeats vertices whose corners differ in uv or normals.
 
-    Returns the vertices of the run that the vertices of the file repeat (k), the triangles of the
-    file (m x 3), and the normals at its vertices (k x 3).
+    Returns the vertex of the run for each vertex of the file (k), the triangles of the file
+    (m x 3), and the normals at its vertices (k x 3).
     """
     corner_vertex = surface.triangles.reshape(-1)
     keys = corner_vertex[:, None]

@@ -30,7 +30,7 @@ def material_ranges(surface: Surface) -> list[tuple[int, str]]:
 
 
 def write_materials(directory: Path, surface: Surface) -> list[Path]:
-    """Writes NAME.mtl and, for a surface with a texture, NAME.png."""
+    """Writes NAME.mtl and, for a surface with a texture, NAME.png; returns their paths."""
     lines = ["# written by loomstone; colours in linear RGB"]
     image = directory / f"{surface.identifier}.png"
     written = [directory / library_name(surface)]

@@ -25,7 +25,7 @@ class Motion:
     still: bool
     rigid: bool  # also True if still
     centre: Floats  # (3) mean of the vertices in the first frame [m]
-    rotations: Floats  # (f x 3 x 3) from the first frame to each; not used unless rigid
+    rotations: Floats  # (f x 3 x 3) from the first frame to each frame; not used unless rigid
     centres: Floats  # (f x 3) place of `centre` in each frame [m]; not used unless rigid
 
     @property
@@ -90,7 +90,7 @@ def _extend(motion: Motion, index: int, positions: Floats) -> None:
 
 
 def _best_rotation(before: Floats, after: Floats) -> Floats:
-    """Returns the rotation that maps `before` to `after` with the least squared deviation.
+    """Returns the rotation that maps `before` to `after` with the least sum of squared deviations.
 
     Kabsch, "A solution for the best rotation to relate two sets of vectors", 1976.
     """

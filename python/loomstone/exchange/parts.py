@@ -12,7 +12,7 @@ from .surfaces import Floats, Indices
 
 __all__ = ["MALFORMED", "Part", "sample_times"]
 
-# Exceptions that malformed files cause in libraries and in the conversion of their content.
+# Exceptions that malformed files cause in libraries, or when their content is converted.
 MALFORMED = (
     KeyError,
     IndexError,

@@ -42,7 +42,7 @@ def mdd_header(points: int, times: Floats) -> bytes:
 
 
 def write_positions(file: IO[bytes], suffix: str, positions: Floats) -> None:
-    """Appends the positions (n x 3) [m] of one frame in the format of a suffix."""
+    """Appends the positions (n x 3) [m] of one frame, in the format with the given suffix."""
     file.write(np.ascontiguousarray(positions, _TYPES[suffix]).tobytes())
 
 

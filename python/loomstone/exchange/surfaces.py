@@ -33,7 +33,7 @@ class Surface:
     identifier: str  # made of letters, digits and _; unique within the run
     is_cloth: bool
     vertices: slice  # its rows in the arrays of a frame
-    triangles: Indices  # (m x 3) indices of its own vertices
+    triangles: Indices  # (m x 3) vertex indices, counted from its first vertex
     uv: Floats  # (k x 2) rest coordinates [m]; no rows for bodies without a texture
     uv_triangles: Indices  # (m x 3) indices into uv; no rows if uv has none
     colors: Floats  # (c x 3) linear RGB of its materials
@@ -43,7 +43,7 @@ class Surface:
     texture_uv: Floats  # (k x 2) uv in units of the image's size; no rows without an image
 
     def positions(self, frame: Frame) -> Floats:
-        """Returns its vertices (n x 3) in a frame [m]."""
+        """Returns the vertices of the surface (n x 3) in a frame [m]."""
         every = frame.positions if self.is_cloth else frame.body_vertices
         return every[self.vertices]
 
@@ -92,7 +92,7 @@ def linear_rgb(bytes_: Bytes) -> Floats:
 def texture_at_vertices(surface: Surface) -> Bytes | None:
     """Returns the colours (n x 3) of the texture at the vertices, or None without a texture.
 
-    A vertex on the border of the uv area has the colour just inside it.
+    A vertex on the border of the uv area has the colour just inside the border.
     """
     if surface.texture is None:
         return None
@@ -182,7 +182,7 @@ def _body(topology: FrameTopology, index: int, taken: set[str]) -> Surface:
 
 
 def _image(look: Look, color: Floats) -> Bytes | None:
-    """Returns the texture of a look, blended with `color` where the texture is transparent."""
+    """Returns the texture of a look, if any, blended with `color` where it is transparent."""
     if look.texture is None:
         return None
     share = look.texture[..., 3:] / 255.0
@@ -202,7 +202,7 @@ def _texture_uv(look: Look, uv: Floats) -> Floats:
 
 
 def _rows(owner: NDArray[Any], index: int) -> slice:
-    """Returns the slice of rows whose owner is `index`; they are stored one after another."""
+    """Returns the slice of rows whose owner is `index`. These rows are contiguous."""
     mine = np.flatnonzero(owner == index)
     return slice(int(mine[0]), int(mine[-1]) + 1)
 

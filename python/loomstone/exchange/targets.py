@@ -15,7 +15,7 @@ __all__ = ["check_free", "remove_sequences", "unfinished", "unfinished_directory
 
 
 def check_free(path: Path, *, overwrite: bool) -> None:
-    """Raises InvalidInput if `path` is a file or a directory that is not empty, unless `overwrite`.
+    """Raises InvalidInput if `path` is a file or a non-empty directory, unless `overwrite` is set.
 
     Creates the directory in which `path` lies; raises CacheError if that is not possible.
     """

@@ -1,4 +1,4 @@
-"""Reads USD in a process of its own.
+"""Reads USD files in a separate process.
 
 usd-core prints warnings, and damaged files can crash the process that reads them. This module hides
 the warnings, and reports a crash by a CacheError of one sentence.
@@ -27,7 +27,7 @@ _ERRORS: tuple[type[Error], ...] = (InvalidInput, Unsupported, CacheError)
 def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part], Floats]:
     """Reads a file as usd_reader.read_usd does, and raises the same errors.
 
-    Also raises CacheError if the library ends the process.
+    Also raises CacheError if the library crashes.
     """
     with tempfile.TemporaryDirectory() as scratch:
         result = Path(scratch) / "result.npz"

@@ -94,7 +94,7 @@ def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
 
 
 def _check_skin(where: str, binding: Any, prim: Any, target: Any) -> None:
-    """Raises InvalidInput unless a skin has a skeleton with one pose per joint and uses its joints.
+    """Raises InvalidInput unless a skin has a skeleton that contains its joints and their poses.
 
     The library reads the poses without these checks.
     """

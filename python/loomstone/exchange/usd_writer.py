@@ -94,7 +94,7 @@ def _set_uv(mesh: Any, surface: Surface) -> None:
 
 
 def _set_materials(stage: Any, mesh: Any, surface: Surface) -> None:
-    """Binds one material, or one for each group of triangles of the same colour."""
+    """Binds one material to the mesh, or one to each group of triangles with the same colour."""
     geometry, shade = imported("pxr.UsdGeom", "usd"), imported("pxr.UsdShade", "usd")
     vt = imported("pxr.Vt", "usd")
     mesh.CreateDisplayColorAttr(_vectors(surface.colors[:1]))
@@ -159,7 +159,7 @@ def _texture(stage: Any, path: str, pixels: Bytes, name: str) -> Any:
 
 
 def _move(mesh: Any, motion: Motion, codes: Floats) -> None:
-    """Writes the pose of a rigid surface in every frame."""
+    """Writes the pose of a rigid surface in every frame, if the surface moves."""
     if motion.still:
         return
     geometry, gf = imported("pxr.UsdGeom", "usd"), imported("pxr.Gf", "usd")

@@ -1,7 +1,7 @@
 """Fits a fabric to measured curves, as in section 3.3.3 of [Thomaszewski2010].
 
-Each mode of deformation is described by a stiffness and a limit. The limit is the strain at which
-the measured curve reaches a given load (100-200 gf/cm; default 150 gf/cm = 147.1 N/m). The
+Each mode of deformation is described by a stiffness and, except bending, a limit: the strain at
+which the measured curve reaches a given load (usually 100-200 gf/cm; default 150 gf/cm). The
 stiffness is fitted to the curve below the limit, by least squares in closed form. The load P per
 width, or the moment M per width, of the model in equilibrium is
 
@@ -54,10 +54,10 @@ def fit(
         per width [N]. Arrays may carry units: (ls.units["%"] * strain, ls.units["gf/cm"] * load).
     density : [kg/m^2], or a quantity with a unit
     load : load that defines the limits [N/m], or a quantity with a unit
-    shear_limit : largest e12 [1]. It replaces the shear at `load`, which shear tests rarely reach.
+    shear_limit : largest e12 [1], instead of that at `load`, a load that shear tests rarely reach
 
     Raises InvalidInput for curves that cannot be fitted: values that are not finite numbers, strain
-    that does not increase, fewer than four points below the limit, or a load that is never reached.
+    that does not increase, fewer than four points up to the limit, or a load that is never reached.
     Without bending curves, the material keeps its default bending.
 
     >>> import numpy as np

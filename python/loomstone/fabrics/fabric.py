@@ -19,7 +19,7 @@ class ModeFit:
     """The fit of one mode of deformation to a measured curve.
 
     stiffness : stiffness [N/m], or bending rigidity [N m]
-    limit : largest strain [1]; inf for bending
+    limit : largest strain, for shear e12 [1]; inf for bending
     misfit : root mean square deviation from the curve, relative to its largest load [1]
     points : number of points of the curve that were used
     """
@@ -36,7 +36,7 @@ class Fabric(ClothMaterial):
     It is passed to a cloth as Cloth(material=fabric) or, with strain limits, as
     Cloth(material=fabric, strain_limit=fabric.strain_limit).
 
-    name, use, composition, construction : descriptive texts
+    name, use, composition, construction : descriptions in words
     limits : largest strain along weft and warp, and largest shear strain e12 [1]; inf if unknown
     source, licence : source of the numbers and its licence
     caveats : limitations of the numbers, one sentence each

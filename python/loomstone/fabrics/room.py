@@ -28,15 +28,15 @@ class FabricsRoom(ModuleType):
         return len(catalogue)
 
     def keys(self) -> KeysView[str]:
-        """Names of the fabrics."""
+        """Returns the names of the fabrics."""
         return catalogue.keys()
 
     def values(self) -> ValuesView[Fabric]:
-        """The fabrics."""
+        """Returns the fabrics."""
         return catalogue.values()
 
     def items(self) -> ItemsView[str, Fabric]:
-        """Names and fabrics."""
+        """Returns pairs of a name and a fabric."""
         return catalogue.items()
 
     def get(self, name: str, default: Any = None) -> Any:

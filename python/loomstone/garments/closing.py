@@ -1,4 +1,4 @@
-"""Sews by simulation: forces pull seams of separate panels closed, then vertices are welded."""
+"""Sewing by simulation: forces close the seams of separate panels, then vertices are welded."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 REACH = 0.03  # gap above which the force between two vertices stays constant [m]
-# A seam is closed if its largest gap, divided by the mean edge, is at most SHUT, or at most
+# The seams are closed if the largest gap, divided by the mean edge, is at most SHUT, or at most
 # SHUT_AT_REST once gaps no longer shrink [1].
 SHUT, SHUT_AT_REST = 0.15, 0.5
 AT_REST = 0.1  # gaps no longer shrink if their sum falls by less than 1 % in this time [s]
@@ -57,8 +57,8 @@ def close_seams(
     step : time step [s]
     ease : largest relative difference in length of sewn edges [1]
 
-    Seams count as closed if no gap exceeds 1.5 contact distances, or if all gaps are at rest below
-    half a mesh edge, because thickness keeps panels apart where three of them meet. The vertices of
+    Seams count as closed if no gap exceeds 1.5 contact distances, or if all gaps are at rest at no
+    more than half a mesh edge: where three panels meet, thickness keeps them apart. The vertices of
     each pair are then welded halfway between them. Raises SolverFailure naming the widest seam if
     seams stay open, and InvalidInput if the sewn garment would intersect itself.
     """
@@ -114,8 +114,8 @@ def _closed_already(pieces: Cut, distance: float) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class _Limits:
-    """Time step [s] and longest simulated time [s] of closing seams, and the mean edge [m], to
-    which gaps are compared.
+    """Time step [s] and longest simulated time [s] of sewing, and the mean edge [m], by which gaps
+    are divided.
     """
 
     step: float
@@ -166,7 +166,7 @@ def _pulled(
 
 
 def _areas(pieces: Cut) -> Floats:
-    """Returns the lumped area of every panel vertex: a third of its triangles' areas [m^2]."""
+    """Returns the area of every panel vertex: a third of the total area of its triangles [m^2]."""
     corners = pieces.flat[pieces.triangles]
     e, f = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     third = np.abs(e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0]) / 6

@@ -25,7 +25,7 @@ SHELF = 0.05  # distance between neighbouring panels in the uv layout [m]
 class Cut:
     """The triangulated panels before sewing, concatenated.
 
-    flat : (n x 2) the pattern laid out [m], weft along the first axis and warp along the second
+    flat : (n x 2) the panels laid out side by side [m]; weft is the first axis, warp the second
     placed : (n x 3) initial positions given by the placements of the panels [m]
     triangles : (m x 3) vertex indices
     panel_of_triangle : (m) index of the panel of each triangle

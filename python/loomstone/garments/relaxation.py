@@ -17,7 +17,7 @@ Indices = NDArray[np.int64]
 
 
 def gradients(flat: Floats) -> tuple[Floats, Floats]:
-    """Returns the shape function gradients (m x 3 x 2) [1/m] and areas (m) [m^2] of triangles.
+    """Returns gradients of the shape functions (m x 3 x 2) [1/m] and areas (m) [m^2] of triangles.
 
     flat : rest corners (m x 3 x 2) [m]
     """

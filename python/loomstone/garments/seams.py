@@ -80,8 +80,8 @@ class Pattern:
     def check(self, ease: float) -> None:
         """Raises InvalidInput if the pattern cannot be sewn.
 
-        This is the case if edges are unknown or sewn twice, if the lengths of sewn edges differ by
-        more than `ease`, or if panels are not connected.
+        This is the case if two panels have the same name, if edges are unknown or sewn twice, if
+        the lengths of sewn edges differ by more than `ease`, or if panels are not connected.
         """
         if not (np.isfinite(ease) and 0 <= ease < 1):
             raise InvalidInput(f"ease must be in [0, 1), got {ease}")
@@ -177,7 +177,7 @@ def turned_panels(pattern: Pattern, reverse: Mapping[Seam, bool]) -> dict[str, b
 def merged(count: int, pairs: Iterable[tuple[int, int]]) -> Indices:
     """Returns, for each of `count` vertices, its index after pairs of vertices have been joined.
 
-    Joined vertices are ordered by the smallest of the original indices that each combines.
+    The new vertices are ordered by the smallest original index that each of them combines.
     """
     parent = list(range(count))
 

@@ -132,9 +132,9 @@ def garment(
         vertices meet halfway, and no other vertex moves.
     allow_intersections : whether a garment that intersects itself is accepted
 
-    Raises InvalidInput if the garment intersects itself or the panels cannot be sewn: an edge is
-    unknown or sewn twice, the lengths of sewn edges differ by more than `ease`, or panels are not
-    connected.
+    Raises InvalidInput if the garment intersects itself or the panels cannot be sewn, for instance
+    if an edge is unknown or sewn twice, the lengths of sewn edges differ by more than `ease`, or
+    panels are not connected.
 
     >>> import loomstone as ls
     >>> names = ("hem", "right", "top", "left")

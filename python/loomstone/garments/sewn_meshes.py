@@ -36,7 +36,8 @@ def read(path: str | os.PathLike[str], *, triangles: int | None = None, seed: in
         mesh, which keeps its triangles
     seed : seed of the triangulation of a pattern
 
-    Raises CacheError if the file cannot be read, and InvalidInput if it contains no garment.
+    Raises CacheError if the file cannot be read, InvalidInput if it contains no garment, and
+    SolverFailure if seams of a pattern stay open.
     """
     path = Path(path)
     if path.suffix.lower() == ".json":

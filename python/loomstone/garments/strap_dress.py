@@ -1,4 +1,4 @@
-"""A dress of 13 panels that hangs by two straps from the x axis."""
+"""A dress of 13 panels that hangs by two straps over a bar along the x axis."""
 
 from __future__ import annotations
 
@@ -189,7 +189,7 @@ class _Shape:
 
     inner, outer : angles of a strap's two edges from centre front or back [degrees]
     armhole : distance of the armholes' control points from the waist along the cloth [m]
-    nape : distance of the back neckline's lowest and control points from the waist, likewise [m]
+    nape : likewise, distance of the lowest point and the control point of the back neckline [m]
     """
 
     inner: float

@@ -20,7 +20,7 @@ __all__ = ["Boundary", "smallest_angles", "triangulated"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-CLEARANCE = 0.5  # smallest distance of initial points from the boundary, relative to their spacing
+CLEARANCE = 0.5  # smallest initial distance of points from the boundary, relative to spacing
 WANTED_DEGREES = 28.0  # triangles with a smaller angle are improved
 COMPASS = np.array([(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4])
 
@@ -76,7 +76,8 @@ def triangulated(
     seed : seed of the initial points
     where : name of the piece in errors
 
-    Raises InvalidInput if the boundary is too fine for the spacing of the points.
+    Raises InvalidInput if the boundary is too fine for the spacing of the points, or if there is no
+    triangulation with this number of interior points.
     """
     points = np.concatenate([boundary.points, _start(boundary, interior, seed)])
     fixed = len(boundary)
@@ -111,7 +112,7 @@ def smallest_angles(points: Floats, faces: Indices) -> Floats:
 
 
 def _distance(boundary: Boundary, points: Floats) -> Floats:
-    """Returns the distance to the nearest edge of the boundary [m]."""
+    """Returns the distances (n) of points from the boundary [m]."""
     a, along = boundary.points, boundary.following - boundary.points
     length2 = (along**2).sum(1)
     nearest = np.empty(len(points))

@@ -24,7 +24,7 @@ def field(
 
     points (n, 3) [m] in world axes. Returns (n, 3): flux density B [T], or field strength H [A/m].
     Inside magnets B = mu0 H + J. Points on a surface are treated as outside. On edges and wires the
-    field is infinite; points closer than 1e-15 of the size of the source are treated as lying at
+    field is infinite; points closer to them than 1e-15 of the size of the source are treated as at
     that distance. threads: number of threads, 0 for all processors; the result does not depend on
     it. Raises InvalidInput if points are not finite or not (n, 3), or if quantity is neither "B"
     nor "H".

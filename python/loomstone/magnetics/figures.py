@@ -35,7 +35,7 @@ class ForceCurve(NamedTuple):
 
 
 def unit(axis: ArrayLike) -> Floats:
-    """Returns an axis (3) normalised to length 1. Raises InvalidInput for the zero vector."""
+    """Returns an axis (3) with length 1. Raises InvalidInput unless it is a vector other than 0."""
     along = np.asarray(axis, float)
     length = float(np.linalg.norm(along))
     if along.shape != (3,) or not np.isfinite(length) or length == 0:

@@ -69,8 +69,8 @@ def dipole_field(
 
     tolerance: None sums all pairs directly. A number in [1e-10, 0.1] selects a treecode, whose time
     grows like N log N. The number bounds the root mean square error, relative to the root mean
-    square of the result, as measured against direct sums for 128 observers. Up to about 7,700
-    dipoles and observers (6e7 pairs), all pairs are summed directly.
+    square of the result, as measured against direct sums for 128 observers. Up to 6e7 pairs
+    (about 7,700 dipoles and as many observers), all pairs are summed directly.
     """
     if tolerance is None:
         return field(_core.magnetic_dipoles(points, moments), observers, threads=threads)
@@ -227,7 +227,7 @@ def sphere_field(
 def sphere_gradient(
     observers: ArrayLike, *, radius: float, polarization: ArrayLike, threads: int = 0
 ) -> Floats:
-    """Gradient of the field of a spherical magnet. It vanishes inside the sphere."""
+    """Gradient of the field of a spherical magnet, 0 inside; arguments as in `sphere_field`."""
     return gradient(
         sources.sphere(radius=radius, polarization=polarization), observers, threads=threads
     )

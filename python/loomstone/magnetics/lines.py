@@ -29,7 +29,7 @@ class LineEnd(IntEnum):
     body = 1  # the line enters or leaves a magnet or a magnetised body
     left = 2  # the line leaves the ball of radius `extent` about `centre`
     closed = 3  # the line returns to its start
-    length = 4  # the line reaches the limit of its length or steps
+    length = 4  # the line reaches the limit of its length or number of steps
     no_field = 5  # the field vanishes there
 
 

@@ -1,6 +1,6 @@
 """Magnets and currents as objects with a pose.
 
-Every function returns a `MagneticBody` centred at the origin, with its axes along the world axes.
+`cuboid`, `loop` and so on return a `MagneticBody` at the origin, its axes along the world axes.
 Meshes and polylines stay at the positions of their vertices. `body.moved(by)`, `body.rotated(by)`
 and `body.at(position, orientation)` return copies.
 """

@@ -24,7 +24,8 @@ def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
     with_uv : whether texture coordinates of OBJ and PLY are read; obstacles and bodies need
         them only for a texture
 
-    Raises CacheError if the file cannot be read, and InvalidInput if it holds no valid mesh.
+    Raises CacheError if the file cannot be read, InvalidInput if it holds no valid mesh, and
+    Unsupported if a package is missing.
     """
     path = Path(path)
     if path.suffix.lower() in (".obj", ".ply"):

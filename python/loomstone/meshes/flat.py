@@ -39,7 +39,7 @@ def grid(
     pattern : "alternating" for diagonals that alternate like a checkerboard, or "diagonal" for
         diagonals that are all parallel
 
-    Raises InvalidInput for values out of range, and unless either triangles or cells is given.
+    Raises InvalidInput for values out of range, and unless one of triangles and cells is given.
 
     >>> grid(size=(0.5, 0.5), cells=(4, 4)).n_triangles
     32

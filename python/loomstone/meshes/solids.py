@@ -1,4 +1,4 @@
-"""Solids, which are centred at the origin except the funnel, and the floor."""
+"""Meshes of solids, centred at the origin except the funnel, and of the square floor."""
 
 from __future__ import annotations
 

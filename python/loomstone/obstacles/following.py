@@ -36,10 +36,10 @@ def follow(mesh: TriangleMesh, frames: ArrayLike, points: ArrayLike) -> Floats:
 
     Each point moves rigidly with the 32 triangles whose centres are nearest to it: by the
     displacement and rotation that fit their motion best. The weight of a triangle is its area times
-    a factor that falls to 0 with its distance. If the mesh moves rigidly, all distances between
-    points are kept. If it bends, the points move as smoothly as the surface, and keep their
-    distance from it up to the deformation of the patch. Points beside different limbs move apart
-    with the limbs.
+    a factor that decreases with its distance, almost to 0. If the mesh moves rigidly, all
+    distances between points are kept. If it bends, the points move as smoothly as the surface, and
+    keep their distance from it up to the deformation of the patch. Points beside different limbs
+    move apart with the limbs.
 
     Raises InvalidInput if an array has another shape or contains values that are not finite.
 

@@ -45,14 +45,14 @@ def sequence(
     mesh : mesh that provides the triangles if `source` contains positions only
     rate : frames per second [1/s]; default: that of the file (.npz with times, or .mdd)
     start : time of the first frame [s]; default: that of the file, or else 0
+    name : name in reports and files
     friction : friction coefficient [1]
     thickness : contact distance [m], 0: that of the cloth
     look : Look, the colour and texture of the obstacle in pictures
 
-    All frames are kept in memory, with 24 bytes per vertex and frame.
-
-    Raises CacheError if a file cannot be read or no file matches the pattern, and InvalidInput if
-    the frames do not have the same vertices and triangles, or if no times and no rate are given.
+    All frames are kept in memory, with 24 bytes per vertex and frame. Raises CacheError if a file
+    cannot be read or no file matches the pattern, and InvalidInput if the frames do not have the
+    same vertices and triangles, or if no times and no rate are given.
 
     >>> waving = sequence("out/body-*.obj", rate=25)           # doctest: +SKIP
     >>> body = ls.meshes.read("body.obj")                      # doctest: +SKIP

@@ -1,4 +1,4 @@
-"""Shapes of obstacles, static or moved by keyframes."""
+"""Obstacles of common shapes or from meshes, static or moved by keyframes."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def mesh(
     thickness : contact distance [m], 0: that of the cloth
     look : Look, the colour and texture of the obstacle in pictures
 
-    Without `times`, the vertices themselves are moved to `centre`, and the frame of the obstacle is
+    Without `times`, the vertices themselves are moved by `centre`, and the frame of the obstacle is
     the world frame, so magnets on it are placed relative to the world's origin. With a single
     keyframe, the frame of the obstacle has the pose of the keyframe, and magnets on it are placed
     relative to this frame.
@@ -68,7 +68,7 @@ def mesh(
     return Obstacle(mesh=mesh, times=times, **settings)
 
 
-_moving = mesh  # alias, because parameters named `mesh` hide the function
+_moving = mesh  # alias that cannot be taken for a mesh
 
 
 @takes(
@@ -283,7 +283,7 @@ def floor(
 def _rotation_to(
     axis: np.ndarray[Any, np.dtype[np.float64]],
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Returns the rotation matrix that maps z to `axis`."""
+    """Returns the rotation matrix that maps the z axis to the direction of `axis`."""
     from scipy.spatial.transform import Rotation
 
     if not axis.any():

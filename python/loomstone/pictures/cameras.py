@@ -1,4 +1,4 @@
-"""Cameras that are fitted to a run, turn about it, or follow key frames."""
+"""Cameras that are fitted to the frames of a run, turn about its scene, or follow key frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Colour legends, drawn onto finished pictures, so that lighting does not change their colours."""
+"""Colour legends. They are drawn onto finished pictures, so lighting does not change them."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def render_run(
     stop: Callable[[], bool] = lambda: False,
     simulation: Any = None,
 ) -> list[Path]:
-    """Draws all frames of a run in parallel, and keeps existing pictures.
+    """Draws the frames of a run in parallel, keeps existing pictures, and returns all paths.
 
     out : directory of the pictures, by default `frames` in the run's directory. Raises InvalidInput
         if it has pictures of another run or with other options, unless `again` is True.
@@ -98,9 +98,10 @@ def render_run(
 
 
 def framed(run: FramesOfRun, options: RenderOptions, frames: Sequence[int] | None) -> RenderOptions:
-    """Returns the options; a camera with `fit` is fitted to the frames that are drawn.
+    """Returns the options; a camera with `fit` has been fitted to the frames that are drawn.
 
-    Single frames have the camera of existing pictures of the whole run with the same options.
+    For single frames, the camera is that of pictures of the whole run with the same options, if
+    such pictures exist.
     """
     if not is_fitted(options):
         return options
@@ -139,7 +140,7 @@ def painter_of(
     ranges: Ranges | None,
     simulation: Any = None,
 ) -> Painter:
-    """Returns the painter of a run's frames. The arguments are as in Painter."""
+    """Returns the painter of a run's frames; `ranges` and `simulation` are as in Painter."""
     if options.field_lines and simulation is None:
         scene = run.magnetic_scene()
         simulation = _core.Simulation(scene, threads=1) if scene else None

@@ -1,4 +1,4 @@
-"""What drawing needs of a run, and a check of its frames."""
+"""The interface of a run that drawing uses, and a check of its frames."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["FramesOfRun", "check_frames"]
 
 
 class FramesOfRun(Protocol):
-    """What drawing needs of a run; loomstone.Run implements it."""
+    """The interface of a run that drawing uses; loomstone.Run implements it."""
 
     directory: Path
 

@@ -12,7 +12,7 @@ from .renderer import Renderer
 
 __all__ = ["picture_of_frame", "picture_of_scene", "remember"]
 
-# Topologies of the frames that a simulation or a run has returned. A Frame does not contain them.
+# Topologies of frames from simulations and runs. A Frame does not contain its topology.
 _topologies: weakref.WeakKeyDictionary[Frame, FrameTopology] = weakref.WeakKeyDictionary()
 
 
@@ -42,7 +42,7 @@ def picture_of_frame(frame: Frame, topology: FrameTopology | None = None) -> byt
 
 
 def picture_of_scene(scene: Scene) -> bytes | None:
-    """Returns a picture (PNG) of the start of a scene, or None if it cannot be simulated."""
+    """Returns a picture (PNG) of the start of a scene; None if it cannot be simulated or drawn."""
     try:
         simulation = _core.Simulation(scene, threads=1)
     except Error:

@@ -1,4 +1,4 @@
-"""Draws single frames. No picture depends on the frames drawn before it."""
+"""Draws single frames of a run, in any order."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def colors_need_all_frames(options: RenderOptions) -> bool:
 
 
 class Painter:
-    """Draws frames of one run. No picture depends on the frames drawn before it.
+    """Draws frames of one run. With `first`, no picture depends on the frames drawn before it.
 
     first : frame to which a fitted camera is fitted; None: the first frame drawn
     lines : number of field lines, 0: none

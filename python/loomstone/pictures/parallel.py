@@ -40,11 +40,12 @@ class ParallelRun:
     """How the ranks of one run shared its work.
 
     name : name of its directory
-    frames (f) : times of the frames [s]
-    collision, collision_waiting (f) : wall time of collision handling in the steps between two
-        frames, and the part of it in which a rank waits for others; means over the ranks [s]
+    frames (f) : times of the frames after the first [s]
+    collision, collision_waiting (f) : wall time of collision handling in the steps from the
+        preceding frame to each of these, and the part of it in which a rank waits for others; means
+        over the ranks [s]
     parts : wall time of preprocessing, integration, collision handling and the rest [s]
-    waiting : part of the wall time of all steps in which a rank waits, mean of the ranks [1]
+    waiting : fraction of the wall time of all steps that ranks spend waiting, on average [1]
     replayed : predictions for the recorded steps of this run
     """
 

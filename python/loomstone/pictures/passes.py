@@ -40,7 +40,7 @@ def write_passes(
     frames: Sequence[int] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> list[Path]:
-    """Writes what each pixel of the pictures of a run shows, as OpenEXR files of 32-bit floats.
+    """Writes OpenEXR files of 32-bit floats with what each pixel shows; returns their paths.
 
     The files are depth-00000.exr, normal-00000.exr and id-00000.exr and so on; existing ones are
     replaced. Every value is that at the middle of its pixel, without anti-aliasing.
@@ -49,8 +49,9 @@ def write_passes(
         depth (channel Z) : distance along the viewing direction [m]; infinity without a surface
         normal (channels R, G, B) : x, y and z of the unit normal in world axes, on the visible
             side; zero without a surface
-        id (channel id) : 0 without a surface, from 1 the cloths, then bodies and obstacles in the
-            order of the scene, and last field lines. The attribute `surfaces` has their names.
+        id (channel id) : 0 without a surface. Cloths are numbered from 1, followed by bodies and
+            obstacles in the order of the scene, and by field lines as the last number. The
+            attribute `surfaces` has their names.
     out : directory of the files, by default `passes` in the run's directory
     frames : indices of frames; None: all frames
     progress : function called with the number of frames finished since its last call

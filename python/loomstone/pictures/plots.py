@@ -61,7 +61,7 @@ def plot_steps(
     kind : energy, stages, contacts, stretch, strain, iterations or step
     title : title of the picture, for instance the name of the run
 
-    Columns that are always 0 are left out, and stages that take less than 0.1 % of the time.
+    Columns that are always 0 are left out, and so are stages that take less than 0.1 % of the time.
 
     Raises InvalidInput for another kind, CacheError if the picture cannot be written, and
     Unsupported without matplotlib.

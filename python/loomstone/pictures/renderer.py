@@ -1,4 +1,4 @@
-"""The renderer with the colours and legends of its options."""
+"""The renderer of the core, completed by colour maps and legends."""
 
 from __future__ import annotations
 

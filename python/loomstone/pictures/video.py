@@ -16,7 +16,7 @@ __all__ = ["encode"]
 def encode(directory: Path, target: Path, *, frames: int, rate: float = 25.0) -> str:
     """Makes a video of the pictures in a directory with imageio-ffmpeg. Returns the video's path.
 
-    frames : number of pictures the directory must contain
+    frames : number of pictures, which the directory must contain from index 0 on
     rate : pictures per second [1/s]
 
     Raises CacheError if a picture is missing or ffmpeg fails.

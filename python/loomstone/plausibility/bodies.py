@@ -14,7 +14,7 @@ __all__ = ["of_overlaps", "of_reversed", "of_sizes", "reversed_obstacles"]
 LARGEST = 50.0
 # Largest number of overlaps that are listed.
 MOST_LISTED = 3
-# Largest number of vertices of cloth that are tested against a reversed surface.
+# Largest number of vertices of a cloth that are tested against a reversed surface.
 MOST_TESTED = 200
 
 

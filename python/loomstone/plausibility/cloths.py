@@ -13,8 +13,8 @@ from .surfaces import item
 
 __all__ = ["of_attachments", "of_cloths", "of_contacts"]
 
-# Limits of what is plausible. All values are our choice.
-AREAS = 1.2  # largest ratio of rest area and start area, or of start area and rest area
+# Thresholds beyond which values are implausible. All are our choice.
+AREAS = 1.2  # largest ratio of the rest area to the area at the start, or of its inverse
 LARGEST = 30.0  # largest extent of a cloth [m]
 GAP = 0.5  # smallest distance at the start, as a fraction of the contact distance
 AWAY = 0.1  # largest jump of a pin in the first step, as a fraction of the mean edge
@@ -31,7 +31,7 @@ class _Usual:
     least: float
     most: float
     unit: str  # of `least` and `most`
-    fabrics: str  # range of fabrics
+    fabrics: str  # usual range of fabrics, in words
     other: str  # the other unit
     scale: float  # value of the other unit in `unit`
 
@@ -66,7 +66,7 @@ def of_cloths(cloths: list[Cloth]) -> list[str]:
 
 
 def of_attachments(scene: Scene) -> list[str]:
-    """Returns one sentence for each cloth with vertices that are attached to two bodies."""
+    """Returns one sentence for each cloth with a vertex that is attached to several bodies."""
     bodies: dict[tuple[str, int], list[str]] = {}
     for attachment in scene.attachments:
         for vertex in attachment.vertices:

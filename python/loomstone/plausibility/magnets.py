@@ -24,10 +24,10 @@ SIDES = 32
 
 
 def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int]]) -> list[str]:
-    """Returns one sentence for each magnet that looks like a mistake.
+    """Returns one sentence for each protruding magnet, and for each pair of overlapping magnets.
 
     surfaces : those of all bodies, followed by those of all obstacles
-    pairs : the pairs of surfaces that overlap, whose magnets are not compared
+    pairs : pairs of overlapping surfaces; their magnets are not compared with each other
     """
     names = [*(body.name for body in scene.bodies), *(each.name for each in scene.obstacles)]
     carriers = {name: index for index, name in enumerate(names)}
@@ -69,7 +69,10 @@ def of_magnets(scene: Scene, surfaces: list[Surface], pairs: list[tuple[int, int
 
 
 def _reach(magnet: TriangleMesh, body: TriangleMesh) -> float:
-    """Returns how far a magnet reaches out of its body [m]; 0 if REACH allows it."""
+    """Returns how far a magnet protrudes from its body [m]; 0 if REACH allows it.
+
+    Bodies whose mesh is not closed are not tested, and give 0.
+    """
     if not body.closed:
         return 0.0
     points = np.asarray(magnet.vertices)
@@ -82,7 +85,7 @@ def _reach(magnet: TriangleMesh, body: TriangleMesh) -> float:
 
 
 def _mesh_of(state: tuple[Any, ...]) -> TriangleMesh | None:
-    """Returns a magnet's surface in the frame of its carrier; None for dipoles and dipole cells.
+    """Returns a magnet's surface in the frame of its carrier; None if it has none, like dipoles.
 
     state : the recipe of the magnet and its pose, as pickle stores them
     """

@@ -27,7 +27,7 @@ MOST_TESTED = 1000
 class Surface:
     """A surface at its place at the start.
 
-    name : how messages call it
+    name : its name in messages
     mesh : its mesh, whose vertices are in its own frame
     points : (n x 3) places of the vertices [m]
     free : whether it is a rigid body, and not an obstacle
@@ -79,7 +79,7 @@ def overlapping_pairs(surfaces: list[Surface]) -> list[tuple[int, int]]:
         for extreme in (np.min, np.max)
     )
     free = np.array([surface.free for surface in surfaces])
-    near = np.zeros(len(surfaces), bool)  # box overlaps another; one of the two moves freely
+    near = np.zeros(len(surfaces), bool)  # box overlaps that of another; one of the two is free
     pairs = set()
     for a, surface in enumerate(surfaces):
         boxes = np.all((low <= high[a]) & (high >= low[a]), axis=1) & (free | surface.free)

@@ -1,4 +1,4 @@
-"""Runs a simulation into a directory.
+"""Runs a simulation, and writes its results to a directory.
 
 A run can be killed at any moment and resumed, with a bit-identical result. Frames are flushed as
 they are written, and every checkpoint is written after the frames up to its time. Resuming
@@ -44,8 +44,8 @@ def execute(
     All ranks must call this function. Only rank 0 writes files.
 
     control : function called with the simulation before every step
-    farewell : sentence that rank 0 prints if the run has begun and its process ends early, for
-        whatever reason
+    farewell : sentence that rank 0 prints if the run has begun and its process ends early, as
+        last_words() describes
     """
     directory, watch, ranks = Path(out), observer or Silence(), simulation.communicator
     n_frames = frame_count(options.duration, options.rate)

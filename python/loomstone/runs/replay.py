@@ -34,9 +34,9 @@ MOST_RANKS = 65536
 
 @dataclass(frozen=True)
 class Network:
-    """A network between ranks.
+    """Model of the network between ranks.
 
-    latency : time that a message takes [s]
+    latency : time that a message takes in addition to its size / bandwidth [s]
     bandwidth : [bytes/s]
     overhead : time on the processor to send, to receive or to look for a message [s]
     poll_interval : time between two polls of a rank that has work [s]
@@ -55,7 +55,7 @@ class Prediction:
     seconds : time until all ranks have all results, summed over the searches [s]
     exchange : the part of `seconds` in which ranks exchange results [s]
     serial : time of the searches on one rank [s]
-    busy : mean time that a rank spends on tests, summed over the searches [s]
+    busy : time spent on tests, mean over the ranks and sum over the searches [s]
     requests, refusals : number of requests by idle ranks for tasks, and number of refused requests
     transfers : number of tasks that moved to another rank
     """
@@ -120,10 +120,10 @@ def replay(
 
     The tests of static and dynamic searches are measured again for every number of ranks, because
     the partitions depend on it. Dynamic searches start from the costs of an earlier step. The lists
-    of predicted searches are measured once. Their costs in the preceding step divide them among
-    ranks. Earlier steps are assumed to have had the motion of the recorded one. Steps without
-    candidate pairs count too. The time in which every rank updates its bounding volumes does not
-    count, nor that of searches for new pairs of clusters.
+    of predicted searches are measured once. They are shared among the ranks according to their
+    costs in the preceding step. Earlier steps are assumed to have had the motion of the recorded
+    one. Steps without candidate pairs count too. The time in which ranks update bounding volumes or
+    search for new pairs of clusters does not count.
 
     observer : receives the path of each motion before it is measured
 

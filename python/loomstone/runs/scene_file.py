@@ -247,7 +247,7 @@ class SceneFile:
 
 
 def _kind(error: Exception) -> str:
-    """Returns the name of the type of an error, and "TypeError" for all types derived from it."""
+    """Returns the name of an error's type; types derived from TypeError count as "TypeError"."""
     return "TypeError" if isinstance(error, TypeError) else type(error).__name__
 
 

@@ -16,7 +16,7 @@ LONGEST_WAIT = 10.0
 
 
 class Interrupted(Exception):
-    """A signal ended the run, which can be resumed."""
+    """Raised when a signal ends the run, which can then be resumed."""
 
     def __init__(self, number: int) -> None:
         super().__init__(signal.Signals(number).name)

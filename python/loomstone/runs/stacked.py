@@ -19,7 +19,7 @@ class _Frames(Protocol):
 
 
 class Stacked:
-    """An array of every frame, such as positions, stacked along a first axis of frames.
+    """An array that each frame has, such as positions, stacked over the frames along a first axis.
 
     It is indexed like a numpy array, and reads only the requested frames. np.asarray() reads all
     frames.

@@ -44,13 +44,13 @@ class StepTable:
         self._file.close()
 
     def summary(self) -> dict[str, Any]:
-        """Returns totals and extremes over all steps of the run."""
+        """Returns totals, means and extremes over all steps of the run, and values at its end."""
         self.flush()
         return summary_of_steps(self._path)
 
 
 def summary_of_steps(path: Path) -> dict[str, Any]:
-    """Returns totals and extremes over all steps in the file steps.csv at `path`."""
+    """Returns totals, means, extremes and final values of the steps in the steps.csv at `path`."""
     header, lines = read_table(path, "step")
     return _summary([dict(zip(header, line, strict=True)) for line in lines])
 

@@ -1,4 +1,4 @@
-"""The scene program that is stored in a run, and the rule by which it may run.
+"""The scene program that is stored in a run, and the rule that decides whether it may run.
 
 A run contains the source of its scene file, so a run from a stranger contains the program of the
 stranger. This program runs only if it equals the scene file at the stored path, or if the user
@@ -76,9 +76,9 @@ def stored_program(run: Stored) -> Program:
 
 
 def printable(text: str) -> str:
-    """Returns a text whose control characters, except line breaks and tabs, are escaped.
+    """Returns a text with its unprintable characters escaped, except line breaks and tabs.
 
-    Otherwise they could hide parts of the text on a terminal.
+    Control characters could hide parts of the text on a terminal.
     """
     return "".join(
         letter if letter.isprintable() or letter in "\n\t" else ascii(letter)[1:-1]

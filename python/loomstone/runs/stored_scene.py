@@ -94,7 +94,7 @@ def read_scene(directory: Path) -> Scene:
 
 
 def _encoded(value: Any, arrays: Arrays) -> Any:
-    """Returns a value for JSON. Arrays are put into `arrays`, and the result has their names."""
+    """Returns a value for JSON. Arrays are put into `arrays`; the result contains their names."""
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
     if isinstance(value, np.ndarray):
@@ -115,7 +115,7 @@ def _encoded(value: Any, arrays: Arrays) -> Any:
 
 
 def _decoded(value: Any, arrays: Arrays) -> Any:
-    """Returns the value that was encoded; raises KeyError or TypeError if it is damaged."""
+    """Returns the value that was encoded; raises an error, such as KeyError, if it is damaged."""
     if not isinstance(value, dict):
         return value
     if "array" in value:

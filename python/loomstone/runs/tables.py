@@ -1,4 +1,4 @@
-"""Tables of numbers that a run writes row by row."""
+"""Tables of numbers (CSV) in the directory of a run."""
 
 from __future__ import annotations
 

@@ -77,9 +77,9 @@ class FrameTable:
         }
 
 
-# File names and columns of two tables that exist only if a step failed to separate cloth or to keep
-# strain limits. FORCED lists the triangle pairs that a step left intersecting. BROKEN lists the
-# largest excesses over strain limits that a step left.
+# File names and columns of two tables, each of which exists only if it has rows. FORCED lists the
+# triangle pairs that a step left intersecting. BROKEN lists the largest excesses over strain limits
+# that a step left.
 FORCED = (
     "forced.csv",
     ("step", "triangle", "other_triangle"),

@@ -197,7 +197,7 @@ def open_writer(
     overwrite: bool,
     following: int,
 ) -> NoWriter:
-    """Returns the writer of a run whose next frame has the index `following`.
+    """Returns the writer of a run with the next frame `following`; a NoWriter except on rank 0.
 
     If metadata is None, an existing run is continued. If pictures cannot be drawn or the directory
     must not be used, an error is raised before anything is written.
@@ -304,7 +304,7 @@ def _check_rate(directory: Path, rate: float) -> None:
 
 
 def _remove_run(directory: Path) -> None:
-    """Removes the files that a run has written and the whole directory frames/, but no others."""
+    """Removes the files that a run writes, and the whole directory frames/, but no other files."""
     for name in (
         "run.vtkhdf",
         "bodies.vtkhdf",

@@ -32,7 +32,7 @@ class Command:
     options: list[str]
 
     def of(self, point: Point) -> tuple[str, list[str], list[str]]:
-        """Returns the arguments of run_point. Paths are absolute, since workers run elsewhere."""
+        """Returns the arguments of run_point. Paths are absolute, as workers run elsewhere."""
         values = [word for k, v in point.parameters.items() for word in ("-p", f"{k}={v!r}")]
         return str(point.directory.resolve()), [*self.arguments, *values], self.options
 
@@ -40,9 +40,10 @@ class Command:
 def on_this_machine(
     points: Sequence[Point], command: Command, jobs: int
 ) -> Iterator[tuple[Point, int]]:
-    """Runs points in `jobs` processes at a time; yields each with its exit code when it ends.
+    """Runs at most `jobs` points at a time; yields each with its exit code when it ends.
 
-    A signal that ends this process ends the runs, which save their states. Then raises Interrupted.
+    A signal that ends this process also ends the runs, which save their states; then Interrupted is
+    raised.
     """
     with noted_signals() as received, ThreadPoolExecutor(jobs) as pool:
         running = _Running(received)

@@ -19,7 +19,7 @@ from ..runs.scene_file import SceneFile, parse_parameters
 __all__ = ["MOST_POINTS", "Point", "claim", "parse_values", "points_of"]
 
 MOST_POINTS = 100_000
-_LONGEST_NAME = 120  # longest name of a directory; file systems allow 255 bytes
+_LONGEST_NAME = 120  # longest name without a hash; file systems allow 255 bytes
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def _spaced(name: str, text: str) -> list[Any]:
 
 
 def points_of(values: dict[str, list[Any]], scene: Path, out: Path) -> list[Point]:
-    """Returns all combinations of values; raises InvalidInput if scene() rejects a value."""
+    """Returns all combinations of values; raises InvalidInput if a value does not suit scene()."""
     n_points = int(np.prod([len(each) for each in values.values()], dtype=float))
     if n_points > MOST_POINTS:
         raise InvalidInput(

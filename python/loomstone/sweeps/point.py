@@ -16,7 +16,7 @@ from ..runs.checkpoints import checkpoint_files
 __all__ = ["finished", "run_point"]
 
 # A worker may be a task of srun or mpirun. Its runs must not count as ranks of that job, so they
-# do not receive environment variables whose names begin with these texts.
+# do not receive environment variables with these prefixes.
 _OF_LAUNCHERS = ("OMPI_", "PMI", "MPI_LOCAL", "SLURM_STEP", "SLURM_PROCID")
 
 

@@ -84,7 +84,7 @@ def plot_figures(
     """Plots figures of the table over the numeric parameter with the most values.
 
     Each combination of the other parameters is a line. Returns the path of the picture (PNG), or
-    None if no numeric parameter has several values.
+    None if no numeric parameter has several values or no run is finished.
     """
     numeric = [name for name, each in values.items() if len(each) > 1 and all(map(_number, each))]
     if not rows or not numeric:

@@ -31,7 +31,7 @@ def play(
 ) -> Player:
     """Serves a page that plays a run, and returns at once. A run in progress grows on the page.
 
-    camera : Camera at the start; None: one that shows all of the first frame
+    camera : Camera at the start; None: one that shows all of the first frame but floors
     host, port : address of the page. If the port is taken, the next free one is used.
 
     The result has `page.url`, `wait()` and `stop()`. Raises Unsupported if viser is not installed
@@ -64,7 +64,7 @@ def live(
     integrator, threads : as in Simulation
     control : function called before every step, as in Simulation.run
     title : title of the page
-    camera : Camera at the start; None: one that shows all of the scene
+    camera : Camera at the start; None: one that shows all of the scene but floors
     paused : whether the simulation waits until the user starts it
     field_lines : number of magnetic field lines at the start
     host, port : address of the page. If the port is taken, the next free one is used.

@@ -26,7 +26,7 @@ def write_html(
 ) -> Path:
     """Writes a page that plays a run, as one HTML file that needs no server, and returns its path.
 
-    camera : Camera at the start; None: one that shows all of the first frame
+    camera : Camera at the start; None: one that shows all of the first frame but floors
     color_by : cloth | stretch | strain_weft | strain_warp | strain_shear | contact
     limits : values at the two ends of the colours [1]
     every : only every n-th frame is stored

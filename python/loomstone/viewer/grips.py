@@ -22,13 +22,13 @@ Floats = NDArray[np.float64]
 # Fraction of the mass of a cloth that a hand grips.
 _PATCH = 0.05
 # The force of a hand is at most the whole mass of what it grips (cloth or body) times this
-# acceleration [m/s^2], which is eight times gravity.
+# acceleration [m/s^2], which is about eight times gravity.
 _PULL = 80.0
 # Time constant of the spring between hand and gripped part, in units of the longest step. With 1,
 # the force would move the part by the whole distance in one step. With less, the part would
 # overshoot.
 _REACTION = 1.5
-# Time constant in which a hand balances the weight that it carries [s].
+# Time constant with which a hand balances the weight that it carries [s].
 _SETTLING = 0.3
 # Largest speed of a gripped obstacle [m/s].
 _SPEED = 1.0
@@ -43,7 +43,7 @@ class Grip(Protocol):
         """Prepares the next step. `length` is the length of the step that has just ended [s]."""
 
     def release(self, sim: Simulation) -> None:
-        """Lets go."""
+        """Lets go of the held part."""
 
 
 class _Spring:

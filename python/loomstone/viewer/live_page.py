@@ -139,7 +139,7 @@ class Live:
             self._restart = True
 
     def _listen(self) -> None:
-        """Makes all surfaces that can be held draggable."""
+        """Makes surfaces draggable if they can be held."""
         surfaces = self.page.surfaces
         for i, node in enumerate(surfaces.cloth_nodes):
             surfaces.on_drag(node, self._dragged("cloth", i))
@@ -168,7 +168,7 @@ class Live:
     def _loop(self) -> None:
         """Keeps simulated time equal to elapsed time times speed, as far as the machine allows."""
         wall, start, shown_at = time.monotonic(), self._sim.time, 0.0
-        last = start  # time at the start of the last step
+        last = start  # simulated time at the start of the last step [s]
         while not self._stopped.is_set():
             if self._restarted():
                 wall, start = time.monotonic(), self._sim.time
@@ -208,7 +208,7 @@ class Live:
         return True
 
     def _step(self) -> bool:
-        """Takes a step, and pauses if it fails."""
+        """Takes a step; returns whether it succeeded. A failure pauses the simulation."""
         with self._lock:
             begun = self._sim.time
             try:

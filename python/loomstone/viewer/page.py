@@ -25,7 +25,7 @@ class Page:
 
     title : shown at the top of the page
     topology : topology of the frames
-    first : first frame; a camera with fit=True shows all of it
+    first : first frame; a camera with fit=True shows all of it but floors
     camera : camera at the start; the user turns it with the mouse
     host, port : address at which the server listens. If the port is taken, the next free one is
         used.
@@ -70,7 +70,7 @@ class Page:
         self.surfaces.show(frame, self._field.value, tuple(self._limits.value))
 
     def show_lines(self, found: FieldLines | None) -> None:
-        """Shows magnetic field lines, or none."""
+        """Shows magnetic field lines; None removes them."""
         if self._lines is not None:
             self._lines.remove()
             self._lines = None
@@ -119,7 +119,7 @@ class Page:
 
 
 def _ball(topology: FrameTopology, frame: Frame) -> tuple[NDArray[np.float64], float]:
-    """Returns centre and radius of a ball that contains all surfaces but floors."""
+    """Returns centre and radius of a ball around all surfaces but floors, or around lone floors."""
     seen = ~topology.body_is_floor.astype(bool)[topology.body_of_vertex]
     points = np.concatenate([frame.positions, frame.body_vertices[seen]])
     if not len(points):

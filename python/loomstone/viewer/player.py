@@ -13,7 +13,7 @@ __all__ = ["Player"]
 
 # Largest number of pictures per second at which a run is played [1/s].
 _RATE = 30.0
-# Interval at which the page looks for new frames of a running simulation [s].
+# Interval at which the page looks for new frames of a run in progress [s].
 _LOOK = 1.0
 
 

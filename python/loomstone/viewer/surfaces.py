@@ -61,7 +61,7 @@ class Surfaces:
         self._listen(node)
 
     def _listen(self, node: Any) -> None:
-        """A node that replaces another one takes over its listener."""
+        """Gives a new node the listener of its name, since it may replace another node."""
         if node.name in self._listeners:
             node.on_drag("left")(self._listeners[node.name])
 
@@ -130,7 +130,7 @@ def _vertex_colors(surface: Surface) -> Bytes | None:
 
 
 def _colors(values: Floats, limits: tuple[float, float]) -> Bytes:
-    """Returns the colours (n x 4) of values, with opacity."""
+    """Returns the colours of values (n x 4), with alpha."""
     low, high = limits
     place = np.clip((values - low) / max(high - low, 1e-12), 0.0, 1.0)
     colors = color_table("viridis")[0][np.rint(255.0 * place).astype(int)]

@@ -21,8 +21,8 @@ std::unique_ptr<Bending> make_bending(const std::string& element, const BendingS
 
 Points noise(Index n, double size, unsigned seed);
 
-// Strip from x = 0 (clamp line) to x = length and from y = 0 to y = width. All vertices at
-// x <= 0 are prescribed; they form at least two rows along y.
+// Strip from x = 0 (the clamp line) to x = length and from y = 0 to y = width, continued a little
+// to x < 0. The vertices at x <= 0 are prescribed and form at least two rows along y.
 struct Strip {
   Points vertices;
   Triangles triangles;

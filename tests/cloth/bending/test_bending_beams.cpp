@@ -140,9 +140,9 @@ TEST_CASE("the hinge's rigidity along the axes of a grid is within 25 percent of
 TEST_CASE(
     "the hinge's rigidity in strips of smoothed irregular mesh is within 12 percent of B at 16 "
     "elements across, 18 at 6") {
-  // Boundary edges have no hinge, so narrow strips are softer. Over strips of four seeds, the
-  // smallest rigidity is 0.833 B at 6 elements across, 0.871 B at 10 and 0.883 B at 16, where B is
-  // the rigidity of the material.
+  // Boundary edges have no hinge, so narrow strips are softer. The smallest rigidity of four
+  // random strips is 0.833 B at 6 elements across, 0.871 B at 10 and 0.883 B at 16, where B is the
+  // rigidity of the material.
   const auto [across, bound] = GENERATE(table<Index, double>({{6, 0.18}, {10, 0.14}, {16, 0.12}}));
   for (unsigned seed = 1; seed <= 4; ++seed) {
     const Strip strip = random_strip(1.0, 0.2, across, seed, 30);

@@ -206,7 +206,7 @@ Eigen::MatrixXd corotational_jacobian(const TriangleMesh& mesh, const MembraneCo
     Eigen::Matrix<double, 3, 2> gradients;  // row i: gradient of shape function i
     gradients.bottomRows<2>() = edges.inverse();
     gradients.row(0) = -gradients.row(1) - gradients.row(2);
-    Mat3 corner;  // columns: positions
+    Mat3 corner;  // columns: positions of the corners
     for (int i = 0; i < 3; ++i) corner.col(i) = x.row(mesh.triangles()(t, i)).transpose();
     const Mat32 f = corner * gradients;
     const Mat32 r =

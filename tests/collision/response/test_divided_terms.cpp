@@ -114,7 +114,7 @@ TEST_CASE("contacts of the same positions follow new anchors and forces") {
       CHECK(energy == energy_in(stage, *forces, slip));
       seen.push_back(energy);
     }
-  CHECK(seen[0] != seen[1]);  // anchors matter
-  CHECK(seen[0] != seen[3]);  // forces matter
-  CHECK(seen[0] == seen[6]);  // forces of zero press nothing
+  CHECK(seen[0] != seen[1]);  // anchors change the energy
+  CHECK(seen[0] != seen[3]);  // forces change the energy
+  CHECK(seen[0] == seen[6]);  // zero forces act like no forces
 }

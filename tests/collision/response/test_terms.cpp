@@ -101,7 +101,7 @@ TEST_CASE(
     CHECK(above.stiffness == Approx(below.stiffness).epsilon(1e-6));
     CHECK(above.energy == Approx(below.energy).epsilon(1e-6));
   }
-  // When the gap falls below the thickness, force, stiffness and energy start at 0.
+  // When the gap falls below the thickness, force, stiffness and energy rise from 0.
   const ContactForce first = contact_force(xi - hair, xi, k);
   CHECK(first.stiffness < 1e-6 * k);
   CHECK(first.force < 1e-12 * k * xi);
@@ -340,7 +340,7 @@ TEST_CASE("a vertex over the common edge or corner of faces is pushed as by one 
   const double one = contact_force(1.4e-3, 2e-3, scene.model.contact_stiffness).force;
   CHECK(most <= 1.15 * one);
   CHECK(least >= 0.85 * one);
-  CHECK(largest_jump <= 0.05 * one);  // a displacement of 0.03 mm changes the force gradually
+  CHECK(largest_jump <= 0.05 * one);  // largest change over a displacement of 0.03 mm
 }
 
 TEST_CASE("a smooth surface pushes along its rounded normals, and its edges carry no force") {

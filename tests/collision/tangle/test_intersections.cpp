@@ -62,7 +62,7 @@ TEST_CASE("triangles that cross, touch or contain each other meet; triangles 1e-
   CHECK(meets({0.5, 0.5, -1}, {0.5, 0.5, 1}, {2, 2, 0}));     // through the long edge
   CHECK_FALSE(
       meets({0.5, std::nextafter(0.5, 1.0), -1}, {0.5, std::nextafter(0.5, 1.0), 1}, {2, 2, 0}));
-  CHECK(meets({0.2, 0.2, -1}, {0.2, 0.2, 1}, {0.2, 0.2, 2}));  // degenerate, piercing
+  CHECK(meets({0.2, 0.2, -1}, {0.2, 0.2, 1}, {0.2, 0.2, 2}));  // a degenerate triangle pierces
 }
 
 TEST_CASE("intersecting pairs agree with a test of all pairs, and none share a vertex") {

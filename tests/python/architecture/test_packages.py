@@ -1,4 +1,4 @@
-"""The recipe for Spack has the dependencies of the package, and wheels are checked for contents."""
+"""The recipe for Spack has the dependencies of the package, and faulty wheels are refused."""
 
 import re
 import runpy

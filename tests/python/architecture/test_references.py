@@ -68,7 +68,7 @@ def anchors(path: Path) -> set[str]:
 def test_links_and_pictures_of_a_document_exist(path: Path) -> None:
     for link in LINK.findall(path.read_text()):
         if re.match(r"\w+:", link):
-            continue  # web address
+            continue  # skips web addresses
         target, _, anchor = link.partition("#")
         found = (path.parent / target).resolve() if target else path
         assert found.exists(), link
@@ -79,7 +79,7 @@ def test_files_that_comments_and_documents_name_exist() -> None:
     absent = []
     for name, text in texts().items():
         if name.endswith("test_architecture.py"):
-            continue  # contains patterns, not paths
+            continue  # skips this file, which contains patterns of paths
         for found in PATH.finditer(text):
             before = text[: found.start()].rsplit(None, 1)[-1] if found.start() else ""
             if not BUILT.search(before) and not (ROOT / found[1]).exists():

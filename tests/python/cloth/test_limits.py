@@ -16,7 +16,7 @@ METHODS = ["gauss-seidel", "gauss-seidel-random", "jacobi", "edges"]
 
 
 def hanging(method="gauss-seidel", limit=LIMIT, in_solve=False, **options):
-    """Soft cloth pinned at two corners. Its weight stretches it far beyond LIMIT if limit=None."""
+    """Soft cloth pinned at two corners. With no limit, it is stretched far beyond LIMIT."""
     material = ls.ClothMaterial(weft_stiffness=50.0, warp_stiffness=50.0, shear_stiffness=20.0)
     cloth = ls.Cloth(
         mesh=ls.grid(size=(0.5, 0.5), cells=(12, 12)),

@@ -105,7 +105,7 @@ class Time:
         return changes(chain, self.low, self.bits) - changes(chain, self.high, self.bits)
 
     def upper_bound(self) -> Fraction:
-        """Returns an upper bound of the time, exact or within 2^-60."""
+        """Returns an upper bound of the time, exact or at most 2^-60 too large."""
         low, high, bits = self.low, self.high, self.bits
         if self.polynomial is not None:
             chain = chain_of(self.polynomial, derivative(self.polynomial))
@@ -166,7 +166,7 @@ class Hull:
         self.dot = {(i, j): dot(corners[i], corners[j]) for i, j in self.cross}
 
     def holds_origin(self, time: Time) -> bool:
-        """Returns whether the hull holds the origin; origin and corners must lie in one plane."""
+        """Returns whether the hull contains the origin. Origin and corners must be coplanar."""
         if any(all(time.sign_of(x) == 0 for x in corner) for corner in self.corners):
             return True
         known: dict[tuple[int, int, int], int] = {}
@@ -203,7 +203,9 @@ def whole_numbers(query: np.ndarray) -> list[list[int]]:
 
 
 def exact_verdict(kind: str, query: np.ndarray) -> Fraction | None:
-    """Returns an upper bound of the first contact time, within 2^-60, or None without contact."""
+    """Returns an upper bound of the first contact time, at most 2^-60 too large. Returns None if
+    there is no contact.
+    """
     points = whole_numbers(query)
     pairs = [(0, 1), (0, 2), (0, 3)] if kind == "vertex-face" else [(0, 2), (1, 2), (0, 3), (1, 3)]
     corners = []

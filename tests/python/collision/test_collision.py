@@ -1,4 +1,4 @@
-"""Collision queries on arrays: exact continuous tests compared with rational arithmetic."""
+"""Collision queries on arrays: continuous detection compared with exact integer arithmetic."""
 
 from fractions import Fraction
 

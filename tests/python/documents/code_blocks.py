@@ -39,7 +39,7 @@ SAVED = re.compile(r"\b[Ss]ave\b[^`]*`([\w.]+)`[^`]*:\s*\Z")
 
 @dataclass(frozen=True)
 class Block:
-    line: int  # number of its first line of code in the page
+    line: int  # number of the line of the page at which its code begins
     language: str
     code: str
     remark: str  # "not run", "runs nightly", "output" or empty
@@ -105,12 +105,12 @@ def last_digit(number: str) -> float:
 
 
 class Session:
-    """One page read from top to bottom by somebody who pastes every block."""
+    """Runs the blocks of one page in order, as if a reader pasted each of them."""
 
     def __init__(self, directory: Path) -> None:
         self.directory = directory
         self.names: dict[str, object] = {"__name__": "__main__"}
-        self.printed = ""  # by the preceding block
+        self.printed = ""  # output of the preceding block
         for name in (".venv", "build", "core", "scenes", "tests"):
             if (ROOT / name).exists():
                 (directory / name).symlink_to(ROOT / name)

@@ -30,7 +30,7 @@ def balance(sim: ls.Simulation) -> float:
 
 
 def of_circles(a: float, b: float, distance: float) -> float:
-    """Mutual inductance of two coaxial circles by Maxwell's formula [H]."""
+    """Mutual inductance [H] of two coaxial circles by Maxwell's formula."""
     m = 4 * a * b / ((a + b) ** 2 + distance**2)
     return 4e-7 * np.pi * np.sqrt(a * b / m) * ((2 - m) * ellipk(m) - 2 * ellipe(m))
 
@@ -232,7 +232,7 @@ def passing(name: str, sense: float) -> dict:
 
 
 def flux(z):
-    """Flux of the dipole through the loop at a distance along the axis [T m^2]."""
+    """Flux [T m^2] of the dipole through the loop at the distance z [m] along the axis."""
     return TURNS * 2e-7 * np.pi * MOMENT * RADIUS**2 / (RADIUS**2 + z**2) ** 1.5
 
 

@@ -29,7 +29,7 @@ def held(core: ls.Magnet, coil: ls.Coil, core_mesh=BOX) -> ls.Scene:
 
 
 def core_inductance(core: ls.Magnet, winding: ls.magnetics.MagneticBody) -> float:
-    """Inductance that a core adds to a circuit [H], from the energy of a current in the circuit."""
+    """Inductance [H] that a core adds to a circuit, from the energy of a current in the circuit."""
     coil = ls.Coil(body="coil", source=winding, resistance=1.0, inductance=1e-3, voltages=[1.0])
     sim = simulation(held(core, coil), 1e-4)
     sim.step()
@@ -65,7 +65,7 @@ def test_the_force_on_a_ball_is_half_the_slope_of_its_inductance(chi):
         loop = M.loop(radius=0.02, turns=100).moved((0, 0, distance))
         return core_inductance(ls.Magnet(body="core", source=ball), loop)
 
-    for distance in (0.02, 0.004):  # below the loop; inside it
+    for distance in (0.02, 0.004):  # ball below the loop; ball inside it
         slope = (inductance(distance - 1e-5) - inductance(distance + 1e-5)) / 2e-5
         assert 0.5 * 25.0 * slope == pytest.approx(
             series_force(0.02, distance, 0.01, chi, 500.0), rel=1e-4
@@ -119,7 +119,7 @@ def falling(magnets=(), **given) -> ls.Scene:
     """A soft ball flies through a loop with a circuit. Next to them is a body that carries magnets
     and an optional second coil. All bodies are free.
     """
-    places = {  # of the bodies; the body "coil" carries the loop 6 cm beside it
+    places = {  # positions of bodies [m]; "coil" carries the loop 6 cm beside it
         "ball": (0, 0, 0),
         "coil": (0.06, 0, 0.02),
         "magnet": (0.03, 0, 0),

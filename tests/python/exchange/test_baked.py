@@ -100,7 +100,7 @@ def test_a_skin_of_gltf_is_baked_to_vertices(gltf):
     tube = ls.obstacles.baked(gltf, rate=2.0, start=0.25, friction=0.7)
     assert tube.name == "tube" and tube.friction == 0.7
     assert tube.times == pytest.approx([0.25, 0.75, 1.25])
-    assert tube.mesh.n_vertices == 12 and tube.mesh.n_triangles == 16  # joined where they coincide
+    assert tube.mesh.n_vertices == 12 and tube.mesh.n_triangles == 16  # equal ones are joined
     frames = tube.vertex_positions.reshape(3, 12, 3)
     for angle, frame in zip(ANGLES, frames, strict=True):
         wanted = z_up(bent(angle))

@@ -31,7 +31,7 @@ def test_the_commands_of_the_page_run(tmp_path):
     pytest.importorskip("pxr")
     mesh = ls.grid(size=(0.1, 0.1), cells=(4, 4))
     sim = ls.Simulation(ls.Scene(cloths=[ls.Cloth(mesh=mesh, pins=[0])]), threads=1)
-    sim.run(out=tmp_path / "out" / "mine", duration=0.5, rate=100)  # the page selects 10:50
+    sim.run(out=tmp_path / "out" / "mine", duration=0.5, rate=100)  # the page selects frames 10:50
     commands = [line.split() for line in re.findall(r"^loomstone .*$", PAGE.read_text(), re.M)]
     assert len(commands) == 2
     for command in commands:

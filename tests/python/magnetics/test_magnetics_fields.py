@@ -105,7 +105,7 @@ def test_force_on_a_dipole_is_minus_the_gradient_of_the_energy():
     points, moments = rng.normal(size=(4, 3)), rng.normal(size=(4, 3))
     force = M.dipole_forces(points, moments)[0][1]
     errors = []
-    for h in (1e-2, 5e-3):  # halving tests for second order
+    for h in (1e-2, 5e-3):  # two steps, to test for second order
         slope = np.zeros(3)
         for k in range(3):
             step = np.zeros((4, 3))
@@ -150,7 +150,7 @@ def test_gradients_are_derivatives_of_fields(name, scale):
 
 @pytest.mark.parametrize("name", ["cuboid", "cylinder", "ring", "mesh"])
 def test_far_fields_lose_no_digits(name):
-    """A magnet is the sum of its volume's dipoles. Far away, 12 Gauss points per axis are exact."""
+    """Compares fields with those of dipoles that fill the volume, at 12 Gauss points per axis."""
     body = sources()[name]
     nodes, weights = np.polynomial.legendre.leggauss(12)
     nodes, weights = (nodes + 1) / 2, weights / 2
@@ -168,7 +168,7 @@ def test_far_fields_lose_no_digits(name):
     else:
         inner = 0.004 if name == "ring" else 0.0
         rho = np.sqrt(inner**2 + u * (0.01**2 - inner**2))
-        around = 2 * np.pi * (np.arange(32) + 0.5) / 32  # exact to degree 31
+        around = 2 * np.pi * (np.arange(32) + 0.5) / 32  # exact up to trigonometric degree 31
         cells = np.concatenate(
             [
                 np.stack([rho * np.cos(p), rho * np.sin(p), (w - 0.5) * 0.013], axis=1)

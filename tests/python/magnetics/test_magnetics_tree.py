@@ -76,7 +76,7 @@ def test_field_gradient_forces_and_torques_keep_the_tolerance(dipoles, tolerance
         found = M.dipole_gradient(points, moments, observers, tolerance=tolerance)
         assert off(found, gradient) <= SAMPLED * tolerance
         assert np.array_equal(found, np.swapaxes(found, 1, 2))
-        # Each multipole has div B = 0, so the trace vanishes whatever the tolerance is.
+        # Fields of multipoles have no divergence, so the trace vanishes at any tolerance.
         assert np.abs(np.trace(found, axis1=1, axis2=2)).max() <= 1e-12 * np.abs(found).max()
 
 

@@ -18,7 +18,7 @@ CELLS = {16: 1e-3, 24: 1e-4}  # number of cells: documented relative error
 
 
 def magnets_beside(size, count, rng):
-    """Returns magnets beside a cuboid, at gaps of 0.1 to 2 times its shortest edge [m].
+    """Returns magnets beside a cuboid, at gaps of 0.1 to 2 times its shortest edge.
 
     Some are centred on a face, and others are off-centre.
     """

@@ -21,7 +21,7 @@ def away(found, wanted):
 
 
 def lift(soft, magnet, height):
-    """Returns the force on a magnet at (0, 0, height) that magnetises `soft`."""
+    """Returns the force on a magnet at (0, 0, height) [m] that magnetises `soft`."""
     there = magnet.at((0, 0, height), magnet.orientation)
     (induced,) = M.induce(soft, by=there, tolerance=1e-10).bodies
     return M.force(on=there, by=induced)

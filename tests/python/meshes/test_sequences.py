@@ -21,7 +21,7 @@ def write(kind, folder):
     """
     path = folder / f"ball.{kind}"
     if kind == "obj":
-        for i in (0, 1, 2):  # 8, 9, 10: sorted by number, not alphabetically
+        for i in (0, 1, 2):  # files 8, 9 and 10, which must be sorted by number
             ls.meshes.write(
                 folder / f"ball-{i + 8}.obj", ls.TriangleMesh(FRAMES[i], BALL.triangles)
             )

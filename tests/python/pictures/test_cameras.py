@@ -35,7 +35,9 @@ def render(run, *arguments):
 
 
 def reach(alphas):
-    """Returns how far covered pixels reach from the middle, as shares of half width and height."""
+    """Returns how far covered pixels reach to the left, right, top and bottom, from 0 (middle) to 1
+    (edge of the picture).
+    """
     rows, columns = np.nonzero(np.max(alphas, axis=0) > 200)  # shadows are more transparent
     height, width = alphas[0].shape
     ends = np.array([columns.min(), width - 1 - columns.max(), rows.min(), height - 1 - rows.max()])

@@ -1,4 +1,4 @@
-"""Legends have the numbers of their range, where they belong, and colours of a library's tables."""
+"""Legends show the numbers of their range at the right places, and the colours of matplotlib."""
 
 import loomstone as ls
 import numpy as np

@@ -1,4 +1,4 @@
-"""The plot of parallel work averages runs, and draws measured and replayed points apart."""
+"""The plot of parallel work averages runs and separates measured points from replayed ones."""
 
 import json
 import shutil

@@ -1,4 +1,4 @@
-"""Passes hold depth, normals and numbers of surfaces, and say what they hold."""
+"""Passes contain depth, normals and numbers of surfaces, and name what they contain."""
 
 import sys
 

@@ -205,7 +205,8 @@ def test_memory_is_estimated_from_the_sizes_of_a_scene(monkeypatch):
 
     euler = ls.SemiImplicitEuler()
     small, large = memory_of(scene(10), euler), memory_of(scene(100), euler)
-    # A drape of 57,800 triangles takes 285 MB, 60 MB of them for the program: 20,000 take 138 MB.
+    # A drape of 57,800 triangles takes 60 MB for the program and 225 MB more. In proportion, one
+    # of 20,000 triangles takes 138 MB.
     assert small < 62e6 and 130e6 < large < 150e6
     assert memory_of(scene(100), ls.BackwardEuler()) > large
     assert memory_of(scene(100), ls.SemiImplicitEuler(linear_solver="direct")) > large

@@ -1,4 +1,4 @@
-"""Claims that the features of a scene act in every schedule of asynchronous steps."""
+"""Every feature of a scene acts in every schedule of asynchronous steps."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -49,7 +49,7 @@ def test_a_curtain_gives_way_to_pins_that_jump_through_it(cells: int, hung: bool
 def test_limited_cloth_catches_a_ball_a_thousand_times_as_heavy(
     mass: float, corners: bool, drop: float, excess: float
 ) -> None:
-    # The cloth stops the ball within milliseconds, by forces of some hundred times the ball's
+    # The cloth stops the ball within milliseconds, with forces of several hundred times the ball's
     # weight. For cloth that is pinned at its corners, the excess would be above 0.1 if the limits
     # were enforced by sweeps, or if gaps of contacts closed.
     sim = ls.Simulation(caught(mass, corners, drop), threads=1)

@@ -20,7 +20,7 @@ def scene(*cloths, **fields):
 
 
 def told(described, **options):
-    """Returns the warnings with which a simulation is built."""
+    """Builds a simulation and returns the warnings that this causes."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         ls.Simulation(described, threads=1, **options)

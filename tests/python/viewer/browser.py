@@ -1,4 +1,4 @@
-"""A headless Chromium that opens one page and is controlled by the DevTools protocol."""
+"""A headless Chromium that opens one page and is controlled through the DevTools protocol."""
 
 import itertools
 import json
@@ -13,7 +13,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
 class Browser:
-    """Opens a page. Used in a `with` statement."""
+    """A browser with one open page, for use in a `with` statement."""
 
     def __init__(self, url, directory, size=(900, 700)):
         if CHROMIUM is None:

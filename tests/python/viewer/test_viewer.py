@@ -32,7 +32,7 @@ def run(tmp_path_factory):
 
 
 def lead(sim, grip, duration):
-    """Advances while the grip acts; returns the largest number of intersecting pairs of a step."""
+    """Steps while the grip acts. Returns the largest number of intersecting pairs after a step."""
     end, most = sim.time + duration, 0
     while sim.time < end:
         begun = sim.time
@@ -62,7 +62,7 @@ def test_a_grip_brings_cloth_to_the_mouse_without_intersections():
     assert lead(sim, grip, 1.5) == 0
     held = grip._centre(sim.positions) + grip._arm
     # The goal does not move, so the integral term of the grip's spring balances the weight, and the
-    # cloth hangs hardly below the goal.
+    # cloth hangs only slightly below the goal.
     assert np.linalg.norm(held - grip.goal) < 5e-3
     grip.release(sim)
     assert not sim.external_forces.any()

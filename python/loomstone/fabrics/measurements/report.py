@@ -49,7 +49,7 @@ class FabricReport:
 
     @property
     def folds(self) -> str:
-        """Smallest and largest number of folds of the specimens, such as "5-7"."""
+        """Number of folds, such as "5", or its range over the specimens, such as "5-7"."""
         counts = [drape.folds for drape in self.drapes]
         return f"{min(counts)}-{max(counts)}" if min(counts) < max(counts) else str(counts[0])
 
@@ -74,7 +74,7 @@ class FabricReport:
 
     @property
     def remark(self) -> str:
-        """Remark on specimens not at rest, on intersections, or on why the range is missed."""
+        """Remarks on specimens not at rest, intersections or a missed range; empty if none."""
         said = []
         if moving := sum(not drape.rest.at_rest for drape in self.drapes):
             said.append(
@@ -140,7 +140,7 @@ def report_fabrics(
     out : directory for report.json and drape.png, or None: nothing is written
     triangles : number of triangles of a draped specimen
     specimens : number of specimens, each with its own mesh
-    done : function called after each fabric
+    done : function called with the report on each fabric when it is complete
 
     Raises InvalidInput for an unknown fabric, CacheError if `out` cannot be written, and
     Unsupported if pictures are to be drawn and matplotlib is missing.
