@@ -213,7 +213,7 @@ class Motion(NamedTuple):
     shift: Floats  # (k x 3) translation after the rotation [m]
 
     def at(self, point: Floats) -> Floats:
-        """Returns the places (k x 3) [m] of a point of the initial pose."""
+        """Returns the positions (k x 3) [m] over time of a point given in the initial pose."""
         return np.asarray(self.rotation @ point + self.shift)
 
 

@@ -44,7 +44,7 @@ TriangleMesh funnel(double top_radius, double bottom_radius, double height, doub
 // Wavy bar along y: a tube of radius `radius` whose centre line is a sinusoid in the y-z plane.
 TriangleMesh wave_bar(double length, double radius, double amplitude, double wavelength,
                       Index segments = 24);
-// Open square in z = 0 with normal +z. Its uv are x and y.
+// Square in the plane z = 0, an open surface with normal +z. Its uv are its coordinates x and y.
 TriangleMesh floor_square(double size, Index cells = 8);
 
 }  // namespace loomstone

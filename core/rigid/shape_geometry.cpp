@@ -121,7 +121,7 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
     const Vec3& eigenvalues = solver.eigenvalues();
     Vec3 delta = Vec3::Zero();
     for (int k = 0; k < 3; ++k) {
-      // A vertex that lies within an edge or a face does not move along it.
+      // A vertex inside a straight edge or a flat face does not move along it.
       if (eigenvalues[k] <= 1e-6 * eigenvalues[2]) continue;
       const Vec3 axis = solver.eigenvectors().col(k);
       delta += core.margin * axis.dot(sums[i]) / eigenvalues[k] * axis;

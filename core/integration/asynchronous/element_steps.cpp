@@ -85,8 +85,9 @@ Mat3 viscous_moduli(const MembraneConstants& m) {
   return moduli;
 }
 
-// Largest stiffness that a plane wave in any direction meets [N/m]: largest eigenvalue of the
-// acoustic tensor. For isotropic cloth this is lambda + 2 mu, as in (4.26) of [Thomaszewski2010].
+// Largest stiffness for a plane wave in any direction [N/m]: the largest eigenvalue of the
+// acoustic tensor over all directions. For isotropic cloth this is lambda + 2 mu, as in (4.26) of
+// [Thomaszewski2010].
 double wave_stiffness(const MembraneConstants& m) {
   constexpr int directions = 180;
   double largest = 0.0;

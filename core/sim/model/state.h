@@ -24,7 +24,7 @@ struct EnergyAccount {
   // Work done by air, the user's forces, untangling, and impulses that restore gaps at events.
   double loads = 0.0;
   double friction = 0.0;  // work done against friction of contacts in the solve
-  double damping = 0.0;   // work done against viscosity and damping of bending
+  double damping = 0.0;   // work done against viscosity and bending damping
   double limits = 0.0;    // energy lost to strain limits after the solve
   double withheld = 0.0;  // energy lost to motion that certification withheld
   double largest_kinetic = 0.0;

@@ -258,6 +258,6 @@ def _pulled(cloth: Cloth) -> str:
 
 
 def _script(cloth: Cloth) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Returns the times (k) [s] and places (k x pins x 3) [m] of the scripted pins."""
+    """Returns the times (k) [s] and positions (k x pins x 3) [m] of the scripted pins."""
     times = np.asarray(cloth.script_times, float)
     return times, np.reshape(cloth.script_positions, (len(times), len(cloth.pins), 3))

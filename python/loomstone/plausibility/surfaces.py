@@ -39,7 +39,7 @@ class Surface:
     free: bool
 
     def placed(self, local: Floats) -> Floats:
-        """Returns the places (k x 3) [m] of points (k x 3) in the frame of the mesh.
+        """Returns the positions (k x 3) [m] of points (k x 3) in the frame of the mesh.
 
         The rotation is the best fit (Kabsch), which is exact for a surface that does not deform.
         """

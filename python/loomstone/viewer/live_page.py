@@ -20,7 +20,7 @@ from .page import Page
 
 __all__ = ["Live"]
 
-# Largest number of pictures per second [1/s].
+# Maximum number of pictures shown per second [1/s].
 _RATE = 30.0
 # Largest number of updates of the field lines per second [1/s]; tracing them takes longer than a
 # step.

@@ -246,7 +246,7 @@ TEST_CASE("clusters are dealt out in ranges of equal costs, which one in eight s
   SearchDeal deal(8);
   CHECK(!deal.known());
   REQUIRE(deal.begin(2));
-  // Clusters cost 4, 1, 1, 1, 1, 1, 1 and 1.5 us, in sum 11.5 us. Half of it is 5.75 us.
+  // Clusters cost 4, 1, 1, 1, 1, 1, 1 and 1.5 us, 11.5 us in total. Half is 5.75 us.
   for (std::size_t c = 0; c < 8; ++c) deal.add(c % 2, c, 1e-6);
   deal.add(1, 0, 3e-6);
   deal.add(0, 7, 0.5e-6);

@@ -124,7 +124,7 @@ def test_few_dipoles_are_summed_directly_and_lengths_do_not_matter():
         assert np.array_equal(a, b)
     points, moments = shaken_lattice()
     found = M.dipole_field(points, moments, points, tolerance=1e-7)
-    for scale in (1e-9, 1e9):  # derivatives of high degree neither overflow nor underflow
+    for scale in (1e-9, 1e9):  # high-order derivatives neither overflow nor underflow
         scaled = M.dipole_field(scale * points, moments, scale * points, tolerance=1e-7)
         assert off(scaled * scale**3, found) < 1e-6
 

@@ -52,7 +52,7 @@ class Browser:
                 return answer["result"]
 
     def mouse(self, kind, x, y, pressed=True):
-        """Sends an event of the left mouse button at a pixel."""
+        """Sends a mouse event of the left button at a pixel."""
         self.call(
             "Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left",
             buttons=int(pressed), clickCount=1,
