@@ -8,8 +8,8 @@ namespace loomstone {
 
 namespace {
 
-// Raises an error in Python. A message may quote bytes of a file that are not UTF-8, which are then
-// escaped.
+// Raises an error in Python. Bytes of the message that are not UTF-8, for example quoted from a
+// file, are escaped.
 void raise(const py::handle& kind, const std::string& message) {
   const auto text = py::reinterpret_steal<py::object>(PyUnicode_DecodeUTF8(
       message.data(), static_cast<Py_ssize_t>(message.size()), "backslashreplace"));

@@ -241,7 +241,8 @@ py::object plain_number(const py::object& value, const F& each, const char* name
   return in_unit(value, unit_of(each).c_str(), std::string(name) + "." + each.name);
 }
 
-// If a keyword is unknown, throws an error that names it and the field with the most similar name.
+// If a keyword is unknown, throws an error that names it and the most similar field, or all fields
+// if none is similar.
 inline void explain_keywords(const char* name, const py::list& known, const py::kwargs& arguments) {
   for (const auto& [key, value] : arguments) {
     if (known.contains(key)) continue;

@@ -106,12 +106,12 @@ class Elasticity {
 
  private:
   Elasticity(const ClothModel& model, BendingTreatment bending, const RowLayout* layout);
-  // Known contains the elastic forces on a range of rows, or an energy, at the positions x. Within
-  // a part of a step, these values are needed several times at the same positions.
   struct Range {
     Index begin = 0, end = 0;
     bool operator==(const Range&) const = default;
   };
+  // The elastic forces on a range of rows, or an energy, at the positions x. They are kept because
+  // a part of a step needs them several times at the same positions.
   struct Known {
     Points x;  // no rows: nothing is known
     Range rows;

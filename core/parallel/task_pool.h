@@ -3,8 +3,9 @@
 // indices, so that any rank can perform it. Each worker thread performs tests depth first with its
 // own stack. If a stack exceeds tau = a sigma + b tests, where sigma is the number of tasks in the
 // pool of the rank, tau / 2 tests from the bottom of the stack become a new task. A rank with an
-// empty pool and an idle thread asks the other ranks in turn for a task. A rank that performs no
-// test keeps one task. The run ends when Termination has found that no rank has work.
+// empty pool and an idle thread asks the other ranks in turn for a task. A rank that is performing
+// no test does not give away its last task. The run ends when Termination has found that no rank
+// has work.
 #pragma once
 
 #include <cstdint>

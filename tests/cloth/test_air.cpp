@@ -1,4 +1,4 @@
-// Claims about air drag, compared with closed forms.
+// Tests of air drag, compared with closed forms.
 #include <catch2/catch.hpp>
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// Claims about the search for pairs that may touch within a step, and about their impulses.
+// Tests of the search for pairs that may touch within a step, and of their impulses.
 #include <algorithm>
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-// Claims about the sub-steps of a step.
+// Tests of the sub-steps of a step.
 #include <catch2/catch.hpp>
 
 #include <limits>

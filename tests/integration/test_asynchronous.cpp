@@ -1,4 +1,4 @@
-// Claims about the asynchronous integrator (see "Asynchronous steps" in docs/method.md).
+// Tests of the asynchronous integrator (see "Asynchronous steps" in docs/method.md).
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>

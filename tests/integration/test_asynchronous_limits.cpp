@@ -1,4 +1,4 @@
-// Claims about strain limits in asynchronous steps (see "Asynchronous steps" in docs/method.md).
+// Tests of strain limits in asynchronous steps (see "Asynchronous steps" in docs/method.md).
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -96,7 +96,8 @@ Points force_at(Membrane& membrane, const Points& x) {
   return force;
 }
 
-// A triangle that is stretched and sheared. Its modes are in phases from the first to the third.
+// A triangle that is stretched and sheared. Over the stretches of the tests, its strain modes cover
+// the first to the third limit phase.
 ClothRun stretched_triangle(const Asynchronous& options, double stretch, bool by_edges) {
   Points corners(3, 3);
   corners << 0, 0, 0, 0.05, 0.01, 0, 0.01, 0.06, 0;

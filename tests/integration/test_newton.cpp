@@ -1,4 +1,4 @@
-// Claims about the Newton loops of backward Euler and of the nonlinear midpoint rule.
+// Tests of the Newton loops of backward Euler and of the nonlinear midpoint rule.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

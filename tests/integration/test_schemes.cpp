@@ -1,4 +1,4 @@
-// Claims about the integrators of docs/method.md, section "Integrators".
+// Tests of the integrators of docs/method.md, section "Integrators".
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>

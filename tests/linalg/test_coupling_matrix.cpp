@@ -9,8 +9,8 @@ namespace {
 
 constexpr Index n = 64;
 
-// Returns a chain of rows whose blocks add up to a mass of 1 kg, up to an error that is just below
-// the rounding to single precision.
+// Returns a matrix that couples consecutive rows. The blocks of each row add up to the identity (a
+// mass of 1 kg), with an error just below the rounding of single precision.
 BlockMatrix chain() {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);

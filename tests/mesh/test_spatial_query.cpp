@@ -1,4 +1,4 @@
-// Claims about closest-point queries and inside tests.
+// Tests of closest-point queries and inside tests.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Claims about the fit of the camera and about shading normals.
+// Tests of camera framing, camera motion, shading normals and the shadow light.
 #include <catch2/catch.hpp>
 
 #include <cmath>

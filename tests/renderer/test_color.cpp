@@ -1,4 +1,4 @@
-// Claims about the fields that colour cloth.
+// Tests of the fields that colour cloth.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Claims about PNG files, OSMesa and EGL, and several renderers at once.
+// Tests of PNG files, OSMesa and EGL, and several renderers at once.
 #include <catch2/catch.hpp>
 
 #include <png.h>

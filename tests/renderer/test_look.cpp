@@ -1,4 +1,4 @@
-// Claims about the looks of surfaces, transparent backgrounds, and data of surfaces.
+// Tests of the looks of surfaces, transparent backgrounds, and data of surfaces.
 #include <catch2/catch.hpp>
 
 #include <array>

@@ -1,4 +1,4 @@
-// Claims about the content of pictures.
+// Tests of the content of pictures.
 #include <catch2/catch.hpp>
 
 #include <array>

@@ -1,4 +1,4 @@
-// Claims about input that the renderer refuses. Each error message names the faulty input.
+// Tests of input that the renderer refuses. Each error message names the faulty input.
 #include <catch2/catch.hpp>
 
 #include <limits>

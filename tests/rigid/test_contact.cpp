@@ -1,4 +1,4 @@
-// Claims about bodies in contact.
+// Tests of bodies in contact.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Claims about the free rotation of bodies.
+// Tests of the free rotation of bodies.
 #include <catch2/catch.hpp>
 
 #include "core/rigid/free_motion.h"

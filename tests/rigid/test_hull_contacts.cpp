@@ -1,4 +1,4 @@
-// Claims about contacts of convex polyhedra with triangles, and about bodies with few corners that
+// Tests of contacts of convex polyhedra with triangles, and of bodies with few corners that
 // are thrown on triangles.
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-// Claims about mass, centre and inertia.
+// Tests of mass, centre and inertia.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Claims about the motion of bodies without contacts.
+// Tests of the motion of bodies without contacts.
 #include <catch2/catch.hpp>
 
 #include <cmath>

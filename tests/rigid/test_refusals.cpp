@@ -1,4 +1,4 @@
-// Claims about the input that a rigid world refuses.
+// Tests of the input that a rigid world refuses.
 #include <catch2/catch.hpp>
 
 #include <limits>

@@ -1,4 +1,4 @@
-// Claims about worlds restored from a state.
+// Tests of worlds restored from a state.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Claims about rotations.
+// Tests of rotations.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Claims about contacts of spheres. A check for overlap would find the contacts of fast spheres too
+// Tests of contacts of spheres. A check for overlap would find the contacts of fast spheres too
 // late, so features in the path of a sphere are contacts, too.
 #include <catch2/catch.hpp>
 

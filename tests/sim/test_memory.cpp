@@ -1,4 +1,4 @@
-// Claims about the memory of a simulation: each rank stores a share, and nearly all is counted.
+// Tests of the memory of a simulation: each rank stores a share, and nearly all is counted.
 #include <catch2/catch.hpp>
 
 #include <map>

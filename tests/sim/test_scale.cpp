@@ -1,4 +1,4 @@
-// Claims about scale: a scene and a scaled copy of it behave alike.
+// Tests of scale: a scene and a scaled copy of it behave alike.
 #include <catch2/catch.hpp>
 #include <cmath>
 

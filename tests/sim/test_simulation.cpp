@@ -1,4 +1,4 @@
-// Claims about whole simulations: determinism, resuming, and coupling with rigid bodies.
+// Tests of whole simulations: determinism, resuming, and coupling with rigid bodies.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>

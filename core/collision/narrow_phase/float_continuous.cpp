@@ -19,7 +19,7 @@ constexpr int n_sides = 4;  // a triangle repeats its first side
 constexpr int n_packs = 2;
 
 struct Polygon {
-  double start[n_sides][3], end[n_sides][3];  // corners; each coordinate is rounded once
+  double start[n_sides][3], end[n_sides][3];  // corners; each coordinate is one rounded difference
 };
 
 // Uses registers of four doubles even with AVX-512. A query is too short for wider registers, which

@@ -28,7 +28,7 @@ LOOMSTONE_INLINE void lane_powers(const Power* powers, int n, const Lanes3<Lanes
 struct PowerTables {
   const Power* powers;
   const int* next[3];
-  int n_powers[2];  // numbers of places up to degree order - 1 and order - 2
+  int n_powers[2];  // numbers of multi-indices up to degree order - 1 and order - 2
   int n_places;
 };
 

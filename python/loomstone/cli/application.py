@@ -65,7 +65,7 @@ app.add_typer(report, name="report")
 def session(parallel: bool = True) -> Iterator[Communicator]:
     """Yields the communicator of the ranks that run a command, and reports errors.
 
-    An error of loomstone is printed as one sentence. A failure on one rank ends all ranks.
+    Errors raised by loomstone are printed as one sentence. A failure on one rank ends all ranks.
     """
 
     def fail(message: str) -> NoReturn:

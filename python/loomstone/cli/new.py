@@ -1,4 +1,4 @@
-"""The command loomstone new."""
+"""The command `loomstone new`."""
 
 from __future__ import annotations
 

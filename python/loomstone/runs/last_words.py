@@ -22,9 +22,8 @@ _SHELL = (
 # Error messages that contain this command already say how to continue, so nothing is printed after
 # them.
 RESUME = "loomstone resume"
-# mpirun kills a rank one second after SIGTERM and then forwards no output. If the rank has not
-# ended within this time after SIGTERM [s], the sentence is printed, because output is still
-# forwarded then.
+# Time after SIGTERM at which the sentence is printed if the process has not ended [s]. mpirun kills
+# a rank one second after SIGTERM and then forwards no more output.
 _PATIENCE = 0.5
 
 

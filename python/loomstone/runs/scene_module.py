@@ -65,7 +65,7 @@ def in_directory_of(path: Path) -> Iterator[None]:
 
 
 def absolute_files(parameters: dict[str, Any]) -> dict[str, Any]:
-    """Returns parameters in which names of existing files with a suffix are absolute paths.
+    """Returns the parameters, with names of existing files that have a suffix made absolute.
 
     A parameter such as mesh=figure.obj is relative to the working directory of the command, but
     scene() runs in the directory of its file.

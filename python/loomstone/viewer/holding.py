@@ -1,4 +1,7 @@
-"""Makes the grip for what a user has grabbed, with its mass or, for an obstacle, its place."""
+"""Makes the grip on the cloth, body or obstacle that a user has grabbed.
+
+A grip knows the mass of cloth and bodies, and the pose of obstacles.
+"""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ class Player:
             self._changed.clear()
 
     def _grow(self) -> None:
-        """Extends the timeline by frames that have been written meanwhile."""
+        """Extends the timeline by frames written since the run was last read."""
         reopened = Run(self._run.directory)
         if len(reopened) > len(self._run):
             self._run = reopened

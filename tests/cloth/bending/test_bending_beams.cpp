@@ -1,4 +1,4 @@
-// Claims about bending compared with beam theory. A clamp is two prescribed rows of vertices with
+// Tests of bending compared with beam theory. A clamp is two prescribed rows of vertices with
 // edges along the clamp line. The Poisson ratio is 0 unless stated otherwise.
 #include <catch2/catch.hpp>
 

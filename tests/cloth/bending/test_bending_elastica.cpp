@@ -1,4 +1,4 @@
-// Claims about large deflections of the mid-edge element, compared with the elastica.
+// Tests of large deflections of the mid-edge element, compared with the elastica.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Claims about both bending elements: derivatives, symmetries, damping, and rest shapes.
+// Tests of both bending elements: derivatives, symmetries, damping, and rest shapes.
 #include <catch2/catch.hpp>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Claims about bending in extreme cases: threads and row ranges, folds, triangles without area,
+// Tests of bending in extreme cases: threads and row ranges, folds, triangles without area,
 // and invalid input.
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-// Claims about the sparse upper bound of the mid-edge stiffness, used by semi-implicit steps.
+// Tests of the sparse upper bound of the mid-edge stiffness, used by semi-implicit steps.
 #include <catch2/catch.hpp>
 #include <random>
 
@@ -57,7 +57,7 @@ TEST_CASE(
     const Assembled k = assemble(*whole, x), bound = assemble(*lumped, x);
     const Eigen::VectorXd difference =
         Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(bound.dense - 0.5 * k.dense).eigenvalues();
-    // The tolerance is the rounding error relative to the norm of k.
+    // The tolerance allows for rounding errors, which are proportional to the norm of k.
     CHECK(difference.minCoeff() > -1e-12 * k.dense.norm());
     CHECK(3 * bound.n_blocks < 1.3 * k.n_blocks);
   }

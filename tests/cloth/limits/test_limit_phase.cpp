@@ -1,4 +1,4 @@
-// Claims about the stiff phases of the membrane near strain limits.
+// Tests of the stiff phases of the membrane near strain limits.
 #include <catch2/catch.hpp>
 
 #include <Eigen/Eigenvalues>

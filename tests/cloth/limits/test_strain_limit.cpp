@@ -1,4 +1,4 @@
-// Claims about limiting the strain of one triangle.
+// Tests of limiting the strain of one triangle.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Claims about limiting the strain of sheets, for every kind of sweep.
+// Tests of limiting the strain of sheets, for every kind of sweep.
 #include <catch2/catch.hpp>
 
 #include <cmath>

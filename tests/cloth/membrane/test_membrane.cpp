@@ -1,4 +1,4 @@
-// Claims about the orthotropic membrane, equations (2.7) to (2.36) of [Thomaszewski2010].
+// Tests of the orthotropic membrane, equations (2.7) to (2.36) of [Thomaszewski2010].
 #include <catch2/catch.hpp>
 
 #include <Eigen/Eigenvalues>

@@ -1,4 +1,4 @@
-// Claims about the strain that a linear model neglects, and about leaving it out of the Jacobian.
+// Tests of the strain that a linear model neglects, and of leaving it out of the Jacobian.
 #include <catch2/catch.hpp>
 
 #include "tests/cloth/membrane_support.h"

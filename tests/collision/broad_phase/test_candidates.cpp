@@ -1,4 +1,4 @@
-// Claims about the broad phase: the three engines find the same pairs, which include all close
+// Tests of the broad phase: the three engines find the same pairs, which include all close
 // pairs. The shape of the tree and the number of threads do not affect the result.
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-// Claims about exact continuous collision detection: cases solved by hand, properties of every
+// Tests of exact continuous collision detection: cases solved by hand, properties of every
 // exact result, and published queries.
 #include <catch2/catch.hpp>
 

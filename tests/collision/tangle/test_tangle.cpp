@@ -1,4 +1,4 @@
-// Claims about tangles: every piercing is found, and its way out reverses the way in.
+// Tests of tangles: every piercing is found, and its way out reverses the way in.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

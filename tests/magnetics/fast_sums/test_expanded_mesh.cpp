@@ -1,4 +1,4 @@
-// Claims about local expansions of the fields of magnets with many faces or cells, compared with
+// Tests of local expansions of the fields of magnets with many faces or cells, compared with
 // exact sums.
 #include <functional>
 #include <random>

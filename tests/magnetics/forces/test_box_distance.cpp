@@ -1,4 +1,4 @@
-// Claims about distances between oriented boxes.
+// Tests of distances between oriented boxes.
 #include <random>
 
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-// Claims about the overlap of solid magnets.
+// Tests of the overlap of solid magnets.
 #include <random>
 
 #include <catch2/catch.hpp>

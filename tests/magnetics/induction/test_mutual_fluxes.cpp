@@ -1,4 +1,4 @@
-// Claims about fluxes and forces between bodies with many panels, compared with sums over all pairs
+// Tests of fluxes and forces between bodies with many panels, compared with sums over all pairs
 // of panels.
 #include <random>
 

@@ -1,4 +1,4 @@
-// Claims about the panels of cuboids.
+// Tests of the panels of cuboids.
 #include <set>
 
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-"""Claims about what notebooks show."""
+"""Tests of what notebooks show."""
 
 import loomstone as ls
 from loomstone import garments

@@ -28,7 +28,7 @@ def scene():
 
 
 def simulate(scene, out, duration=0.16, **options):
-    """Writes a run with long steps, of 5 frames by default."""
+    """Simulates with long steps and writes a run, which has 5 frames by default."""
     return ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=8e-3), threads=1).run(
         out=out, duration=duration, **options
     )

@@ -1,4 +1,4 @@
-"""Claims about compressed runs."""
+"""Tests of compressed runs."""
 
 import loomstone as ls
 import numpy as np

@@ -1,4 +1,4 @@
-"""Claims about forces and torques that users apply to rigid bodies."""
+"""Tests of forces and torques that users apply to rigid bodies."""
 
 import loomstone as ls
 import numpy as np

@@ -1,4 +1,4 @@
-"""Claims about pins that jump, bodies much heavier than cloth, and heaps of cloth."""
+"""Tests of pins that jump, bodies much heavier than cloth, and heaps of cloth."""
 
 from typing import Literal
 

@@ -1,4 +1,4 @@
-"""Units have exact factors, dimensions are checked, and descriptions accept quantities."""
+"""Units convert exactly, dimensions are checked, and scenes and materials accept quantities."""
 
 import math
 import re

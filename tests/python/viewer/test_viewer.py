@@ -1,4 +1,4 @@
-"""Claims about the page that plays runs and shows running simulations."""
+"""Tests of the page that plays runs and shows running simulations."""
 
 import base64
 import time

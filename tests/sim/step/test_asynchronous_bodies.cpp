@@ -1,4 +1,4 @@
-// Claims about rigid bodies in asynchronous steps (see "Asynchronous steps" in docs/method.md).
+// Tests of rigid bodies in asynchronous steps (see "Asynchronous steps" in docs/method.md).
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

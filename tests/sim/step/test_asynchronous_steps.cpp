@@ -1,4 +1,4 @@
-// Claims about the asynchronous integrator in simulations: contacts, checkpoints, refusals.
+// Tests of the asynchronous integrator in simulations: contacts, checkpoints, refusals.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>

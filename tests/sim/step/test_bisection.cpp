@@ -1,4 +1,4 @@
-// Claims about how a failing step is taken in parts.
+// Tests of how a failing step is taken in parts.
 #include <catch2/catch.hpp>
 
 #include "core/sim/step/bisection.h"

@@ -1,4 +1,4 @@
-// Claims about collisions at events within asynchronous steps (see "Asynchronous steps" in
+// Tests of collisions at events within asynchronous steps (see "Asynchronous steps" in
 // docs/method.md).
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-// Claims about steps that contact forces cannot resolve: every step ends free of intersections, or
+// Tests of steps that contact forces cannot resolve: every step ends free of intersections, or
 // reports those that remain.
 #include <catch2/catch.hpp>
 #include <cmath>

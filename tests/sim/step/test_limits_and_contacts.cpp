@@ -1,4 +1,4 @@
-// Claims about strain limits in a step: with contacts, inside the implicit solve, and with scripted
+// Tests of strain limits in a step: with contacts, inside the implicit solve, and with scripted
 // motion that breaks them.
 #include <catch2/catch.hpp>
 

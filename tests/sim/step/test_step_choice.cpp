@@ -1,4 +1,4 @@
-// Claims about automatic steps.
+// Tests of automatic steps.
 #include <catch2/catch.hpp>
 
 #include "core/mesh/generators.h"

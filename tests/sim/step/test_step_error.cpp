@@ -1,4 +1,4 @@
-// Claims about steps with error control: impacts do not increase the energy, stiff sheets swing as
+// Tests of steps with error control: impacts do not increase the energy, stiff sheets swing as
 // fast as soft ones, and frames lie on the paths that certification has checked.
 #include <catch2/catch.hpp>
 #include <cmath>

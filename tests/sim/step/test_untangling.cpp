@@ -1,4 +1,4 @@
-// Claims about scenes that start with intersections: surfaces come apart and then stay apart.
+// Tests of scenes that start with intersections: surfaces come apart and then stay apart.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
