@@ -223,8 +223,8 @@ def test_the_tshirt_has_four_openings(tshirt):
 
 
 def test_both_start_free_of_intersections_and_nearly_free_of_strain(dress, tshirt):
-    # Cones and straight straps are developable, so the dress is strained only because chords replace
-    # its curved edges. The sleeve caps of the T-shirt are eased in, which strains it more.
+    # Cones and straight straps are developable, so the dress is strained only because chords
+    # replace its curved edges. The sleeve caps of the T-shirt are eased in, which strains it more.
     for garment, most in ((dress, 1.04), (tshirt, 1.06)):
         assert ls.collision.intersecting_pairs(garment.mesh.vertices, garment.mesh.triangles) == []
         assert 1 / most < garment.stretches().min() and garment.stretches().max() < most
