@@ -3,7 +3,6 @@
 // is the first stage of [Thomaszewski2010], 4.3.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -27,28 +26,9 @@ struct Approach {
   std::int64_t candidates = 0;         // number of pairs within reach, including culled ones
 };
 
-// Allowance for velocities that change within a step. Our choice: features are assumed to approach
-// at no more than 1.5 times their relative velocity plus 0.3 m/s. The few pairs that approach
-// faster are left to certification.
-inline constexpr double faster_approach = 1.5, added_approach = 0.3;
-
 // Returns the sign of the volume that the four points span. It shows on which side of the face the
 // vertex lies, or on which side of the second edge the first edge lies.
 std::int8_t side_of(ContactKind kind, const FourPoints& points);
-
-// Returns the largest speed at which a corner of feature a approaches one of feature b [m/s]. Two
-// features at a distance d along the contact normal stay farther apart than d minus this speed
-// times the time, if their velocities are constant. `speeds` are those of the four vertices along
-// the normal, which points from b to a [m/s].
-inline double largest_approach(ContactKind kind, const std::array<double, 4>& speeds) {
-  if (kind == ContactKind::VertexFace)
-    return std::max({speeds[1], speeds[2], speeds[3]}) - speeds[0];
-  return std::max(speeds[2], speeds[3]) - std::min(speeds[0], speeds[1]);
-}
-// Returns the shortest time [s] in which a pair with this speed of approach may lose this gap.
-inline double time_to_close(double gap, double approach) {  // [m], [m/s]
-  return gap / (faster_approach * std::max(0.0, approach) + added_approach);
-}
 
 // Expected motion of all vertices in a step, at constant velocity.
 struct ExpectedMotion {
