@@ -6,6 +6,9 @@
 #include <numeric>
 #include <tuple>
 
+#include "core/collision/approach_bounds.h"
+#include "core/collision/narrow_phase/crossing.h"
+
 namespace loomstone {
 
 namespace {
@@ -40,7 +43,7 @@ bool overlapping(const PackedSlabs& a, const PackedSlabs& b) {
   return meet;
 }
 
-double added_reach(const ExpectedMotion& motion) { return added_approach * motion.step; }
+double added_reach(const ExpectedMotion& motion) { return largest_loss(0.0, motion.step); }
 
 }  // namespace
 
@@ -59,14 +62,14 @@ struct ApproachSearch::PairTest {
   const Tangle& tangle;
   const std::vector<PackedSlabs>& boxes;  // of the vertices
 
-  // Returns an upper bound on the relative displacement of two points, one on each feature [m].
-  double travel(ContactKind kind, const std::array<Index, 4>& v) const {
+  // Returns the largest relative speed of two points, one on each feature [m/s].
+  double relative_speed(ContactKind kind, const std::array<Index, 4>& v) const {
     const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
     double largest = 0.0;
     for (int i = 0; i < n_a; ++i)
       for (int k = n_a; k < 4; ++k)
         largest = std::max(largest, (motion.v0.row(v[k]) - motion.v0.row(v[i])).squaredNorm());
-    return (faster_approach * std::sqrt(largest) + added_approach) * motion.step;
+    return std::sqrt(largest);
   }
   bool boxes_meet(ContactKind kind, const std::array<Index, 4>& v) const {
     return kind == ContactKind::VertexFace
@@ -110,18 +113,21 @@ struct ApproachSearch::PairTest {
       speeds[k] = motion.v0.row(v[k]).dot(closest.difference.transpose()) / closest.distance;
     return time_to_close(closest.distance - thickness, largest_approach(kind, speeds));
   }
-  // Counts the pair as a candidate if it is within reach. Adds a candidate to `found` unless it is
-  // culled or ignored. Returns the distance of the pair at the start [m].
-  double look(ApproachingPair pair, const std::array<Index, 4>& v, double reach,
+  // Counts the pair as a candidate if it is within reach at the relative speed `speed` [m/s]. Adds a
+  // candidate to `found` unless it is culled or ignored. Returns the distance of the pair at the
+  // start [m].
+  double look(ApproachingPair pair, const std::array<Index, 4>& v, double speed,
               Approach& found) const {
-    FourPoints p;
-    for (int k = 0; k < 4; ++k) p[k] = motion.x0.row(v[k]).transpose();
+    const double thickness = pairs[pair.pair].thickness;
+    const FourPoints p = points(v);
     const bool vertex_face = pair.kind == ContactKind::VertexFace;
     const ClosestPair closest = vertex_face ? closest_vertex_face(p) : closest_edge_edge(p);
-    if (!(closest.distance <= reach)) return closest.distance;
+    if (!(closest.distance <= thickness + largest_loss(speed, motion.step)))
+      return closest.distance;
     ++found.candidates;
-    const double thickness = pairs[pair.pair].thickness;
     pair.wake = wake(pair.kind, v, closest, thickness);
+    if (!vertex_face && !closest.interior)
+      pair.wake = std::max(pair.wake, time_to_close(motion_to_cross(p, thickness), speed));
     if (pair.wake > motion.step || off_common_plane(pair.kind, v, thickness) ||
         tangle.ignores(model, pair.kind, pair.key, v))
       return closest.distance;
@@ -132,8 +138,7 @@ struct ApproachSearch::PairTest {
   }
   void look(const ApproachingPair& pair, Approach& found) const {
     const std::array<Index, 4> v = pair_vertices(model, pair.kind, pair.key);
-    if (boxes_meet(pair.kind, v))
-      look(pair, v, pairs[pair.pair].thickness + travel(pair.kind, v), found);
+    if (boxes_meet(pair.kind, v)) look(pair, v, relative_speed(pair.kind, v), found);
   }
 };
 
@@ -218,9 +223,10 @@ void ApproachSearch::find_in_list(NeighbourList& list, const PairTest& test,
     if (near.distance <= farthest) {
       const ApproachingPair pair{list.kind(i), near.key, list.pair, false};
       const std::array<Index, 4> v = pair_vertices(model_, pair.kind, pair.key);
-      const double reach = thickness + test.travel(pair.kind, v);
+      const double speed = test.relative_speed(pair.kind, v);
+      const double reach = thickness + largest_loss(speed, test.motion.step);
       if (near.distance <= reach * 1.0000001 + list.used && test.boxes_meet(pair.kind, v)) {
-        near.distance = test.look(pair, v, reach, found) + list.used;
+        near.distance = test.look(pair, v, speed, found) + list.used;
         ++n_looks;
       }
     }

@@ -3,7 +3,6 @@
 // is the first stage of [Thomaszewski2010], 4.3.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -27,28 +26,9 @@ struct Approach {
   std::int64_t candidates = 0;         // number of pairs within reach, also if culled or ignored
 };
 
-// Allowance for velocities that change within a step. Our choice: features are assumed to approach
-// at no more than 1.5 times their relative velocity plus 0.3 m/s. The few pairs that approach
-// faster are left to certification.
-inline constexpr double faster_approach = 1.5, added_approach = 0.3;
-
 // Returns the sign of the volume that the four points span. The sign tells on which side of the
 // face the vertex lies, or on which side of the second edge the first edge passes.
 std::int8_t side_of(ContactKind kind, const FourPoints& points);
-
-// Returns the largest speed at which a corner of feature a approaches a corner of feature b along
-// the contact normal [m/s]. At constant velocities, the distance along the normal decreases at most
-// at this speed. `speeds` are those of the four vertices along the normal, which points from b to a
-// [m/s].
-inline double largest_approach(ContactKind kind, const std::array<double, 4>& speeds) {
-  if (kind == ContactKind::VertexFace)
-    return std::max({speeds[1], speeds[2], speeds[3]}) - speeds[0];
-  return std::max(speeds[2], speeds[3]) - std::min(speeds[0], speeds[1]);
-}
-// Returns the shortest time in which a pair that approaches at this speed may close this gap [s].
-inline double time_to_close(double gap, double approach) {  // [m], [m/s]
-  return gap / (faster_approach * std::max(0.0, approach) + added_approach);
-}
 
 // Expected motion of all vertices in a step, at constant velocity.
 struct ExpectedMotion {

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "core/collision/approach_bounds.h"
+#include "core/collision/narrow_phase/crossing.h"
+
 namespace loomstone {
 
 namespace {
@@ -11,6 +14,23 @@ namespace {
 // Fraction of the missing distance (thickness minus distance) that a pair regains in a step
 // [Bridson2002].
 constexpr double restored = 0.1;
+
+// Sorts a sequence that consists of few ascending runs.
+void merge_runs(std::vector<Index>& values) {
+  using Place = std::vector<Index>::iterator;
+  std::vector<Place> ends = {values.begin()};
+  while (ends.back() != values.end())
+    ends.push_back(std::is_sorted_until(ends.back(), values.end()));
+  while (ends.size() > 2) {
+    std::vector<Place> merged = {ends.front()};
+    for (std::size_t k = 0; k + 1 < ends.size(); k += 2) {
+      const bool two = k + 2 < ends.size();
+      if (two) std::inplace_merge(ends[k], ends[k + 1], ends[k + 2]);
+      merged.push_back(ends[two ? k + 2 : k + 1]);
+    }
+    ends = std::move(merged);
+  }
+}
 
 }  // namespace
 
@@ -21,6 +41,9 @@ EventContacts::EventContacts(const CollisionModel& model, const std::vector<Surf
 void EventContacts::set_pairs(const ExpectedMotion& motion, std::vector<ApproachingPair> pairs) {
   motion_.emplace(motion);
   pairs_ = std::move(pairs);
+  vertices_.clear();
+  for (const ApproachingPair& pair : pairs_)
+    vertices_.push_back(pair_vertices(model_, pair.kind, pair.key));
   n_evaluated_ = n_impulses_ = 0;
 }
 
@@ -43,7 +66,7 @@ void EventContacts::begin_queue() {
   for (const ApproachingPair& pair : pairs_) wake_.push_back(pair.wake);
   pairs_of_.assign(inverse_mass_.size(), {});
   for (std::size_t i = 0; i < pairs_.size(); ++i)
-    for (const Index vertex : pair_vertices(model_, pairs_[i].kind, pairs_[i].key))
+    for (const Index vertex : vertices_[i])
       if (inverse_mass_[vertex] > 0.0) pairs_of_[vertex].push_back(static_cast<Index>(i));
 }
 
@@ -62,6 +85,22 @@ Vec3 EventContacts::place(Index vertex, double time, const EventMotion& motion) 
   return start + time * motion_->v0.row(vertex).transpose();
 }
 
+void EventContacts::place_vertices(const Team& team, double time, const EventMotion& motion) {
+  placed_.resize(motion_->x0.rows(), 3);
+  parallel_for(
+      team, static_cast<Index>(placed_.rows()),
+      [&](Index i) { placed_.row(i) = place(i, time, motion).transpose(); }, 1024);
+}
+
+FourPoints EventContacts::points_of(Index pair, double time, const EventMotion& motion) const {
+  FourPoints points;
+  for (int k = 0; k < 4; ++k) {
+    const Index i = vertices_[pair][k];
+    points[k] = all_placed_ ? Vec3(placed_.row(i).transpose()) : place(i, time, motion);
+  }
+  return points;
+}
+
 // Returns the velocity of a vertex. For a vertex of a rigid body, returns the velocity of the body
 // at the contact point instead, which is the weighted mean of the velocities of the body's vertices
 // in the pair.
@@ -77,18 +116,19 @@ Vec3 EventContacts::relative_velocity(const Event& event, const EventMotion& mot
   return sum;
 }
 
-EventContacts::Event EventContacts::evaluate(Index pair, double time, const EventMotion& motion) {
+EventContacts::Event EventContacts::evaluate(Index pair, const FourPoints& points) {
   const ApproachingPair& which = pairs_[pair];
   const bool vertex_face = which.kind == ContactKind::VertexFace;
+  const double thickness = surface_pairs_[which.pair].thickness;
   Event event;
-  event.vertices = pair_vertices(model_, which.kind, which.key);
-  FourPoints points;
-  for (int k = 0; k < 4; ++k) points[k] = place(event.vertices[k], time, motion);
+  event.vertices = vertices_[pair];
   const ClosestPair closest = vertex_face ? closest_vertex_face(points) : closest_edge_edge(points);
   event.weights = closest.weights;
   event.distance = closest.distance;
   event.normal = vertex_face ? contact_normal_vertex_face(points, closest, Vec3::Zero())
                              : contact_normal_edge_edge(points, closest, Vec3::Zero());
+  event.at_end = !vertex_face && !closest.interior;
+  event.to_cross = event.at_end ? motion_to_cross(points, thickness) : 0.0;
   // If the features have passed through each other, they are pushed back to their previous side.
   const std::int8_t side = closest.interior ? side_of(which.kind, points) : std::int8_t{0};
   if (side_[pair] != 0 && side == -side_[pair])
@@ -98,13 +138,15 @@ EventContacts::Event EventContacts::evaluate(Index pair, double time, const Even
   event.inverse_mass = 0.0;
   event.body = -1;
   event.touched = Vec3::Zero();
-  for (int k = 0; k < 4; ++k) {
-    event.inverse_mass += event.weights[k] * event.weights[k] * inverse_mass_[event.vertices[k]];
+  for (int k = 0; k < 4 && !bodies_.empty(); ++k) {
     const Index body = body_of(event.vertices[k]);
     if (body < 0) continue;
     event.body = body;
     event.touched += std::abs(event.weights[k]) * points[k];
   }
+  if (event.at_end || !(event.distance < thickness)) return event;
+  for (int k = 0; k < 4; ++k)
+    event.inverse_mass += event.weights[k] * event.weights[k] * inverse_mass_[event.vertices[k]];
   if (event.body >= 0)
     event.inverse_mass += bodies_[event.body].body.inverse_mass_at(event.touched, event.normal);
   return event;
@@ -159,15 +201,25 @@ void EventContacts::add_work(const Event& event, const Vec3& impulse, const Even
 double EventContacts::next_time(const Event& event, Index pair, double time,
                                 const EventMotion& motion) const {
   double shortest = motion_->step;
+  std::array<Vec3, 4> velocities;
   std::array<double, 4> speeds;
   for (int k = 0; k < 4; ++k) {
     const Index i = event.vertices[k];
     if (i < motion.v.rows()) shortest = std::min(shortest, motion.step(i));
-    speeds[k] = event.normal.dot(velocity(i, event, motion));
+    velocities[k] = velocity(i, event, motion);
+    speeds[k] = event.normal.dot(velocities[k]);
   }
   const ContactKind kind = pairs_[pair].kind;
   const double gap = event.distance - surface_pairs_[pairs_[pair].pair].thickness;
-  return time + std::max(shortest, time_to_close(gap, largest_approach(kind, speeds)));
+  double wait = time_to_close(gap, largest_approach(kind, speeds));
+  if (event.to_cross > 0.0) {
+    double fastest2 = 0.0;
+    for (int i = 0; i < 2; ++i)
+      for (int k = 2; k < 4; ++k)
+        fastest2 = std::max(fastest2, (velocities[i] - velocities[k]).squaredNorm());
+    wait = std::max(wait, time_to_close(event.to_cross, std::sqrt(fastest2)));
+  }
+  return time + std::max(shortest, wait);
 }
 
 void EventContacts::place_bodies(const EventMotion& motion) {
@@ -192,18 +244,24 @@ void EventContacts::act(const Team& team, Index tick, const EventMotion& motion)
   std::vector<Index>& due = due_[tick];
   if (due.empty()) return;
   const double length = motion_->step / static_cast<double>(n_ticks_), time = tick * length;
-  std::sort(due.begin(), due.end());
+  merge_runs(due);  // every earlier tick has added pairs in ascending order
   place_bodies(motion);
+  all_placed_ = 4 * static_cast<Index>(due.size()) > motion_->x0.rows();
+  if (all_placed_) place_vertices(team, time, motion);
   const auto n = static_cast<Index>(due.size());
   events_.resize(due.size());
-  parallel_for(team, n, [&](Index i) { events_[i] = evaluate(due[i], time, motion); }, 256);
+  next_.resize(due.size());
+  parallel_for(
+      team, n, [&](Index i) { events_[i] = evaluate(due[i], points_of(due[i], time, motion)); },
+      256);
   n_evaluated_ += n;
   for (Index i = 0; i < n; ++i) n_impulses_ += push(events_[i], due[i], motion);
-  for (Index i = 0; i < n; ++i) {
-    const double next = next_time(events_[i], due[i], time, motion) / length;
-    if (next < static_cast<double>(n_ticks_))
-      due_[std::max(tick + 1, static_cast<Index>(next))].push_back(due[i]);
-  }
+  parallel_for(
+      team, n, [&](Index i) { next_[i] = next_time(events_[i], due[i], time, motion) / length; },
+      256);
+  for (Index i = 0; i < n; ++i)
+    if (next_[i] < static_cast<double>(n_ticks_))
+      due_[std::max(tick + 1, static_cast<Index>(next_[i]))].push_back(due[i]);
   return_bodies(motion);
   due.clear();
 }
@@ -218,8 +276,9 @@ void EventContacts::act_on(const std::vector<Index>& vertices, const EventMotion
   std::sort(touched_.begin(), touched_.end());
   touched_.erase(std::unique(touched_.begin(), touched_.end()), touched_.end());
   place_bodies(motion);
+  all_placed_ = false;
   for (const Index pair : touched_) {
-    const Event event = evaluate(pair, now, motion);
+    const Event event = evaluate(pair, points_of(pair, now, motion));
     n_impulses_ += push(event, pair, motion);
     wake_[pair] = next_time(event, pair, now, motion);
   }

@@ -2,8 +2,10 @@
 // their own events to the next. An impulse with Coulomb friction ([Thomaszewski2010], (2.58),
 // (2.59)) stops the approach of a pair that is closer than its thickness, and the pair then regains
 // its thickness slowly. A pair that is farther apart is evaluated again at the earliest time at
-// which it can come closer than its thickness. Implements the second stage of [Thomaszewski2010],
-// 4.3.
+// which it can come closer than its thickness. Two edges push each other only if their closest
+// points lie inside both edges. Otherwise an end of one edge is closest to the other edge, and the
+// pairs of this vertex with the faces at that edge are at least as close. Implements the second
+// stage of [Thomaszewski2010], 4.3.
 #pragma once
 
 #include <optional>
@@ -52,9 +54,11 @@ class EventContacts {
     std::array<Index, 4> vertices;
     std::array<double, 4> weights;
     Vec3 normal;
-    double distance, inverse_mass;  // [m], [1/kg]
+    double distance, inverse_mass;  // [m], [1/kg]; a pair without an impulse has inverse mass 0
     Index body;                     // body in the pair; -1: none
     Vec3 touched;                   // closest point of the body [m]
+    bool at_end;                    // two edges, and an end of one of them is closest
+    double to_cross;                // motion_to_cross() if `at_end`, otherwise 0 [m]
   };
   void begin_queue();
   // A rigid body at the current tick or event.
@@ -65,9 +69,11 @@ class EventContacts {
   // Body of a vertex; -1: none.
   Index body_of(Index vertex) const;
   Vec3 place(Index vertex, double time, const EventMotion& motion) const;
+  void place_vertices(const Team& team, double time, const EventMotion& motion);
+  FourPoints points_of(Index pair, double time, const EventMotion& motion) const;
   Vec3 velocity(Index vertex, const Event& event, const EventMotion& motion) const;
   Vec3 relative_velocity(const Event& event, const EventMotion& motion) const;
-  Event evaluate(Index pair, double time, const EventMotion& motion);
+  Event evaluate(Index pair, const FourPoints& points);
   void place_bodies(const EventMotion& motion);
   void return_bodies(const EventMotion& motion) const;
   bool push(const Event& event, Index pair, const EventMotion& motion);
@@ -79,6 +85,7 @@ class EventContacts {
   const Vector& inverse_mass_;
   std::optional<ExpectedMotion> motion_;
   std::vector<ApproachingPair> pairs_;
+  std::vector<std::array<Index, 4>> vertices_;  // (pairs)
   // (pairs) Side of the first feature as defined by side_of(): 1 or -1; 0: unknown.
   std::vector<std::int8_t> side_;
   Index n_ticks_ = 1;
@@ -90,6 +97,9 @@ class EventContacts {
   std::vector<Index> touched_;
   EventWork work_;
   std::vector<Event> events_;
+  std::vector<double> next_;  // scratch: time of the next evaluation of each event's pair [s]
+  Points placed_;             // scratch: positions of all vertices at the current tick [m]
+  bool all_placed_ = false;   // placed_ is set for the current tick or event
   std::vector<PlacedBody> bodies_;
   std::int64_t n_evaluated_ = 0, n_impulses_ = 0;
 };

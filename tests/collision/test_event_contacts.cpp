@@ -122,3 +122,37 @@ TEST_CASE("at events, a vertex falls onto a face without crossing it, at any pha
     CHECK(u(1, 2) == -2.0);
   }
 }
+
+TEST_CASE("at events, a vertex beside an edge of a face is pushed along the normal of the face") {
+  // The vertex is 1 mm above the face and 1 mm inside an edge of it. The edges at the vertex are
+  // 1.4 mm away from this edge, less than the thickness of 2 mm, but their end is closest.
+  Points corners(3, 3), above(3, 3);
+  corners << 0, 0, 0, 0.1, 0, 0, 0, 0.1, 0;
+  above << 0.04, 0.001, 0.001, 0.03, 0.002, 0.05, 0.05, 0.002, 0.05;
+  Triangles one(1, 3);
+  one << 0, 1, 2;
+  const TestScene scene =
+      make_scene({{{above, one}}, {{corners, one}, CollisionSurface::Kind::Script, 2e-3, 0.0}});
+  const double step = 1e-3;
+  Points v = Points::Zero(scene.x.rows(), 3);
+  v.topRows(3).col(2).setConstant(-0.5);
+  const ExpectedMotion motion{scene.x, v, step};
+  CollisionStage stage(scene.model);
+  const std::vector<SurfacePair> pairs = surface_pairs(scene.model);
+  EventContacts contacts(scene.model, pairs, scene.inverse_mass);
+  contacts.set_pairs(motion, stage.approach({}, motion, {}).pairs);
+  contacts.begin(4);
+  Points x = scene.x.topRows(3), u = v.topRows(3);
+  const std::vector<std::uint8_t> level(3, 0);
+  const std::vector<double> length = {step / 4}, ahead = {0.0};
+  const EventMotion::Levels levels{level, length, ahead};
+  std::vector<EventBody> bodies;
+  for (Index tick = 0; tick < 4; ++tick) {
+    contacts.act({}, tick, {x, u, bodies, &levels});
+    x += length[0] * u;
+  }
+  CHECK(contacts.n_impulses() > 0);
+  CHECK(u(0, 0) == 0.0);
+  CHECK(u(0, 1) == 0.0);
+  CHECK(u(0, 2) > 0.0);
+}

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include "core/collision/narrow_phase/crossing.h"
 #include "core/collision/narrow_phase/distance.h"
 #include "tests/collision/collision_scenes.h"
 
@@ -76,4 +77,40 @@ TEST_CASE("at zero distance the normal is that of the features, oriented to the 
   const FourPoints edges = {Vec3(-1, 0, 0), Vec3(1, 0, 0), Vec3(0, -1, 0), Vec3(0, 1, 0)};
   CHECK(contact_normal_edge_edge(edges, closest_edge_edge(edges), Vec3(0, 0, -1)) ==
         Vec3(0, 0, -1));
+}
+
+TEST_CASE("edges that move less than the bound do not come closest inside both edges") {
+  std::mt19937 random(5);
+  const double thickness = 0.2;
+  int bounded = 0, crossed = 0;
+  for (int trial = 0; trial < 4000; ++trial) {
+    FourPoints p;
+    for (Vec3& point : p) point = random_vector(random, 1.0);
+    p[2].z() *= 0.2, p[3].z() *= 0.2, p[0].z() *= 0.2, p[1].z() *= 0.2;  // many pairs are close
+    if (trial % 4 == 0) p[3] = p[2] + 0.7 * (p[1] - p[0]) + random_vector(random, 1e-3);
+    const double motion = motion_to_cross(p, thickness);
+    if (closest_edge_edge(p).interior) CHECK(motion < 1e-12);  // rounding
+    bounded += motion > 0.01;
+    for (const double share : {1.0, 8.0}) {
+      const auto crosses = [&] {
+        FourPoints moved = p;
+        for (Vec3& point : moved)
+          point += 0.5 * share * motion * random_vector(random, 1.0).normalized();
+        const ClosestPair closest = closest_edge_edge(moved);
+        return closest.interior && closest.distance < thickness;
+      };
+      for (int k = 0; k < 20; ++k) {
+        if (share == 1.0) REQUIRE(!crosses());
+        if (share > 1.0) crossed += crosses();
+      }
+    }
+  }
+  CHECK(bounded > 1000);
+  CHECK(crossed > 1000);  // longer motions do cross
+  // The first edge begins at a distance g from the line of the second one, so that they cross after
+  // a motion of g.
+  const double g = 0.05;
+  const FourPoints apart = {Vec3(g, 0, 0.1), Vec3(1, 0, 0.1), Vec3(0, -1, 0), Vec3(0, 1, 0)};
+  CHECK(motion_to_cross(apart, thickness) <= g);
+  CHECK(motion_to_cross(apart, thickness) > 0.6 * g);
 }

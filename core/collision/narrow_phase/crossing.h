@@ -1,0 +1,13 @@
+// Lower bound on the motion after which two edges can cross.
+#pragma once
+
+#include "core/collision/narrow_phase/distance.h"
+
+namespace loomstone {
+
+// Returns a distance [m] by which points of two edges must move relative to each other before the
+// closest points can lie inside both edges and be closer than `thickness` [m]. It is a lower bound:
+// the edges may have to move farther. It is 0 if the closest points lie inside both edges.
+double motion_to_cross(const FourPoints& edges, double thickness);
+
+}  // namespace loomstone
