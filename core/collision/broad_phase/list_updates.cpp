@@ -79,7 +79,7 @@ void NeighbourLists::begin_update(const Team& team, const Points& x) {
   before_.swap(x_);
   x_ = x;
   still_at_x_.clear();
-  ++updates_;
+  ++updates_, ++unchecked_updates_;
   count_update();
   unchecked_ = !again;
   if (again) {
@@ -240,7 +240,7 @@ bool NeighbourLists::search_is_due(const std::vector<Pass>& passes) const {
     sum += pass.cost;
   }
   return owners_.rotates() ||
-         (updates_ >= least_updates && most * ranks_.size() > unbalanced * sum);
+         (unchecked_updates_ >= least_updates && most * ranks_.size() > unbalanced * sum);
 }
 
 // Marks the lists of this rank for which `ends` is true, and updates `fast` and `cost` of `pass`.

@@ -297,7 +297,8 @@ class NeighbourLists {
   std::vector<std::int64_t> n_lists_;  // (surface pairs) number of lists of this rank
   std::vector<Upkeep> upkeep_;         // (surface pairs)
   std::int64_t n_searches_ = 0, n_made_ = 0;
-  int updates_ = 0;      // number of updates since lists were distributed
+  // Number of updates since the costs of lists are measured, and since the last search.
+  int updates_ = 0, unchecked_updates_ = 0;
   double clock_ = -1.0;  // see time_work(); negative: work is not timed
   mutable double unlisted_seconds_ = 0.0;
   double pass_seconds_ = 0.0;

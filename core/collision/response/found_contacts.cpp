@@ -9,6 +9,8 @@ namespace loomstone {
 
 namespace {
 
+std::array<Index, 2> ascending(Index a, Index b) { return {std::min(a, b), std::max(a, b)}; }
+
 // Removes duplicates.
 template <class Element>
 void sort_unique(std::vector<Element>& elements) {
@@ -52,8 +54,8 @@ ContactTotals totals_of(const CollisionModel& model, const std::vector<Contact>&
     totals.pressed |= contact.distance < 0.5 * contact.thickness;
     totals.vertex_on_face |=
         contact.kind == ContactKind::VertexFace && model.rows.row[contact.a] >= 0;
-    const std::array<Index, 2> surfaces = {model.surface_of_vertex[contact.vertices[0]],
-                                           model.surface_of_vertex[contact.vertices[3]]};
+    const std::array<Index, 2> surfaces = ascending(model.surface_of_vertex[contact.vertices[0]],
+                                                    model.surface_of_vertex[contact.vertices[3]]);
     if (surfaces != last) totals.surfaces.push_back(last = surfaces);
   }
   sort_unique(totals.surfaces);
@@ -138,7 +140,7 @@ ContactTotals ContactSelection::totals(const CollisionModel& model,
   sort_unique(on_smooth);
   totals.n += static_cast<std::int64_t>(on_smooth.size());
   for (std::size_t i = 0; i < pairs.size(); ++i)
-    if (in_contact[i]) totals.surfaces.push_back({pairs[i].a, pairs[i].b});
+    if (in_contact[i]) totals.surfaces.push_back(ascending(pairs[i].a, pairs[i].b));
   sort_unique(totals.surfaces);
   return totals;
 }

@@ -40,7 +40,7 @@ struct ContactTotals {
   // A vertex with a row of its own is in contact with a face. Some contact then has a positive
   // share and acts on a row.
   bool vertex_on_face = false;
-  // Pairs of surfaces in contact, in ascending order.
+  // Pairs of surfaces in contact. The smaller index comes first, and the pairs are sorted.
   std::vector<std::array<Index, 2>> surfaces;
 };
 

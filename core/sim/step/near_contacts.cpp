@@ -91,6 +91,23 @@ void find_pressing_forces(const State& state, double time, const Engines& engine
   if (divided) gather_rows(layout, forces);
 }
 
+IndexRange owned_rows(const RowLayout& layout) { return {layout.begin(), layout.end()}; }
+
+// Calls use(inputs, contacts) for the contacts that find(x, tangle) returns in `state`, unless
+// there are none on any rank. Collective if `elasticity` is divided among ranks.
+template <class Find, class Use>
+void with_contacts(const State& state, double time, const Engines& engines, Elasticity& elasticity,
+                   Find&& find, Use&& use) {
+  Points x, forces(0, 3);
+  collision_vertices(engines.model, state, x);
+  const Tangle tangle = state.tangled ? engines.collision->find_tangle(x) : Tangle();
+  const std::vector<Contact>& contacts = find(x, tangle);
+  const ContactTotals& totals = engines.collision->totals();
+  if (totals.n == 0) return;
+  if (totals.pressed) find_pressing_forces(state, time, engines, elasticity, forces);
+  use(StrengthInputs{x, engines.model.inverse_mass, forces, state.contacts}, contacts);
+}
+
 // Registers the pairs that the integrator handles at events.
 void register_events(const StepContext& part, const Loads& loads, const State& state,
                      Engines& engines, NearContacts& near, StepReport& report) {
@@ -122,7 +139,7 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
   ContactInputs inputs{loads.x0, near.v0, near.last_change,           state.rigid.positions,
                        part.h,   n,       engines.model.inverse_mass, forces};
   near.terms_divided = collision.divided();
-  if (near.terms_divided) inputs.rows = {engines.layout.begin(), engines.layout.end()};
+  if (near.terms_divided) inputs.rows = owned_rows(engines.layout);
   near.contact_terms = collision.terms(inputs, near.contacts, state.contacts, near.terms);
   near.any_terms = any_terms(near, engines);
   collision.untangle(inputs, near.tangle, near.terms);
@@ -163,29 +180,38 @@ void know_contacts(const State& state, const Engines& engines) {
 
 std::vector<double> contact_energies(const State& state, double time, const Engines& engines,
                                      Elasticity& elasticity, const Points* x0, int n_parts) {
-  std::vector<double> none(n_parts, 0.0);
-  if (!engines.collision || !engines.contacts_in_solve) return none;
-  const Model& model = engines.model;
-  Points x, forces(0, 3);
-  collision_vertices(model, state, x);
-  const Tangle tangle = state.tangled ? engines.collision->find_tangle(x) : Tangle();
+  std::vector<double> energies(n_parts, 0.0);
+  if (!engines.collision || !engines.contacts_in_solve) return energies;
   CollisionStage& collision = *engines.collision;
   const bool together = elasticity.divided() && collision.divided();
-  const std::vector<Contact>& contacts =
-      together ? collision.proximity(engines.collision_team, x, tangle)
-               : collision.proximity_alone(engines.team, x, tangle);
-  const ContactTotals& totals = collision.totals();
-  if (totals.n == 0) return none;
-  if (totals.pressed) find_pressing_forces(state, time, engines, elasticity, forces);
-  const StrengthInputs inputs{x, model.inverse_mass, forces, state.contacts};
-  const IndexRange counted =
-      together ? IndexRange{engines.layout.begin(), engines.layout.end()} : all_indices;
-  std::vector<BinnedSum> sums =
-      collision.energies({x, x0 ? *x0 : x, n_parts}, inputs, contacts, counted);
-  if (together) engines.layout.communicator().add(sums.data(), n_parts);
-  std::vector<double> energies;
-  for (const BinnedSum& sum : sums) energies.push_back(sum.value());
+  const auto find = [&](const Points& x, const Tangle& tangle) -> const std::vector<Contact>& {
+    return together ? collision.proximity(engines.collision_team, x, tangle)
+                    : collision.proximity_alone(engines.team, x, tangle);
+  };
+  with_contacts(state, time, engines, elasticity, find,
+                [&](const StrengthInputs& inputs, const std::vector<Contact>& contacts) {
+                  const ContactMotion motion{inputs.x, x0 ? *x0 : inputs.x, n_parts};
+                  std::vector<BinnedSum> sums =
+                      collision.energies(motion, inputs, contacts,
+                                         together ? owned_rows(engines.layout) : all_indices);
+                  if (together) engines.layout.communicator().add(sums.data(), n_parts);
+                  for (int i = 0; i < n_parts; ++i) energies[i] = sums[i].value();
+                });
   return energies;
+}
+
+double contact_energy_in_order(const State& state, const Engines& engines) {
+  double energy = 0.0;
+  if (!engines.collision || !engines.contacts_in_solve) return energy;
+  CollisionStage& collision = *engines.collision;
+  const auto find = [&](const Points& x, const Tangle& tangle) -> const std::vector<Contact>& {
+    return collision.all_contacts(engines.collision_team, x, tangle);
+  };
+  with_contacts(state, state.time, engines, *engines.elasticity, find,
+                [&](const StrengthInputs& inputs, const std::vector<Contact>& contacts) {
+                  energy = collision.energy_in_order(inputs, contacts);
+                });
+  return energy;
 }
 
 std::vector<Contact> present_contacts(const State& state, const Engines& engines) {

@@ -108,7 +108,7 @@ TEST_CASE("ranks that keep the contacts of their rows find the bits of one rank"
       std::vector<std::array<double, 9>> terms;
       std::size_t most = 0;
       for (const Results& each : found) {
-        CHECK(each.numbers == alone.numbers);
+        CHECK((each.numbers == alone.numbers));  // vectors would be printed whole
         terms.insert(terms.end(), each.terms.begin(), each.terms.end());
         most = std::max(most, each.kept);
       }
@@ -116,7 +116,7 @@ TEST_CASE("ranks that keep the contacts of their rows find the bits of one rank"
       std::vector<std::array<double, 9>> expected = alone.terms;
       std::sort(expected.begin(), expected.end());
       std::sort(terms.begin(), terms.end());
-      CHECK(terms == expected);
+      CHECK((terms == expected));
     }
   }
 }
