@@ -11,8 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// Lists are distributed again if the cost of one rank exceeds this multiple of the mean cost, but
-// at most once in `least_updates` updates. Our choice.
+// A search, which may distribute lists again, is due if the cost of one rank exceeds this multiple
+// of the mean cost, but at most once in `least_updates` updates. Our choice.
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 
