@@ -87,7 +87,8 @@ struct ListsOfStep {
   // contacts() and impacts() return the size of their results [bytes].
   std::size_t contacts(const Points& x) {
     lists.update(Team{}, x);
-    return find_contacts(Team{}, model, pairs, x, lists, normals).size() * bytes_of_found_contact;
+    return find_contacts(Team{}, {model, pairs, normals}, x, lists).contacts.size() *
+           bytes_of_found_contact;
   }
   std::size_t impacts(const Points& x0, const Points& x1) {
     return search.find(Team{}, {x0, inverse_mass, {}}, x1, nullptr).size() * sizeof(StepImpact);
@@ -166,7 +167,7 @@ std::size_t CollisionReplay::find(Search search, const Team& team, SharedSearch&
   const Points x0 = d.record.x0 - earlier;
   if (search == Search::Contacts) {
     SmoothNormals normals;
-    find_contacts(team, d.model, d.pairs, x0, shared, normals);
+    find_contacts(team, {d.model, d.pairs, normals}, x0, shared);
     return shared.result_bytes();
   }
   const std::shared_ptr<const Communicator> alone = single_communicator();

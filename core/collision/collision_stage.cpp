@@ -1,6 +1,7 @@
 #include "core/collision/collision_stage.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "core/base/same_bits.h"
@@ -9,7 +10,9 @@
 #include "core/collision/response/contact_terms.h"
 #include "core/collision/response/contacts.h"
 #include "core/collision/response/repulsion.h"
+#include "core/collision/response/term_entries.h"
 #include "core/collision/response/untangling.h"
+#include "core/parallel/merge_runs.h"
 
 namespace loomstone {
 
@@ -42,9 +45,44 @@ struct CollisionStage::Data {
   auto with_strengths(const std::vector<Contact>& contacts, const StrengthInputs& inputs,
                       Use&& use) {
     // If contacts are ignored because of a tangle, the shares of the remaining contacts change.
-    if (contacts.size() == known.size() && knows(inputs.x))
+    if (contacts.size() == known.contacts.size() && knows(inputs.x))
       return use(strengths.find(model, contacts, inputs));
     return use(contact_strengths(model, contacts, inputs));
+  }
+
+  ContactSearch contact_search() {
+    return {model, pairs, normals, selection ? &*selection : nullptr};
+  }
+
+  // Returns whether all ranks know the contacts at x. Collective.
+  bool all_know(const Points& x) const {
+    const std::vector<char> known_on = results_of_ranks(ranks, [&]() -> char { return knows(x); });
+    return std::all_of(known_on.begin(), known_on.end(), [](char of_rank) { return of_rank != 0; });
+  }
+
+  // Returns the contacts that count on this rank.
+  std::vector<Contact> counted(const std::vector<Contact>& contacts) const {
+    std::vector<Contact> own;
+    for (const Contact& contact : contacts)
+      if (acting_on(model, contact, selection->rows()).counts) own.push_back(contact);
+    return own;
+  }
+
+  // Returns the totals of contacts if this rank may not know all of them. Collective.
+  ContactTotals joined_totals(const std::vector<Contact>& contacts) const {
+    if (!selection) return totals_of(model, contacts);
+    const ContactTotals own = totals_of(model, counted(contacts));
+    struct Numbers {
+      std::int64_t n;
+      bool pressed, vertex_on_face;
+    };
+    const std::vector<Numbers> numbers =
+        results_of_ranks(ranks, [&] { return Numbers{own.n, own.pressed, own.vertex_on_face}; });
+    std::vector<ContactTotals> parts(1);
+    parts[0].surfaces = gather_from_ranks(ranks, [&] { return own.surfaces; }).elements;
+    for (const Numbers& each : numbers)
+      parts.push_back({each.n, each.pressed, each.vertex_on_face, {}});
+    return joined(parts);
   }
 
   const CollisionModel& model;
@@ -63,12 +101,15 @@ struct CollisionStage::Data {
   std::unique_ptr<BroadPhase> own_broad_phase;  // performs all ranks' tasks; made at first use
   // Positions x0 of the last call of proximity(), and the contacts at x0. A part of a step begins
   // where the preceding one ended, so contacts found there are used again. `known` also contains
-  // the contacts that proximity() omits because of a tangle. Both members are the same on all
-  // ranks.
+  // the contacts that proximity() omits because of a tangle. If contacts are not divided, both
+  // members are the same on all ranks.
   Points known_x;
-  std::vector<Contact> known;
-  KnownStrengths strengths;       // of the contacts in `known`
-  std::vector<Contact> returned;  // result of the last call, if it differs from `known`
+  ContactSet known;
+  KnownStrengths strengths;                   // of the contacts in `known`
+  ContactSet returned;                        // result of the last call, if it differs from `known`
+  const ContactTotals* totals = nullptr;      // those of the last call
+  std::optional<ContactSelection> selection;  // contacts that this rank keeps; none: all
+  mutable GatherRoom anchor_room;
 
   std::vector<Contact> without_ignored(const std::vector<Contact>& contacts,
                                        const Tangle& tangle) const {
@@ -92,28 +133,58 @@ const std::vector<Contact>& CollisionStage::proximity(const Team& team, const Po
   Data& d = *data_;
   if (!d.knows(x0)) {
     if (d.shared) {
-      d.known = find_contacts(team, d.model, d.pairs, x0, *d.shared, d.normals);
+      d.known = find_contacts(team, d.contact_search(), x0, *d.shared);
     } else {
       d.lists.begin_update(team, x0);
-      d.known = find_contacts(team, d.model, d.pairs, x0, d.lists, d.normals);
+      d.known = find_contacts(team, d.contact_search(), x0, d.lists);
     }
     d.known_x = x0;
     d.strengths.forget();
   }
-  if (tangle.empty()) return d.known;
-  d.returned = d.without_ignored(d.known, tangle);
-  return d.returned;
+  d.totals = &d.known.all;
+  if (tangle.empty()) return d.known.contacts;
+  d.returned.contacts = d.without_ignored(d.known.contacts, tangle);
+  d.returned.all = d.joined_totals(d.returned.contacts);
+  d.totals = &d.returned.all;
+  return d.returned.contacts;
 }
 
 const std::vector<Contact>& CollisionStage::proximity_alone(const Team& team, const Points& x0,
                                                             const Tangle& tangle) {
   Data& d = *data_;
-  if (d.ranks.size() == 1 || d.knows(x0)) return proximity(team, x0, tangle);
+  if (!d.selection && (d.ranks.size() == 1 || d.knows(x0))) return proximity(team, x0, tangle);
   if (!d.own_broad_phase) d.own_broad_phase = std::make_unique<BroadPhase>(d.model, d.pairs);
-  d.returned = find_contacts_alone(team, d.model, d.pairs, x0, *d.own_broad_phase, d.normals);
-  if (!tangle.empty()) d.returned = d.without_ignored(d.returned, tangle);
-  return d.returned;
+  d.returned = find_contacts_alone(team, {d.model, d.pairs, d.normals}, x0, *d.own_broad_phase);
+  if (!tangle.empty()) {
+    d.returned.contacts = d.without_ignored(d.returned.contacts, tangle);
+    d.returned.all = totals_of(d.model, d.returned.contacts);
+  }
+  d.totals = &d.returned.all;
+  return d.returned.contacts;
 }
+
+const std::vector<Contact>& CollisionStage::all_contacts(const Team& team, const Points& x0,
+                                                         const Tangle& tangle) {
+  Data& d = *data_;
+  if (!d.selection || !d.all_know(x0)) return proximity_alone(team, x0, tangle);
+  const std::vector<Contact> own =
+      d.counted(tangle.empty() ? d.known.contacts : d.without_ignored(d.known.contacts, tangle));
+  d.returned.contacts = merged(
+      gather_from_ranks(d.ranks, [&] { return own; }), [](const Contact& a, const Contact& b) {
+        return pair_order(a.kind, pair_key(a.a, a.b)) < pair_order(b.kind, pair_key(b.a, b.b));
+      });
+  d.returned.all = totals_of(d.model, d.returned.contacts);
+  d.totals = &d.returned.all;
+  return d.returned.contacts;
+}
+
+const ContactTotals& CollisionStage::totals() const { return *data_->totals; }
+
+void CollisionStage::divide(IndexRange rows) {
+  data_->selection.emplace(data_->model, rows);
+  data_->known_x.resize(0, 3);  // forgets the known contacts
+}
+bool CollisionStage::divided() const { return data_->selection.has_value(); }
 
 std::size_t CollisionStage::hierarchy_bytes() const {
   return data_->broad_phase.bytes() + (data_->shared ? data_->shared->hierarchy_bytes() : 0);
@@ -126,7 +197,9 @@ std::size_t CollisionStage::list_bytes() const {
 }
 
 std::size_t CollisionStage::contact_bytes() const {
-  return bytes_of(data_->known_x, data_->known, data_->returned, data_->strengths, data_->normals);
+  const Data& d = *data_;
+  return bytes_of(d.known_x, d.known.contacts, d.returned.contacts, d.strengths, d.normals) +
+         (d.selection ? d.selection->bytes() : 0);
 }
 
 void CollisionStage::keep_motion(bool keep) { data_->keeps_motion = keep; }
@@ -148,11 +221,19 @@ ContactTerms CollisionStage::terms(const ContactInputs& inputs,
   });
 }
 
-std::vector<double> CollisionStage::energies(const ContactMotion& motion,
-                                             const StrengthInputs& inputs,
-                                             const std::vector<Contact>& contacts) const {
+std::vector<BinnedSum> CollisionStage::energies(const ContactMotion& motion,
+                                                const StrengthInputs& inputs,
+                                                const std::vector<Contact>& contacts,
+                                                IndexRange rows) const {
   return data_->with_strengths(contacts, inputs, [&](const ContactStrengths& strengths) {
-    return contact_energies(data_->model, motion, contacts, strengths);
+    return contact_energies(data_->model, motion, contacts, strengths, rows);
+  });
+}
+
+double CollisionStage::energy_in_order(const StrengthInputs& inputs,
+                                       const std::vector<Contact>& contacts) const {
+  return data_->with_strengths(contacts, inputs, [&](const ContactStrengths& strengths) {
+    return loomstone::energy_in_order(data_->model, contacts, strengths);
   });
 }
 
@@ -161,9 +242,25 @@ void CollisionStage::untangle(const ContactInputs& inputs, const Tangle& tangle,
   untangling_terms(data_->model, tangle, inputs, terms);
 }
 
-void CollisionStage::update_anchors(const std::vector<Contact>& contacts, const ContactTerms& made,
-                                    const Points& x0, const Points& x1, ContactState& state) const {
-  state.anchors = made.anchors(data_->model, contacts, x0, x1);
+double CollisionStage::update_anchors(const std::vector<Contact>& contacts,
+                                      const ContactTerms& made, const Points& x0, const Points& x1,
+                                      ContactState& state) const {
+  const Data& d = *data_;
+  if (!d.selection) {
+    state.anchors = made.anchors(d.model, contacts, x0, x1);
+    return made.energy().value();
+  }
+  using Anchor = ContactState::Anchor;
+  auto all = gather_again<Anchor, BinnedSum>(d.ranks, d.anchor_room, [&](BinnedSum& energy) {
+    energy = made.energy();
+    return made.anchors(d.model, contacts, x0, x1);
+  });
+  state.anchors = merged(std::move(all.gathered), [](const Anchor& a, const Anchor& b) {
+    return pair_order(a.kind, pair_key(a.a, a.b)) < pair_order(b.kind, pair_key(b.a, b.b));
+  });
+  BinnedSum energy;
+  for (const BinnedSum& of_rank : all.notes) energy.add(of_rank);
+  return energy.value();
 }
 
 void CollisionStage::repel(const MotionInputs& inputs, const std::vector<Contact>& contacts,

@@ -16,6 +16,7 @@
 #include "core/collision/model/contact.h"
 #include "core/collision/model/free_body.h"
 #include "core/collision/response/contact_terms.h"
+#include "core/collision/response/found_contacts.h"
 #include "core/collision/response/response_inputs.h"
 #include "core/collision/tangle/tangle.h"
 #include "core/linalg/extra_terms.h"
@@ -25,10 +26,10 @@
 namespace loomstone {
 
 // Collision stage of a simulation. Caches trees and neighbour lists between calls. The caches
-// affect speed, not results. The ranks divide the search among themselves, and each of them
-// receives all contacts and impacts. With the decomposition "predicted", each rank keeps a part of
-// the neighbour lists and tests their pairs. With the other decompositions, the ranks traverse the
-// trees of a SharedSearch.
+// affect speed, not results. The ranks divide the search among themselves. Each of them receives
+// all impacts, and all contacts or those of its rows. With the decomposition "predicted", each rank
+// keeps a part of the neighbour lists and tests their pairs. With the other decompositions, the
+// ranks traverse the trees of a SharedSearch.
 class CollisionStage {
  public:
   // All decompositions give the same results.
@@ -37,18 +38,31 @@ class CollisionStage {
                           std::shared_ptr<const Communicator> communicator = single_communicator());
   ~CollisionStage();
 
+  // All ranks must call this method together. From now on, each of them keeps only the contacts
+  // that act on its rows, and those that determine their shares. proximity() then returns these
+  // contacts.
+  void divide(IndexRange rows);
+  bool divided() const;
+
   // Finds all intersections at x0. The other methods ignore contacts and impacts that would prevent
   // the intersecting surfaces from separating. An empty Tangle means that nothing intersects.
   Tangle find_tangle(const Points& x0);
 
   // Collective. Returns the contacts closer than their thickness at x0, sorted by (kind, a, b). x0
   // contains the vertices of all surfaces.
-  // The reference is valid until the next call of proximity() or proximity_alone().
+  // The reference is valid until the next call of proximity(), proximity_alone() or all_contacts().
   const std::vector<Contact>& proximity(const Team& team, const Points& x0, const Tangle& tangle);
-  // Returns the same contacts as proximity(). Not collective: a rank may call it without the
-  // others. Slow unless x0 is that of the last call of proximity() or there is only one rank.
+  // Returns the contacts of all ranks. Not collective: a rank may call it without the others. Slow,
+  // unless there is only one rank, or contacts are not divided and x0 is that of the last call of
+  // proximity().
   const std::vector<Contact>& proximity_alone(const Team& team, const Points& x0,
                                               const Tangle& tangle);
+  // Collective. Returns the contacts of all ranks. Slow unless x0 is that of the last call of
+  // proximity().
+  const std::vector<Contact>& all_contacts(const Team& team, const Points& x0,
+                                           const Tangle& tangle);
+  // Totals of the contacts that the last call of one of these three functions found on all ranks.
+  const ContactTotals& totals() const;
 
   // Collective. Finds the pairs that may touch within a step of `motion`. Asynchronous steps
   // evaluate contacts at events for these pairs.
@@ -61,18 +75,23 @@ class CollisionStage {
   ContactTerms terms(const ContactInputs& inputs, const std::vector<Contact>& contacts,
                      const ContactState& state, ExtraTerms& terms) const;
 
-  // Returns contact_energies() [J] at the end of `motion`. inputs.x must be the same positions, and
-  // `contacts` the result of proximity() at these.
-  std::vector<double> energies(const ContactMotion& motion, const StrengthInputs& inputs,
-                               const std::vector<Contact>& contacts) const;
+  // Returns contact_energies() [J] at the end of `motion`, which is also StrengthInputs::x.
+  // `contacts` must be the result of proximity() or proximity_alone() there. `rows` are the rows of
+  // this rank if contacts are divided.
+  std::vector<BinnedSum> energies(const ContactMotion& motion, const StrengthInputs& inputs,
+                                  const std::vector<Contact>& contacts, IndexRange rows) const;
+
+  // Returns energy_in_order() [J] at inputs.x. `contacts` must be those of all ranks there.
+  double energy_in_order(const StrengthInputs& inputs, const std::vector<Contact>& contacts) const;
 
   // Appends terms that push intersecting features apart.
   void untangle(const ContactInputs& inputs, const Tangle& tangle, ExtraTerms& terms) const;
 
-  // Updates the friction anchors after the motion x0 -> x1. `made` must be the terms that terms()
-  // returned for `contacts`.
-  void update_anchors(const std::vector<Contact>& contacts, const ContactTerms& made,
-                      const Points& x0, const Points& x1, ContactState& state) const;
+  // Collective if contacts are divided. Updates the friction anchors of all contacts after the
+  // motion x0 -> x1. `made` must be the terms that terms() returned for `contacts`. Returns the
+  // energy of all contacts at x0, which ContactTerms::energy() divides among the ranks [J].
+  double update_anchors(const std::vector<Contact>& contacts, const ContactTerms& made,
+                        const Points& x0, const Points& x1, ContactState& state) const;
 
   // Responds to contacts by impulses, which correct the end positions of cloth and bodies. Features
   // in contact stop approaching, gradually regain their thickness and are subject to friction.

@@ -53,8 +53,7 @@ class GatherOnce {
     const auto failed = [](const Header& header) { return header.failed != 0; };
     if (std::any_of(headers_.begin(), headers_.end(), failed)) agree_on(ranks_, failure);
     NotedGather<Element, Note> all;
-    join(all.gathered);
-    send_rest(elements, all.gathered);
+    join(send_rest(elements), all.gathered);
     for (int rank = 0; rank < ranks_.size(); ++rank) {
       all.notes.push_back(headers_[rank].note);
       room_.elements[rank] = headers_[rank].size + headers_[rank].size / 8;
@@ -67,6 +66,8 @@ class GatherOnce {
     std::size_t failed = 0, size = 0;
     Note note{};
   };
+  // The elements of a rank follow its header in the buffer.
+  static_assert(sizeof(Header) % alignof(Element) == 0);
 
   std::size_t n_first(int rank) const {
     return std::min(room_.elements[rank], headers_[rank].size);
@@ -86,37 +87,37 @@ class GatherOnce {
       std::memcpy(static_cast<void*>(&headers_[rank]), at(rank), sizeof(Header));
   }
 
-  // Copies the elements of the first exchange to their places among all elements.
-  void join(Gathered<Element>& all) {
-    all.start = {0};
-    for (const Header& header : headers_) all.start.push_back(all.start.back() + header.size);
-    all.elements.resize(all.start.back());
-    for (int rank = 0; rank < ranks_.size(); ++rank)
-      if (n_first(rank) > 0)
-        std::memcpy(static_cast<void*>(all.elements.data() + all.start[rank]),
-                    at(rank) + sizeof(Header), n_first(rank) * sizeof(Element));
+  // Exchanges the elements for which there was no room, and returns those of all ranks.
+  Gathered<Element> send_rest(const std::vector<Element>& elements) const {
+    Gathered<Element> rest;
+    rest.start = {0};
+    std::vector<std::size_t> offsets = {0};
+    for (int rank = 0; rank < ranks_.size(); ++rank) {
+      rest.start.push_back(rest.start.back() + headers_[rank].size - n_first(rank));
+      offsets.push_back(sizeof(Element) * rest.start.back());
+    }
+    if (rest.start.back() == 0) return rest;
+    const int own = ranks_.rank();
+    rest.elements.resize(rest.start.back());
+    std::copy(elements.begin() + static_cast<std::ptrdiff_t>(n_first(own)), elements.end(),
+              rest.elements.begin() + static_cast<std::ptrdiff_t>(rest.start[own]));
+    ranks_.gather_all(rest.elements.data(), offsets);
+    return rest;
   }
 
-  // Exchanges the elements for which there was no room.
-  void send_rest(const std::vector<Element>& elements, Gathered<Element>& all) const {
-    std::vector<std::size_t> start = {0}, offsets = {0};
-    for (int rank = 0; rank < ranks_.size(); ++rank) {
-      start.push_back(start.back() + headers_[rank].size - n_first(rank));
-      offsets.push_back(sizeof(Element) * start.back());
-    }
-    if (start.back() == 0) return;
-    const int own = ranks_.rank();
-    std::vector<Element> rest(start.back());
-    const auto place = [&](int rank) {
-      return rest.begin() + static_cast<std::ptrdiff_t>(start[rank]);
+  // Joins the elements of both exchanges.
+  void join(const Gathered<Element>& rest, Gathered<Element>& all) {
+    all.start = {0};
+    for (const Header& header : headers_) all.start.push_back(all.start.back() + header.size);
+    all.elements.reserve(all.start.back());
+    const auto append = [&](const Element* from, std::size_t n) {
+      all.elements.insert(all.elements.end(), from, from + n);
     };
-    std::copy(elements.begin() + static_cast<std::ptrdiff_t>(n_first(own)), elements.end(),
-              place(own));
-    ranks_.gather_all(rest.data(), offsets);
-    for (int rank = 0; rank < ranks_.size(); ++rank)
-      std::copy(
-          place(rank), place(rank + 1),
-          all.elements.begin() + static_cast<std::ptrdiff_t>(all.start[rank] + n_first(rank)));
+    for (int rank = 0; rank < ranks_.size(); ++rank) {
+      append(reinterpret_cast<const Element*>(at(rank) + sizeof(Header)), n_first(rank));
+      const std::size_t begin = rest.start[rank];
+      append(rest.elements.data() + begin, rest.start[rank + 1] - begin);
+    }
   }
 
   std::byte* at(int rank) { return room_.buffer.data() + offsets_[rank]; }

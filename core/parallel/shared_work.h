@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <exception>
+#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -20,6 +21,7 @@ struct IndexRange {
   Index begin = 0, end = 0;
   bool contains(Index i) const { return i >= begin && i < end; }
 };
+inline constexpr IndexRange all_indices = {0, std::numeric_limits<Index>::max()};
 
 // Returns the part of [0, n) that a rank computes if the sizes of all parts differ by at most one.
 inline IndexRange even_share(Index n, int rank, int size) {

@@ -124,9 +124,9 @@ TEST_CASE(
     nothing_listed.update(Team{1}, x);
     REQUIRE(nothing_listed.unlisted().size() == pairs.size());
     const std::vector<Contact> found =
-        find_contacts(Team{2}, scene.model, pairs, x, lists, normals);
+        find_contacts(Team{2}, {scene.model, pairs, normals}, x, lists).contacts;
     const std::vector<Contact> expected =
-        find_contacts(Team{1}, scene.model, pairs, x, nothing_listed, normals);
+        find_contacts(Team{1}, {scene.model, pairs, normals}, x, nothing_listed).contacts;
     REQUIRE(found.size() == expected.size());
     for (std::size_t i = 0; i < found.size(); ++i) {
       CHECK((found[i].kind == expected[i].kind && found[i].a == expected[i].a &&
@@ -167,10 +167,10 @@ TEST_CASE("a surface pair is unlisted while its lists do not last, and then list
     lists.update(Team{1}, x);
     nothing_listed.update(Team{1}, x);
     const std::size_t n_contacts =
-        find_contacts(Team{1}, scene.model, pairs, x, lists, normals).size();
+        find_contacts(Team{1}, {scene.model, pairs, normals}, x, lists).contacts.size();
     CHECK(n_contacts > 500);
     CHECK(n_contacts ==
-          find_contacts(Team{1}, scene.model, pairs, x, nothing_listed, normals).size());
+          find_contacts(Team{1}, {scene.model, pairs, normals}, x, nothing_listed).contacts.size());
     lists.cover(Team{1}, place(step + 1));
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       const bool listed = lists.listed(static_cast<Index>(i));
@@ -239,7 +239,8 @@ TEST_CASE("impacts agree with a test of all pairs, with lists and without") {
         if (with_lists) {
           lists.update(Team{threads}, x0);
           SmoothNormals normals;
-          std::vector<Contact> contacts = find_contacts(Team{1}, model, pairs, x0, lists, normals);
+          std::vector<Contact> contacts =
+              find_contacts(Team{1}, {model, pairs, normals}, x0, lists).contacts;
         } else {
           // The search must update lists that were last updated at other positions.
           lists.update(Team{1}, x0 + Points::Constant(x0.rows(), 3, 1e-3));

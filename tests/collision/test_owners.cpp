@@ -194,7 +194,7 @@ TEST_CASE("each neighbour list is on one rank, and costs are balanced after some
       Points x = shaken(scene.x, 2e-5, 3 + step);
       for (Index v = 0; v < x.rows(); ++v) x(v, 2) += v % 2 ? 0.0 : 0.1 * x(v, 0) * x(v, 0);
       lists.update(Team{}, x);
-      find_contacts(Team{}, scene.model, pairs, x, lists, normals);
+      find_contacts(Team{}, {scene.model, pairs, normals}, x, lists);
     }
     seen.n_lists = lists.lists().size();
     for (const NeighbourList& list : lists.lists()) {

@@ -1,9 +1,11 @@
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <array>
 #include <numeric>
 
 #include "core/base/error.h"
+#include "core/parallel/merge_runs.h"
 #include "core/parallel/repeated_gather.h"
 #include "core/parallel/section_ranges.h"
 #include "tests/support/thread_ranks.h"
@@ -132,4 +134,27 @@ TEST_CASE("expensive sections are cut one by one, and cheap ones together") {
   costs[0] = 4.0f;
   CHECK(imbalance(costs, first, ranges) == Approx((6.0 + 2.0 + 0.25) / (27.0 / 4.0)));
   CHECK(imbalance({}, {0}, section_ranges({}, {0}, 3)) == 1.0);
+}
+
+TEST_CASE("sorted runs are merged in order, and equal elements keep the order of the runs") {
+  const auto before = [](const std::array<int, 2>& a, const std::array<int, 2>& b) {
+    return a[0] < b[0];
+  };
+  for (const int n_runs : {0, 1, 2, 3, 5, 8}) {
+    Gathered<std::array<int, 2>> all;
+    all.start = {0};
+    for (int run = 0; run < n_runs; ++run) {
+      for (int i = 0; i < 3 * run; ++i) all.elements.push_back({i * i % 50 / (run + 1) + i, run});
+      all.start.push_back(all.elements.size());
+    }
+    for (std::size_t run = 0; run + 1 < all.start.size(); ++run)
+      std::stable_sort(all.elements.begin() + static_cast<std::ptrdiff_t>(all.start[run]),
+                       all.elements.begin() + static_cast<std::ptrdiff_t>(all.start[run + 1]),
+                       before);
+    std::vector<std::array<int, 2>> expected = all.elements, elements = all.elements;
+    std::stable_sort(expected.begin(), expected.end(), before);
+    merge_runs(elements, all.start, before);
+    CHECK(elements == expected);
+    CHECK(merged(all, before) == expected);
+  }
 }

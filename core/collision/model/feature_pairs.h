@@ -28,6 +28,11 @@ inline PairKey pair_key(Index a, Index b) {
 inline Index first_of(PairKey key) { return static_cast<Index>(key >> 32); }
 inline Index second_of(PairKey key) { return static_cast<Index>(key & 0xffffffffu); }
 
+// Returns a number below 2^63 that sorts feature pairs by (kind, a, b).
+inline std::uint64_t pair_order(ContactKind kind, PairKey key) {
+  return static_cast<std::uint64_t>(kind) << 62 | (key >> 32) << 31 | (key & 0x7fffffffu);
+}
+
 struct FeaturePairs {  // both lists in ascending order
   std::vector<PairKey> vertex_face, edge_edge;
 };

@@ -106,23 +106,31 @@ ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inp
       tangential_(model.contact_stiffness),
       n_cloth_(inputs.n_cloth) {
   const double step = inputs.step;
-  const auto n_terms = static_cast<std::size_t>(std::count_if(
-      contacts.begin(), contacts.end(),
-      [&](const Contact& contact) { return acting_on(model, contact, inputs.rows).given; }));
+  std::vector<ActingOn> acting_of;
+  acting_of.reserve(contacts.size());
+  std::size_t n_terms = 0, n_counted = 0;
+  for (const Contact& contact : contacts) {
+    acting_of.push_back(acting_on(model, contact, inputs.rows));
+    n_terms += acting_of.back().given, n_counted += acting_of.back().counts;
+  }
   laws_.reserve(n_terms);
   terms.reserve(terms.size() + n_terms);
+  counted_.reserve(n_counted);
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
+    const ActingOn& acting = acting_of[c];
+    if (!acting.given && !acting.counts) continue;
+    if (acting.counts) counted_.push_back(static_cast<Index>(c));
     const double steepest = steepest_slope(contact, inputs), k = strengths.stiffness[c];
     const Gaps gaps{contact.distance, steepest_gap(contact.thickness, shares_[c] * k, steepest)};
     const ContactForce normal = extended_force(gaps, contact.thickness, k);
     forces_[c] = normal.force;
-    if (shares_[c] <= 0.0) continue;
-    const ActingOn acting = acting_on(model, contact, inputs.rows);
-    if (!acting.any) continue;
+    if (shares_[c] <= 0.0 || !acting.any) continue;
     const double stiffness = shares_[c] * tangential_;
-    energy_ += shares_[c] * normal.energy + 0.5 * stiffness * slips_[c].squaredNorm();
-    ++n_all_;
+    if (acting.counts) {
+      energy_.add(shares_[c] * normal.energy + 0.5 * stiffness * slips_[c].squaredNorm());
+      ++n_counted_;
+    }
     if (!acting.given) continue;
     ExtraTerm term;
     set_entries(model, contact.vertices, contact.weights, inputs, term);
@@ -230,8 +238,8 @@ std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& mo
   std::vector<RigidMotion> motions(model.surfaces.size());
   std::vector<std::uint8_t> known(model.surfaces.size(), 0);
   std::vector<ContactState::Anchor> anchors;
-  anchors.reserve(contacts.size());
-  for (std::size_t c = 0; c < contacts.size(); ++c) {
+  anchors.reserve(counted_.size());
+  for (const Index c : counted_) {
     const Contact& contact = contacts[c];
     const double force = forces_[c];
     const Vec3 moved = weighted(contact, x1) - weighted(contact, x0);
@@ -252,13 +260,27 @@ std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& mo
   return anchors;
 }
 
-std::vector<double> contact_energies(const CollisionModel& model, const ContactMotion& motion,
-                                     const std::vector<Contact>& contacts,
-                                     const ContactStrengths& strengths) {
-  const int n = motion.n_parts;
-  std::vector<double> energies(n, 0.0);
+double energy_in_order(const CollisionModel& model, const std::vector<Contact>& contacts,
+                       const ContactStrengths& strengths) {
+  double energy = 0.0;
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
+    const double anchor = 0.5 * model.contact_stiffness * strengths.slips[c].squaredNorm();
+    const double normal =
+        contact_force(contact.distance, contact.thickness, strengths.stiffness[c]).energy;
+    energy += strengths.shares[c] * (normal + anchor);
+  }
+  return energy;
+}
+
+std::vector<BinnedSum> contact_energies(const CollisionModel& model, const ContactMotion& motion,
+                                        const std::vector<Contact>& contacts,
+                                        const ContactStrengths& strengths, IndexRange rows) {
+  const int n = motion.n_parts;
+  std::vector<BinnedSum> energies(n);
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const Contact& contact = contacts[c];
+    if (!acting_on(model, contact, rows).counts) continue;
     const double anchor = 0.5 * model.contact_stiffness * strengths.slips[c].squaredNorm();
     const double change =
         n == 1 ? 0.0
@@ -268,7 +290,7 @@ std::vector<double> contact_energies(const CollisionModel& model, const ContactM
       const double distance = contact.distance - (1.0 - done) * change;
       const double normal =
           contact_force(distance, contact.thickness, strengths.stiffness[c]).energy;
-      energies[part - 1] += strengths.shares[c] * (normal + done * done * anchor);
+      energies[part - 1].add(strengths.shares[c] * (normal + done * done * anchor));
     }
   }
   return energies;

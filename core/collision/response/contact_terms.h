@@ -47,22 +47,23 @@ class ContactTerms {
  public:
   ContactTerms() = default;
   // Appends a term for each contact that has a positive share and acts on at least one of
-  // `inputs.rows`.
+  // `inputs.rows`. `contacts` may omit contacts that act on none of them.
   ContactTerms(const CollisionModel& model, const ContactInputs& inputs,
                const std::vector<Contact>& contacts, const ContactStrengths& strengths,
                ExtraTerms& terms);
 
   std::size_t size() const { return laws_.size(); }  // number of terms
-  // Number of terms that there would be if `inputs.rows` contained all rows.
-  std::size_t n_all() const { return n_all_; }
+  // Number of contacts that count on this rank, have a positive share and act on any row. The sum
+  // over the ranks is the number of terms of all rows.
+  std::int64_t n_counted() const { return n_counted_; }
   Index contact(std::size_t term) const { return laws_[term].contact; }
   // Returns whether the first row of a term is one of `inputs.rows`. If ranks make terms for
   // different rows, each term counts on one rank.
   bool counts(std::size_t term) const { return laws_[term].counts; }
-  std::size_t bytes() const { return bytes_of(laws_, shares_, slips_, forces_); }
+  std::size_t bytes() const { return bytes_of(laws_, shares_, slips_, forces_, counted_); }
   Vec3 normal(std::size_t term) const { return laws_[term].normal; }
-  // Energy of normal forces and anchors of all contacts at the start [J].
-  double energy() const { return energy_; }
+  // Energy of normal forces and anchors at the start, of the contacts that count on this rank [J].
+  const BinnedSum& energy() const { return energy_; }
 
   // Updates the first size() entries of `terms` to the normal and friction forces after the rows
   // have moved by `displacement` (rows x 3) [m] in `time` [s]. Returns the energy of these forces
@@ -79,22 +80,28 @@ class ContactTerms {
   FrictionError friction_at(const Team& team, const Points& displacement, double time,
                             const Vector& inverse_mass, ExtraTerms& terms) const;
 
-  // Returns the friction anchors after the motion x0 -> x1, one for each contact. `contacts` must
-  // be those passed to the constructor.
+  // Returns the friction anchors after the motion x0 -> x1, one for each contact that counts on
+  // this rank. `contacts` must be those passed to the constructor.
   std::vector<ContactState::Anchor> anchors(const CollisionModel& model,
                                             const std::vector<Contact>& contacts, const Points& x0,
                                             const Points& x1) const;
 
  private:
   std::vector<ContactLaw> laws_;  // one for each term
+  std::vector<Index> counted_;    // contacts that count on this rank, in ascending order
   std::vector<double> shares_;    // share of each contact [1]
   std::vector<Vec3> slips_;       // anchor slip of each contact at the start [m]
   std::vector<double> forces_;    // normal force of each contact at the start, for share 1 [N]
   double tangential_ = 0.0;       // stiffness of the anchor of a contact with share 1 [N/m]
   Index n_cloth_ = 0;
-  std::size_t n_all_ = 0;
-  double energy_ = 0.0;
+  std::int64_t n_counted_ = 0;
+  BinnedSum energy_;
 };
+
+// Returns the energy of the normal forces and of the friction anchors of contacts, added in the
+// order of the contacts [J].
+double energy_in_order(const CollisionModel& model, const std::vector<Contact>& contacts,
+                       const ContactStrengths& strengths);
 
 // Motion of n collision vertices.
 struct ContactMotion {
@@ -103,11 +110,12 @@ struct ContactMotion {
   int n_parts = 1;   // number of equal parts of the motion
 };
 
-// Returns the energy of the normal forces and of the friction anchors of contacts at the end of
-// each part of the motion [J]. The energies of all parts but the last are estimates. They assume
-// that distances change linearly and that the anchors have no slip at the start.
-std::vector<double> contact_energies(const CollisionModel& model, const ContactMotion& motion,
-                                     const std::vector<Contact>& contacts,
-                                     const ContactStrengths& strengths);
+// Returns the energy of the normal forces and of the friction anchors at the end of each part of
+// the motion, of the contacts that count for `rows` (see ActingOn) [J]. The energies of all parts
+// but the last are estimates. They assume that distances change linearly and that the anchors have
+// no slip at the start.
+std::vector<BinnedSum> contact_energies(const CollisionModel& model, const ContactMotion& motion,
+                                        const std::vector<Contact>& contacts,
+                                        const ContactStrengths& strengths, IndexRange rows);
 
 }  // namespace loomstone

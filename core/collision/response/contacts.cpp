@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "core/collision/narrow_phase/distance.h"
+#include "core/collision/response/found_contacts.h"
+#include "core/parallel/merge_runs.h"
 
 namespace loomstone {
 
@@ -98,55 +100,17 @@ void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& c
   contacts = std::move(kept);
 }
 
-// Data of a contact that a rank sends to other ranks. The features determine all other data of the
-// contact.
-struct FoundContact {
-  PairKey key;
-  Index pair;
-  ContactKind kind;
-  std::array<double, 4> weights;
-  Vec3 normal;
-  double distance;
-
-  Contact contact(const CollisionModel& model, const std::vector<SurfacePair>& pairs) const {
-    const SurfacePair& surfaces = pairs[pair];
-    return {kind,
-            first_of(key),
-            second_of(key),
-            pair_vertices(model, kind, key),
-            weights,
-            normal,
-            distance,
-            surfaces.thickness,
-            surfaces.friction};
-  }
-};
-
 static_assert(sizeof(FoundContact) == bytes_of_found_contact);
-
-bool before(const FoundContact& a, const FoundContact& b) {
-  return std::tie(a.kind, a.key) < std::tie(b.kind, b.key);
-}
-
-// Returns the contacts sorted by (kind, a, b).
-std::vector<FoundContact> in_order(const std::vector<FoundContact>& contacts) {
-  std::vector<const FoundContact*> order;
-  order.reserve(contacts.size());
-  for (const FoundContact& contact : contacts) order.push_back(&contact);
-  std::sort(order.begin(), order.end(),
-            [](const FoundContact* a, const FoundContact* b) { return before(*a, *b); });
-  std::vector<FoundContact> sorted;
-  sorted.reserve(order.size());
-  for (const FoundContact* const contact : order) sorted.push_back(*contact);
-  return sorted;
-}
 
 // Finds contacts among pairs of features.
 class ContactFinder {
  public:
-  ContactFinder(const CollisionModel& model, const std::vector<SurfacePair>& pairs, const Points& x,
-                SmoothNormals& normals)
-      : model_(model), pairs_(pairs), x_(x), normals_(normals.at(model, x)) {}
+  ContactFinder(const ContactSearch& search, const Points& x)
+      : model_(search.model),
+        pairs_(search.pairs),
+        x_(x),
+        normals_(search.normals.at(search.model, x)),
+        selection_(search.selection) {}
 
   // Returns false only if the features are at least their thickness apart.
   bool near(Index i, ContactKind kind, PairKey key) const {
@@ -205,18 +169,31 @@ class ContactFinder {
     }
   }
 
-  // Merges the contacts that the ranks have found, and returns those that exert forces.
-  std::vector<Contact> finish(Gathered<FoundContact> found) const {
-    std::vector<FoundContact>& contacts = found.elements;
-    const auto at = [&](std::size_t rank) {
-      return contacts.begin() + static_cast<std::ptrdiff_t>(found.start[rank]);
-    };
-    // The contacts of each rank are sorted.
-    for (std::size_t rank = 1; rank + 1 < found.start.size(); ++rank)
-      std::inplace_merge(contacts.begin(), at(rank), at(rank + 1), before);
-    return chosen(contacts);
+  // Returns those of the contacts of all ranks that exert forces and that this rank keeps. The
+  // contacts of each rank must be sorted.
+  ContactSet finish(Gathered<FoundContact> found) const {
+    if (!selection_) return whole(merged(std::move(found), before));
+    return {chosen(selection_->kept(model_, found)),
+            selection_->totals(model_, pairs_, found.elements)};
   }
 
+  // Does the same with contacts in any order.
+  ContactSet finish(std::vector<FoundContact> found) const {
+    if (!selection_) return whole(in_order(found));
+    const std::size_t n = found.size();
+    const Gathered<FoundContact> all{std::move(found), {0, n}};
+    return {chosen(in_order(selection_->kept(model_, all))),
+            selection_->totals(model_, pairs_, all.elements)};
+  }
+
+  // Returns all contacts that exert forces. `found` must be sorted.
+  ContactSet whole(const std::vector<FoundContact>& found) const {
+    ContactSet set{chosen(found), {}};
+    set.all = totals_of(model_, set.contacts);
+    return set;
+  }
+
+ private:
   // Returns those of the found contacts that exert forces. `found` must be sorted.
   std::vector<Contact> chosen(const std::vector<FoundContact>& found) const {
     std::vector<Contact> contacts;
@@ -226,7 +203,6 @@ class ContactFinder {
     return contacts;
   }
 
- private:
   FourPoints points(const std::array<Index, 4>& v) const {
     FourPoints p;
     for (int k = 0; k < 4; ++k) p[k] = x_.row(v[k]).transpose();
@@ -236,7 +212,8 @@ class ContactFinder {
   const CollisionModel& model_;
   const std::vector<SurfacePair>& pairs_;
   const Points& x_;
-  const Points& normals_;  // vertex normals of smooth surfaces
+  const Points& normals_;              // vertex normals of smooth surfaces
+  ContactSelection* const selection_;  // null: this rank keeps all contacts
 };
 
 // Returns the contacts of the pairs in the lists of this rank, and those of the unlisted pairs that
@@ -274,10 +251,9 @@ ContactForce contact_force(double distance, double thickness, double stiffness) 
           energy_at_half + stiffness * (square * std::log(half / d) - offset * (half - d))};
 }
 
-std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
-                                   const std::vector<SurfacePair>& pairs, const Points& x,
-                                   NeighbourLists& lists, SmoothNormals& normals) {
-  const ContactFinder finder(model, pairs, x, normals);
+ContactSet find_contacts(const Team& team, const ContactSearch& search, const Points& x,
+                         NeighbourLists& lists) {
+  const ContactFinder finder(search, x);
   const auto find = [&](NeighbourLists::Pass& pass) {
     std::vector<FoundContact> found;
     pass = lists.pass_at_x(team);
@@ -291,41 +267,39 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
   }
 }
 
-std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
-                                   const std::vector<SurfacePair>& pairs, const Points& x,
-                                   SharedSearch& search, SmoothNormals& normals) {
-  const ContactFinder finder(model, pairs, x, normals);
-  std::vector<double> inflation(model.surfaces.size(), 0.0);
-  for (const SurfacePair& pair : pairs)
+ContactSet find_contacts(const Team& team, const ContactSearch& search, const Points& x,
+                         SharedSearch& shared) {
+  const ContactFinder finder(search, x);
+  std::vector<double> inflation(search.model.surfaces.size(), 0.0);
+  for (const SurfacePair& pair : search.pairs)
     for (const Index s : {pair.a, pair.b})
       inflation[s] = std::max(inflation[s], 0.5 * pair.thickness * (1.0 + 1e-12));
   const std::size_t n_threads = std::max(1, team.threads);
   std::vector<std::vector<FoundContact>> of_thread(n_threads);
   for (std::vector<FoundContact>& records : of_thread)
-    records.reserve(search.most_records<FoundContact>());
-  search.each_pair(team, {x, x, inflation},
+    records.reserve(shared.most_records<FoundContact>());
+  shared.each_pair(team, {x, x, inflation},
                    [&](int thread, Index pair, ContactKind kind, PairKey key) {
                      if (finder.near(pair, kind, key))
                        finder.look(pair, kind, key, of_thread[thread]);
                    });
-  return finder.chosen(in_order(search.gather(of_thread)));
+  return finder.finish(shared.gather(of_thread));
 }
 
-std::vector<Contact> find_contacts_alone(const Team& team, const CollisionModel& model,
-                                         const std::vector<SurfacePair>& pairs, const Points& x,
-                                         BroadPhase& broad_phase, SmoothNormals& normals) {
+ContactSet find_contacts_alone(const Team& team, const ContactSearch& search, const Points& x,
+                               BroadPhase& broad_phase) {
   std::vector<Index> which;
   std::vector<double> reach;
-  for (const SurfacePair& pair : pairs) {
+  for (const SurfacePair& pair : search.pairs) {
     which.push_back(static_cast<Index>(which.size()));
     reach.push_back(pair.thickness * (1.0 + 1e-9));
   }
   std::vector<FeaturePairs> near;
   broad_phase.near_pairs(team, x, which, reach, near);
-  const ContactFinder finder(model, pairs, x, normals);
+  const ContactFinder finder({search.model, search.pairs, search.normals}, x);
   std::vector<FoundContact> found;
   finder.look(near, found);
-  return finder.chosen(in_order(found));
+  return finder.finish(std::move(found));
 }
 
 std::vector<double> contact_shares(const std::vector<Contact>& contacts,
@@ -376,6 +350,7 @@ std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
                                       const Points& forces) {
   std::vector<double> stiffness(contacts.size(), model.contact_stiffness);
   if (forces.rows() == 0) return stiffness;
+  double thickness = -1.0, of_half = 0.0;  // thickness of the last contact [m]
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
     double pressing = 0.0;  // larger of the forces on the two features, along the normal [N]
@@ -390,7 +365,10 @@ std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
       }
       if (free) pressing = std::max(pressing, force);
     }
-    const double of_half = contact_force(0.5 * contact.thickness, contact.thickness, 1.0).force;
+    if (contact.thickness != thickness) {
+      thickness = contact.thickness;
+      of_half = contact_force(0.5 * thickness, thickness, 1.0).force;
+    }
     stiffness[c] = std::clamp(2.0 * pressing / of_half - model.contact_stiffness,
                               model.contact_stiffness, stiffest * model.contact_stiffness);
   }

@@ -6,6 +6,7 @@
 #include "core/collision/broad_phase/neighbour_lists.h"
 #include "core/collision/broad_phase/shared_search.h"
 #include "core/collision/model/contact.h"
+#include "core/collision/response/found_contacts.h"
 #include "core/collision/response/smooth_normals.h"
 
 namespace loomstone {
@@ -13,22 +14,33 @@ namespace loomstone {
 // Size of the data that a rank sends to the others for each contact that it has found [bytes].
 inline constexpr std::size_t bytes_of_found_contact = 80;
 
-// Collective. Returns the contacts closer than their thickness at x, sorted by (kind, a, b). Each
-// rank computes the distances of the pairs in its lists and receives all contacts. update() or
-// begin_update() of `lists` must have been called with x. Updates the distances in `lists`.
-std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
-                                   const std::vector<SurfacePair>& pairs, const Points& x,
-                                   NeighbourLists& lists, SmoothNormals& normals);
+// Contacts that a rank keeps, and totals of the contacts of all ranks.
+struct ContactSet {
+  std::vector<Contact> contacts;  // sorted by (kind, a, b)
+  ContactTotals all;
+};
+
+// What a search for contacts needs besides positions.
+struct ContactSearch {
+  const CollisionModel& model;
+  const std::vector<SurfacePair>& pairs;
+  SmoothNormals& normals;
+  ContactSelection* selection = nullptr;  // null: every rank keeps all contacts
+};
+
+// Collective. Finds the contacts closer than their thickness at x. Each rank computes the distances
+// of the pairs in its lists and receives the contacts of all ranks. update() or begin_update() of
+// `lists` must have been called with x. Updates the distances in `lists`.
+ContactSet find_contacts(const Team& team, const ContactSearch& search, const Points& x,
+                         NeighbourLists& lists);
 // Collective. Returns the same contacts as the function above, but uses no lists. Instead, the
-// ranks divide the traversal of the trees of `search` among themselves.
-std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
-                                   const std::vector<SurfacePair>& pairs, const Points& x,
-                                   SharedSearch& search, SmoothNormals& normals);
-// Returns the same contacts as the functions above. Not collective: the calling rank searches all
-// surface pairs without lists. `broad_phase` must search the tasks of all ranks.
-std::vector<Contact> find_contacts_alone(const Team& team, const CollisionModel& model,
-                                         const std::vector<SurfacePair>& pairs, const Points& x,
-                                         BroadPhase& broad_phase, SmoothNormals& normals);
+// ranks divide the traversal of the trees of `shared` among themselves.
+ContactSet find_contacts(const Team& team, const ContactSearch& search, const Points& x,
+                         SharedSearch& shared);
+// Returns the contacts of all ranks. Not collective: the calling rank searches all surface pairs
+// without lists. `broad_phase` must search the tasks of all ranks.
+ContactSet find_contacts_alone(const Team& team, const ContactSearch& search, const Points& x,
+                               BroadPhase& broad_phase);
 
 // Returns the share [1] of each contact, in [0, 1]. Shares prevent double counting and keep forces
 // continuous in x. A vertex above the common edge of two faces has a contact with each face. These

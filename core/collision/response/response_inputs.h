@@ -1,8 +1,6 @@
 // State at the start of a step, as input to contact terms and to corrections of the motion.
 #pragma once
 
-#include <limits>
-
 #include "core/base/types.h"
 #include "core/collision/tangle/tangle.h"
 #include "core/parallel/shared_work.h"
@@ -22,7 +20,7 @@ struct ContactInputs {
   // known
   const Points& forces;
   // Rows of the solve for which terms are made. Contacts that act on none of them have no term.
-  IndexRange rows = {0, std::numeric_limits<Index>::max()};
+  IndexRange rows = all_indices;
 };
 
 // Inputs for corrections of the motion x0 -> x1.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 namespace loomstone {
 
@@ -46,13 +47,16 @@ void set_entries(const CollisionModel& model, std::span<const Index> vertices,
 
 ActingOn acting_on(const CollisionModel& model, const Contact& contact, IndexRange rows) {
   ActingOn acting;
+  Index first = std::numeric_limits<Index>::max();
   for (int i = 0; i < 4; ++i) {
     const Index vertex = contact.vertices[i], row = model.rows.row[vertex];
     if (row < 0 || contact.weights[i] == 0.0) continue;
     acting.any = true;
+    first = std::min(first, row);
     acting.given = acting.given || rows.contains(row) ||
                    (model.rows.is_body[vertex] && rows.contains(row + 1));
   }
+  acting.counts = rows.contains(acting.any ? first : 0);
   return acting;
 }
 

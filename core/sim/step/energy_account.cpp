@@ -57,12 +57,13 @@ double gain_of(const EnergyAccount& account, const StepReport& report) {
 void begin_account(const Engines& engines, State& state) {
   if (state.account.begun) return;
   StepReport report;
+  engines.contact_energy.reset();
   know_contacts(state, engines);
   measure_energies(state, state.time, engines, *engines.elasticity, report);
   state.account = {};
   state.account.begun = true;
   state.account.start = total_energy(report);
-  state.account.start_of_contacts = report.energy.contact;
+  state.account.start_of_contacts = contact_energy_in_order(state, engines);
   state.account.largest_kinetic = report.energy.kinetic + report.energy.body_kinetic;
 }
 
@@ -111,8 +112,8 @@ int length_without_gain(const StepContext& part, const Loads& loads, const NearC
   const EnergyAccount& account = state.account;
   const double tolerated = gain_tolerance * *engines.accuracy * account.largest_kinetic;
   Elasticity& elasticity = *engines.elasticity;
-  const double energy = contact_energies(state, part.t1, engines, elasticity).back();
-  if (energy - near.contact_terms.energy() <= tolerated) return part.length;
+  const double energy = energy_at_end(state, part.t1, engines);
+  if (energy - near.energy <= tolerated) return part.length;
   StepReport report;
   measure_energies(state, part.t1, engines, elasticity, report);
   const double gain = gain_of(account, report) - account.start_of_contacts;

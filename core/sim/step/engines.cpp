@@ -57,6 +57,8 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Wor
     error = std::make_unique<DisplacementError>(model.cloth, elasticity->membrane(),
                                                 model.scene.gravity.norm(), layout);
   contacts_in_solve = integrator->implicit() && model.scene.response == ContactResponse::Implicit;
+  if (collision && contacts_in_solve && !layout.single() && !integrator->needs_all_terms())
+    collision->divide({layout.begin(), layout.end()});
   limits_after_solve = !options.is<Asynchronous>();
   limits_in_solve = integrator->implicit() && model.scene.limits.in_solve &&
                     model.scene.limits.method != LimitMethod::Edges;

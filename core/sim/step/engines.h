@@ -47,6 +47,13 @@ struct Engines {
   Elasticity& elasticity_for(Measuring how) const;
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<CollisionStage> collision;  // null: nothing collides
+  // Energy of divided contacts at the end of the last part. The report of the step needs it again.
+  struct ContactEnergy {
+    double time;           // [s]
+    std::uint8_t tangled;  // State::tangled
+    double energy;         // [J]
+  };
+  mutable std::optional<ContactEnergy> contact_energy;
   // Null: the integrator has no events, or nothing collides.
   std::unique_ptr<EventContacts> event_contacts;
   std::unique_ptr<RigidWorld> world;  // null: no bodies

@@ -68,7 +68,7 @@ SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts
   inputs.gravity = model.scene.gravity;
   inputs.terms = &near.terms;
   inputs.terms_at = &at;
-  if (near.contact_terms.n_all() > 0) inputs.friction_at = &friction;
+  if (near.any_terms) inputs.friction_at = &friction;
   inputs.fixed = &model.prescribed;
   inputs.target = &loads.target;
   inputs.body_mass = &loads.body_mass;

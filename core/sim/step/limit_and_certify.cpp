@@ -67,7 +67,7 @@ void move_bodies_with(const StepContext& part, const FreeBodies& bodies, RigidSt
 // Returns the vertices of every cloth to which a body is attached or which a body touches, directly
 // or through other cloth. Sweeps ignore the mass of the body and would push the cloth into it. Only
 // the limit phases of the solve limit the strain of these cloths.
-std::vector<Index> loaded_vertices(const Model& model, const std::vector<Contact>& contacts) {
+std::vector<Index> loaded_vertices(const Model& model, const ContactTotals& contacts) {
   using Kind = CollisionSurface::Kind;
   const CollisionModel& collision = model.collision;
   std::vector<std::uint8_t> loaded(collision.surfaces.size(), 0);
@@ -77,12 +77,10 @@ std::vector<Index> loaded_vertices(const Model& model, const std::vector<Contact
   for (const AttachedVertex& attached : model.attachments) loaded[surface(attached.row)] = 1;
   for (bool changed = true; changed;) {
     changed = false;
-    for (const Contact& contact : contacts) {
-      const Index a = surface(contact.vertices[0]), b = surface(contact.vertices[3]);
+    for (const auto& [a, b] : contacts.surfaces)
       for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)})
         if (loaded[from] && !loaded[to] && collision.surfaces[to].kind == Kind::Cloth)
           loaded[to] = 1, changed = true;
-    }
   }
   std::vector<Index> vertices;
   for (std::size_t s = 0; s < loaded.size(); ++s)
@@ -109,7 +107,7 @@ void add_to_report(const StepContext& part, const ConstrainReport& done, bool li
 
 }  // namespace
 
-Certified limit_and_certify(const StepContext& part, const Loads& loads, const NearContacts& near,
+Certified limit_and_certify(const StepContext& part, const Loads& loads, NearContacts& near,
                             State& state, Engines& engines, StepOutcome& outcome) {
   const Model& model = engines.model;
   const Index n = model.cloth.n_vertices;
@@ -118,7 +116,8 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, const N
     for (const Index vertex : vertices)
       if (vertex < n) outcome.contact[vertex] = 1;
   };
-  for (const Contact& contact : near.contacts) mark(contact.vertices);
+  if (!engines.contacts_in_solve)
+    for (const Contact& contact : near.contacts) mark(contact.vertices);
   for (const std::array<Index, 4>& vertices : near.touching) mark(vertices);
   StrainLimiter* const limiter = engines.limits_after_solve ? engines.limiter.get() : nullptr;
   if (n == 0 || (!engines.collision && !limiter)) return {};
@@ -134,7 +133,7 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, const N
   inputs.tangle = &near.tangle;
   inputs.limits_hold = model.scene.limits.method != LimitMethod::Edges;
   if (engines.limits_in_solve && model.n_bodies() > 0)
-    inputs.loaded = loaded_vertices(model, near.contacts);
+    inputs.loaded = loaded_vertices(model, near.totals);
   if (!engines.contacts_in_solve) inputs.repelled = &near.repelled;
   inputs.seed = part.seed;
   inputs.h = part.h;
@@ -151,9 +150,13 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, const N
   certified.moved = move_cloth(part, x1, state.cloth);
   move_bodies_with(part, bodies, state.rigid);
   for (const Index i : done.touched) outcome.contact[i] = 1;
-  if (engines.collision && engines.contacts_in_solve)
-    engines.collision->update_anchors(near.contacts, near.contact_terms, loads.x0, x1,
-                                      state.contacts);
+  if (engines.collision && engines.contacts_in_solve) {
+    near.energy = engines.collision->update_anchors(near.contacts, near.contact_terms, loads.x0, x1,
+                                                    state.contacts);
+    // Every rank has the anchors of all contacts.
+    for (const ContactState::Anchor& anchor : state.contacts.anchors)
+      mark(pair_vertices(model.collision, anchor.kind, pair_key(anchor.a, anchor.b)));
+  }
   add_to_report(part, done, limiter != nullptr, outcome.report);
   certified.result.impacts = done.certified.unresolved;
   certified.result.withheld_much =

@@ -18,7 +18,7 @@ struct Certified {
   std::optional<LimitReport> limits;  // after limiting; empty if vertices have moved after it
 };
 
-Certified limit_and_certify(const StepContext& part, const Loads& loads, const NearContacts& near,
+Certified limit_and_certify(const StepContext& part, const Loads& loads, NearContacts& near,
                             State& state, Engines& engines, StepOutcome& outcome);
 
 }  // namespace loomstone

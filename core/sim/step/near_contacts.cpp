@@ -54,17 +54,10 @@ void add_attachments(const Model& model, const State& state, ExtraTerms& terms) 
   }
 }
 
-// True if any contact is closer than half its thickness. The stiffness of such contacts can depend
-// on the forces on the cloth.
-bool pressed(const std::vector<Contact>& contacts) {
-  return std::any_of(contacts.begin(), contacts.end(),
-                     [](const Contact& c) { return c.distance < 0.5 * c.thickness; });
-}
-
-// Returns the elastic and external forces on cloth at the start of the part [N]; no rows if no
-// contact is pressed.
-Points pressing_forces(const Loads& loads, const std::vector<Contact>& contacts, Engines& engines) {
-  if (!pressed(contacts)) return Points(0, 3);
+// Elastic and external forces on cloth at the start of the part [N]; no rows if no contact is
+// pressed. Only the stiffness of contacts closer than half their thickness can depend on forces.
+Points pressing_forces(const Loads& loads, const ContactTotals& contacts, Engines& engines) {
+  if (!contacts.pressed) return Points(0, 3);
   const Index n = engines.model.cloth.n_vertices;
   const Index begin = std::min(engines.layout.begin(), n), end = std::min(engines.layout.end(), n);
   const Points x = loads.x0.topRows(n), none = Points::Zero(n, 3);
@@ -73,6 +66,46 @@ Points pressing_forces(const Loads& loads, const std::vector<Contact>& contacts,
   engines.elasticity->add_explicit_bending(engines.team, x, none, begin, end, force);
   gather_rows(engines.layout, force);
   return force;
+}
+
+// Returns whether some rank has terms of contacts. Collective.
+bool any_terms(const NearContacts& near, const Engines& engines) {
+  const std::int64_t n_counted = near.contact_terms.n_counted();
+  if (!near.terms_divided || near.totals.n == 0) return n_counted > 0;
+  return near.totals.vertex_on_face || engines.layout.communicator().maximum(n_counted) > 0;
+}
+
+// Sets `forces` to the elastic and external forces on cloth in `state` (n x 3) [N]. Collective if
+// `elasticity` is divided among ranks.
+void find_pressing_forces(const State& state, double time, const Engines& engines,
+                          Elasticity& elasticity, Points& forces) {
+  const Index n = engines.model.cloth.n_vertices;
+  const RowLayout& layout = engines.layout;
+  const bool divided = elasticity.divided();
+  const Rows rows =
+      divided ? Rows{std::min(layout.begin(), n), std::min(layout.end(), n)} : Rows{0, n};
+  find_cloth_forces(time, state, engines, rows, forces);
+  const Points &x = state.cloth.x, still = Points::Zero(x.rows(), 3);
+  elasticity.add_implicit_forces(engines.team, x, nullptr, rows.begin, rows.end, forces);
+  elasticity.add_explicit_bending(engines.team, x, still, rows.begin, rows.end, forces);
+  if (divided) gather_rows(layout, forces);
+}
+
+IndexRange owned_rows(const RowLayout& layout) { return {layout.begin(), layout.end()}; }
+
+// Calls use(inputs, contacts) for the contacts that find(x, tangle) returns in `state`, unless
+// there are none on any rank. Collective if `elasticity` is divided among ranks.
+template <class Find, class Use>
+void with_contacts(const State& state, double time, const Engines& engines, Elasticity& elasticity,
+                   Find&& find, Use&& use) {
+  Points x, forces(0, 3);
+  collision_vertices(engines.model, state, x);
+  const Tangle tangle = state.tangled ? engines.collision->find_tangle(x) : Tangle();
+  const std::vector<Contact>& contacts = find(x, tangle);
+  const ContactTotals& totals = engines.collision->totals();
+  if (totals.n == 0) return;
+  if (totals.pressed) find_pressing_forces(state, time, engines, elasticity, forces);
+  use(StrengthInputs{x, engines.model.inverse_mass, forces, state.contacts}, contacts);
 }
 
 // Registers the pairs that the integrator handles at events.
@@ -98,15 +131,17 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
   if (state.tangled) near.tangle = collision.find_tangle(loads.x0);
   if (engines.event_contacts) return register_events(part, loads, state, engines, near, report);
   near.contacts = collision.proximity(engines.collision_team, loads.x0, near.tangle);
+  near.totals = collision.totals();
   if (!engines.contacts_in_solve) near.repelled = near.contacts;
   if (!engines.contacts_in_solve) return;
   expect_motion(part, loads, state, engines, near);
-  const Points forces = pressing_forces(loads, near.contacts, engines);
+  const Points forces = pressing_forces(loads, near.totals, engines);
   ContactInputs inputs{loads.x0, near.v0, near.last_change,           state.rigid.positions,
                        part.h,   n,       engines.model.inverse_mass, forces};
-  near.terms_divided = !engines.layout.single() && !engines.integrator->needs_all_terms();
-  if (near.terms_divided) inputs.rows = {engines.layout.begin(), engines.layout.end()};
+  near.terms_divided = collision.divided();
+  if (near.terms_divided) inputs.rows = owned_rows(engines.layout);
   near.contact_terms = collision.terms(inputs, near.contacts, state.contacts, near.terms);
+  near.any_terms = any_terms(near, engines);
   collision.untangle(inputs, near.tangle, near.terms);
 }
 
@@ -115,17 +150,25 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
 void find_near_contacts(const StepContext& part, const Loads& loads, const State& state,
                         Engines& engines, NearContacts& near, StepReport& report) {
   near.contacts.clear();
+  near.totals = {};
   near.repelled.clear();
   near.touching.clear();
   near.terms.clear();
   near.contact_terms = {};
+  near.any_terms = false;
   near.tangle = {};
+  engines.contact_energy.reset();
   if (engines.collision) find_contacts(part, loads, state, engines, near, report);
   const std::size_t n_contact_terms = near.terms.size();
   if (engines.integrator->implicit()) add_attachments(engines.model, state, near.terms);
   near.n_attachments = near.terms.size() - n_contact_terms;
-  report.contacts.near =
-      std::max(report.contacts.near, static_cast<std::int64_t>(near.contacts.size()));
+  report.contacts.near = std::max(report.contacts.near, near.totals.n);
+}
+
+double energy_at_end(const State& state, double time, const Engines& engines) {
+  const double energy = contact_energies(state, time, engines, *engines.elasticity).back();
+  engines.contact_energy = {time, state.tangled, energy};
+  return energy;
 }
 
 void know_contacts(const State& state, const Engines& engines) {
@@ -137,29 +180,38 @@ void know_contacts(const State& state, const Engines& engines) {
 
 std::vector<double> contact_energies(const State& state, double time, const Engines& engines,
                                      Elasticity& elasticity, const Points* x0, int n_parts) {
-  std::vector<double> none(n_parts, 0.0);
-  if (!engines.collision || !engines.contacts_in_solve) return none;
-  const Model& model = engines.model;
-  Points x, forces(0, 3);
-  collision_vertices(model, state, x);
-  const Tangle tangle = state.tangled ? engines.collision->find_tangle(x) : Tangle();
-  const std::vector<Contact>& contacts =
-      engines.collision->proximity_alone(engines.team, x, tangle);
-  if (contacts.empty()) return none;
-  if (pressed(contacts)) {
-    const Index n = model.cloth.n_vertices;
-    const bool divided = elasticity.divided();
-    const Rows rows =
-        divided ? Rows{std::min(engines.layout.begin(), n), std::min(engines.layout.end(), n)}
-                : Rows{0, n};
-    find_cloth_forces(time, state, engines, rows, forces);
-    const Points &y = state.cloth.x, still = Points::Zero(y.rows(), 3);
-    elasticity.add_implicit_forces(engines.team, y, nullptr, rows.begin, rows.end, forces);
-    elasticity.add_explicit_bending(engines.team, y, still, rows.begin, rows.end, forces);
-    if (divided) gather_rows(engines.layout, forces);
-  }
-  const StrengthInputs inputs{x, model.inverse_mass, forces, state.contacts};
-  return engines.collision->energies({x, x0 ? *x0 : x, n_parts}, inputs, contacts);
+  std::vector<double> energies(n_parts, 0.0);
+  if (!engines.collision || !engines.contacts_in_solve) return energies;
+  CollisionStage& collision = *engines.collision;
+  const bool together = elasticity.divided() && collision.divided();
+  const auto find = [&](const Points& x, const Tangle& tangle) -> const std::vector<Contact>& {
+    return together ? collision.proximity(engines.collision_team, x, tangle)
+                    : collision.proximity_alone(engines.team, x, tangle);
+  };
+  with_contacts(state, time, engines, elasticity, find,
+                [&](const StrengthInputs& inputs, const std::vector<Contact>& contacts) {
+                  const ContactMotion motion{inputs.x, x0 ? *x0 : inputs.x, n_parts};
+                  std::vector<BinnedSum> sums =
+                      collision.energies(motion, inputs, contacts,
+                                         together ? owned_rows(engines.layout) : all_indices);
+                  if (together) engines.layout.communicator().add(sums.data(), n_parts);
+                  for (int i = 0; i < n_parts; ++i) energies[i] = sums[i].value();
+                });
+  return energies;
+}
+
+double contact_energy_in_order(const State& state, const Engines& engines) {
+  double energy = 0.0;
+  if (!engines.collision || !engines.contacts_in_solve) return energy;
+  CollisionStage& collision = *engines.collision;
+  const auto find = [&](const Points& x, const Tangle& tangle) -> const std::vector<Contact>& {
+    return collision.all_contacts(engines.collision_team, x, tangle);
+  };
+  with_contacts(state, state.time, engines, *engines.elasticity, find,
+                [&](const StrengthInputs& inputs, const std::vector<Contact>& contacts) {
+                  energy = collision.energy_in_order(inputs, contacts);
+                });
+  return energy;
 }
 
 std::vector<Contact> present_contacts(const State& state, const Engines& engines) {
@@ -169,7 +221,7 @@ std::vector<Contact> present_contacts(const State& state, const Engines& engines
   const Tangle tangle = state.tangled ? engines.collision->find_tangle(x) : Tangle();
   Team uncounted = engines.team;
   uncounted.iterations = nullptr;  // only iterations within steps are counted
-  return engines.collision->proximity_alone(uncounted, x, tangle);
+  return engines.collision->all_contacts(uncounted, x, tangle);
 }
 
 double terms_at(NearContacts& near, const Engines& engines, const Points& displacement, double time,

@@ -10,8 +10,10 @@
 namespace loomstone {
 
 struct NearContacts {
-  // Pairs closer than their thickness; none if the integrator handles collisions at events.
+  // Pairs closer than their thickness; none if the integrator handles collisions at events. If
+  // terms are divided, only the contacts that this rank keeps (see CollisionStage::divide()).
   std::vector<Contact> contacts;
+  ContactTotals totals;           // of the contacts of all ranks
   std::vector<Contact> repelled;  // contacts that receive impulses after the solve
   // Vertices of the pairs closer than their thickness, if the integrator handles them at events.
   std::vector<std::array<Index, 4>> touching;
@@ -19,8 +21,10 @@ struct NearContacts {
   // this rank may be omitted.
   ExtraTerms terms;
   bool terms_divided = false;  // true: each rank has the terms of its rows
+  bool any_terms = false;      // some rank has terms of contacts
   std::size_t n_attachments = 0;
   ContactTerms contact_terms;  // evaluates the terms of contacts during the solve
+  double energy = 0.0;         // of all contacts at the start, known after certification [J]
   Tangle tangle;               // intersections at the start
   // (vertices x 3) predicted velocities of all collision vertices [m/s]. They are set only if the
   // solve includes contacts or the integrator handles them at events.
@@ -47,6 +51,14 @@ void know_contacts(const State& state, const Engines& engines);
 std::vector<double> contact_energies(const State& state, double time, const Engines& engines,
                                      Elasticity& elasticity, const Points* x0 = nullptr,
                                      int n_parts = 1);
+
+// Returns the energy of contacts in `state`, added in the order of the contacts [J]. Collective.
+// know_contacts() must have been called.
+double contact_energy_in_order(const State& state, const Engines& engines);
+
+// Returns the energy of contacts at the end of a part, and keeps it in `engines` for the report.
+// Collective. know_contacts() must have been called.
+double energy_at_end(const State& state, double time, const Engines& engines);
 
 // Returns the contacts in the present state, sorted by (kind, a, b); empty if nothing collides. All
 // ranks must call this function.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "core/parallel/merge_runs.h"
 #include "core/sim/step/energies.h"
 
 namespace loomstone {
@@ -132,10 +133,14 @@ std::vector<std::array<Vec3, 2>> solved_terms(const StepContext& part, NearConta
 
 // The work that a contact adds to one of the sums [J].
 struct WorkOfContact {
-  enum Sum : Index { Scripts, Friction };
-  Index contact;
-  Sum sum;
-  double work;
+  enum Sum : std::uint64_t { Scripts, Friction };
+  WorkOfContact(const Contact& contact, Sum sum, double given)
+      : place(2 * pair_order(contact.kind, pair_key(contact.a, contact.b)) + sum), work(given) {}
+  WorkOfContact() = default;
+  Sum sum() const { return static_cast<Sum>(place % 2); }
+
+  std::uint64_t place = 0;  // sorts by contact and sum
+  double work = 0.0;
 };
 
 // Returns the work that scripted surfaces and prescribed vertices do through the contacts that
@@ -149,8 +154,9 @@ std::vector<WorkOfContact> work_of_terms(const StepContext& part, const NearCont
     const ExtraTerm& term = near.terms[t];
     const auto& [force, d] = terms[t];
     const Vec3 normal = near.contact_terms.normal(t);
+    const Contact& contact = near.contacts[near.contact_terms.contact(t)];
     const auto add = [&](WorkOfContact::Sum sum, double work) {
-      if (work != 0.0) works.push_back({near.contact_terms.contact(t), sum, work});
+      if (work != 0.0) works.push_back({contact, sum, work});
     };
     add(WorkOfContact::Scripts, -part.h * force.dot(term.drift));
     for (int e = 0; e < term.n_entries; ++e) {
@@ -171,11 +177,11 @@ std::vector<WorkOfContact> gathered(std::vector<WorkOfContact> works, const RowL
     note = 0;
     return std::move(works);
   });
-  std::vector<WorkOfContact>& elements = all.gathered.elements;
-  std::stable_sort(
-      elements.begin(), elements.end(),
-      [](const WorkOfContact& a, const WorkOfContact& b) { return a.contact < b.contact; });
-  return std::move(elements);
+  const auto before = [](const WorkOfContact& a, const WorkOfContact& b) {
+    return a.place < b.place;
+  };
+  merge_runs(all.gathered.elements, all.gathered.start, before);
+  return std::move(all.gathered.elements);
 }
 
 // Returns the work that scripted surfaces and prescribed vertices do through contacts, the work
@@ -183,7 +189,7 @@ std::vector<WorkOfContact> gathered(std::vector<WorkOfContact> works, const RowL
 PartWork work_of_contacts(const StepContext& part, const Loads& loads, NearContacts& near,
                           const Solved& solved, const State& state, const Engines& engines) {
   PartWork work;
-  if (near.contact_terms.n_all() == 0 && near.terms.size() == near.n_attachments) return work;
+  if (!near.any_terms && near.terms.size() == near.n_attachments) return work;
   const Model& model = engines.model;
   const Index n = model.cloth.n_vertices;
   Points displacement(model.n_rows(), 3);
@@ -193,7 +199,7 @@ PartWork work_of_contacts(const StepContext& part, const Loads& loads, NearConta
   std::vector<WorkOfContact> works = work_of_terms(part, near, terms, displacement, model);
   if (near.terms_divided) works = gathered(std::move(works), engines.layout, near.work_room);
   for (const WorkOfContact& of_contact : works)
-    (of_contact.sum == WorkOfContact::Scripts ? work.scripts : work.friction) += of_contact.work;
+    (of_contact.sum() == WorkOfContact::Scripts ? work.scripts : work.friction) += of_contact.work;
   for (std::size_t t = near.contact_terms.size(); t < terms.size(); ++t)
     work.loads -= terms[t][0].dot(terms[t][1]);
   return work;

@@ -136,7 +136,7 @@ TEST_CASE("contacts and impacts have the same bits whichever ranks find them") {
   lists.update(Team{1}, scene.x);
   SmoothNormals normals;
   const std::vector<Contact> contacts =
-      find_contacts(Team{1}, scene.model, pairs, scene.x, lists, normals);
+      find_contacts(Team{1}, {scene.model, pairs, normals}, scene.x, lists).contacts;
   ImpactSearch alone(scene.model, broad_phase, lists);
   const MotionInputs inputs{scene.x, scene.inverse_mass, {}};
   const std::vector<StepImpact> impacts = alone.find(Team{1}, inputs, x1, nullptr),
@@ -155,7 +155,8 @@ TEST_CASE("contacts and impacts have the same bits whichever ranks find them") {
       own.share(&search);
       SmoothNormals own_normals;
       wrong +=
-          !same(find_contacts(team, scene.model, pairs, scene.x, search, own_normals), contacts);
+          !same(find_contacts(team, {scene.model, pairs, own_normals}, scene.x, search).contacts,
+                contacts);
       wrong += !same(own.find(team, inputs, x1, nullptr), impacts);
       wrong += !same(own.find(team, inputs, x1, &changed), some);
     });

@@ -28,7 +28,8 @@ Assembled assemble(const TestScene& scene, const Points& x, const Points& v, con
                       .terms({x, v, Points::Zero(x.rows(), 3), centres, 1e-3, n_cloth,
                               scene.inverse_mass, Points(0, 3)},
                              result.contacts, state, result.terms)
-                      .energy();
+                      .energy()
+                      .value();
   return result;
 }
 

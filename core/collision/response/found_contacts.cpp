@@ -1,0 +1,148 @@
+#include "core/collision/response/found_contacts.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "core/parallel/merge_runs.h"
+
+namespace loomstone {
+
+namespace {
+
+std::array<Index, 2> ascending(Index a, Index b) { return {std::min(a, b), std::max(a, b)}; }
+
+// Removes duplicates.
+template <class Element>
+void sort_unique(std::vector<Element>& elements) {
+  std::sort(elements.begin(), elements.end());
+  elements.erase(std::unique(elements.begin(), elements.end()), elements.end());
+}
+
+}  // namespace
+
+Contact FoundContact::contact(const CollisionModel& model,
+                              const std::vector<SurfacePair>& pairs) const {
+  const SurfacePair& surfaces = pairs[pair];
+  return {kind,
+          first_of(key),
+          second_of(key),
+          pair_vertices(model, kind, key),
+          weights,
+          normal,
+          distance,
+          surfaces.thickness,
+          surfaces.friction};
+}
+
+std::vector<FoundContact> in_order(const std::vector<FoundContact>& contacts) {
+  std::vector<const FoundContact*> order;
+  order.reserve(contacts.size());
+  for (const FoundContact& contact : contacts) order.push_back(&contact);
+  std::sort(order.begin(), order.end(),
+            [](const FoundContact* a, const FoundContact* b) { return before(*a, *b); });
+  std::vector<FoundContact> sorted;
+  sorted.reserve(order.size());
+  for (const FoundContact* const contact : order) sorted.push_back(*contact);
+  return sorted;
+}
+
+ContactTotals totals_of(const CollisionModel& model, const std::vector<Contact>& contacts) {
+  ContactTotals totals;
+  totals.n = static_cast<std::int64_t>(contacts.size());
+  std::array<Index, 2> last = {-1, -1};
+  for (const Contact& contact : contacts) {
+    totals.pressed |= contact.distance < 0.5 * contact.thickness;
+    totals.vertex_on_face |=
+        contact.kind == ContactKind::VertexFace && model.rows.row[contact.a] >= 0;
+    const std::array<Index, 2> surfaces = ascending(model.surface_of_vertex[contact.vertices[0]],
+                                                    model.surface_of_vertex[contact.vertices[3]]);
+    if (surfaces != last) totals.surfaces.push_back(last = surfaces);
+  }
+  sort_unique(totals.surfaces);
+  return totals;
+}
+
+ContactTotals joined(const std::vector<ContactTotals>& parts) {
+  ContactTotals sum;
+  for (const ContactTotals& part : parts) {
+    sum.n += part.n;
+    sum.pressed |= part.pressed;
+    sum.vertex_on_face |= part.vertex_on_face;
+    sum.surfaces.insert(sum.surfaces.end(), part.surfaces.begin(), part.surfaces.end());
+  }
+  sort_unique(sum.surfaces);
+  return sum;
+}
+
+ContactSelection::ContactSelection(const CollisionModel& model, IndexRange rows)
+    : rows_(rows), moves_(model.n_vertices, 0), group_(model.n_vertices, 0) {
+  for (Index v = 0; v < model.n_vertices; ++v) {
+    const Index row = model.rows.row[v];
+    if (row < 0) continue;
+    const bool own = rows.contains(row) || (model.rows.is_body[v] && rows.contains(row + 1));
+    moves_[v] = WithAnyRow | (own ? WithOwnRow : 0);
+  }
+}
+
+std::vector<FoundContact> ContactSelection::kept(const CollisionModel& model,
+                                                 const Gathered<FoundContact>& found) {
+  const std::size_t n = found.elements.size();
+  const bool first_row = rows_.contains(0);
+  std::vector<std::uint8_t> keeps(n, 0);
+  std::vector<Index> grouped;
+  std::size_t n_kept = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const FoundContact& contact = found.elements[i];
+    const std::array<Index, 4> v = pair_vertices(model, contact.kind, contact.key);
+    const std::uint8_t moves = moves_[v[0]] | moves_[v[1]] | moves_[v[2]] | moves_[v[3]];
+    keeps[i] = (moves & WithOwnRow) != 0 || (first_row && moves == 0);
+    n_kept += keeps[i];
+    if (keeps[i] && contact.kind == ContactKind::VertexFace && !group_[v[0]]) {
+      group_[v[0]] = 1;
+      grouped.push_back(v[0]);
+    }
+  }
+  std::vector<const FoundContact*> order;
+  order.reserve(n_kept + n_kept / 8);
+  std::vector<std::size_t> starts = {0};
+  for (std::size_t run = 0; run + 1 < found.start.size(); ++run) {
+    for (std::size_t i = found.start[run]; i < found.start[run + 1]; ++i) {
+      const FoundContact& contact = found.elements[i];
+      if (keeps[i] || (contact.kind == ContactKind::VertexFace && group_[first_of(contact.key)]))
+        order.push_back(&contact);
+    }
+    starts.push_back(order.size());
+  }
+  for (const Index vertex : grouped) group_[vertex] = 0;
+  merge_runs(order, std::move(starts),
+             [](const FoundContact* a, const FoundContact* b) { return before(*a, *b); });
+  std::vector<FoundContact> kept;
+  kept.reserve(order.size());
+  for (const FoundContact* const contact : order) kept.push_back(*contact);
+  return kept;
+}
+
+ContactTotals ContactSelection::totals(const CollisionModel& model,
+                                       const std::vector<SurfacePair>& pairs,
+                                       const std::vector<FoundContact>& found) const {
+  ContactTotals totals;
+  std::vector<std::uint8_t> in_contact(pairs.size(), 0);
+  std::vector<std::array<Index, 2>> on_smooth;  // vertex and smooth surface, of which one counts
+  for (const FoundContact& contact : found) {
+    in_contact[contact.pair] = 1;
+    totals.pressed |= contact.distance < 0.5 * pairs[contact.pair].thickness;
+    if (contact.kind != ContactKind::VertexFace) continue;
+    totals.vertex_on_face |= moves_[first_of(contact.key)] != 0;
+    const Index surface = model.surface_of_triangle[second_of(contact.key)];
+    if (model.surfaces[surface].smooth) on_smooth.push_back({first_of(contact.key), surface});
+  }
+  totals.n = static_cast<std::int64_t>(found.size() - on_smooth.size());
+  sort_unique(on_smooth);
+  totals.n += static_cast<std::int64_t>(on_smooth.size());
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    if (in_contact[i]) totals.surfaces.push_back(ascending(pairs[i].a, pairs[i].b));
+  sort_unique(totals.surfaces);
+  return totals;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,77 @@
+// Contacts as ranks send them to each other, and the selection of those that a rank keeps.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/base/bytes.h"
+#include "core/collision/model/collision_model.h"
+#include "core/collision/model/contact.h"
+#include "core/collision/model/feature_pairs.h"
+#include "core/parallel/shared_work.h"
+
+namespace loomstone {
+
+// Data of a contact that a rank sends to other ranks. The features determine all other data of the
+// contact.
+struct FoundContact {
+  PairKey key;
+  Index pair;  // index of the surface pair
+  ContactKind kind;
+  std::array<double, 4> weights;
+  Vec3 normal;
+  double distance;
+
+  Contact contact(const CollisionModel& model, const std::vector<SurfacePair>& pairs) const;
+};
+
+inline bool before(const FoundContact& a, const FoundContact& b) {
+  return pair_order(a.kind, a.key) < pair_order(b.kind, b.key);
+}
+
+// Returns the contacts sorted by (kind, a, b).
+std::vector<FoundContact> in_order(const std::vector<FoundContact>& contacts);
+
+// Numbers that depend on the contacts of all ranks.
+struct ContactTotals {
+  std::int64_t n = 0;    // number of contacts
+  bool pressed = false;  // some contact is closer than half its thickness
+  // A vertex with a row of its own is in contact with a face. Some contact then has a positive
+  // share and acts on a row.
+  bool vertex_on_face = false;
+  // Pairs of surfaces in contact. The smaller index comes first, and the pairs are sorted.
+  std::vector<std::array<Index, 2>> surfaces;
+};
+
+// Returns the totals of contacts, which must be sorted.
+ContactTotals totals_of(const CollisionModel& model, const std::vector<Contact>& contacts);
+// Returns the totals of the contacts of all ranks. `parts` contains those of each rank; no contact
+// may belong to two of them.
+ContactTotals joined(const std::vector<ContactTotals>& parts);
+
+// Selects the contacts that a rank keeps. These are the contacts with a vertex that moves with a
+// given row, and all contacts of a vertex with faces if the rank keeps one of them, because these
+// contacts divide their force among themselves. The rank of row 0 also keeps the contacts whose
+// vertices all have prescribed motion.
+class ContactSelection {
+ public:
+  ContactSelection(const CollisionModel& model, IndexRange rows);
+
+  // Returns the kept contacts in order. The contacts of each rank must be sorted.
+  std::vector<FoundContact> kept(const CollisionModel& model, const Gathered<FoundContact>& found);
+  // Returns the totals of all contacts.
+  ContactTotals totals(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+                       const std::vector<FoundContact>& found) const;
+  IndexRange rows() const { return rows_; }
+  std::size_t bytes() const { return bytes_of(moves_, group_); }
+
+ private:
+  enum Moves : std::uint8_t { WithOwnRow = 1, WithAnyRow = 2 };
+
+  const IndexRange rows_;
+  std::vector<std::uint8_t> moves_;  // (vertices) bits of Moves
+  std::vector<std::uint8_t> group_;  // (vertices) scratch: all contacts with faces are kept
+};
+
+}  // namespace loomstone

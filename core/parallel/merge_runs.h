@@ -1,0 +1,50 @@
+// Merges the sorted results of several ranks.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "core/parallel/shared_work.h"
+
+namespace loomstone {
+
+// Sorts elements that consist of sorted runs. Run i begins at starts[i]; the last entry of `starts`
+// is the number of elements. Elements that are equal keep their order.
+template <class Element, class Before>
+void merge_runs(std::vector<Element>& elements, std::vector<std::size_t> starts, Before before) {
+  std::vector<Element> merged(elements.size());
+  const auto at = [](std::vector<Element>& of, std::size_t i) {
+    return of.begin() + static_cast<std::ptrdiff_t>(i);
+  };
+  while (starts.size() > 2) {
+    std::vector<std::size_t> joined;
+    for (std::size_t run = 0; run + 1 < starts.size(); run += 2) {
+      joined.push_back(starts[run]);
+      const std::size_t middle = starts[run + 1],
+                        end = starts[std::min(run + 2, starts.size() - 1)];
+      std::merge(at(elements, starts[run]), at(elements, middle), at(elements, middle),
+                 at(elements, end), at(merged, starts[run]), before);
+    }
+    joined.push_back(starts.back());
+    elements.swap(merged);
+    starts = std::move(joined);
+  }
+}
+
+// Returns the elements of all ranks in order. Those of each rank must be sorted.
+template <class Element, class Before>
+std::vector<Element> merged(Gathered<Element> all, Before before) {
+  if (all.start.size() <= 2) return std::move(all.elements);
+  std::vector<const Element*> order;
+  order.reserve(all.elements.size());
+  for (const Element& element : all.elements) order.push_back(&element);
+  merge_runs(order, all.start, [&](const Element* a, const Element* b) { return before(*a, *b); });
+  std::vector<Element> sorted;
+  sorted.reserve(order.size());
+  for (const Element* const element : order) sorted.push_back(*element);
+  return sorted;
+}
+
+}  // namespace loomstone
