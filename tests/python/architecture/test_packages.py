@@ -2,6 +2,7 @@
 
 import re
 import runpy
+import subprocess
 import sys
 import types
 from pathlib import Path
@@ -114,6 +115,25 @@ def test_a_wheel_with_unwanted_libraries_or_without_licences_is_refused():
     for name in GOOD:
         rest = [each for each in GOOD if each != name]
         assert len(list(CONTENTS["faults"](rest, {"libcholmod.so.3": []}, 1e6))) == 1
+
+
+def test_the_build_of_several_wheels_forgets_the_last_interpreter(tmp_path):
+    cache = tmp_path / "CMakeCache.txt"
+    cache.write_text(
+        "# external\n\n//Path to a program.\nCMAKE_AR:FILEPATH=/usr/bin/ar\n\n"
+        "Python_EXECUTABLE:PATH=/python\n\n//The directory containing a CMake\n"
+        "// configuration file for pybind11.\npybind11_DIR:PATH=/pybind11\n\n"
+        "# internal\n\n//ADVANCED property\nCMAKE_AR-ADVANCED:INTERNAL=1\n"
+        "_PYTHON_INTERNAL:INTERNAL=1\n//reason of failure\n_Python_REASON:INTERNAL=\n"
+    )
+    script = ROOT / "scripts" / "wheel_cache"
+    subprocess.run([script, cache], check=True)
+    # CMake refuses a file with a comment that no variable follows.
+    assert cache.read_text() == (
+        "# external\n\n//Path to a program.\nCMAKE_AR:FILEPATH=/usr/bin/ar\n\n\n\n"
+        "# internal\n\n//ADVANCED property\nCMAKE_AR-ADVANCED:INTERNAL=1\n"
+    )
+    subprocess.run([script, tmp_path / "absent"], check=True)
 
 
 def test_a_library_without_a_licence_is_refused(tmp_path):
