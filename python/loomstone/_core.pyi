@@ -1832,7 +1832,7 @@ class Cloth:
     bending : bending element: mid-edge (beam theory within 1 % along any direction) | hinge (wrong by up to 25 % along the axes of grids, by 4 to 18 % on smoothed irregular meshes, and by a factor of 2 at 45 degrees to a grid); default 'mid-edge'
     pins : indices of prescribed vertices: at rest, or moved by a script
     script_times : times of the script [s], ascending; empty: pins at rest
-    script_positions : (times * pins x 3) positions of the pins [m], linearly interpolated
+    script_positions : (times x pins x 3) or (times * pins x 3) positions of the pins [m], linearly interpolated
     velocities : (n x 3) initial velocities [m/s]; empty: at rest
     thickness : contact distance; 0: chosen from the mesh [m]; >= 0; default 0.0
     friction : friction coefficient [1]; >= 0; default 0.3
@@ -1954,7 +1954,7 @@ class Cloth:
     @property
     def script_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (times * pins x 3) positions of the pins [m], linearly interpolated
+        (times x pins x 3) or (times * pins x 3) positions of the pins [m], linearly interpolated
         """
     @property
     def script_times(self) -> list[float]:
@@ -1997,7 +1997,7 @@ class Obstacle:
     times : times of the keyframes [s], ascending; empty: at rest
     positions : (times x 3) positions of the mesh's origin [m], linearly interpolated
     axis_angles : (times x 3) rotation vectors [rad], interpolated as rotations
-    vertex_positions : (times * n x 3) vertex positions instead of keyframes [m], linearly interpolated
+    vertex_positions : (times x n x 3) or (times * n x 3) vertex positions instead of keyframes [m], linearly interpolated
     floor : whether it is drawn as ground; default False
     look : Look: its colour and texture in pictures; None: the renderer's
     """
@@ -2100,7 +2100,7 @@ class Obstacle:
     @property
     def vertex_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (times * n x 3) vertex positions instead of keyframes [m], linearly interpolated
+        (times x n x 3) or (times * n x 3) vertex positions instead of keyframes [m], linearly interpolated
         """
 
 class Attachment:

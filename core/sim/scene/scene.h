@@ -66,7 +66,8 @@ struct Cloth {
         field("script_times", &C::script_times,
               "times of the script [s], ascending; empty: pins at rest"),
         field("script_positions", &C::script_positions,
-              "(times * pins x 3) positions of the pins [m], linearly interpolated"),
+              "(times x pins x 3) or (times * pins x 3) positions of the pins [m], linearly "
+              "interpolated"),
         field("velocities", &C::velocities, "(n x 3) initial velocities [m/s]; empty: at rest"),
         field("thickness", &C::thickness, "m", non_negative(),
               "contact distance; 0: chosen from the mesh"),
@@ -105,7 +106,8 @@ struct Obstacle {
         field("axis_angles", &O::axis_angles,
               "(times x 3) rotation vectors [rad], interpolated as rotations"),
         field("vertex_positions", &O::vertex_positions,
-              "(times * n x 3) vertex positions instead of keyframes [m], linearly interpolated"),
+              "(times x n x 3) or (times * n x 3) vertex positions instead of keyframes [m], "
+              "linearly interpolated"),
         field("floor", &O::floor, "whether it is drawn as ground"),
         field("look", &O::look, "Look: its colour and texture in pictures; None: the renderer's"));
   }
