@@ -338,6 +338,10 @@ void require_arguments(const char* name, const py::kwargs& arguments) {
   });
 }
 
+// Completes a description that has been made from arguments, if it has an overload.
+template <Description D>
+void complete(D&) {}
+
 // Returns the arguments of a description that begins with the fields of the last parameter.
 // Overloads for a description change the shapes of arrays.
 template <Description D>
@@ -356,6 +360,7 @@ D from_arguments(const char* name, D value, const py::kwargs& given) {
   });
   for (const auto& [key, unused] : arguments) good = good && known.contains(key);
   if (!good) explain_arguments<D>(name, arguments);
+  complete(value);
   check_fields(value, name);
   return value;
 }

@@ -2,6 +2,7 @@
 #include "core/sim/scene/scene.h"
 
 #include "bindings/descriptions.h"
+#include "core/sim/scene/numbered_names.h"
 
 namespace loomstone {
 
@@ -24,8 +25,8 @@ py::kwargs with_rows(const py::kwargs& arguments, const std::string& owner, cons
   const py::object plain = in_unit(arguments[name], "m", where);
   const py::object array = array_of(where, plain);
   const auto shape = array.attr("shape").cast<std::vector<std::size_t>>();
-  const bool numbers = std::string("buif").find(array.attr("dtype").attr("kind").cast<char>()) !=
-                       std::string::npos;
+  const bool numbers =
+      std::string("buif").find(array.attr("dtype").attr("kind").cast<char>()) != std::string::npos;
   if (!numbers || py::len(array) == 0 || (shape.size() == 2 && shape[1] == 3)) return arguments;
   if (shape != std::vector<std::size_t>{times, n, 3})
     fail<InvalidInput>(
@@ -54,6 +55,8 @@ py::kwargs reshaped(const char* name, const py::kwargs& arguments, const Obstacl
                    length(arguments, "times", obstacle.times.size()),
                    mesh ? static_cast<std::size_t>(mesh->n_vertices()) : 0, "vertices");
 }
+
+void complete(Scene& scene) { number_names(scene); }
 
 void bind_scene(py::module_& m) {
   bind_description<ClothMaterial>(m, "ClothMaterial",

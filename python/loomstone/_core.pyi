@@ -1991,6 +1991,7 @@ class Obstacle:
     Parameters (keywords)
     ---------------------
     name : name in reports and files; default ''
+    numbered : whether a scene appends a number, as in sphere_2, if another surface has this name; default False
     mesh : surface; cloth must start outside a closed one
     friction : friction coefficient [1]; >= 0; default 0.3
     thickness : contact distance; 0: that of the cloth [m]; >= 0; default 0.0
@@ -2005,6 +2006,7 @@ class Obstacle:
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
     field_names: typing.ClassVar[tuple[str, ...]] = (
         "name",
+        "numbered",
         "mesh",
         "friction",
         "thickness",
@@ -2020,6 +2022,7 @@ class Obstacle:
         self,
         *,
         name: str = "",
+        numbered: bool = False,
         mesh: TriangleMesh | None = None,
         friction: typing.SupportsFloat | typing.SupportsIndex = 0.3,
         thickness: typing.SupportsFloat | typing.SupportsIndex = 0.0,
@@ -2035,6 +2038,7 @@ class Obstacle:
         self,
         *,
         name: str = ...,
+        numbered: bool = ...,
         mesh: TriangleMesh | None = ...,
         friction: typing.SupportsFloat | typing.SupportsIndex = ...,
         thickness: typing.SupportsFloat | typing.SupportsIndex = ...,
@@ -2081,6 +2085,11 @@ class Obstacle:
     def name(self) -> str:
         """
         name in reports and files; default ''
+        """
+    @property
+    def numbered(self) -> bool:
+        """
+        whether a scene appends a number, as in sphere_2, if another surface has this name; default False
         """
     @property
     def positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:

@@ -82,6 +82,7 @@ struct Cloth {
 // Description of an obstacle. It is static, moves by keyframes or deforms by a vertex sequence.
 struct Obstacle {
   std::string name;
+  bool numbered = false;  // its name gets a number if another surface has it
   std::shared_ptr<const TriangleMesh> mesh;
   double friction = 0.3;
   double thickness = 0.0;
@@ -96,6 +97,8 @@ struct Obstacle {
     using O = Obstacle;
     return std::make_tuple(
         field("name", &O::name, "name in reports and files"),
+        field("numbered", &O::numbered,
+              "whether a scene appends a number, as in sphere_2, if another surface has this name"),
         field("mesh", &O::mesh, "surface; cloth must start outside a closed one"),
         field("friction", &O::friction, "1", non_negative(), "friction coefficient"),
         field("thickness", &O::thickness, "m", non_negative(),
