@@ -38,7 +38,7 @@ WORDS = {
     "account.friction": "lost to friction",
     "account.damping": "lost to damping",
     "account.limits": "lost to strain limits",
-    "account.withheld": "lost to withheld motion",
+    "account.withheld": "lost to impacts and withheld motion",
     "account.lost": "lost otherwise, mostly to damping of the integrator",
     "seconds.loads": "loads and scripts",
     "seconds.proximity": "search for contacts",
