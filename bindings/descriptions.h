@@ -256,6 +256,16 @@ inline void explain_keywords(const char* name, const py::list& known, const py::
   }
 }
 
+// Converts a value to an array of numpy. Throws InvalidInput if its rows have different lengths.
+inline py::object array_of(const std::string& where, const py::object& value) {
+  try {
+    return py::module_::import("numpy").attr("asarray")(value);
+  } catch (py::error_already_set& error) {
+    if (!error.matches(PyExc_ValueError)) throw;
+    fail<InvalidInput>("{} must be numbers in rows of equal length, got {}", where, shown(value));
+  }
+}
+
 // Throws an error that explains why a value cannot be assigned to a field.
 template <Description D, class F>
 [[noreturn]] void explain_value(const char* name, const F& each, const py::object& value) {
@@ -266,7 +276,7 @@ template <Description D, class F>
     if (py::isinstance<py::str>(value))
       throw_no_choice(where, choice_names<Member>(), value.cast<std::string>());
   if constexpr (EigenArray<Member>) {
-    const py::object array = py::module_::import("numpy").attr("asarray")(value);
+    const py::object array = array_of(where, value);
     const auto columns = Member::ColsAtCompileTime == 1
                              ? formatted("{},", int{Member::RowsAtCompileTime})
                              : formatted("n, {}", int{Member::ColsAtCompileTime});
@@ -330,8 +340,20 @@ void require_arguments(const char* name, const py::kwargs& arguments) {
   });
 }
 
+// Completes a description that has been made from arguments, if it has an overload.
 template <Description D>
-D from_arguments(const char* name, D value, const py::kwargs& arguments) {
+void complete(D&) {}
+
+// Returns the arguments of a description that begins with the fields of the last parameter.
+// Overloads for a description change the shapes of arrays.
+template <Description D>
+py::kwargs reshaped(const char*, const py::kwargs& arguments, const D&) {
+  return arguments;
+}
+
+template <Description D>
+D from_arguments(const char* name, D value, const py::kwargs& given) {
+  const py::kwargs arguments = reshaped(name, given, value);
   const py::list known = field_names<D>();
   bool good = true;
   for_each_field<D>([&](const auto& each) {
@@ -340,6 +362,7 @@ D from_arguments(const char* name, D value, const py::kwargs& arguments) {
   });
   for (const auto& [key, unused] : arguments) good = good && known.contains(key);
   if (!good) explain_arguments<D>(name, arguments);
+  complete(value);
   check_fields(value, name);
   return value;
 }

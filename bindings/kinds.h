@@ -77,6 +77,15 @@ std::string kind_name() {
                        hint);
 }
 
+// Says how to make a TriangleMesh from a value of another type.
+inline std::string mesh_hint(const py::object& value) {
+  if (value.is_none()) return "";
+  if (py::isinstance<py::str>(value) || py::hasattr(value, "__fspath__"))
+    return "; read a file by loomstone.meshes.read(path)";
+  return "; make one by TriangleMesh(vertices, triangles), or read a file by "
+         "loomstone.meshes.read(path)";
+}
+
 // Throws a TypeError that names the required type of a field, unless kind_name() of this type is
 // empty. If the field is a list, the message names the first element of another type.
 template <class Member>
@@ -103,7 +112,9 @@ void explain_kind(const std::string& where, const py::object& value) {
     const std::string kind = kind_name<Member>();
     if (kind.empty() || kind == "number") return;
     const bool fabric = std::is_same_v<Member, ClothMaterial> && py::isinstance<py::str>(value);
-    const std::string hint = fabric ? "; a fabric is loomstone.fabrics[" + shown(value) + "]" : "";
+    const std::string hint = fabric ? "; a fabric is loomstone.fabrics[" + shown(value) + "]"
+                             : kind == "TriangleMesh" ? mesh_hint(value)
+                                                      : "";
     throw_wrong_kind(where, kind, value, hint);
   }
 }

@@ -2,8 +2,61 @@
 #include "core/sim/scene/scene.h"
 
 #include "bindings/descriptions.h"
+#include "core/sim/scene/numbered_names.h"
 
 namespace loomstone {
+
+namespace {
+
+// Length of a list that is either an argument or a field; 0 if the argument is no list.
+std::size_t length(const py::kwargs& arguments, const char* name, std::size_t of_field) {
+  if (!arguments.contains(name)) return of_field;
+  const auto n = PyObject_Size(py::object(arguments[name]).ptr());
+  if (n < 0) PyErr_Clear();
+  return n < 0 ? 0 : static_cast<std::size_t>(n);
+}
+
+// Returns the arguments with points at several times as rows (times * n x 3). They may also be
+// given as an array (times x n x 3). Throws InvalidInput if the numbers have another shape, except
+// if only the number of rows is wrong.
+py::kwargs with_rows(const py::kwargs& arguments, const std::string& owner, const char* name,
+                     std::size_t times, std::size_t n, const char* points) {
+  const std::string where = formatted("{}.{}", owner, name);
+  const py::object plain = in_unit(arguments[name], "m", where);
+  const py::object array = array_of(where, plain);
+  const auto shape = array.attr("shape").cast<std::vector<std::size_t>>();
+  const bool numbers =
+      std::string("buif").find(array.attr("dtype").attr("kind").cast<char>()) != std::string::npos;
+  if (!numbers || py::len(array) == 0 || (shape.size() == 2 && shape[1] == 3)) return arguments;
+  if (shape != std::vector<std::size_t>{times, n, 3})
+    fail<InvalidInput>(
+        "{} must have shape (times, {}, 3) = ({}, {}, 3), or (times * {}, 3) = ({}, 3), got {}",
+        where, points, times, n, points, times * n,
+        py::str(array.attr("shape")).cast<std::string>());
+  const py::kwargs changed(py::reinterpret_steal<py::object>(PyDict_Copy(arguments.ptr())));
+  changed[name] = array.attr("reshape")(times * n, 3);
+  return changed;
+}
+
+}  // namespace
+
+py::kwargs reshaped(const char* name, const py::kwargs& arguments, const Cloth& cloth) {
+  if (!arguments.contains("script_positions")) return arguments;
+  return with_rows(arguments, name, "script_positions",
+                   length(arguments, "script_times", cloth.script_times.size()),
+                   length(arguments, "pins", cloth.pins.size()), "pins");
+}
+
+py::kwargs reshaped(const char* name, const py::kwargs& arguments, const Obstacle& obstacle) {
+  if (!arguments.contains("vertex_positions")) return arguments;
+  std::shared_ptr<const TriangleMesh> mesh = obstacle.mesh;
+  if (arguments.contains("mesh") && !loaded(arguments["mesh"], mesh)) mesh.reset();
+  return with_rows(arguments, name, "vertex_positions",
+                   length(arguments, "times", obstacle.times.size()),
+                   mesh ? static_cast<std::size_t>(mesh->n_vertices()) : 0, "vertices");
+}
+
+void complete(Scene& scene) { number_names(scene); }
 
 void bind_scene(py::module_& m) {
   bind_description<ClothMaterial>(m, "ClothMaterial",

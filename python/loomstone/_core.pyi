@@ -1832,7 +1832,7 @@ class Cloth:
     bending : bending element: mid-edge (beam theory within 1 % along any direction) | hinge (wrong by up to 25 % along the axes of grids, by 4 to 18 % on smoothed irregular meshes, and by a factor of 2 at 45 degrees to a grid); default 'mid-edge'
     pins : indices of prescribed vertices: at rest, or moved by a script
     script_times : times of the script [s], ascending; empty: pins at rest
-    script_positions : (times * pins x 3) positions of the pins [m], linearly interpolated
+    script_positions : (times x pins x 3) or (times * pins x 3) positions of the pins [m], linearly interpolated
     velocities : (n x 3) initial velocities [m/s]; empty: at rest
     thickness : contact distance; 0: chosen from the mesh [m]; >= 0; default 0.0
     friction : friction coefficient [1]; >= 0; default 0.3
@@ -1954,7 +1954,7 @@ class Cloth:
     @property
     def script_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (times * pins x 3) positions of the pins [m], linearly interpolated
+        (times x pins x 3) or (times * pins x 3) positions of the pins [m], linearly interpolated
         """
     @property
     def script_times(self) -> list[float]:
@@ -1991,13 +1991,14 @@ class Obstacle:
     Parameters (keywords)
     ---------------------
     name : name in reports and files; default ''
+    numbered : whether a scene appends a number, as in sphere_2, if another surface has this name; default False
     mesh : surface; cloth must start outside a closed one
     friction : friction coefficient [1]; >= 0; default 0.3
     thickness : contact distance; 0: that of the cloth [m]; >= 0; default 0.0
     times : times of the keyframes [s], ascending; empty: at rest
     positions : (times x 3) positions of the mesh's origin [m], linearly interpolated
     axis_angles : (times x 3) rotation vectors [rad], interpolated as rotations
-    vertex_positions : (times * n x 3) vertex positions instead of keyframes [m], linearly interpolated
+    vertex_positions : (times x n x 3) or (times * n x 3) vertex positions instead of keyframes [m], linearly interpolated
     floor : whether it is drawn as ground; default False
     look : Look: its colour and texture in pictures; None: the renderer's
     """
@@ -2005,6 +2006,7 @@ class Obstacle:
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
     field_names: typing.ClassVar[tuple[str, ...]] = (
         "name",
+        "numbered",
         "mesh",
         "friction",
         "thickness",
@@ -2020,6 +2022,7 @@ class Obstacle:
         self,
         *,
         name: str = "",
+        numbered: bool = False,
         mesh: TriangleMesh | None = None,
         friction: typing.SupportsFloat | typing.SupportsIndex = 0.3,
         thickness: typing.SupportsFloat | typing.SupportsIndex = 0.0,
@@ -2035,6 +2038,7 @@ class Obstacle:
         self,
         *,
         name: str = ...,
+        numbered: bool = ...,
         mesh: TriangleMesh | None = ...,
         friction: typing.SupportsFloat | typing.SupportsIndex = ...,
         thickness: typing.SupportsFloat | typing.SupportsIndex = ...,
@@ -2083,6 +2087,11 @@ class Obstacle:
         name in reports and files; default ''
         """
     @property
+    def numbered(self) -> bool:
+        """
+        whether a scene appends a number, as in sphere_2, if another surface has this name; default False
+        """
+    @property
     def positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
         (times x 3) positions of the mesh's origin [m], linearly interpolated
@@ -2100,7 +2109,7 @@ class Obstacle:
     @property
     def vertex_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
-        (times * n x 3) vertex positions instead of keyframes [m], linearly interpolated
+        (times x n x 3) or (times * n x 3) vertex positions instead of keyframes [m], linearly interpolated
         """
 
 class Attachment:

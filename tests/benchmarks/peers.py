@@ -4,12 +4,31 @@ that is left at the end, as a share of that at the start; the energy of the shee
 subtracted from both.
 
     python tests/benchmarks/peers.py --shared ../shared [--scene drape|twist|swing] [--step 4e-3]
-            [--peer-python PYTHON] [--mujoco]
+            [--peer-python PYTHON] [--programs blender mujoco newton pypbd]
 
 The other programs' scripts are in SHARED/peers. PYTHON is an interpreter with the other programs
-installed (bpy, mujoco). A missing program is left out and reported in one line. Stretch and
-intersecting pairs of all programs are computed here from their frames: the largest principal
-stretch, and pairs by exact arithmetic. Times depend on the machine, so quote only ratios.
+installed. A missing program is left out and reported in one line. Stretch and intersecting pairs
+of all programs are computed here from their frames: the largest principal stretch, and pairs by
+exact arithmetic. Times depend on the machine, so quote only ratios.
+
+These commands give the figures of docs/performance.md. Each program is installed into a virtual
+environment of its own, because they need different versions of common packages:
+
+    python3.11 -m venv blender && blender/bin/pip install bpy==5.0.1 numpy
+    python3 -m venv mujoco && mujoco/bin/pip install mujoco==4.0.0 numpy
+    python3 -m venv newton && newton/bin/pip install newton==1.8.0 warp-lang numpy
+    python3 -m venv pypbd && pypbd/bin/pip install pyPBD==2.2.2 numpy
+
+    python tests/benchmarks/peers.py --step 4e-3 --peer-python blender/bin/python
+    python tests/benchmarks/peers.py --scene twist --duration 1.5 --peer-python blender/bin/python
+    python tests/benchmarks/peers.py --scene swing --peer-python blender/bin/python
+    python tests/benchmarks/peers.py --programs mujoco --peer-python mujoco/bin/python
+    python tests/benchmarks/peers.py --programs newton --peer-python newton/bin/python
+    python tests/benchmarks/peers.py --programs newton --scene twist --duration 2 --peer-python ...
+    python tests/benchmarks/peers.py --programs pypbd --peer-python pypbd/bin/python
+
+On two cores, Newton takes two minutes to compile its kernels the first time, and two to ten minutes
+for a second of motion.
 """
 
 import argparse
@@ -28,9 +47,16 @@ import numpy as np
 from numpy.typing import NDArray
 from smoke import SCENES, SHARED, parsed
 
+HELPERS = Path(__file__).with_name("peer_helpers")  # modules that scripts in SHARED/peers lack
 NAMES = {"drape": "W1", "twist": "W3", "swing": "W2"}  # scene names in SHARED/peers
 # Blender's steps per frame. With fewer than 30 steps, its simulation of the twist fails.
 QUALITY = {"drape": 10, "twist": 30, "swing": 10}
+SCRIPTS = {  # in SHARED/peers
+    "blender": "run_blender.py",
+    "mujoco": "run_mujoco.py",
+    "newton": "run_newton.py",
+    "pypbd": "run_pbd.py",
+}
 DURATION = {"drape": 1.0, "twist": 1.0, "swing": 4.0}  # [s]
 
 
@@ -147,7 +173,8 @@ def looked_at(path: Path, name: str) -> Seen:
 
 def peer(python: str, script: Path, name: str, arguments: list[str], out: Path) -> Seen | str:
     """Runs another program. Returns its result, or the reason why there is none."""
-    environment = {**os.environ, "PEERS_OUT": str(out), "PYTHONPATH": str(script.parent)}
+    path = os.pathsep.join(map(str, (script.parent, HELPERS)))
+    environment = {**os.environ, "PEERS_OUT": str(out), "PYTHONPATH": path}
     environment.pop("OMP_WAIT_POLICY", None)
     done = subprocess.run(
         [python, str(script), NAMES[name], *arguments],
@@ -159,6 +186,17 @@ def peer(python: str, script: Path, name: str, arguments: list[str], out: Path) 
     if done.returncode or not written:
         return (done.stderr.strip().splitlines() or ["no output"])[-1]
     return looked_at(written[-1], name)
+
+
+def arguments_of(program: str, options: argparse.Namespace) -> list[str]:
+    """Returns the arguments of a program's script, after the name of the scene."""
+    duration = ["--T", str(options.duration)]
+    if program == "blender":
+        quality = options.blender_quality or QUALITY[options.scene]
+        return ["--quality", str(quality), "--cq", "4", *duration]
+    if program == "mujoco":  # takes minutes for a second of motion
+        return ["--T", str(min(options.duration, 0.12))]
+    return ["vbd", *duration] if program == "newton" else duration
 
 
 def step_of(text: str) -> float | Literal["auto"]:
@@ -182,24 +220,23 @@ def main() -> None:
         type=step_of,
         help="ours [s], or auto; Blender's own in drape is 4e-3 (default: the scene's)",
     )
-    parser.add_argument("--mujoco", action="store_true", help="also MuJoCo (minutes)")
+    parser.add_argument(
+        "--programs", nargs="+", choices=list(SCRIPTS), default=["blender"], help="default: blender"
+    )
     parser.add_argument("--triangles", type=int, help="ours (default: the scene's)")
     options = parsed(parser, duration=0.08, threads=1, triangles=200)
     options.duration = options.duration or DURATION[options.scene]
     mine = ours(options.scene, options)
     print(f"loomstone  {mine}", flush=True)
-    quality = options.blender_quality or QUALITY[options.scene]
-    blender = ["--quality", str(quality), "--cq", "4", "--T", str(options.duration)]
-    programs = {"blender": ("run_blender.py", blender)}
-    if options.mujoco:
-        programs["mujoco"] = ("run_mujoco.py", ["--T", str(min(options.duration, 0.12))])
-    for name, (script, arguments) in programs.items():
-        path = options.shared / "peers" / script
+    for name in options.programs:
+        path = options.shared / "peers" / SCRIPTS[name]
         if not path.exists():
-            print(f"{name}: left out, {script} is not in the shared folder")
+            print(f"{name}: left out, {SCRIPTS[name]} is not in the shared folder")
             continue
         with tempfile.TemporaryDirectory() as out:
-            seen = peer(options.peer_python, path, options.scene, arguments, Path(out))
+            seen = peer(
+                options.peer_python, path, options.scene, arguments_of(name, options), Path(out)
+            )
         if isinstance(seen, str):
             print(f"{name}: left out, {seen}")
         else:

@@ -104,7 +104,7 @@ class NeighbourLists {
     bool unexpected = false;  // vertices have left their expected motion
     bool due = false;         // an update at the end of the motion needs a search
     bool fast = false;        // a surface pair may have to be unlisted
-    double cost = 0.0;        // time spent on all lists since it is measured [ns]
+    double cost = 0.0;        // time spent on all lists since their measurement began [ns]
   };
 
   // Widens all lists, so that their base distance exceeds the thickness by at least `extra` [m].

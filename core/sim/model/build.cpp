@@ -6,6 +6,7 @@
 #include "core/mesh/spatial_query.h"
 #include "core/sim/model/build.h"
 #include "core/sim/model/motion.h"
+#include "core/sim/scene/numbered_names.h"
 
 namespace loomstone {
 
@@ -118,9 +119,11 @@ void check_start(const Model& model, const State& state) {
   check_intersections(model, vertices);
 }
 
-void build(const Scene& scene, Model& model, State& state) {
+void build(const Scene& given, Model& model, State& state) {
+  model.scene = given;
+  number_names(model.scene);
+  const Scene& scene = model.scene;
   check_scene(scene);
-  model.scene = scene;
   build_cloth(scene, model, state);
   build_bodies(scene, model, state);
   build_magnetics(scene, model);

@@ -36,7 +36,7 @@ void check_times(const std::string& where, const std::vector<double>& times) {
             i);
 }
 
-void check_rows(const std::string& where, Index got, Index wanted, const char* meaning) {
+void check_rows(const std::string& where, Index got, Index wanted, const std::string& meaning) {
   require(got == wanted, "{} must have {} rows ({}), got {}", where, wanted, meaning, got);
 }
 
@@ -88,7 +88,7 @@ void check_cloth(const Cloth& cloth, const std::string& where) {
   check_times(where + ".script_times", cloth.script_times);
   check_rows(where + ".script_positions", static_cast<Index>(cloth.script_positions.rows()),
              static_cast<Index>(cloth.script_times.size() * cloth.pins.size()),
-             "script_times x pins");
+             formatted("{} script_times x {} pins", cloth.script_times.size(), cloth.pins.size()));
   check_finite(where + ".script_positions", cloth.script_positions);
   if (cloth.velocities.rows() > 0)
     check_rows(where + ".velocities", static_cast<Index>(cloth.velocities.rows()),
@@ -110,7 +110,8 @@ void check_obstacle(const Obstacle& obstacle, const std::string& where) {
                "one per time");
   if (obstacle.vertex_positions.rows() > 0) {
     check_rows(where + ".vertex_positions", static_cast<Index>(obstacle.vertex_positions.rows()),
-               k * obstacle.mesh->n_vertices(), "times x vertices");
+               k * obstacle.mesh->n_vertices(),
+               formatted("{} times x {} vertices", k, obstacle.mesh->n_vertices()));
     require(obstacle.positions.rows() == 0 && obstacle.axis_angles.rows() == 0,
             "{} must move by keyframes or by vertex_positions, got both; drop one", where);
   }

@@ -66,7 +66,8 @@ struct Cloth {
         field("script_times", &C::script_times,
               "times of the script [s], ascending; empty: pins at rest"),
         field("script_positions", &C::script_positions,
-              "(times * pins x 3) positions of the pins [m], linearly interpolated"),
+              "(times x pins x 3) or (times * pins x 3) positions of the pins [m], linearly "
+              "interpolated"),
         field("velocities", &C::velocities, "(n x 3) initial velocities [m/s]; empty: at rest"),
         field("thickness", &C::thickness, "m", non_negative(),
               "contact distance; 0: chosen from the mesh"),
@@ -81,6 +82,7 @@ struct Cloth {
 // Description of an obstacle. It is static, moves by keyframes or deforms by a vertex sequence.
 struct Obstacle {
   std::string name;
+  bool numbered = false;  // its name gets a number if another surface has it
   std::shared_ptr<const TriangleMesh> mesh;
   double friction = 0.3;
   double thickness = 0.0;
@@ -95,6 +97,8 @@ struct Obstacle {
     using O = Obstacle;
     return std::make_tuple(
         field("name", &O::name, "name in reports and files"),
+        field("numbered", &O::numbered,
+              "whether a scene appends a number, as in sphere_2, if another surface has this name"),
         field("mesh", &O::mesh, "surface; cloth must start outside a closed one"),
         field("friction", &O::friction, "1", non_negative(), "friction coefficient"),
         field("thickness", &O::thickness, "m", non_negative(),
@@ -105,7 +109,8 @@ struct Obstacle {
         field("axis_angles", &O::axis_angles,
               "(times x 3) rotation vectors [rad], interpolated as rotations"),
         field("vertex_positions", &O::vertex_positions,
-              "(times * n x 3) vertex positions instead of keyframes [m], linearly interpolated"),
+              "(times x n x 3) or (times * n x 3) vertex positions instead of keyframes [m], "
+              "linearly interpolated"),
         field("floor", &O::floor, "whether it is drawn as ground"),
         field("look", &O::look, "Look: its colour and texture in pictures; None: the renderer's"));
   }

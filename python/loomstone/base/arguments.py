@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import InvalidInput, TriangleMesh
-from .explained import WrongArguments
+from .explained import MESH_HINT, WrongArguments
 from .foreign_meshes import converted
 from .quantities import in_unit
 
@@ -72,7 +72,11 @@ def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Call
     parameters = inspect.signature(function).parameters
     order = list(parameters)
     assert units.keys() <= parameters.keys(), f"{name} has no {units.keys() - parameters.keys()}"
-    meshes = {key for key in order if "TriangleMesh" in str(parameters[key].annotation)}
+    meshes = {
+        key: _only_mesh(parameters[key].annotation)
+        for key in order
+        if "TriangleMesh" in str(parameters[key].annotation)
+    }
 
     @functools.wraps(function)
     def call(*given: Any, **keywords: Any) -> R:
@@ -81,13 +85,13 @@ def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Call
                 raise TypeError(f"{name}() has no argument {key!r}; {_hint(key, order)}")
         for key in units.keys() & keywords.keys():
             keywords[key] = in_unit(keywords[key], units[key], f"{name}: {key}")
-        for key in meshes & keywords.keys():
-            keywords[key] = _mesh(keywords[key])
+        for key in meshes.keys() & keywords.keys():
+            keywords[key] = _mesh(keywords[key], f"{name}: {key}", meshes[key])
         places = zip(order, given, strict=False)
         plain = [
             in_unit(value, units[key], f"{name}: {key}")
             if key in units
-            else (_mesh(value) if key in meshes else value)
+            else (_mesh(value, f"{name}: {key}", meshes[key]) if key in meshes else value)
             for key, value in places
         ]
         try:
@@ -108,8 +112,24 @@ def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Call
     return call
 
 
-def _mesh(value: Any) -> Any:
-    mesh = None if isinstance(value, TriangleMesh) else converted(value)
+def _only_mesh(annotation: Any) -> bool:
+    """Returns whether a parameter takes a mesh or None, but nothing else."""
+    return str(annotation) in ("TriangleMesh", "TriangleMesh | None")
+
+
+def _mesh(value: Any, where: str, only: bool) -> Any:
+    """Converts a mesh of another package; returns TriangleMesh, None and other objects unchanged.
+
+    Raises TypeError for other objects if `only` is true.
+    """
+    if value is None or isinstance(value, TriangleMesh):
+        return value
+    mesh = converted(value)
+    if mesh is None and only:
+        raise TypeError(
+            f"{where} must be a TriangleMesh, got the {type(value).__name__}"
+            f" {repr(value)[:200]}; {MESH_HINT}"
+        )
     return value if mesh is None else mesh
 
 

@@ -14,7 +14,11 @@ from typing import Any
 
 from .. import _core
 
-__all__ = ["WrongArguments"]
+__all__ = ["MESH_HINT", "WrongArguments"]
+
+MESH_HINT = (
+    "make one by TriangleMesh(vertices, triangles), or read a file by loomstone.meshes.read(path)"
+)
 
 _SHORT = (
     ("loomstone._core.", ""),
@@ -48,7 +52,9 @@ def _sentence(text: str) -> str:
     if constructor:
         name = wanted.partition("(")[0]
         wanted = wanted[len(name) :]
-    return f"{name}({given}) has wrong arguments; expected {name}{wanted}"
+    lacks_mesh = ": TriangleMesh" in wanted and "TriangleMesh(" not in given
+    hint = f"; a TriangleMesh is missing: {MESH_HINT}" if lacks_mesh else ""
+    return f"{name}({given}) has wrong arguments; expected {name}{wanted}{hint}"
 
 
 def _without_first(given: str) -> str:

@@ -22,6 +22,10 @@ from ..simulation import Simulation
 
 __all__ = ["check_run", "check_scene", "describe", "print_source", "report_text"]
 
+# Names of losses of energy in text. Other losses are shown by their own names. Certification takes
+# energy where it resolves impacts, even if it withholds no motion.
+LOSSES = {"withheld": "impacts and withheld motion"}
+
 
 def describe(path: Path) -> None:
     """Prints the content of a run, cache file, checkpoint, mesh or scene file."""
@@ -241,7 +245,9 @@ def energy_lines(summary: dict[str, Any]) -> list[str]:
         return []
 
     def listed(values: dict[str, float]) -> str:
-        return ", ".join(f"{name} {value:.3g} J" for name, value in values.items() if value)
+        return ", ".join(
+            f"{LOSSES.get(name, name)} {value:.3g} J" for name, value in values.items() if value
+        )
 
     account = dict(summary["account_at_end"])
     work = {name: account.pop(name) for name in ("scripts", "loads")}

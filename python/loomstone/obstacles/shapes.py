@@ -1,4 +1,9 @@
-"""Obstacles of common shapes or from meshes, static or moved by keyframes."""
+"""Obstacles of common shapes or from meshes, static or moved by keyframes.
+
+The default names are sphere, box, capsule, funnel, bar and floor. If several surfaces of a scene
+have such a name, the scene appends numbers in the order of its obstacles: sphere, sphere_2,
+sphere_3. Given names are not changed, and must differ.
+"""
 
 from __future__ import annotations
 
@@ -68,7 +73,10 @@ def mesh(
     return Obstacle(mesh=mesh, times=times, **settings)
 
 
-_moving = mesh  # alias that cannot be taken for a mesh
+def _named(surface: TriangleMesh, name: str | None, default: str, **settings: Any) -> Obstacle:
+    """Returns an obstacle with a default name, to which scenes append a number if it is taken."""
+    obstacle = mesh(surface, name=default if name is None else name, **settings)
+    return obstacle.replace(numbered=name is None)
 
 
 @takes(
@@ -85,7 +93,7 @@ def sphere(
     radius: float,
     centre: ArrayLike = (0.0, 0.0, 0.0),
     subdivisions: int = 4,
-    name: str = "sphere",
+    name: str | None = None,
     times: ArrayLike = (),
     positions: ArrayLike | None = None,
     axis_angles: ArrayLike | None = None,
@@ -95,13 +103,16 @@ def sphere(
 ) -> Obstacle:
     """Sphere; lengths in [m], keyframes as in `mesh`.
 
+    name : default: "sphere", to which scenes append a number if it is taken: "sphere_2"
+
     >>> sphere(radius=0.15).mesh.closed
     True
     """
     surface = meshes.sphere(radius=radius, subdivisions=subdivisions)
-    return _moving(
+    return _named(
         surface,
-        name=name,
+        name,
+        "sphere",
         centre=centre,
         times=times,
         positions=positions,
@@ -119,7 +130,7 @@ def box(
     *,
     size: tuple[float, float, float],
     centre: ArrayLike = (0.0, 0.0, 0.0),
-    name: str = "box",
+    name: str | None = None,
     times: ArrayLike = (),
     positions: ArrayLike | None = None,
     axis_angles: ArrayLike | None = None,
@@ -128,9 +139,10 @@ def box(
     look: Look | None = None,
 ) -> Obstacle:
     """Box with edge lengths `size` [m]; keyframes as in `mesh`."""
-    return _moving(
+    return _named(
         meshes.box(size=size),
-        name=name,
+        name,
+        "box",
         centre=centre,
         times=times,
         positions=positions,
@@ -159,7 +171,7 @@ def capsule(
     centre: ArrayLike = (0.0, 0.0, 0.0),
     axis: ArrayLike = (0.0, 0.0, 1.0),
     segments: int = 32,
-    name: str = "capsule",
+    name: str | None = None,
     times: ArrayLike = (),
     positions: ArrayLike | None = None,
     axis_angles: ArrayLike | None = None,
@@ -173,9 +185,10 @@ def capsule(
     """
     surface = meshes.capsule(radius=radius, length=length, segments=segments)
     surface = surface.moved((0, 0, 0), rotation=_rotation_to(vector("axis", axis, 3)))
-    return _moving(
+    return _named(
         surface,
-        name=name,
+        name,
+        "capsule",
         centre=centre,
         times=times,
         positions=positions,
@@ -205,7 +218,7 @@ def funnel(
     wall: float,
     centre: ArrayLike = (0.0, 0.0, 0.0),
     segments: int = 64,
-    name: str = "funnel",
+    name: str | None = None,
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
     look: Look | None = None,
@@ -223,8 +236,8 @@ def funnel(
         wall=wall,
         segments=segments,
     )
-    return _moving(
-        surface, name=name, centre=centre, friction=friction, thickness=thickness, look=look
+    return _named(
+        surface, name, "funnel", centre=centre, friction=friction, thickness=thickness, look=look
     )
 
 
@@ -239,7 +252,7 @@ def wave_bar(
     wavelength: float,
     centre: ArrayLike = (0.0, 0.0, 0.0),
     segments: int = 24,
-    name: str = "bar",
+    name: str | None = None,
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
     look: Look | None = None,
@@ -248,8 +261,8 @@ def wave_bar(
     surface = meshes.wave_bar(
         length=length, radius=radius, amplitude=amplitude, wavelength=wavelength, segments=segments
     )
-    return _moving(
-        surface, name=name, centre=centre, friction=friction, thickness=thickness, look=look
+    return _named(
+        surface, name, "bar", centre=centre, friction=friction, thickness=thickness, look=look
     )
 
 
@@ -259,7 +272,7 @@ def floor(
     height: float = 0.0,
     size: float = 4.0,
     cells: int = 8,
-    name: str = "floor",
+    name: str | None = None,
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
     look: Look | None = None,
@@ -270,9 +283,10 @@ def floor(
         [m], and (0, 0) is a corner of a tile. With `texture_width=0`, the image covers the square
         once. Pictures show the plane beyond the square too, where the image repeats.
     """
-    return _moving(
+    return _named(
         meshes.floor(size=size, cells=cells),
-        name=name,
+        name,
+        "floor",
         centre=(0.0, 0.0, height),
         friction=friction,
         thickness=thickness,

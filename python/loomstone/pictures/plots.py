@@ -21,6 +21,10 @@ KINDS = ("energy", "stages", "contacts", "stretch", "strain", "iterations", "ste
 # The plot omits stages that take a smaller fraction of the wall time than this.
 LEAST_SHARE = 1e-3
 
+# Width and height of a figure without its legend, and height of a row of the legend [inches].
+SIZE = (8.0, 4.5)
+LEGEND_ROW = 0.19
+
 # Names of columns in legends. Other columns are shown by their own names.
 WORDS = {
     "energy.kinetic": "kinetic energy of cloth",
@@ -34,7 +38,7 @@ WORDS = {
     "account.friction": "lost to friction",
     "account.damping": "lost to damping",
     "account.limits": "lost to strain limits",
-    "account.withheld": "lost to withheld motion",
+    "account.withheld": "lost to impacts and withheld motion",
     "account.lost": "lost otherwise, mostly to damping of the integrator",
     "seconds.loads": "loads and scripts",
     "seconds.proximity": "search for contacts",
@@ -68,7 +72,7 @@ def plot_steps(
     """
     if kind not in KINDS:
         raise InvalidInput(f"plot must be one of {', '.join(KINDS)}, got {kind!r}")
-    figure = new_figure((8, 4.5))
+    figure = new_figure(SIZE)
     axes = figure.add_subplot()
     _DRAW[kind](axes, steps)
     if title:
@@ -77,9 +81,23 @@ def plot_steps(
         axes.text(0.5, 0.5, "all values are 0", transform=axes.transAxes, ha="center")
     axes.set_xlabel("time [s]")
     axes.grid(alpha=0.3)
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(loc="best", fontsize="small")
+    _add_legend(figure, axes)
     return save(figure, path, dpi=150)
+
+
+def _add_legend(figure: Any, axes: Any) -> None:
+    """Adds a legend below the axes, where it covers no curve, and makes the figure higher for it.
+
+    Constrained layout places it. A legend within the axes would cover curves, because plots of
+    energy have up to 15.
+    """
+    series = len(axes.get_legend_handles_labels()[0])
+    if series == 0:
+        return
+    columns = 1 if series == 1 else 2
+    width, height = SIZE
+    figure.set_size_inches(width, height + LEGEND_ROW * -(-series // columns))
+    figure.legend(loc="outside lower center", ncols=columns, fontsize="small")
 
 
 def new_figure(size: tuple[float, float]) -> Any:

@@ -79,11 +79,12 @@ class _Counts:
     def say(self, line: str) -> None:
         print(line, flush=True)
 
-    def status(self) -> str:
+    def status(self, time_reached: float) -> str:
+        """Returns the state of the simulation in words; `time_reached` [s] is that of the line."""
         rate = self._steps / max(time.perf_counter() - self._began, 1e-9)
         report = self._report
         return (
-            f"t {report.time:.3f} s  {rate:.1f} steps/s  contacts {report.contacts.near}  stretch"
+            f"t {time_reached:.3f} s  {rate:.1f} steps/s  contacts {report.contacts.near}  stretch"
             f" {report.strain.stretch:.3f}"
         )
 
@@ -95,7 +96,7 @@ class Lines(_Counts):
         super().step(report)
         if time.perf_counter() - self._last > LONGEST_SILENCE:
             self._last = time.perf_counter()
-            print(f"step {report.step}  {self.status()}", flush=True)
+            print(f"step {report.step}  {self.status(report.time)}", flush=True)
 
     def frame(self, index: int, frame: Frame) -> None:
         self._last = time.perf_counter()
@@ -103,7 +104,8 @@ class Lines(_Counts):
         left = (time.perf_counter() - self._began) / max(done, 1) * (self._frames - index - 1)
         minutes, seconds = divmod(round(left), 60)
         print(
-            f"frame {index + 1}/{self._frames}  {self.status()}  left {minutes}:{seconds:02d}",
+            f"frame {index + 1}/{self._frames}  {self.status(frame.time)}  left"
+            f" {minutes}:{seconds:02d}",
             flush=True,
         )
 
@@ -134,13 +136,13 @@ class Bar(_Counts):
         super().step(report)
         if time.perf_counter() - self._last > 0.1:
             self._last = time.perf_counter()
-            self._progress.update(self._task, description=self.status())
+            self._progress.update(self._task, description=self.status(report.time))
 
     def say(self, line: str) -> None:
         self._progress.console.print(line, highlight=False)
 
     def frame(self, index: int, frame: Frame) -> None:
-        self._progress.update(self._task, completed=index + 1, description=self.status())
+        self._progress.update(self._task, completed=index + 1, description=self.status(frame.time))
 
     def end(self) -> None:
         self._progress.stop()

@@ -69,3 +69,29 @@ def test_the_other_spelling_is_refused_with_ours(call, right):
 def test_results_are_named_tuples_or_frozen():
     for made in (ls.fabrics.ModeFit, ls.fabrics.measurements.Rest):
         assert dataclasses.is_dataclass(made) and made.__dataclass_params__.frozen
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: ls.obstacles.mesh("ball.obj"),
+        lambda: ls.obstacles.mesh(mesh="ball.obj"),
+        lambda: ls.magnetics.mesh("ball.obj", polarization=(0, 0, 1)),
+        lambda: ls.meshes.quality("ball.obj"),
+        lambda: ls.meshes.nearest_vertices("ball.obj", [(0, 0, 0)]),
+        lambda: ls.limits.strain([(0, 0, 0)], "ball.obj"),
+    ],
+)
+def test_a_path_in_place_of_a_mesh_is_refused_with_the_function_that_reads_it(call):
+    said = r"mesh must be a TriangleMesh, got the str 'ball.obj'; .*loomstone.meshes.read\(path\)"
+    with pytest.raises(TypeError, match=said):
+        call()
+
+
+def test_functions_of_the_core_name_the_function_that_reads_meshes():
+    with pytest.raises(TypeError, match=r"SpatialQuery\('a.obj'\) has .* loomstone.meshes.read\("):
+        ls.meshes.SpatialQuery("a.obj")
+    mesh = ls.grid(cells=(2, 2))
+    with pytest.raises(TypeError) as told:  # a mesh was given
+        mesh.moved((0, 0, 0), 1, scale="a")
+    assert "meshes.read" not in str(told.value)

@@ -1,5 +1,7 @@
 """Descriptions are frozen, compare by value, and refuse invalid values with a reason."""
 
+from pathlib import Path
+
 import loomstone as ls
 import numpy as np
 import pytest
@@ -113,7 +115,20 @@ GRID = ls.grid(cells=(2, 2))
             r"Cloth.material must be a ClothMaterial, got the str 'cotton'; a fabric is"
             r" loomstone.fabrics\['cotton'\]",
         ),
-        (lambda: ls.Cloth(mesh="a.obj"), "Cloth.mesh must be a TriangleMesh, got the str 'a.obj'"),
+        (
+            lambda: ls.Cloth(mesh="a.obj"),
+            r"Cloth.mesh must be a TriangleMesh, got the str 'a.obj'; read a file by"
+            r" loomstone.meshes.read\(path\)$",
+        ),
+        (
+            lambda: ls.Obstacle(mesh=Path("a.obj")),
+            r"Obstacle.mesh must be a TriangleMesh, got the PosixPath .*; read a file by",
+        ),
+        (
+            lambda: ls.RigidBody(mesh=[[0, 0, 0]]),
+            r"RigidBody.mesh must be a TriangleMesh, got the list .*; make one by TriangleMesh\("
+            r"vertices, triangles\), or read a file by loomstone.meshes.read\(path\)",
+        ),
         (lambda: ls.Scene(air=3), "Scene.air must be an Air, got the int 3"),
         (
             lambda: ls.Scene(cloths=[ls.Cloth(), GRID]),

@@ -2,6 +2,7 @@
 
 import re
 import runpy
+import subprocess
 import sys
 import types
 from pathlib import Path
@@ -26,13 +27,38 @@ OF_CMAKE = {
 }
 
 
+# Dependencies that are neither libraries of core/dependencies.cmake nor Python packages, each
+# with a pattern and the file that needs them.
+OF_OTHERS = {
+    "c": (r"LANGUAGES C CXX", "CMakeLists.txt"),
+    "cxx": (r"LANGUAGES C CXX", "CMakeLists.txt"),
+    "cmake@3.25:": (r"cmake_minimum_required\(VERSION 3\.25\)", "CMakeLists.txt"),
+    "python@3.10:": (r'requires-python = ">=3\.10"', "pyproject.toml"),
+    "ninja": (r"ninja\.make-fallback = false", "pyproject.toml"),
+    "pkgconfig": (r"find_package\(PkgConfig", "core/dependencies.cmake"),
+    "tbb": (r"find_package\(embree", "core/dependencies.cmake"),  # a library of Embree
+    "mesa@:25.0+osmesa": (r"find_path\(OSMESA_INCLUDE_DIR", "renderer/CMakeLists.txt"),
+    "egl": (r"find_path\(EGL_INCLUDE_DIR", "renderer/CMakeLists.txt"),
+}
+# A spec of Spack: a name, versions, and variants, as in hdf5~mpi@1.10: and mesa@:25.0+osmesa.
+SPEC = r"[a-z][a-z0-9-]*(@(\d+(\.\d+)*)?(:(\d+(\.\d+)*)?)?|[+~][a-z]+)*"
+
+
 @pytest.fixture(scope="module")
 def recipe(tmp_path_factory):
-    """The version and the dependencies that the recipe declares, read without Spack."""
-    said = {"version": [], "depends_on": []}
+    """What the recipe declares, by directive, and its class, read without Spack."""
+    said = {"version": [], "depends_on": [], "options": []}
     package = types.ModuleType("spack.package")
+
+    def noting(directive):
+        def note(spec, **options):
+            said.setdefault(directive, []).append(spec)
+            said["options"].append((spec, options))
+
+        return note
+
     for name in ("license", "version", "variant", "depends_on", "conflicts"):
-        setattr(package, name, lambda spec, name=name, **_: said.setdefault(name, []).append(spec))
+        setattr(package, name, noting(name))
     system = types.ModuleType("spack_repo.builtin.build_systems.python")
     system.PythonPackage = object
     names = {
@@ -44,7 +70,7 @@ def recipe(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         for name, module in names.items():
             patch.setitem(sys.modules, name, module)
-        runpy.run_path(str(SPACK))
+        said["class"] = runpy.run_path(str(SPACK))["Loomstone"]
     return said
 
 
@@ -74,6 +100,42 @@ def test_the_recipe_for_spack_has_the_libraries_that_cmake_looks_for(recipe, nam
     looked_for = rf"(find_package|find_library|pkg_search_module)\([^)]*\b{re.escape(name)}\b"
     assert re.search(looked_for, (ROOT / "core" / "dependencies.cmake").read_text())
     assert OF_CMAKE[name] in recipe["depends_on"]
+
+
+def test_the_recipe_for_spack_has_no_other_dependencies(recipe):
+    others = set(recipe["depends_on"]) - set(OF_CMAKE.values())
+    others = {spec for spec in others if not spec.startswith("py-")}
+    assert others == OF_OTHERS.keys()
+    for spec, (wanted, file) in OF_OTHERS.items():
+        assert re.search(wanted, (ROOT / file).read_text()), f"{spec}: {wanted} in {file}"
+    text = (ROOT / "pyproject.toml").read_text()
+    for spec in recipe["depends_on"]:
+        name = spec.partition("@")[0].removeprefix("py-")
+        assert not spec.startswith("py-") or f'"{name}>=' in text, spec
+
+
+def test_the_specs_of_the_recipe_are_valid(recipe):
+    for spec in recipe["depends_on"]:
+        assert re.fullmatch(SPEC, spec), spec
+    assert not re.fullmatch(SPEC, "fmt@9.:") and not re.fullmatch(SPEC, "hdf5~")
+    for _, options in recipe["options"]:
+        if "when" in options:
+            assert options["when"][0] in "+~" and options["when"][1:] in recipe["variant"]
+        kinds = options.get("type", ())
+        assert set([kinds] if isinstance(kinds, str) else kinds) <= {"build", "link", "run", "test"}
+
+
+def test_the_variants_of_the_recipe_change_the_options_of_cmake(recipe):
+    assert recipe["variant"] == ["mpi"]
+    assert "find_package(MPI" in (ROOT / "core" / "dependencies.cmake").read_text()
+    for chosen, disabled in (("+mpi", "OFF"), ("~mpi", "ON")):
+
+        class Spec:
+            def satisfies(self, asked, chosen=chosen):
+                return asked == chosen
+
+        settings = recipe["class"]().config_settings(Spec(), "/prefix")
+        assert settings == {"cmake.define.CMAKE_DISABLE_FIND_PACKAGE_MPI": disabled}
 
 
 def test_every_library_that_cmake_looks_for_is_compared():
@@ -114,6 +176,25 @@ def test_a_wheel_with_unwanted_libraries_or_without_licences_is_refused():
     for name in GOOD:
         rest = [each for each in GOOD if each != name]
         assert len(list(CONTENTS["faults"](rest, {"libcholmod.so.3": []}, 1e6))) == 1
+
+
+def test_the_build_of_several_wheels_forgets_the_last_interpreter(tmp_path):
+    cache = tmp_path / "CMakeCache.txt"
+    cache.write_text(
+        "# external\n\n//Path to a program.\nCMAKE_AR:FILEPATH=/usr/bin/ar\n\n"
+        "Python_EXECUTABLE:PATH=/python\n\n//The directory containing a CMake\n"
+        "// configuration file for pybind11.\npybind11_DIR:PATH=/pybind11\n\n"
+        "# internal\n\n//ADVANCED property\nCMAKE_AR-ADVANCED:INTERNAL=1\n"
+        "_PYTHON_INTERNAL:INTERNAL=1\n//reason of failure\n_Python_REASON:INTERNAL=\n"
+    )
+    script = ROOT / "scripts" / "wheel_cache"
+    subprocess.run([script, cache], check=True)
+    # CMake refuses a file with a comment that no variable follows.
+    assert cache.read_text() == (
+        "# external\n\n//Path to a program.\nCMAKE_AR:FILEPATH=/usr/bin/ar\n\n\n\n"
+        "# internal\n\n//ADVANCED property\nCMAKE_AR-ADVANCED:INTERNAL=1\n"
+    )
+    subprocess.run([script, tmp_path / "absent"], check=True)
 
 
 def test_a_library_without_a_licence_is_refused(tmp_path):

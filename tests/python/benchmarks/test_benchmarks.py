@@ -18,7 +18,10 @@ MODULES = (
     "inside_blender.py",
     "inside_blender_character.py",
 )
-PROGRAMS = sorted(p for p in BENCHMARKS.rglob("*.py") if p.name not in MODULES)
+HELPERS = BENCHMARKS / "peer_helpers"  # modules for the scripts of other programs
+PROGRAMS = sorted(
+    p for p in BENCHMARKS.rglob("*.py") if p.name not in MODULES and p.parent != HELPERS
+)
 BUILT = [
     f"{p.parent.name}/{p.stem}" for p in sorted(BENCHMARKS.glob("*/benchmark_*.cpp"))
 ]  # each file is a program of its own

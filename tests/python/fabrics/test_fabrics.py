@@ -289,6 +289,41 @@ def test_an_isotropic_plate_bends_alike_in_every_direction_and_is_the_default():
     ] == pytest.approx(1e-5)
 
 
+def test_without_a_bias_strip_the_twist_is_estimated_from_weft_and_warp():
+    weft, warp = 8e-6, 1.4e-5
+    bending = ls.fabrics.bending_from_strips(weft=weft, warp=warp)
+    assert bending == ls.fabrics.bending_from_strips(weft=weft, warp=warp, bias=None)
+    assert bending["bending_twist"] == pytest.approx(sqrt(weft * warp) / 2, rel=1e-12), "Huber"
+    material = ls.ClothMaterial(**bending)
+    for angle in (0, 20, 45, 77, 90):
+        c2 = np.cos(np.radians(angle)) ** 2
+        assert ls.fabrics.strip_rigidity(material, angle_degrees=angle) == pytest.approx(
+            (c2 / sqrt(weft) + (1 - c2) / sqrt(warp)) ** -2, rel=1e-12
+        )
+        default = ls.ClothMaterial(bending_weft=weft, bending_warp=warp)
+        assert ls.fabrics.strip_rigidity(default, angle_degrees=angle) == pytest.approx(
+            ls.fabrics.strip_rigidity(material, angle_degrees=angle), rel=1e-12
+        )
+    bending = ls.fabrics.bending_from_strips(weft=2e-5, warp=2e-5, poisson=0.3)
+    material = ls.ClothMaterial(**bending)
+    for angle in (0, 30, 45, 90):  # an isotropic plate
+        assert ls.fabrics.strip_rigidity(material, angle_degrees=angle) == pytest.approx(
+            2e-5, rel=1e-12
+        )
+
+
+def test_the_estimate_of_the_bias_strip_fits_the_named_fabrics():
+    ratios = []
+    for fabric in ls.fabrics.values():
+        weft, warp, bias = (
+            ls.fabrics.strip_rigidity(fabric, angle_degrees=angle) for angle in (0, 90, 45)
+        )
+        estimated = ls.ClothMaterial(**ls.fabrics.bending_from_strips(weft=weft, warp=warp))
+        ratios.append(ls.fabrics.strip_rigidity(estimated, angle_degrees=45) / bias)
+    # The documentation names this range.
+    assert (round(min(ratios), 2), round(max(ratios), 2)) == (0.72, 1.29)
+
+
 def test_a_strip_takes_the_shape_of_least_energy_under_its_moment():
     """Compares strip_rigidity() with a minimisation over transverse curvature and twist."""
     material = ls.ClothMaterial(
@@ -318,8 +353,9 @@ def test_strip_rigidities_that_no_plate_has_are_refused():
         ls.fabrics.bending_from_strips(weft=0, warp=1e-5, bias=1e-5)
     with pytest.raises(ls.InvalidInput, match=r"bias must be in N m: 1 gf/cm has"):
         ls.fabrics.bending_from_strips(weft=1e-5, warp=1e-5, bias=ls.units["gf/cm"])
-    with pytest.raises(ls.InvalidInput, match="poisson must be below"):
-        ls.fabrics.bending_from_strips(weft=1e-5, warp=1e-5, bias=1e-5, poisson=1.5)
+    for bias in (1e-5, None):
+        with pytest.raises(ls.InvalidInput, match="poisson must be below"):
+            ls.fabrics.bending_from_strips(weft=1e-5, warp=1e-5, bias=bias, poisson=1.5)
     with pytest.raises(ls.InvalidInput, match="must resist bending"):
         ls.fabrics.strip_rigidity(
             ls.ClothMaterial(bending_weft=0, bending_warp=0), angle_degrees=45

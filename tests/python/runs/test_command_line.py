@@ -14,6 +14,8 @@ from loomstone.cli.estimate import memory_of, memory_text
 from loomstone.cli.options import one_of
 from loomstone.cli.scenes import scene_files
 from loomstone.runs import progress
+from loomstone.runs.execution import execute
+from loomstone.runs.options import RunOptions
 from loomstone.runs.scene_file import SceneFile
 from loomstone.runs.signals import Interrupted
 from loomstone.runs.stored_scene import read_scene, write_scene
@@ -224,6 +226,15 @@ def test_a_frame_that_takes_long_shows_signs_of_life(monkeypatch, capsys):
     lines.start(2, 0)
     lines.step(ls.StepReport())
     assert capsys.readouterr().out.startswith("step 0  t 0.000 s")
+
+
+def test_progress_shows_the_times_of_frames(tmp_path, capsys):
+    sim = simulation()
+    options = RunOptions(duration=0.1, rate=30.0)  # a frame every 33 ms, between steps of 4 ms
+    execute(sim, options, tmp_path, observer=progress.Lines())
+    lines = capsys.readouterr().out.splitlines()
+    shown = [line.split("  ")[:2] for line in lines if line.startswith("frame")]
+    assert shown == [[f"frame {k + 1}/4", f"t {k / 30:.3f} s"] for k in range(4)]
 
 
 def simulation(kind=ls.Simulation):

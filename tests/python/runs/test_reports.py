@@ -113,3 +113,20 @@ def test_a_run_describes_its_account_of_energy(falling, euler, tmp_path, capsys)
     assert "rise of energy minus work: at most" in text and "losses: " in text
     gained = {**report, "largest_contact_balance": 0.06}
     assert "(including that of contacts) minus work rose by 6 %" in inspection.report_text(gained)
+
+
+def test_energy_lost_to_impacts_is_not_called_withheld_motion(tmp_path):
+    """Impulses of impacts change the motion after the solve, and here withhold none of it."""
+    mesh = ls.grid(size=(0.2, 0.2), cells=(6, 6)).moved((0, 0, 0.02))
+    scene = ls.Scene(
+        cloths=[ls.Cloth(mesh=mesh, velocities=np.tile((0.0, 0.0, -3.0), (mesh.n_vertices, 1)))],
+        obstacles=[ls.floor()],
+        response="impulse",
+    )
+    sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=0.01), threads=1)
+    report = sim.run(out=tmp_path / "r", duration=0.08)
+    assert report["withheld"] == 0.0 and abs(report["account_at_end"]["withheld"]) > 1e-3
+    assert "certification withheld 0 % of the motion" in inspection.report_text(report)
+    (losses,) = (each for each in inspection.energy_lines(report) if each.startswith("losses"))
+    lost = report["account_at_end"]["withheld"]
+    assert f"impacts and withheld motion {lost:.3g} J" in losses and ", withheld" not in losses

@@ -276,7 +276,7 @@ def drawn(monkeypatch):
 
 
 def legends(figure):
-    return [text.get_text() for axes in figure.axes for text in axes.get_legend().get_texts()]
+    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
 
 
 def test_a_plot_has_a_title_and_words_and_no_series_that_is_always_0(run, drawn):
@@ -292,6 +292,16 @@ def test_a_plot_has_a_title_and_words_and_no_series_that_is_always_0(run, drawn)
     assert [text.get_text() for text in drawn[-1].axes[0].texts] == ["all values are 0"]
     plots.plot_steps(steps, run / "stages.png", kind="stages")
     assert "integration of cloth" in legends(drawn[-1])
+
+
+@pytest.mark.parametrize("kind", ["energy", "stages", "strain"])
+def test_a_legend_covers_no_curve(run, drawn, kind):
+    plots.plot_steps(read_steps(run), run / f"{kind}.png", kind=kind, title="title")
+    (figure,) = drawn
+    figure.canvas.draw()
+    legend, axes = (part.get_window_extent() for part in (figure.legends[0], figure.axes[0]))
+    assert len(legends(figure)) >= 2 and legend.y1 < axes.y0, "the legend is below the axes"
+    assert legend.y0 >= 0 and axes.height >= 3 * figure.dpi
 
 
 def test_words_of_legends_belong_to_columns_of_steps(run):

@@ -46,6 +46,18 @@ def in_reversed_box():
     return scene(cloth(), obstacles=[ls.Obstacle(name="room", mesh=inward)])
 
 
+def ball(**fields):
+    """A sphere below the cloth, which moves by keyframes."""
+    return ls.sphere(radius=0.05, centre=(0, 0, -0.5), **fields)
+
+
+def turning(angles):
+    """A cloth above a ball whose rotation vectors point along z."""
+    vectors = [(0, 0, angle) for angle in angles]
+    times = np.arange(len(vectors)) / 25
+    return scene(cloth(), obstacles=[ball(times=times, axis_angles=vectors)])
+
+
 def two_boxes(apart, **fields):
     return ls.Scene(
         bodies=[
@@ -166,6 +178,33 @@ MISTAKES = {
         scene(jumping([0.0, 1.0, 1.001], [(0, 0, 0), (0, 0, 0), (0, 0, 0.3)])),
         r"vertex 0 jumps by 0.3 m from 1 s to 1.001 s \(300 m/s\), which tears cloth",
     ),
+    "frame numbers as times of pins": (
+        scene(jumping(list(range(51)), [(0, 0, 1e-3 * k) for k in range(51)])),
+        r'cloths\[0\] \("sheet"\): its script_times are whole numbers up to 50 s; .* / 25',
+    ),
+    "frame numbers as times of an obstacle": (
+        scene(cloth(), obstacles=[ball(times=[0, 120], positions=[(0, 0, -1), (0, 0, -0.5)])]),
+        r'obstacles\[0\] \("sphere"\): its times are whole numbers up to 120 s',
+    ),
+    "angles in whole degrees": (
+        scene(cloth(), obstacles=[ball(times=[0, 1], axis_angles=[(0, 0, 0), (0, 0, 90)])]),
+        r"its axis_angles reach 90 rad; if 90 degrees are meant, give np.radians\(axis_angles\)",
+    ),
+    "a constant angle in degrees": (
+        scene(cloth(), obstacles=[ball(times=[0], axis_angles=[(22.5, 0, 0)])]),
+        r"its axis_angles reach 22.5 rad; if 22.5 degrees are meant",
+    ),
+    "angles in broken degrees": (
+        scene(
+            cloth(),
+            obstacles=[ball(times=[0, 1, 2], axis_angles=[(0, 0, 0), (0, 0, 22.5), (0, 0, 45)])],
+        ),
+        r"turn it by 22.5 rad from 0 s to 1 s, but it turns the shorter way, .* degrees are meant",
+    ),
+    "a turn between two keyframes": (
+        scene(cloth(), obstacles=[ball(times=[0, 1], axis_angles=[(0, 0, 0), (0, 0, 2 * np.pi)])]),
+        r"turn it by 6.283 rad from 0 s to 1 s, .* give a keyframe for every third of a turn",
+    ),
 }
 
 
@@ -188,6 +227,13 @@ def test_a_scene_that_looks_like_a_mistake_is_told_when_it_is_built(name):
         two_boxes(0.3, magnets=[magnet("left", 0.02), magnet("right", 0.02)]),
         scene(jumping([0.0, 0.1], [(0, 0, 0), (0, 0, 1.0)])),
         scene(jumping([-1.0, 1.0], [(0, 0, -1.0), (0, 0, 1.0)])),
+        scene(jumping([0, 30], [(0, 0, 0), (0, 0, 1.0)])),
+        scene(jumping([0, 5, 10, 20], [(0, 0, k) for k in range(4)])),
+        turning(np.linspace(0.0, 20 * np.pi, 100)),
+        turning([0, 1, 2, 3]),
+        turning([0.0, np.pi]),
+        turning([2.5, 3.1, 3.7 - 2 * np.pi, 4.3 - 2 * np.pi]),
+        turning([5.7, 6.2, 0.4, 0.9]),
     ],
     ids=[
         "beside a sphere",
@@ -198,6 +244,13 @@ def test_a_scene_that_looks_like_a_mistake_is_told_when_it_is_built(name):
         "magnets that fill their bodies",
         "a fast pin",
         "a script that begins earlier",
+        "a slow script of two whole seconds",
+        "a script of whole seconds",
+        "ten turns",
+        "angles of whole radians",
+        "half a turn",
+        "rotation vectors of at most half a turn",
+        "rotation vectors of at most a turn",
     ],
 )
 def test_a_plausible_scene_causes_no_warning(described):

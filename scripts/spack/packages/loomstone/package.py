@@ -3,8 +3,9 @@
     spack repo add scripts/spack
     spack dev-build loomstone@0.1.0
 
-The recipe has not been tried with Spack. tests/python/architecture/test_packages.py compares its
-dependencies with those of pyproject.toml and CMake.
+The recipe has not been tried with Spack, and the repository of your Spack may lack some of the
+Python packages, such as py-cmap. tests/python/architecture/test_packages.py compares its
+dependencies and variants with pyproject.toml and CMake.
 """
 
 from spack.package import *

@@ -1,0 +1,17 @@
+"""Masses of vertices, a module that the script of pyPBD in SHARED/peers imports but lacks."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def lumped_mass(uv: Floats, faces: NDArray[np.int64], density: float) -> Floats:
+    """Returns the mass of each vertex [kg]: a third of that of each triangle around it.
+
+    uv : (n x 2) rest coordinates [m]
+    density : mass per area [kg/m^2]
+    """
+    e, f = (uv[faces[:, k]] - uv[faces[:, 0]] for k in (1, 2))
+    areas = 0.5 * np.abs(e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0])
+    return np.bincount(faces.ravel(), np.repeat(density * areas / 3.0, 3), len(uv))
