@@ -113,8 +113,8 @@ struct ApproachSearch::PairTest {
       speeds[k] = motion.v0.row(v[k]).dot(closest.difference.transpose()) / closest.distance;
     return time_to_close(closest.distance - thickness, largest_approach(kind, speeds));
   }
-  // Counts the pair as a candidate if it is within reach at the relative speed `speed` [m/s]. Adds a
-  // candidate to `found` unless it is culled or ignored. Returns the distance of the pair at the
+  // Counts the pair as a candidate if it is within reach at the relative speed `speed` [m/s]. Adds
+  // a candidate to `found` unless it is culled or ignored. Returns the distance of the pair at the
   // start [m].
   double look(ApproachingPair pair, const std::array<Index, 4>& v, double speed,
               Approach& found) const {

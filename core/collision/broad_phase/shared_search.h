@@ -102,7 +102,7 @@ class SharedSearch {
   bool measures_ = false;  // the last search has measured costs
   // Deals of dynamic searches. Index 0: vertices move; index 1: vertices are at rest (`still_`).
   SearchDeal deals_[2];
-  GatherRoom room_[2];  // for results; indices as in deals_
+  GatherRoom room_[2];                            // for results; indices as in deals_
   std::vector<PartitionTrees::Scratch> scratch_;  // one for each thread
   std::exception_ptr failure_;                    // failure of the last search on this rank
   PoolReport report_;

@@ -184,7 +184,8 @@ def _check_turn(where: str, edges: tuple[Edge, ...], *, hole: bool) -> None:
 
 def _thinned(points: Floats, stride: int) -> Floats:
     """Returns every stride-th point (n x 2), and the last one."""
-    return points[np.unique(np.append(np.arange(0, len(points), stride), len(points) - 1))]
+    kept: Floats = points[np.unique(np.append(np.arange(0, len(points), stride), len(points) - 1))]
+    return kept
 
 
 def _check_crossings(panel: Panel) -> None:
