@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <numeric>
-#include <utility>
 
 namespace loomstone {
 
@@ -12,9 +10,6 @@ namespace {
 // Ranges are cut again if the cost of the most expensive ones exceeds this multiple of the mean.
 // Each cut moves lists to other ranks, which must make these lists again. Our choice.
 constexpr double worth_a_cut = 1.1;
-// Cost of making a list again, in units of the cost of an update of this list. Fitted to ListCosts
-// in a twisted rope.
-constexpr double remade = 4.0;
 
 }  // namespace
 
@@ -24,8 +19,7 @@ ClusterOwners::ClusterOwners(const std::vector<Index>& n_clusters, const Communi
       rotates_(ranks.size() > 1 && std::getenv("LOOMSTONE_ROTATE_OWNERS") != nullptr),
       part_(ranks.rank()) {
   for (const Index n : n_clusters) first_.push_back(first_.back() + n);
-  starts_ = section_ranges(std::vector<float>(first_.back(), 1.0f), first_, ranks.size());
-  find_own_first();
+  cut_by(std::vector<float>(first_.back(), 1.0f));
 }
 
 void ClusterOwners::find_own_first() {
@@ -36,8 +30,8 @@ void ClusterOwners::find_own_first() {
   }
 }
 
-bool ClusterOwners::cut(const std::vector<float>& own_costs, int updates) {
-  if (ranks_.size() == 1) return false;
+void ClusterOwners::cut(const std::vector<float>& own_costs) {
+  if (ranks_.size() == 1) return;
   const Gathered<float> all = gather_from_ranks(ranks_, [&] { return own_costs; });
   std::vector<float> costs(first_.back());
   auto next = all.elements.begin();
@@ -48,31 +42,12 @@ bool ClusterOwners::cut(const std::vector<float>& own_costs, int updates) {
       std::copy(next, end, costs.begin() + static_cast<std::ptrdiff_t>(starts[part]));
       next = end;
     }
-  const double present = imbalance(costs, first_, starts_);
-  if (present <= worth_a_cut) return false;
-  SectionRanges ranges = section_ranges(costs, first_, ranks_.size());
-  const double mean = std::accumulate(costs.begin(), costs.end(), 0.0) / ranks_.size();
-  const double saved = updates * mean * (present - imbalance(costs, first_, ranges));
-  if (saved < remade * moved_cost(costs, ranges) / ranks_.size()) return false;
-  starts_ = std::move(ranges);
-  find_own_first();
-  return true;
+  if (imbalance(costs, first_, starts_) > worth_a_cut) cut_by(costs);
 }
 
-// Returns the cost of an update of the lists that `ranges` give to other ranks.
-double ClusterOwners::moved_cost(const std::vector<float>& costs,
-                                 const SectionRanges& ranges) const {
-  double all = 0.0, kept = 0.0;
-  const auto add = [&](double& sum, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) sum += costs[i];
-  };
-  for (std::size_t s = 0; s < ranges.size(); ++s) {
-    add(all, first_[s], first_[s + 1]);
-    for (std::size_t r = 0; r + 1 < ranges[s].size(); ++r)
-      add(kept, std::max(starts_[s][r], ranges[s][r]),
-          std::min(starts_[s][r + 1], ranges[s][r + 1]));
-  }
-  return all - kept;
+void ClusterOwners::cut_by(const std::vector<float>& costs) {
+  starts_ = section_ranges(costs, first_, ranks_.size());
+  find_own_first();
 }
 
 void ClusterOwners::rotate() {

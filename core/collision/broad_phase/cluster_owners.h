@@ -32,11 +32,9 @@ class ClusterOwners {
   std::size_t n_own() const { return own_first_.back(); }
   std::size_t bytes() const { return bytes_of(first_, starts_, own_first_); }
 
-  // Collective. `own_costs` contains the cost of an update for each first cluster of this rank, a
-  // mean of `updates` updates. Cuts the first clusters into new ranges if the most expensive ranges
-  // cost much more than the mean, and if this would have saved more in these updates than it costs
-  // to make the lists again that change their owners. Returns whether it has cut.
-  bool cut(const std::vector<float>& own_costs, int updates);
+  // Collective. `own_costs` has one entry for each first cluster of this rank. Cuts the first
+  // clusters into new ranges if the most expensive ranges cost much more than the mean.
+  void cut(const std::vector<float>& own_costs);
   // Returns true if the environment variable LOOMSTONE_ROTATE_OWNERS is set and there are several
   // ranks. Tests set it to change the owners in every search.
   bool rotates() const { return rotates_; }
@@ -49,7 +47,7 @@ class ClusterOwners {
             static_cast<Index>(starts_[pair][part + 1] - first_[pair])};
   }
   Index n_pairs() const { return static_cast<Index>(starts_.size()); }
-  double moved_cost(const std::vector<float>& costs, const SectionRanges& ranges) const;
+  void cut_by(const std::vector<float>& costs);
   void find_own_first();
 
   const Communicator& ranks_;

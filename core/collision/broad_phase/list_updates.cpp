@@ -11,8 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// A search, which may distribute the lists again, is due if the cost of one rank exceeds this
-// multiple of the mean cost, but at most once in `least_updates` updates. Our choice.
+// A search, which distributes the lists again, is due if the cost of one rank exceeds this multiple
+// of the mean cost, but not within `least_updates` updates of the last distribution. Our choice.
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 
@@ -79,7 +79,7 @@ void NeighbourLists::begin_update(const Team& team, const Points& x) {
   before_.swap(x_);
   x_ = x;
   still_at_x_.clear();
-  ++updates_, ++unchecked_updates_;
+  ++updates_;
   count_update();
   unchecked_ = !again;
   if (again) {
@@ -241,7 +241,7 @@ bool NeighbourLists::search_is_due(const std::vector<Pass>& passes) const {
     sum += pass.cost;
   }
   return owners_.rotates() ||
-         (unchecked_updates_ >= least_updates && most * ranks_.size() > unbalanced * sum);
+         (updates_ >= least_updates && most * ranks_.size() > unbalanced * sum);
 }
 
 // Marks the lists of this rank for which `ends` is true, and updates `fast` and `cost` of `pass`.

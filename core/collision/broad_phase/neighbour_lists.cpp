@@ -18,8 +18,6 @@ constexpr double steps_to_last = 12.0;
 constexpr double least_slack = 0.2, most_slack = 2.5;  // as fractions of the thickness
 constexpr double most_slack_of_edge = 0.6;             // as a fraction of the mean edge length
 constexpr double steps_ahead = 3.0;
-// The costs of lists are means of at most about this many updates.
-constexpr int most_updates = 64;
 // The margin is 0.4 times the mean edge length, within these bounds [multiples of the inflation of
 // boxes, which is about half the thickness]. It is this large because automatic steps are long, so
 // that accelerations move vertices far from their expected motion.
@@ -131,19 +129,18 @@ double NeighbourLists::change_bound(const NeighbourList& list) const {
   return (a.radius + b.radius + (a.centre - b.centre).norm()) * (1.0 + 1e-12) + rounding;
 }
 
-// Distributes the lists over the ranks so that an update costs about the same on each rank, if that
-// is worth it. Lists that move to another rank are made again there.
+// Distributes the lists over the ranks so that an update costs about the same on each rank. Lists
+// that move to another rank are made again there.
 void NeighbourLists::distribute() {
   if (owners_.rotates()) return owners_.rotate();
   if (updates_ == 0 || ranks_.size() == 1) return;
   std::vector<float> costs(owners_.n_own(), 0.0f);
-  for (const NeighbourList& list : lists_)
+  for (NeighbourList& list : lists_) {
     costs[owners_.own_index(list.pair, list.a)] += list.spent / static_cast<float>(updates_);
-  unchecked_updates_ = 0;
-  // Until lists are cut, the mean costs of more and more updates become known.
-  if (!owners_.cut(costs, updates_) && updates_ < most_updates) return;
-  for (NeighbourList& list : lists_) list.cost = list.spent = 0.0f;
+    list.cost = list.spent = 0.0f;
+  }
   updates_ = 0;
+  owners_.cut(costs);
 }
 
 // Finds the pairs of clusters that come near each other while vertices move from the positions of

@@ -43,7 +43,7 @@ struct NeighbourList {
   // the motion from the last update() to x1.
   double change = 0.0;
   double nearest = std::numeric_limits<double>::infinity();  // smallest `distance` in `near` [m]
-  float cost = 0.0f;     // estimated cost since its measurement began [ns]
+  float cost = 0.0f;     // estimated cost since lists were distributed [ns]
   float spent = 0.0f;    // time spent since then [ns]; ranks balance these times
   float seconds = 0.0f;  // measured time of work on this list [s]; see time_work()
   std::vector<NearPair> near = {};
@@ -104,7 +104,7 @@ class NeighbourLists {
     bool unexpected = false;  // vertices have left their expected motion
     bool due = false;         // an update at the end of the motion needs a search
     bool fast = false;        // a surface pair may have to be unlisted
-    double cost = 0.0;        // time spent on all lists since their measurement began [ns]
+    double cost = 0.0;        // time spent on all lists since they were distributed [ns]
   };
 
   // Widens all lists, so that their base distance exceeds the thickness by at least `extra` [m].
@@ -297,8 +297,7 @@ class NeighbourLists {
   std::vector<std::int64_t> n_lists_;  // (surface pairs) number of lists of this rank
   std::vector<Upkeep> upkeep_;         // (surface pairs)
   std::int64_t n_searches_ = 0, n_made_ = 0;
-  // Number of updates in which costs of lists have been measured, and since the last search.
-  int updates_ = 0, unchecked_updates_ = 0;
+  int updates_ = 0;      // number of updates since lists were distributed
   double clock_ = -1.0;  // see time_work(); negative: work is not timed
   mutable double unlisted_seconds_ = 0.0;
   double pass_seconds_ = 0.0;
