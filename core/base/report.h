@@ -130,7 +130,7 @@ struct ContactReport {
               "pairs within reach of each other in an asynchronous step"),
         field(
             "registered", &R::registered, "1", unlimited(),
-            "candidates for events; the others are culled because they stay apart in a direction"),
+            "candidates for events; the others are culled because they stay apart or do not cross"),
         field("evaluated", &R::evaluated, "1", unlimited(),
               "evaluations of registered pairs at events"),
         field("event_impulses", &R::event_impulses, "1", unlimited(),

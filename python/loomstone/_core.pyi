@@ -409,7 +409,7 @@ class ContactReport:
     @property
     def registered(self) -> int:
         """
-        candidates for events; the others are culled because they stay apart in a direction [1]
+        candidates for events; the others are culled because they stay apart or do not cross [1]
         """
     @property
     def unresolved(self) -> int:
