@@ -1,6 +1,7 @@
 #include "core/collision/collision_replay.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "core/base/message.h"
@@ -41,6 +42,8 @@ CollisionModel model_of(const CollisionRecord& record) {
   model.gap_floor = record.gap_floor;
   model.surface_of_vertex.assign(model.n_vertices, 0);
   model.surface_of_triangle.assign(record.triangles.rows(), 0);
+  model.rows.row.assign(model.n_vertices, -1);
+  model.rows.is_body.assign(model.n_vertices, 0);
   for (std::size_t s = 0; s < record.surfaces.size(); ++s) {
     check_surface(record, s);
     const CollisionSurface& surface = record.surfaces[s];
@@ -48,6 +51,10 @@ CollisionModel model_of(const CollisionRecord& record) {
                 static_cast<Index>(s));
     std::fill_n(model.surface_of_triangle.begin() + surface.first_triangle, surface.n_triangles,
                 static_cast<Index>(s));
+    if (surface.kind == CollisionSurface::Kind::Cloth)
+      std::iota(model.rows.row.begin() + surface.first_vertex,
+                model.rows.row.begin() + surface.first_vertex + surface.n_vertices,
+                surface.first_vertex);
   }
   for (Index e = 0; e < model.edges.rows(); ++e)
     model.surface_of_edge.push_back(model.surface_of_vertex[model.edges(e, 0)]);
