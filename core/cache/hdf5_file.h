@@ -98,7 +98,7 @@ class Hdf5File {
   void rename_to(const std::string& path);  // renames the open file without syncing
   void flush();                             // makes all written data visible to other processes
   void close();                             // throws CacheError if data cannot be written
-  std::vector<unsigned char> image();  // bytes of an in-memory file, as they would be on disk
+  std::vector<unsigned char> image();       // bytes of an in-memory file, as they would be on disk
 
   std::int64_t length() const;  // [bytes]
   void create_group(const std::string& path);
