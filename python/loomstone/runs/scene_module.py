@@ -7,6 +7,7 @@ import difflib
 import os
 import re
 import sys
+import threading
 import types
 import warnings
 from collections.abc import Iterator
@@ -17,6 +18,9 @@ from typing import Any
 from ..base.cautions import SceneWarning
 
 __all__ = ["absolute_files", "execute_module", "in_directory_of"]
+
+# The working directory belongs to the process, so one thread changes it at a time.
+_directory = threading.RLock()
 
 # The global names of a scene file that have a meaning.
 KNOWN = ("scene", "duration", "rate", "integrator", "render", "control", "check")
@@ -49,19 +53,21 @@ def execute_module(path: Path, source: str) -> types.ModuleType:
 def in_directory_of(path: Path) -> Iterator[None]:
     """Makes the directory of a scene file the working directory of the `with` block.
 
-    If the directory does not exist, the working directory stays the same.
+    If the directory does not exist, the working directory stays the same. Other threads wait until
+    the block ends.
     """
-    try:
-        before = os.getcwd()
-        os.chdir(path.parent)
-    except OSError:
-        yield
-        return
-    try:
-        yield
-    finally:
-        with suppress(OSError):
-            os.chdir(before)
+    with _directory:
+        try:
+            before = os.getcwd()
+            os.chdir(path.parent)
+        except OSError:
+            yield
+            return
+        try:
+            yield
+        finally:
+            with suppress(OSError):
+                os.chdir(before)
 
 
 def absolute_files(parameters: dict[str, Any]) -> dict[str, Any]:

@@ -1,7 +1,9 @@
 """Scene files can import modules beside them and use relative paths; misspelt names get a hint."""
 
 import json
+import os
 import pickle
+import threading
 from pathlib import Path
 
 import loomstone as ls
@@ -214,3 +216,23 @@ def test_a_bool_is_given_in_lower_or_upper_case(text, value, tmp_path):
     path.write_text(f"def scene(flip: bool = {not value}):\n    pass\n")
     parameters = {"flip": text if text.islower() else value}
     assert SceneFile.open(path, parameters).parameters == {"flip": value}
+
+
+def test_two_threads_that_make_scenes_keep_the_working_directory(tmp_path, monkeypatch):
+    """The second thread starts while the first is in scene(), and ends after it."""
+    (tmp_path / "slow.py").write_text(
+        "import time\nimport loomstone as ls\n"
+        "def scene(first: bool = True):\n"
+        "    time.sleep(0.1 if first else 0.3)\n"
+        "    return ls.Scene(obstacles=[ls.floor()])\n"
+    )
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    before = os.getcwd()
+    files = [SceneFile.open(tmp_path / "slow.py", {"first": first}) for first in (True, False)]
+    threads = [threading.Thread(target=file.scene) for file in files]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert os.getcwd() == before
