@@ -8,6 +8,8 @@
 #include <numeric>
 #include <tuple>
 
+#include "core/base/sort_unique.h"
+
 namespace loomstone {
 namespace {
 
@@ -188,8 +190,7 @@ MeshBuffers::MeshBuffers(const GL& gl, const DrawnMesh& mesh, bool with_edges)
       for (int corner = 0; corner < 3; ++corner)
         edges.push_back(
             std::minmax({mesh.triangles(i, corner), mesh.triangles(i, (corner + 1) % 3)}));
-    std::sort(edges.begin(), edges.end());
-    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+    sort_unique(edges);
     n_edge_indices_ = static_cast<GLsizei>(2 * edges.size());
     gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, edges_.name());
     gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(edges.size() * sizeof(edges[0])),

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/message.h"
+#include "core/base/sort_unique.h"
 #include "core/collision/broad_phase/broad_phase.h"
 #include "core/collision/narrow_phase/exact_continuous.h"
 #include "core/collision/narrow_phase/separation.h"
@@ -206,8 +207,7 @@ Edges unique_edges(const Triangles& triangles) {
       const Index a = triangles(t, k), b = triangles(t, (k + 1) % 3);
       pairs.push_back({std::min(a, b), std::max(a, b)});
     }
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  sort_unique(pairs);
   Edges edges(pairs.size(), 2);
   for (std::size_t e = 0; e < pairs.size(); ++e) edges.row(e) << pairs[e][0], pairs[e][1];
   return edges;

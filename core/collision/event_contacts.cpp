@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/base/sort_unique.h"
 #include "core/collision/approach_bounds.h"
 #include "core/collision/narrow_phase/crossing.h"
 
@@ -273,8 +274,7 @@ void EventContacts::act_on(const std::vector<Index>& vertices, const EventMotion
     for (const Index pair : pairs_of_[vertex])
       if (wake_[pair] <= now) touched_.push_back(pair);
   if (touched_.empty()) return;
-  std::sort(touched_.begin(), touched_.end());
-  touched_.erase(std::unique(touched_.begin(), touched_.end()), touched_.end());
+  sort_unique(touched_);
   place_bodies(motion);
   all_placed_ = false;
   for (const Index pair : touched_) {

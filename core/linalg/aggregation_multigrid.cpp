@@ -5,6 +5,7 @@
 #include <cstring>
 #include <iterator>
 
+#include "core/base/sort_unique.h"
 #include "core/linalg/matrix_halo.h"
 #include "core/linalg/quad.h"
 #include "core/linalg/system.h"
@@ -45,8 +46,7 @@ std::vector<std::pair<Index, Index>> pairs_of_all(
   ranks.gather_all(flat.data(), starts);
   std::vector<std::pair<Index, Index>> all;
   for (std::size_t i = 0; i < total; i += 2) all.emplace_back(flat[i], flat[i + 1]);
-  std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
+  sort_unique(all);
   return all;
 }
 
@@ -292,8 +292,7 @@ AggregationMultigrid::Couplings AggregationMultigrid::couplings_of_terms(
         if (nodes.node[i] < nodes.node[j] && !coupled(nodes.node[i], nodes.node[j]))
           wanted.emplace_back(nodes.node[i], nodes.node[j]);
   }
-  std::sort(wanted.begin(), wanted.end());
-  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  sort_unique(wanted);
   return wanted;
 }
 

@@ -13,6 +13,7 @@
 #include <cmath>
 
 #include "core/base/message.h"
+#include "core/base/sort_unique.h"
 #include "core/linalg/solvers.h"
 #include "core/linalg/system.h"
 #include "core/parallel/nested_regions.h"
@@ -112,8 +113,7 @@ class DirectSolver final : public LinearSolver {
           if (high == low || (high < n_cloth && system.matrix->find(high, low) >= 0)) continue;
           found.push_back({high, low});
         }
-    std::sort(found.begin(), found.end());
-    found.erase(std::unique(found.begin(), found.end()), found.end());
+    sort_unique(found);
     return found;
   }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/base/sort_unique.h"
+
 namespace loomstone {
 
 namespace {
@@ -38,8 +40,7 @@ class HaloBuilder {
     for (int rank = 0; rank < static_cast<int>(send_.size()); ++rank) {
       if (send_[rank].empty() && receive_[rank].empty()) continue;
       for (auto* rows : {&send_[rank], &receive_[rank]}) {
-        std::sort(rows->begin(), rows->end());
-        rows->erase(std::unique(rows->begin(), rows->end()), rows->end());
+        sort_unique(*rows);
       }
       made.neighbours.push_back({rank, std::move(send_[rank]), std::move(receive_[rank])});
     }

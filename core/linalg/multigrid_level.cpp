@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/base/sort_unique.h"
 #include "core/linalg/quad.h"
 #include "core/linalg/small.h"
 
@@ -75,8 +76,7 @@ std::vector<std::pair<Index, Index>> MultigridLevel::group(std::vector<Index> fi
   for (Index row = 0; row < n_nodes(); ++row)
     for (Index k = start[row]; k < start[row + 1]; ++k)
       if (parent[columns[k]] != parent[row]) pairs.emplace_back(parent[row], parent[columns[k]]);
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  sort_unique(pairs);
   return pairs;
 }
 

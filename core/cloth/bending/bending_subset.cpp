@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <map>
 
+#include "core/base/sort_unique.h"
+
 namespace loomstone {
 
 namespace {
-
-void sort_unique(std::vector<Index>& list) {
-  std::sort(list.begin(), list.end());
-  list.erase(std::unique(list.begin(), list.end()), list.end());
-}
 
 Index place_of(const std::vector<Index>& list, Index item) {
   return static_cast<Index>(std::lower_bound(list.begin(), list.end(), item) - list.begin());

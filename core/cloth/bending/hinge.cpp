@@ -4,6 +4,7 @@
 #include <cstring>
 #include <numeric>
 
+#include "core/base/sort_unique.h"
 #include "core/cloth/bending/hinge_kernels.h"
 
 namespace loomstone {
@@ -82,8 +83,7 @@ void HingeSet::find_range(Index begin, Index end, HingeRange& range) const {
     range.chunk_start.push_back(static_cast<Index>(range.hinges.size()));
   }
   for (const Index e : range.hinges) range.batches.push_back(e / lanes);
-  std::sort(range.batches.begin(), range.batches.end());
-  range.batches.erase(std::unique(range.batches.begin(), range.batches.end()), range.batches.end());
+  sort_unique(range.batches);
 }
 
 void HingeSet::evaluate(const Team& team, const std::vector<Index>& batches, const Points& x,

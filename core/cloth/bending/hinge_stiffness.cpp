@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "core/base/sort_unique.h"
 #include "core/cloth/bending/stiffness_kernels.h"
 
 namespace loomstone {
@@ -20,8 +21,7 @@ HingeStiffness::HingeStiffness(Index n_vertices, const HingeSet& hinges, HingePa
       const auto& of_pair = hinges.hinges()[pairs_.hinge[p]].vertices;
       vertices.insert(vertices.end(), of_pair.begin(), of_pair.end());
     }
-    std::sort(vertices.begin(), vertices.end());
-    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    sort_unique(vertices);
     assert(vertices.size() < 256 && "a hinge depends on at most six triangles of twelve vertices");
     for (Index p = pairs_.start[e]; p < pairs_.start[e + 1]; ++p)
       for (int j = 0; j < 4; ++j)
@@ -44,8 +44,7 @@ std::vector<std::pair<Index, Index>> HingeStiffness::couplings(const HingeSet& h
       row.insert(row.end(), stencil_.begin() + stencil_start_[e],
                  stencil_.begin() + stencil_start_[e + 1]);
     }
-    std::sort(row.begin(), row.end());
-    row.erase(std::unique(row.begin(), row.end()), row.end());
+    sort_unique(row);
     for (const Index j : row)
       if (i < j) pairs.emplace_back(i, j);
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "core/base/sort_unique.h"
 #include "core/cloth/material/strain_limit.h"
 
 namespace loomstone {
@@ -17,8 +18,7 @@ constexpr int message = 26;  // doubles sent per batch: index, excess, 24 strain
 std::vector<Index> LimitReport::broken_elements() const {
   std::vector<Index> elements;
   for (const BrokenLimit& each : broken) elements.push_back(each.element);
-  std::sort(elements.begin(), elements.end());
-  elements.erase(std::unique(elements.begin(), elements.end()), elements.end());
+  sort_unique(elements);
   return elements;
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/base/sort_unique.h"
+
 namespace loomstone {
 
 LimitElements::LimitElements(const LimitedCloth& cloth, bool single_rows)
@@ -131,8 +133,7 @@ void LimitElements::hold(const std::vector<Index>& vertices) {
   for (const Index v : changed)
     touched.insert(touched.end(), slots_.begin() + slot_start_[v],
                    slots_.begin() + slot_start_[v + 1]);
-  std::sort(touched.begin(), touched.end());
-  touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+  sort_unique(touched);
   for (const Index slot : touched) set_element(slot);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/base/sort_unique.h"
 #include "core/parallel/merge_runs.h"
 
 namespace loomstone {
@@ -10,13 +11,6 @@ namespace loomstone {
 namespace {
 
 std::array<Index, 2> ascending(Index a, Index b) { return {std::min(a, b), std::max(a, b)}; }
-
-// Removes duplicates.
-template <class Element>
-void sort_unique(std::vector<Element>& elements) {
-  std::sort(elements.begin(), elements.end());
-  elements.erase(std::unique(elements.begin(), elements.end()), elements.end());
-}
 
 }  // namespace
 

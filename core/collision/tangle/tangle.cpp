@@ -5,6 +5,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "core/base/sort_unique.h"
 #include "core/collision/broad_phase/median_tree.h"
 #include "core/collision/narrow_phase/exact_predicates.h"
 
@@ -147,8 +148,7 @@ void TangleFinder::ignore_pairs(Tangle& tangle) const {
     for (const Index t : topology_.triangles[p.edge])
       if (t >= 0) add(t, p.triangle);
   for (auto& keys : tangle.ignored) {
-    std::sort(keys.begin(), keys.end());
-    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    sort_unique(keys);
   }
 }
 
