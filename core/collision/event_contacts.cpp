@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "core/base/sort_unique.h"
 #include "core/collision/approach_bounds.h"
 #include "core/collision/narrow_phase/crossing.h"
+#include "core/parallel/merge_runs.h"
 
 namespace loomstone {
 
@@ -15,23 +17,6 @@ namespace {
 // Fraction of the missing distance (thickness minus distance) that a pair regains in a step
 // [Bridson2002].
 constexpr double restored = 0.1;
-
-// Sorts a sequence that consists of few ascending runs.
-void merge_runs(std::vector<Index>& values) {
-  using Place = std::vector<Index>::iterator;
-  std::vector<Place> ends = {values.begin()};
-  while (ends.back() != values.end())
-    ends.push_back(std::is_sorted_until(ends.back(), values.end()));
-  while (ends.size() > 2) {
-    std::vector<Place> merged = {ends.front()};
-    for (std::size_t k = 0; k + 1 < ends.size(); k += 2) {
-      const bool two = k + 2 < ends.size();
-      if (two) std::inplace_merge(ends[k], ends[k + 1], ends[k + 2]);
-      merged.push_back(ends[two ? k + 2 : k + 1]);
-    }
-    ends = std::move(merged);
-  }
-}
 
 }  // namespace
 
@@ -245,7 +230,8 @@ void EventContacts::act(const Team& team, Index tick, const EventMotion& motion)
   std::vector<Index>& due = due_[tick];
   if (due.empty()) return;
   const double length = motion_->step / static_cast<double>(n_ticks_), time = tick * length;
-  merge_runs(due);  // every earlier tick has added pairs in ascending order
+  // Every earlier tick has added pairs in ascending order.
+  merge_runs(due, ascending_runs(due), std::less<>());
   place_bodies(motion);
   all_placed_ = 4 * static_cast<Index>(due.size()) > motion_->x0.rows();
   if (all_placed_) place_vertices(team, time, motion);

@@ -1,4 +1,4 @@
-// Merges the sorted results of several ranks.
+// Merges sorted runs, such as the sorted results of several ranks.
 #pragma once
 
 #include <algorithm>
@@ -33,6 +33,26 @@ void merge_runs(std::vector<Element>& elements, std::vector<std::size_t> starts,
   }
 }
 
+// Returns where the ascending runs of elements begin, and finally the number of elements.
+template <class Element>
+std::vector<std::size_t> ascending_runs(const std::vector<Element>& elements) {
+  std::vector<std::size_t> starts = {0};
+  for (auto end = elements.begin(); end != elements.end();) {
+    end = std::is_sorted_until(end, elements.end());
+    starts.push_back(static_cast<std::size_t>(end - elements.begin()));
+  }
+  return starts;
+}
+
+// Returns copies of elements in the given order.
+template <class Element>
+std::vector<Element> copies(const std::vector<const Element*>& order) {
+  std::vector<Element> copied;
+  copied.reserve(order.size());
+  for (const Element* const element : order) copied.push_back(*element);
+  return copied;
+}
+
 // Returns the elements of all ranks in order. Those of each rank must be sorted.
 template <class Element, class Before>
 std::vector<Element> merged(Gathered<Element> all, Before before) {
@@ -41,10 +61,7 @@ std::vector<Element> merged(Gathered<Element> all, Before before) {
   order.reserve(all.elements.size());
   for (const Element& element : all.elements) order.push_back(&element);
   merge_runs(order, all.start, [&](const Element* a, const Element* b) { return before(*a, *b); });
-  std::vector<Element> sorted;
-  sorted.reserve(order.size());
-  for (const Element* const element : order) sorted.push_back(*element);
-  return sorted;
+  return copies(order);
 }
 
 }  // namespace loomstone

@@ -34,10 +34,7 @@ std::vector<FoundContact> in_order(const std::vector<FoundContact>& contacts) {
   for (const FoundContact& contact : contacts) order.push_back(&contact);
   std::sort(order.begin(), order.end(),
             [](const FoundContact* a, const FoundContact* b) { return before(*a, *b); });
-  std::vector<FoundContact> sorted;
-  sorted.reserve(order.size());
-  for (const FoundContact* const contact : order) sorted.push_back(*contact);
-  return sorted;
+  return copies(order);
 }
 
 ContactTotals totals_of(const CollisionModel& model, const std::vector<Contact>& contacts) {
@@ -110,10 +107,7 @@ std::vector<FoundContact> ContactSelection::kept(const CollisionModel& model,
   for (const Index vertex : grouped) group_[vertex] = 0;
   merge_runs(order, std::move(starts),
              [](const FoundContact* a, const FoundContact* b) { return before(*a, *b); });
-  std::vector<FoundContact> kept;
-  kept.reserve(order.size());
-  for (const FoundContact* const contact : order) kept.push_back(*contact);
-  return kept;
+  return copies(order);
 }
 
 ContactTotals ContactSelection::totals(const CollisionModel& model,

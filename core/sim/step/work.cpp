@@ -135,7 +135,7 @@ std::vector<std::array<Vec3, 2>> solved_terms(const StepContext& part, NearConta
 struct WorkOfContact {
   enum Sum : std::uint64_t { Scripts, Friction };
   WorkOfContact(const Contact& contact, Sum sum, double given)
-      : place(2 * pair_order(contact.kind, pair_key(contact.a, contact.b)) + sum), work(given) {}
+      : place(2 * pair_order(contact) + sum), work(given) {}
   WorkOfContact() = default;
   Sum sum() const { return static_cast<Sum>(place % 2); }
 
