@@ -236,13 +236,6 @@ std::vector<BinnedSum> CollisionStage::energies(const ContactMotion& motion,
   });
 }
 
-double CollisionStage::energy_in_order(const StrengthInputs& inputs,
-                                       const std::vector<Contact>& contacts) const {
-  return data_->with_strengths(contacts, inputs, [&](const ContactStrengths& strengths) {
-    return loomstone::energy_in_order(data_->model, contacts, strengths);
-  });
-}
-
 void CollisionStage::untangle(const ContactInputs& inputs, const Tangle& tangle,
                               ExtraTerms& terms) const {
   untangling_terms(data_->model, tangle, inputs, terms);

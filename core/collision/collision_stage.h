@@ -81,9 +81,6 @@ class CollisionStage {
   std::vector<BinnedSum> energies(const ContactMotion& motion, const StrengthInputs& inputs,
                                   const std::vector<Contact>& contacts, IndexRange rows) const;
 
-  // Returns energy_in_order() [J] at inputs.x. `contacts` must be those of all ranks there.
-  double energy_in_order(const StrengthInputs& inputs, const std::vector<Contact>& contacts) const;
-
   // Appends terms that push intersecting features apart.
   void untangle(const ContactInputs& inputs, const Tangle& tangle, ExtraTerms& terms) const;
 

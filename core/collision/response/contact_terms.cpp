@@ -260,19 +260,6 @@ std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& mo
   return anchors;
 }
 
-double energy_in_order(const CollisionModel& model, const std::vector<Contact>& contacts,
-                       const ContactStrengths& strengths) {
-  double energy = 0.0;
-  for (std::size_t c = 0; c < contacts.size(); ++c) {
-    const Contact& contact = contacts[c];
-    const double anchor = 0.5 * model.contact_stiffness * strengths.slips[c].squaredNorm();
-    const double normal =
-        contact_force(contact.distance, contact.thickness, strengths.stiffness[c]).energy;
-    energy += strengths.shares[c] * (normal + anchor);
-  }
-  return energy;
-}
-
 std::vector<BinnedSum> contact_energies(const CollisionModel& model, const ContactMotion& motion,
                                         const std::vector<Contact>& contacts,
                                         const ContactStrengths& strengths, IndexRange rows) {

@@ -98,11 +98,6 @@ class ContactTerms {
   BinnedSum energy_;
 };
 
-// Returns the energy of the normal forces and of the friction anchors of contacts, added in the
-// order of the contacts [J].
-double energy_in_order(const CollisionModel& model, const std::vector<Contact>& contacts,
-                       const ContactStrengths& strengths);
-
 // Motion of n collision vertices.
 struct ContactMotion {
   const Points& x;   // (n x 3) end of the motion [m]

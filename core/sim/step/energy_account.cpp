@@ -63,7 +63,7 @@ void begin_account(const Engines& engines, State& state) {
   state.account = {};
   state.account.begun = true;
   state.account.start = total_energy(report);
-  state.account.start_of_contacts = contact_energy_in_order(state, engines);
+  state.account.start_of_contacts = report.energy.contact;
   state.account.largest_kinetic = report.energy.kinetic + report.energy.body_kinetic;
 }
 

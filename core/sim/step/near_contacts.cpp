@@ -93,21 +93,6 @@ void find_pressing_forces(const State& state, double time, const Engines& engine
 
 IndexRange owned_rows(const RowLayout& layout) { return {layout.begin(), layout.end()}; }
 
-// Calls use(inputs, contacts) for the contacts that find(x, tangle) returns in `state`, unless
-// there are none on any rank. Collective if `elasticity` is divided among ranks.
-template <class Find, class Use>
-void with_contacts(const State& state, double time, const Engines& engines, Elasticity& elasticity,
-                   Find&& find, Use&& use) {
-  Points x, forces(0, 3);
-  collision_vertices(engines.model, state, x);
-  const Tangle tangle = state.tangled ? engines.collision->find_tangle(x) : Tangle();
-  const std::vector<Contact>& contacts = find(x, tangle);
-  const ContactTotals& totals = engines.collision->totals();
-  if (totals.n == 0) return;
-  if (totals.pressed) find_pressing_forces(state, time, engines, elasticity, forces);
-  use(StrengthInputs{x, engines.model.inverse_mass, forces, state.contacts}, contacts);
-}
-
 // Registers the pairs that the integrator handles at events.
 void register_events(const StepContext& part, const Loads& loads, const State& state,
                      Engines& engines, NearContacts& near, StepReport& report) {
@@ -184,34 +169,21 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
   if (!engines.collision || !engines.contacts_in_solve) return energies;
   CollisionStage& collision = *engines.collision;
   const bool together = elasticity.divided() && collision.divided();
-  const auto find = [&](const Points& x, const Tangle& tangle) -> const std::vector<Contact>& {
-    return together ? collision.proximity(engines.collision_team, x, tangle)
-                    : collision.proximity_alone(engines.team, x, tangle);
-  };
-  with_contacts(state, time, engines, elasticity, find,
-                [&](const StrengthInputs& inputs, const std::vector<Contact>& contacts) {
-                  const ContactMotion motion{inputs.x, x0 ? *x0 : inputs.x, n_parts};
-                  std::vector<BinnedSum> sums =
-                      collision.energies(motion, inputs, contacts,
-                                         together ? owned_rows(engines.layout) : all_indices);
-                  if (together) engines.layout.communicator().add(sums.data(), n_parts);
-                  for (int i = 0; i < n_parts; ++i) energies[i] = sums[i].value();
-                });
+  Points x, forces(0, 3);
+  collision_vertices(engines.model, state, x);
+  const Tangle tangle = state.tangled ? collision.find_tangle(x) : Tangle();
+  const std::vector<Contact>& contacts =
+      together ? collision.proximity(engines.collision_team, x, tangle)
+               : collision.proximity_alone(engines.team, x, tangle);
+  const ContactTotals& totals = collision.totals();
+  if (totals.n == 0) return energies;
+  if (totals.pressed) find_pressing_forces(state, time, engines, elasticity, forces);
+  std::vector<BinnedSum> sums = collision.energies(
+      {x, x0 ? *x0 : x, n_parts}, {x, engines.model.inverse_mass, forces, state.contacts}, contacts,
+      together ? owned_rows(engines.layout) : all_indices);
+  if (together) engines.layout.communicator().add(sums.data(), n_parts);
+  for (int i = 0; i < n_parts; ++i) energies[i] = sums[i].value();
   return energies;
-}
-
-double contact_energy_in_order(const State& state, const Engines& engines) {
-  double energy = 0.0;
-  if (!engines.collision || !engines.contacts_in_solve) return energy;
-  CollisionStage& collision = *engines.collision;
-  const auto find = [&](const Points& x, const Tangle& tangle) -> const std::vector<Contact>& {
-    return collision.all_contacts(engines.collision_team, x, tangle);
-  };
-  with_contacts(state, state.time, engines, *engines.elasticity, find,
-                [&](const StrengthInputs& inputs, const std::vector<Contact>& contacts) {
-                  energy = collision.energy_in_order(inputs, contacts);
-                });
-  return energy;
 }
 
 std::vector<Contact> present_contacts(const State& state, const Engines& engines) {

@@ -52,10 +52,6 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
                                      Elasticity& elasticity, const Points* x0 = nullptr,
                                      int n_parts = 1);
 
-// Returns the energy of contacts in `state`, added in the order of the contacts [J]. Collective.
-// know_contacts() must have been called.
-double contact_energy_in_order(const State& state, const Engines& engines);
-
 // Returns the energy of contacts at the end of a part, and keeps it in `engines` for the report.
 // Collective. know_contacts() must have been called.
 double energy_at_end(const State& state, double time, const Engines& engines);
