@@ -1,7 +1,7 @@
 // Termination detection of the task pools: the four-counter method [Mattern1987]. Waves sum the
 // numbers of tasks sent and received, along a tree of ranks. A rank contributes to a wave only
-// while it has no work. All work is done if the sum of tasks sent in one wave equals the sum of
-// tasks received in the wave before it. Messages may arrive late and in any order.
+// while it has no work. All work is done if the number of sent tasks in one wave equals the number
+// of received tasks in the preceding wave. Messages may arrive late and in any order.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@ class Termination {
     sent_ = received_ = 0;
     contributed_ = false;
   }
-  // Adds the sums of a child and the ranks below it.
+  // Adds the sums over a child and the ranks below it.
   void add(std::int64_t sent, std::int64_t received) {
     sent_ += sent, received_ += received;
     --missing_;
