@@ -31,7 +31,7 @@ class BulletWorld : public btDiscreteDynamicsWorld {
   void saveKinematicState(btScalar) override {}
 
  private:
-  std::vector<btScalar> margins_;  // [m] margin of each object; objects are never removed
+  std::vector<btScalar> margins_;  // margin of each object [m]; objects are never removed
 };
 
 // Members are destroyed in reverse order, so the world is destroyed before the objects that it
