@@ -28,8 +28,9 @@ double spread_moment(const SourcePtr& source) {
   return sum;
 }
 
-// Returns the moment of an induced magnet. If the source also exists with the mean charge on each
-// panel, returns the smaller moment of the two sources.
+// Returns the spread_moment() of an induced body with surface charge, and the dipole moment of any
+// other induced magnet [A m^2]. If the source also exists with the mean charge on each panel,
+// returns the smaller moment of the two sources.
 double induced_moment(const MagneticBody& magnet) {
   const SourcePtr &source = magnet.source, panel_means = source->panel_means();
   const double moment = source->induced() ? spread_moment(source) : magnet.moment().norm();
@@ -98,8 +99,8 @@ SubstepFrequency::Coarse SubstepFrequency::coarse(const Oscillators& now,
   return coarse;
 }
 
-// Adds to `squares` the squared frequencies due to the forces on spheres from each other and from
-// magnets and coils on obstacles.
+// Adds to `squares` the squared frequencies due to the forces on induced spheres from each other
+// and from hard magnets and coils on obstacles.
 void SubstepFrequency::add_spheres(const Team& team, const Oscillators& now, const Coarse& coarse,
                                    const std::vector<SoftSphere>& spheres,
                                    const std::vector<Carrier>& carriers,
