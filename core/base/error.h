@@ -1,5 +1,5 @@
-// The errors that the library throws. Each message states what is required, what was given, where,
-// and what to do.
+// The errors that the library throws. As far as it applies, each message states what is required,
+// what was given, where, and what to do.
 #pragma once
 
 #include <stdexcept>
