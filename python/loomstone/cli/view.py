@@ -32,7 +32,7 @@ def view(
 ) -> None:
     """Shows a run, or a running simulation, on a web page.
 
-    A run is played with a timeline; a run that is still in progress grows. A scene file is
+    A run is played with a timeline, which grows while the run is still in progress. A scene file is
     simulated as you watch: pull cloth, rigid bodies and obstacles with the left mouse button. To
     watch from another machine, first forward the port there: ssh -L 8080:localhost:8080 HOST.
 
