@@ -9,7 +9,7 @@ namespace loomstone {
 // Begins the account of a state at the start of a step, unless it already has one.
 void begin_account(const Engines& engines, State& state);
 
-// Changes of the cloth in a part of a step after its solve.
+// Causes of changes of energy in a part of a step after its solve.
 struct AfterSolve {
   double limited = 0.0;        // energy that strain limits removed from cloth [J]
   bool untangles = false;      // untangling forces acted
@@ -17,7 +17,8 @@ struct AfterSolve {
 };
 
 // Adds the work and the losses of a part. The energy that cloth and bodies lose after the solve is
-// attributed to certification, except for the energy that strain limits remove.
+// attributed to certification, except for the energy that strain limits remove. Energy gained after
+// the solve is attributed to untangling or to scripted motion.
 void add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
                     const Engines& engines, State& state);
 

@@ -1,5 +1,5 @@
-// First stage: positions and forces at the start of a part of a step, and scripted positions at its
-// end.
+// First stage: positions and forces at the start of a part of a step, and scripted positions and
+// predicted velocities of bodies at its end.
 #pragma once
 
 #include <vector>

@@ -25,16 +25,16 @@ struct PartWork {
 
 // Returns the work of a part [J]. Elastic forces are the means of those at the start and at the end
 // of the part. Viscous forces are those in the middle of the motion at its mean velocity, and
-// contact forces are those of the solve. The work on a prescribed vertex is the change of its
-// kinetic energy less the work of these forces on it. Sets the terms in `near` to the forces of the
-// solve.
+// contact forces are those of the solve. The work of the script on a prescribed vertex is the
+// change of its kinetic energy less the work of these forces on it. Sets the terms in `near` to the
+// forces of the solve.
 PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts& near,
                       const Solved& solved, const State& state, Engines& engines);
 
 // Sets the cloth motion and the energy of bodies in `solved` to those of `state`.
 void note_solved(const Engines& engines, const State& state, Solved& solved);
 
-// True if some scripted surface moves in the part.
+// Returns whether some obstacle moves in the part. Returns false if there is no cloth.
 bool surfaces_move(const Loads& loads);
 
 }  // namespace loomstone
