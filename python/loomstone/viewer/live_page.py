@@ -22,8 +22,8 @@ __all__ = ["Live"]
 
 # Maximum number of pictures shown per second [1/s].
 _RATE = 30.0
-# Largest number of updates of the field lines per second [1/s]; tracing them takes longer than a
-# step.
+# Largest number of updates of the field lines per second [1/s]. Tracing the lines can take longer
+# than a step.
 _LINE_RATE = 4.0
 # If the simulation lags behind real time by more than this [s], it is shown in slow motion. For
 # smaller delays, pictures are skipped.
@@ -110,7 +110,7 @@ class Live:
         self.page.stop()
 
     def wait(self) -> None:
-        """Waits until the page is closed."""
+        """Waits until stop() closes the page."""
         self._stopped.wait()
 
     def _add_controls(self, paused: bool) -> None:
