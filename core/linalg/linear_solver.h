@@ -62,7 +62,7 @@ constexpr auto choices(LinearMethod) {
 
 struct LinearOptions {
   LinearMethod method = LinearMethod::Pcg;
-  double tolerance = 1e-4;  // relative tolerance of the residual in the preconditioned norm [1]
+  double tolerance = 1e-4;  // tolerated LinearReport::residual of iterative solvers [1]
   int max_iterations = 2000;
 };
 

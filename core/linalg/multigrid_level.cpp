@@ -50,7 +50,8 @@ LOOMSTONE_INLINE double smoothed_dots(Index first, Index last, const float* r, c
   return quad_sum(sum);
 }
 
-// Calls body(first, last) on whole chunks of [begin, end).
+// Calls body(first, last) on ranges that consist of whole chunks of [begin, end). Only the last
+// chunk may be shorter.
 template <class Body>
 void in_chunks(const Team& team, Index begin, Index end, Index chunk, Body&& body,
                Index least_a_task = chunks_a_task) {
