@@ -35,7 +35,8 @@ struct NeighbourList {
   Index pair;               // index of the surface pair
   Index a, b;               // clusters in the trees of the two surfaces
   Index n_vertex_face = 0;  // number of vertex-face pairs, which come first in `near`
-  // A new list contains all pairs closer than NeighbourLists::base_ plus this slack [m].
+  // A list contains all pairs that were closer than NeighbourLists::base_ plus this slack [m] when
+  // it was made. -1: not made.
   double slack = -1.0;
   double used = 0.0;  // bound on the change of distances since the list was made [m]
   // Bound on the change of distances in one step [m]. After update(), it applies to the last step,
@@ -101,7 +102,7 @@ class NeighbourLists {
 
   // Result of the pass of a rank over its lists.
   struct Pass {
-    bool unexpected = false;  // vertices have left their expected motion
+    bool unexpected = false;  // vertices left their expected motion, or lists are tried again
     bool due = false;         // an update at the end of the motion needs a search
     bool fast = false;        // a surface pair may have to be unlisted
     double cost = 0.0;        // time spent on all lists since they were distributed [ns]
@@ -140,7 +141,7 @@ class NeighbourLists {
   bool end_cover(const Team& team, const Points& x1, const std::vector<Pass>& passes);
   GatherRoom& contact_room() { return contact_room_; }
 
-  // Replaces lists of this rank by new ones if their slack is too small. Must follow update(),
+  // Makes the lists of this rank again that have too little slack left. Must follow update(),
   // cover(), pass_at_x() or pass_to().
   void make_ended(const Team& team);
 
