@@ -1,4 +1,5 @@
-// Error of a displacement of cloth: the strain that a linear model of the motion neglects.
+// Error of a displacement of cloth: the strain that a linear model of the motion neglects, and the
+// energy of this strain.
 #pragma once
 
 #include <vector>

@@ -76,7 +76,8 @@ class HingeSet {
   void gather(const Team& team, const HingeValues& values, const AlignedDoubles& moment,
               const HingeRange& range, Points& force) const;
 
-  // Number of hinges with a zero-area triangle. These hinges exert no force.
+  // Number of hinges with a zero-area triangle. These hinges exert no force. `values` must contain
+  // the gradients of all hinges.
   Index count_degenerate(const HingeValues& values) const;
 
   std::size_t bytes() const {
@@ -96,7 +97,8 @@ class HingeSet {
   Index n_kept_ = 0;                        // number of vertices in runs_
 };
 
-// Dihedral angles of all hinges at positions x [rad].
+// Returns the dihedral angle of each hinge at positions x [rad]; 0 for hinges with a zero-area
+// triangle.
 std::vector<double> measure_angles(const std::vector<Hinge>& hinges, const Points& x);
 
 }  // namespace loomstone

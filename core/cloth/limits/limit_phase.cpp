@@ -17,9 +17,9 @@ constexpr Index batches_per_range = 32;
 
 // The second phase begins at the distance limit_margin() inside the limit. The third phase begins
 // at the fraction `third_begins` of the way from there to the limit. The fourth phase begins as far
-// beyond the limit as the third phase begins inside it. `stiffening` is the modulus of the second
-// phase divided by that of the membrane. `steeper` and `steepest` are the moduli of the third and
-// the fourth phase divided by that of the second.
+// beyond the limit as the third phase begins inside it. `stiffening` is the modulus that the second
+// phase adds, divided by that of the membrane. `steeper` and `steepest` are the moduli that the
+// third and the fourth phase add, divided by the one that the second phase adds.
 //
 // Under light loads, triangles reach only the second phase. If the third phase began there,
 // triangles would rebound and change phase every other step. The third phase limits strain under

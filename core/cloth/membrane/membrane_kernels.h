@@ -9,7 +9,7 @@
 
 namespace loomstone::membrane {
 
-// Entries per batch in each table.
+// Entries per batch in each table; mode_stride: entries per mode of a batch.
 inline constexpr int corner_stride = 3 * 8, gradient_stride = 6 * 8, constant_stride = 7 * 8;
 inline constexpr int force_stride = 9 * 8, block_stride = 27 * 8, strain_stride = 5 * 8;
 inline constexpr int phase_stride = 6 * 8, neglected_stride = 3 * 8;
