@@ -20,7 +20,7 @@ namespace loomstone {
 
 struct Renderer::Data {
   FrameTopology topology;
-  std::vector<Index> casting;  // vertices of bodies that cast shadows
+  std::vector<Index> casting;  // vertices of visible bodies and obstacles other than floors
   RenderOptions options;
   bool diverging = false;  // automatic ranges are centred on the neutral value
   std::unique_ptr<Context> context;
@@ -170,7 +170,7 @@ void Renderer::Data::draw(const Frame& frame, const std::array<Vector, 2>& value
   const std::vector<PlacedFloor> floors = place_floors(frame);
 
   const View view = this->view(frame.time);
-  Vec3 low = framing->centre(), high = low;  // box of everything that casts shadows [m]
+  Vec3 low = framing->centre(), high = low;  // box of the centre and all that casts shadows [m]
   Reach reach(view, options.width, options.height);
   const auto include = [&](const Vec3& p) {
     low = low.cwiseMin(p);
