@@ -207,7 +207,7 @@ def _pose(
     file: GltfFile, channels: list[Channel], time: float
 ) -> tuple[dict[int, Floats], dict[int, Floats]]:
     """Returns the state of the default scene at `time` [s]: the transforms (4 x 4) of its nodes to
-    world space, and the animated weights of morph targets. Both are dictionaries by index of the node.
+    world space, and the animated weights of morph targets. Both are dictionaries by node index.
     """
     changed: dict[int, dict[str, Floats]] = {}
     for channel in channels:
