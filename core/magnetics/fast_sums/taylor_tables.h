@@ -25,7 +25,7 @@ struct TaylorTables {
     double first[3], second[2];
     int first_place[3], second_place[2];
   };
-  struct Shift {
+  struct Shift {  // term of a translation: target += source * (shift^n / n! at place `power`)
     int target, source, power;
   };
 

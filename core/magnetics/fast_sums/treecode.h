@@ -33,7 +33,7 @@ TreecodeField treecode_field(const Team& team, const DipoleSet& by, const ConstP
                              bool gradient, double tolerance);
 
 // Returns the forces (6.10) and torques (6.11) of [Thomaszewski2010] that the dipoles of `by` exert
-// on the given dipoles, as dipole_forces() does.
+// on the given dipoles, and the energies of these dipoles, as dipole_forces() does.
 Wrenches treecode_forces(const Team& team, const Points& positions, const Points& moments,
                          const DipoleSet& by, double tolerance);
 

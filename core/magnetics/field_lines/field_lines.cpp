@@ -137,8 +137,9 @@ class LineTracing {
     return nullptr;
   }
 
-  // Ends a line at the point at(t) where it enters a body, or its layer if `holds` tests for this,
-  // with t in (low, high]. The point at(high) must lie in the body or layer.
+  // Ends a line that enters a body, or its layer if `holds` tests for this, at a parameter t in
+  // (low, high]. The point at(high) must lie in the body or layer. Returns the point of entry into
+  // the body, or the point of the surface that is nearest to the entry into the layer.
   template <class At>
   Vec3 end_at_body(Tracer& line, double low, double high, Test holds, At&& at) const {
     for (int i = 0; i < 40; ++i) {
@@ -276,7 +277,8 @@ LineOptions checked_options(const std::vector<MagneticBody>& bodies, LineOptions
   return options;
 }
 
-// Returns one tracer for each direction from each seed. The one against the field comes first.
+// Returns one tracer for each requested direction from each seed. If a line is traced in both
+// directions, the tracer against the field comes first.
 std::vector<Tracer> tracers_from(const LineSeeds& seeds) {
   std::vector<Tracer> tracers;
   for (Index i = 0; i < seeds.points.rows(); ++i)
