@@ -20,7 +20,7 @@ struct GatherRoom {
   std::vector<std::byte> buffer;      // scratch
 };
 
-// Elements of all ranks, and a note of each rank.
+// Elements of all ranks, and a note (one additional value) of each rank.
 template <class Element, class Note>
 struct NotedGather {
   Gathered<Element> gathered;

@@ -19,9 +19,9 @@ using SectionRanges = std::vector<std::vector<std::size_t>>;
 SectionRanges section_ranges(const std::vector<float>& costs, const SectionStarts& first,
                              int n_ranges);
 
-// Returns the imbalance of ranges [1], which is 1 if they are balanced. It is A / B, where A is the
-// sum of the costs of the most expensive range of each group of sections that are cut together, and
-// B is the mean cost per rank.
+// Returns the imbalance of ranges [1]: A / B. A adds up the cost of the most expensive range in
+// each group of sections that are cut together, and B is the mean cost per rank. The imbalance of
+// equally expensive ranges is 1.
 double imbalance(const std::vector<float>& costs, const SectionStarts& first,
                  const SectionRanges& ranges);
 

@@ -25,7 +25,8 @@ Frame capture(const State& state, const StepOutcome& outcome, const Engines& eng
 void measure(const State& state, double time, const Engines& engines, Measuring how,
              StepReport& report);
 
-// Returns the magnetic force and torque on each body at `time` [s]. They are zero without magnets.
+// Returns the magnetic force and torque on each body at `time` [s]. They are zero if the scene has
+// neither magnets nor coils.
 std::vector<Wrench> magnetic_forces(const State& state, double time, const Engines& engines);
 
 Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutcome& outcome);
