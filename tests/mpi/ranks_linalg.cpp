@@ -1,5 +1,4 @@
-// Sums, halos and the conjugate gradient solver give the same bits on several ranks as on
-// one.
+// Sums, halos and the conjugate gradient solver give the same bits on several ranks as on one.
 #include <cmath>
 #include <cstring>
 #include <limits>
