@@ -39,8 +39,8 @@ class CollisionStage {
   ~CollisionStage();
 
   // All ranks must call this method together. From now on, each of them keeps only the contacts
-  // that act on its rows, and those that determine their shares. proximity() then returns these
-  // contacts.
+  // that act on its rows, and the contacts that influence the shares of such contacts. proximity()
+  // then returns only kept contacts.
   void divide(IndexRange rows);
   bool divided() const;
 
@@ -75,9 +75,9 @@ class CollisionStage {
   ContactTerms terms(const ContactInputs& inputs, const std::vector<Contact>& contacts,
                      const ContactState& state, ExtraTerms& terms) const;
 
-  // Returns contact_energies() [J] at the end of `motion`, which is also StrengthInputs::x.
-  // `contacts` must be the result of proximity() or proximity_alone() there. `rows` are the rows of
-  // this rank if contacts are divided.
+  // Returns contact_energies() [J] for `motion`, whose end must be StrengthInputs::x. `contacts`
+  // must be the result of proximity() or proximity_alone() at this end. `rows` are the rows of this
+  // rank if contacts are divided.
   std::vector<BinnedSum> energies(const ContactMotion& motion, const StrengthInputs& inputs,
                                   const std::vector<Contact>& contacts, IndexRange rows) const;
 
@@ -86,7 +86,8 @@ class CollisionStage {
 
   // Collective if contacts are divided. Updates the friction anchors of all contacts after the
   // motion x0 -> x1. `made` must be the terms that terms() returned for `contacts`. Returns the
-  // energy of all contacts at x0, which ContactTerms::energy() divides among the ranks [J].
+  // energy of all contacts at x0 [J], which is the sum of ContactTerms::energy() over the ranks if
+  // contacts are divided.
   double update_anchors(const std::vector<Contact>& contacts, const ContactTerms& made,
                         const Points& x0, const Points& x1, ContactState& state) const;
 

@@ -97,7 +97,7 @@ class EventContacts {
   std::vector<Index> touched_;
   EventWork work_;
   std::vector<Event> events_;
-  std::vector<double> next_;  // scratch: time of the next evaluation of each event's pair [s]
+  std::vector<double> next_;  // scratch: time of the next evaluation of each pair [ticks]
   Points placed_;             // scratch: positions of all vertices at the current tick [m]
   bool all_placed_ = false;   // placed_ is set for the current tick or event
   std::vector<PlacedBody> bodies_;

@@ -28,7 +28,8 @@ class Displacements {
   double share(Index v) const { return share_[unit(v)]; }
   bool carried(Index v) const { return carrier_[unit(v)] != none; }
 
-  // Makes the unit of `v` follow the immovable vertices of an impact, unless it has a carrier.
+  // Makes the unit of `v` follow the immovable vertices of an impact, unless it has a carrier or
+  // these vertices are at rest.
   void carry_with_immovable(Index v, const StepImpact& impact);
   // Makes the unit of `v` follow the carrier of `other`.
   void carry_with_vertex(Index v, Index other);
@@ -70,7 +71,7 @@ class Displacements {
   std::vector<std::uint8_t> changed_;
   std::vector<RigidMotion> motions_;  // motion of each surface
   std::vector<std::uint8_t> known_;
-  std::vector<RigidPose> wanted_pose_, carried_pose_;  // (bodies) requested; on carrier
+  std::vector<RigidPose> wanted_pose_, carried_pose_;  // (bodies) poses for share 1 and share 0
 };
 
 }  // namespace loomstone

@@ -13,7 +13,7 @@ namespace loomstone {
 namespace {
 
 // A contact counts as closing if its predicted gap is less than this fraction of its gap at the
-// start. Our choice: in gentle motion, no contact counts as closing.
+// start. Our choice, small enough that no contact counts as closing in gentle motion.
 constexpr double closing = 0.25;
 
 Mat3 tangent_projector(const Vec3& normal) {

@@ -36,8 +36,8 @@ struct FrictionError {
   // would close.
   std::array<BinnedSum, n_sums> sums;
 
-  // Returns the first sum divided by the second [1]; 0 if the first is 0, 1 if any contact would
-  // close.
+  // Returns 1 if any contact would close. Otherwise returns the first sum divided by the second
+  // [1], or 0 if the first is 0.
   double relative() const;
 };
 
