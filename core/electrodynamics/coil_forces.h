@@ -13,7 +13,7 @@
 namespace loomstone {
 
 struct CoilForces {
-  std::vector<CarrierWrenches> per_ampere;  // due to each coil [N/A, N m/A]
+  std::vector<CarrierWrenches> per_ampere;  // (coils) due to each coil [N/A, N m/A]
   // Interactions of circuits: direct ones between different carriers, and those through magnetised
   // bodies.
   std::vector<CircuitResponse::Pair> pairs;
