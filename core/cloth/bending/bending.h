@@ -20,7 +20,7 @@
 
 namespace loomstone {
 
-// The input of both bending elements.
+// Input from which either bending element is built.
 struct BendingSetup {
   Points rest_positions;          // (n x 3) [m] shape at rest; for flat cloth, any flat shape
   Triangles triangles;            // (m x 3)

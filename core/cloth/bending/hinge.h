@@ -66,8 +66,8 @@ class HingeSet {
 
   // Computes the angles of the listed batches, the gradients u if with_gradient is true, and the
   // rates if v is given. Rates require with_gradient. Without v, values that were already computed
-  // for the same positions are reused. The result is bitwise identical for any list and any number
-  // of threads.
+  // for these batches at the same positions are reused. The result is bitwise identical for any
+  // list and any number of threads.
   void evaluate(const Team& team, const std::vector<Index>& batches, const Points& x,
                 const Points* v, bool with_gradient, HingeValues& values) const;
 

@@ -21,7 +21,7 @@ struct LimitedCloth {
   std::vector<Corners2> corners;  // (m) rest coordinates in weft/warp axes [m]
   std::vector<StrainLimit> limits;
   std::vector<Index> limit_of;           // (m) index into limits; -1: unlimited
-  Vector mass;                           // (n) [kg], > 0
+  Vector mass;                           // (n) masses [kg], > 0
   std::vector<std::uint8_t> prescribed;  // (n) 1: prescribed vertex
 };
 
