@@ -1,4 +1,4 @@
-// Serialisation of Bullet's contact points and of the positions of obstacles.
+// Serialisation of Bullet's contact points and of the positions of obstacles (ObstaclePlaces).
 #pragma once
 
 #include <array>

@@ -149,8 +149,8 @@ std::vector<std::uint8_t> bodies_on_obstacles(int n,
 // bodies only by impulses. No Bullet type appears in this interface.
 class RigidWorld {
  public:
-  // Solver sweeps over all contacts. With 50, cubes of 1 cm stay at rest at steps of 1 ms. With 10,
-  // stacks creep.
+  // Solver sweeps over all contacts in each step. With 50 sweeps and steps of 1 ms, cubes of 1 cm
+  // stay at rest. With 10 sweeps, stacks creep.
   static constexpr int default_iterations = 50;
 
   // If `gyroscopic` is true, gyroscopic torques act on the bodies. Otherwise, the caller computes

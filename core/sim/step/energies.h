@@ -1,4 +1,4 @@
-// Computes the energies of a state.
+// Computes the energies of a state, and the circuit values of reports.
 #pragma once
 
 #include "core/base/report.h"

@@ -25,8 +25,8 @@ void add_to_account(const PartWork& work, const Solved& solved, const AfterSolve
 // Sets the account and the balances in a report whose energies are those of `state`.
 void report_account(const State& state, StepReport& report);
 
-// Returns the length to which the part must be shortened because contacts have created energy, or
-// the length of the part if they have not. Both lengths are in 64ths of the step (see StepPart).
+// Returns the length to which the part must be shortened if contacts have created more energy than
+// is tolerated, and the length of the part otherwise, in 64ths of the step (see StepPart).
 // Contacts create energy if surfaces approach each other within a part, because the contact force
 // begins only at the end of the part. By then, the surfaces may be much closer than their
 // thickness. The tolerated energy is a fraction of the largest kinetic energy so far. If the user

@@ -16,7 +16,7 @@ constexpr int max_rounds = 4;
 constexpr int max_fallbacks = 4;
 constexpr int max_passes = 16;    // passes over triangles per fallback
 constexpr double aimed_at = 0.9;  // target excess of a fallback, as a fraction of the margin
-// The step is taken in parts if fallbacks withhold more than this fraction of the motion. For a
+// A part of the step is divided if fallbacks withhold more than this fraction of its motion. For a
 // cloth thrown at a ball, one fallback can withhold most of the motion.
 constexpr double much_motion = 0.01;
 

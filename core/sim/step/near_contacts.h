@@ -29,8 +29,8 @@ struct NearContacts {
   // (vertices x 3) predicted velocities of all collision vertices [m/s]. They are set only if the
   // solve includes contacts or the integrator handles them at events.
   Points v0;
-  // (vertices x 3) change of velocity in the last step [m/s]. Contact terms assume the same change
-  // in this step, which reduces the lag of sliding contacts.
+  // (vertices x 3) change of velocity in the last part, scaled to the length of this part [m/s].
+  // Contact terms assume this change in this part, which reduces the lag of sliding contacts.
   Points last_change;
   GatherRoom work_room;
 };

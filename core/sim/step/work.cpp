@@ -143,8 +143,8 @@ struct WorkOfContact {
   double work = 0.0;
 };
 
-// Returns the work that scripted surfaces and prescribed vertices do through the contacts that
-// count on this rank, and the work done against their friction.
+// Returns the work that scripted surfaces and prescribed vertices do through the contacts that this
+// rank counts (ContactTerms::counts()), and the work done against the friction of these contacts.
 std::vector<WorkOfContact> work_of_terms(const StepContext& part, const NearContacts& near,
                                          const std::vector<std::array<Vec3, 2>>& terms,
                                          const Points& displacement, const Model& model) {
