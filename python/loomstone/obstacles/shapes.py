@@ -297,7 +297,7 @@ def floor(
 def _rotation_to(
     axis: np.ndarray[Any, np.dtype[np.float64]],
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Returns the rotation matrix that maps the z axis to the direction of `axis`."""
+    """Returns a rotation matrix that maps the z axis to the direction of `axis`."""
     from scipy.spatial.transform import Rotation
 
     if not axis.any():

@@ -88,9 +88,10 @@ def of_attachments(scene: Scene) -> list[str]:
 
 
 def of_contacts(scene: Scene, simulation: Any) -> list[str]:
-    """Returns one sentence for each pair of surfaces that start too close to each other.
+    """Returns one sentence for each pair of surfaces, or cloth with itself, that start too close.
 
-    Their distance is less than GAP times the contact distance.
+    Their distance is less than GAP times the contact distance. Vertices, edges and triangles that
+    are not free to move apart do not count.
     """
     vertices, distances, thicknesses = simulation.near_contacts()
     close = distances < GAP * thicknesses
