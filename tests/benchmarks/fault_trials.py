@@ -136,7 +136,7 @@ cat out/report.json > "$5"
 
 
 def full_file_system(whole: Whole, out: Path, seed: int) -> str:
-    """Runs the scene in a tmpfs of random size, enlarges the tmpfs, completes the run. Needs root."""
+    """Runs the scene in a tmpfs of random size, then completes it with more space. Needs root."""
     out.mkdir(parents=True)
     size = int(random.Random(seed).uniform(0.05, 1.2) * whole.length)
     report = out.parent / f"report-{seed}.json"
