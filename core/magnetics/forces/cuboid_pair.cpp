@@ -56,8 +56,8 @@ LOOMSTONE_INLINE Lanes third(const Arms<Lanes>& a, int i, int j, int k) {
          0.5 * a.r * x;
 }
 
-// Returns U (defined at the top of this file), the integral of T_ijk along `axis`, which differs
-// from j and k.
+// Returns U (defined at the top of this file), the integral of T_ijk along `axis`. `axis` must
+// differ from j and k.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes integral(const Arms<Lanes>& a, int i, int j, int k, int axis) {
   if (i == j && j == k) {
