@@ -74,7 +74,7 @@ class Simulation {
   // from rank 0.
   State& state();
   std::array<Index, 2> owned_rows() const;  // cloth rows of this rank, [first, end)
-  void gather();  // Collective. Sends the rows that each rank wrote to all ranks.
+  void gather();  // Collective. Sends the rows written by each rank to all other ranks.
   std::int64_t loop_iterations() const;  // iterations of this rank's parallel loops in all steps
 
   Points positions() const;  // (n x 3) [m], a copy
