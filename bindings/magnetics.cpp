@@ -1,5 +1,5 @@
-// Binds magnets and currents at given poses, and the functions that compute their fields, field
-// lines, forces, energies, inductances and induced moments.
+// Binds magnets and currents at given poses, their fields, forces and energies, and induced
+// moments.
 #include <optional>
 
 #include "bindings/descriptions.h"

@@ -277,7 +277,7 @@ struct AccountReport {
   }
 };
 
-// Number of sub-steps of the motion of magnets, and largest estimated error of a magnetic force.
+// Sub-steps of the motion of magnets, and largest estimated error of a magnetic force.
 struct MagnetReport {
   int substeps = 0;
   double force_error = 0.0;

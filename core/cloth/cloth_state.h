@@ -34,7 +34,7 @@ struct ClothState {
   // without damping. The asynchronous integrator writes them.
   Points element_positions;
   // History of multistep schemes (BDF-2, extrapolated bending); empty if there is none. The
-  // integrator writes it. It is cleared when certification moves a vertex.
+  // integrator writes it. It is cleared when strain limiting or certification moves a vertex.
   Points previous_x;        // (n x 3) [m]
   Points previous_v;        // (n x 3) [m/s]
   Points previous_bending;  // (n x 3) [N]

@@ -248,8 +248,7 @@ void MidedgeBending::add_forces(const Team& team, const Points& x, const Points&
   hinges_.gather(team, values_, moment_, range_, force);
 }
 
-// Computes the moments of the selected hinges from the angles in values_ and the rates `rate`,
-// which may be null.
+// Computes the moments of the selected hinges from values_ and from `rate`, which may be null.
 void MidedgeBending::find_moments(const Team& team, const double* rate) const {
   const Selection& s = selection_;
   parallel_ranges(team, static_cast<Index>(s.triangle_batches.size()), batches_per_range,
