@@ -43,7 +43,7 @@ struct MagneticScene {
 // A magnet on its carrier.
 struct CarriedMagnet {
   SourcePtr source;                           // null: induced magnet
-  double radius = 0.0, polarizability = 0.0;  // induced sphere only [m], [A m^2/T]
+  double radius = 0.0, polarizability = 0.0;  // [m], [A m^2/T]; induced spheres only
   SoftShapePtr soft;        // shape of an induced body; null: a point dipole or a hard magnet
   double saturation = 0.0;  // saturation polarization of `soft` [T]
   Points cells;             // positions of the cells of an explicit response [m]

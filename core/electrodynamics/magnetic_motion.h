@@ -24,7 +24,7 @@ struct MagneticStep {
 // Cost and error of a step.
 struct MagneticEffort {
   int substeps = 0;
-  double error = 0.0;  // estimate of the largest force error of a body at the end [N]
+  double error = 0.0;  // largest estimated error of the magnetic force on a body at the end [N]
   // Work that scripted obstacles do on bodies through contacts and magnets [J]. Work that they do
   // through coils is part of the energy supplied to the circuits.
   double obstacle_work = 0.0;
@@ -86,9 +86,9 @@ class MagneticMotion {
   struct Course;
 
   Cause cause_of(const Moment& moment) const;
-  // Computes forces and inductances at an instant, with `moments` as the initial guess of the
-  // induced dipole moments, which are then stored in `moments`. If last_ has the same inputs
-  // (Cause), returns it and leaves `moments` unchanged.
+  // Computes forces and inductances at an instant. On entry, `moments` is an initial guess of the
+  // induced dipole moments; on return, it contains the computed moments. If last_ has the same
+  // inputs (Cause), returns last_ and leaves `moments` unchanged.
   const Instant& arrive(const Team& team, const Moment& moment, Points& moments);
   CircuitResponse response(const Team& team, const Moment& moment, const PlacedCoils& coils,
                            const Instant& idle) const;

@@ -15,8 +15,9 @@ namespace {
 // largest overlap is 0.08 mm, compared with 0.06 mm for sub-steps half as long.
 constexpr double touching_share = 1.0 / 16.0;
 
-// Factor on the moments of induced magnets. These moments change with the distance r, so the force
-// can be proportional to r^-7 instead of r^-4. Its relative derivative is then 7/4 times as large.
+// Factor on the moments of induced magnets, unless add_spheres() treats them. These moments change
+// with the distance r, so the force can be proportional to r^-7 instead of r^-4. Its relative
+// derivative is then 7/4 times as large.
 constexpr double induced_growth = 1.75;
 
 // Returns the sum of |charge| times distance from the origin over the surface [A m^2]. Unlike the

@@ -304,8 +304,8 @@ class NewtonIntegrator final : public Integrator {
     return it.potential = sum;
   }
 
-  // Solves for the Newton correction of now_. Returns false, on all ranks alike, if the solve with
-  // the exact Jacobian fails, which may be indefinite.
+  // Solves for the Newton correction of now_. The exact Jacobian may be indefinite. If the solve
+  // with it fails, returns false on all ranks.
   bool solve(const Step& step, JacobianKind kind, IntegrationReport& report) {
     const Points moved = displacement(step.h(), now_.velocity);
     x_ = start_x_ + moved.topRows(step.n);

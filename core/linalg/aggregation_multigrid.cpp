@@ -431,8 +431,8 @@ BinnedSum AggregationMultigrid::correction_product() const {
   return sum;
 }
 
-// Gathers the residual of the first replicated level. Adds the sums of all ranks, which are sent in
-// the same message.
+// Gathers the residual of the first replicated level. Replaces `sums` by their totals over all
+// ranks, which are sent in the same message.
 void AggregationMultigrid::gather_residual(const RowLayout& layout, BinnedSum* sums) {
   if (layout.single()) return;
   const Communicator& ranks = layout.communicator();

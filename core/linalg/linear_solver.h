@@ -1,6 +1,6 @@
-// Solves (A + term_scale sum_terms J^T H J + body blocks) x = b on free rows. A is the matrix of
-// the cloth rows. J and H are the Jacobian and the stiffness of a term (extra_terms.h). Fixed rows
-// keep their given value of x (exact constraints by filtering, [Baraff1998]).
+// Linear solvers for (A + term_scale sum_terms J^T H J + body blocks) x = b on free rows. A is the
+// matrix of the cloth rows. J and H are the Jacobian and the stiffness of a term (extra_terms.h).
+// Fixed rows keep their given value of x (exact constraints by filtering, [Baraff1998]).
 #pragma once
 
 #include <array>

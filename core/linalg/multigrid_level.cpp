@@ -12,7 +12,7 @@ namespace {
 
 constexpr Index slices_per_chunk = rows_per_block / 8;
 constexpr Index parents_per_chunk = rows_per_block / 8;
-constexpr Index chunks_a_task = 8;  // minimum work of a task: 1,024 nodes, about 5 us
+constexpr Index chunks_a_task = 8;  // minimum work of a task: about 1,000 nodes, 5 us
 constexpr Index chunks_of_product_a_task =
     2;  // minimum work of a product task: 256 nodes, about 5 us
 // Damping of the Jacobi sweeps. The sweeps converge if each element or term couples at most four

@@ -16,7 +16,8 @@ class AttachedBodies {
   // momentum. Vertices that are not at their attachment points move to them during the interval.
   void begin(const StepInputs& inputs, const Vector& mass, const Points& body_velocity,
              const Points& x, Points& v);
-  // Ends the interval: sets velocities of the bodies (2 b x 3) and their poses.
+  // Ends the interval. Stores the velocities of the bodies in `body_velocity` (2 b x 3), and their
+  // poses in BodiesOfStep::end.
   void finish(const StepInputs& inputs, Points& body_velocity) const;
 
   // Applies the fraction `share` of the impulses that the loads give the bodies in the interval.

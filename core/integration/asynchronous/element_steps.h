@@ -34,7 +34,7 @@ class ElementSteps {
   ElementSteps(const ClothModel& model, const Asynchronous& options,
                const std::vector<LimitModes>& limits = {});
 
-  const Vector& at_rest() const { return at_rest_; }  // (m) [s]
+  const Vector& at_rest() const { return at_rest_; }  // (m) steps at rest [s]
   // Steps (m) at positions x and velocities v, at most those at rest [s]. With the largest stretch
   // s >= 1 and the largest tension t [N/m], lambda <= s^2 lambda_0 + gamma t. Here lambda_0 is the
   // eigenvalue at rest, including the stiff phases of strain limits at x and at positions that v

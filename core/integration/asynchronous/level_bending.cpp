@@ -79,7 +79,7 @@ void BendingGroup::kick(const Team& team, const Kick& kick, const Vector& invers
   apply();
 }
 
-// Returns true if the last kick evaluated the forces at the same positions x.
+// Returns true if force_ contains the forces at the positions x.
 bool BendingGroup::known_at(const Points& x) const {
   for (std::size_t i = 0; i < vertices_.size() && known_; ++i)
     if (x_.row(static_cast<Index>(i)) != x.row(vertices_[i])) return false;

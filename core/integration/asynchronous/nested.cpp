@@ -37,11 +37,11 @@ struct Plan {
   Index base = 1;                    // a level has base * 2^level steps in the interval
   std::vector<std::uint8_t> wanted;  // (m) coarsest levels that the steps of the triangles permit
   std::vector<std::uint8_t> level;   // (m) levels of the triangles, not coarser than `wanted`
-  std::vector<double> step_of;       // (levels) [s]
+  std::vector<double> step_of;       // (levels) step of each level [s]
   std::unique_ptr<LevelMembrane> membrane;
   // (levels) Triangles of each level and the finer ones; empty without limit impulses.
   std::vector<std::vector<Index>> limited;
-  Vector steps;                             // (m) step of the level of each triangle [s]
+  Vector steps;  // (m) step of the level of each triangle [s]
   LevelGroups groups;
   std::unique_ptr<LevelVertices> vertices;
 
