@@ -26,7 +26,7 @@ STEPS_PER_FRAME = 4
 
 
 def find_program() -> str | None:
-    """Returns the C++ test program from the environment or from the usual build folder."""
+    """Returns the C++ test program of the environment or of the build folder, or None."""
     built = pathlib.Path(__file__).parents[3] / "build" / "tests" / "cache" / "test_cache"
     return os.environ.get("LOOMSTONE_TEST_CACHE") or shutil.which(str(built))
 
