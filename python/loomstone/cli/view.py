@@ -30,7 +30,7 @@ def view(
         Path | None, typer.Option(help="write a page that needs no server to this file, and end")
     ] = None,
 ) -> None:
-    """Shows a run, or a running simulation, on a web page.
+    """Shows a run on a web page, or simulates a scene there.
 
     A run is played with a timeline, which grows while the run is still in progress. A scene file is
     simulated as you watch: pull cloth, rigid bodies and obstacles with the left mouse button. To

@@ -40,7 +40,7 @@ class Surface:
     material: Indices  # (m) index into colors
     roughness: float  # [1]
     texture: Bytes | None  # (height x width x 3) sRGB image that replaces colors[0]; None: no image
-    texture_uv: Floats  # (k x 2) uv in units of the image's size; no rows without an image
+    texture_uv: Floats  # (k x 2) uv in units of the image's size; no rows if the look has no image
 
     def positions(self, frame: Frame) -> Floats:
         """Returns the vertices of the surface (n x 3) in a frame [m]."""

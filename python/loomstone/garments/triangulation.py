@@ -20,7 +20,7 @@ __all__ = ["Boundary", "smallest_angles", "triangulated"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-CLEARANCE = 0.5  # initial distance of points from the boundary / spacing; less in narrow panels
+CLEARANCE = 0.5  # smallest initial distance from the boundary / spacing; less in narrow panels
 WANTED_DEGREES = 28.0  # triangles with a smaller angle are improved
 COMPASS = np.array([(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4])
 

@@ -27,7 +27,7 @@ class LineEnd(IntEnum):
 
     seed = 0  # this end is the seed of a line traced in one direction only
     body = 1  # the line enters or leaves a magnet or a magnetised body
-    left = 2  # the line leaves the ball of radius `extent` about `centre`
+    left = 2  # the line enters or leaves the ball of radius `extent` about `centre`
     closed = 3  # the line returns to its start
     length = 4  # the line reaches the limit of its length or number of steps
     no_field = 5  # the field vanishes there

@@ -74,7 +74,7 @@ def mesh(
 
 
 def _named(surface: TriangleMesh, name: str | None, default: str, **settings: Any) -> Obstacle:
-    """Returns an obstacle with a default name, to which scenes append a number if it is taken."""
+    """Returns an obstacle. Scenes append a number to its default name if that is taken."""
     obstacle = mesh(surface, name=default if name is None else name, **settings)
     return obstacle.replace(numbered=name is None)
 

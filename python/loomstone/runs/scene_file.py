@@ -9,7 +9,7 @@
                                                    # depend on time and state alone
     def check(run: ls.Run) -> None: ...            # optional: asserts claims about the frames
 
-`integrator` and `duration` may also be functions of the scene's parameters.
+Each of `duration`, `rate`, `integrator` and `render` may also be a function of the parameters.
 
 A scene file is a module: it can import modules in its directory. Relative paths in its code are
 relative to its directory. check() finds the directory of the run in run.directory.
