@@ -1,6 +1,6 @@
-// Repeats the searches for collisions in a recorded motion. Their work is measured on one thread,
-// and core/parallel/pool_replay.h predicts times on many ranks from it. perform() measures times on
-// existing ranks instead.
+// Repeats the searches for collisions in a recorded motion. Their work is measured on one thread.
+// From this work, core/parallel/pool_replay.h predicts times on many ranks. perform() measures
+// times on existing ranks instead.
 #pragma once
 
 #include <memory>

@@ -1,7 +1,7 @@
-// Collision handling of one step. Contacts are found at the start of the step. They enter an
-// implicit solve as extra terms, or impulses correct the motion after an explicit step.
-// Certification then finds the impacts of the whole motion by continuous collision detection. It
-// removes them by impulses (clean-up) and, if some remain, by withholding motion.
+// Collision handling of one step. Contacts are found at the start of the step. An implicit solve
+// includes them as extra terms; after an explicit step, impulses correct the motion. Certification
+// then finds the impacts of the whole motion by continuous collision detection. It removes them by
+// impulses (clean-up) and, if some remain, by withholding motion.
 #pragma once
 
 #include <memory>
@@ -52,13 +52,13 @@ class CollisionStage {
   // contains the vertices of all surfaces.
   // The reference is valid until the next call of proximity(), proximity_alone() or all_contacts().
   const std::vector<Contact>& proximity(const Team& team, const Points& x0, const Tangle& tangle);
-  // Returns the contacts of all ranks. Not collective: a rank may call it without the others. Slow,
-  // unless there is only one rank, or contacts are not divided and x0 is that of the last call of
+  // Returns the contacts of all ranks. Not collective: a rank may call it without the others. Slow
+  // if contacts are divided, or if there are several ranks and x0 is not that of the last call of
   // proximity().
   const std::vector<Contact>& proximity_alone(const Team& team, const Points& x0,
                                               const Tangle& tangle);
-  // Collective. Returns the contacts of all ranks. Slow unless x0 is that of the last call of
-  // proximity().
+  // Collective. Returns the contacts of all ranks. Fast if x0 is that of the last call of
+  // proximity(); otherwise like proximity_alone().
   const std::vector<Contact>& all_contacts(const Team& team, const Points& x0,
                                            const Tangle& tangle);
   // Totals of the contacts that the last call of one of these three functions found on all ranks.

@@ -56,7 +56,7 @@ class EventContacts {
     Vec3 normal;
     double distance, inverse_mass;  // [m], [1/kg]; a pair without an impulse has inverse mass 0
     Index body;                     // body in the pair; -1: none
-    Vec3 touched;                   // closest point of the body [m]
+    Vec3 touched;                   // contact point on the body [m]
     bool at_end;                    // two edges, and an end of one of them is closest
     double to_cross;                // motion_to_cross() if `at_end`, otherwise 0 [m]
   };

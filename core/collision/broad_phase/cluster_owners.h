@@ -22,7 +22,7 @@ class ClusterOwners {
   // these clusters are given the same cost.
   ClusterOwners(const std::vector<Index>& n_clusters, const Communicator& ranks);
 
-  // Returns the first clusters of a surface pair whose lists this rank computes.
+  // For a surface pair, returns the range of first clusters whose lists this rank computes.
   IndexRange own(Index pair) const { return range(pair, part_); }
   // Returns the position of a first cluster among the first clusters of this rank, which are sorted
   // by surface pair.

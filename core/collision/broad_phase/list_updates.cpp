@@ -138,8 +138,8 @@ bool NeighbourLists::retries_within(int updates) const {
                      [&](int left) { return left > 0 && left <= updates; });
 }
 
-// Returns whether lists are widened and too many of them were made again. Owners that a test
-// rotates do not count. Lists that are not widened save time even if they last for few updates.
+// Returns whether lists are widened and too many of them were made again. Always returns false if a
+// test rotates the owners. Lists that are not widened save time even if they last for few updates.
 bool NeighbourLists::costly(const Upkeep& upkeep) const {
   return extra_ > 0.0 && upkeep.updates == upkeep_updates && !owners_.rotates() &&
          static_cast<double>(upkeep.made) > most_made * static_cast<double>(upkeep.lists);

@@ -69,7 +69,7 @@ class Displacements {
   std::vector<double> share_;   // (n) fraction of relative motion that a unit keeps
   std::vector<Index> carrier_;  // (n) carrier of each unit: index of a surface, `none` or `local`
   std::vector<std::uint8_t> changed_;
-  std::vector<RigidMotion> motions_;  // motion of each surface
+  std::vector<RigidMotion> motions_;  // motion of each surface; set if known_ is 1
   std::vector<std::uint8_t> known_;
   std::vector<RigidPose> wanted_pose_, carried_pose_;  // (bodies) poses for share 1 and share 0
 };

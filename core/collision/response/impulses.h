@@ -66,8 +66,8 @@ class Impulses {
   bool prepare(ImpulseContact& contact, const Points& x0, const Points& x1, double share) const;
 
   // Corrects the end positions of cloth and bodies in x1, and updates `end`, `moved` and `turned`
-  // of bodies. Stops when no impulse changes its gap by more than `tolerance` times the contact's
-  // `scale`, or after `most_sweeps` sweeps.
+  // of bodies. Stops after a sweep in which no impulse changes its gap by more than `tolerance`
+  // times the `scale` of the contact, or after `most_sweeps` sweeps.
   void solve(std::vector<ImpulseContact>& contacts, const Points& x0, Points& x1, int most_sweeps,
              double tolerance);
 

@@ -59,7 +59,7 @@ struct Tangle {
                const std::array<Index, 4>& vertices) const;
 };
 
-// Finds intersections and contours. Caches the connectivity of the surfaces.
+// Finds the tangle of a configuration. Caches the connectivity of the surfaces.
 class TangleFinder {
  public:
   explicit TangleFinder(const CollisionModel& model) : model_(model) {}
