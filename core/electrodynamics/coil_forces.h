@@ -20,7 +20,7 @@ struct CoilForces {
   std::vector<double> sense;  // (coils) 1, or -1 if a commutator reverses the voltage
 };
 
-// Coils at their current poses, and the forces on them.
+// Coils at given poses, and the forces on them.
 class PlacedCoils {
  public:
   // `twists` is the motion of the obstacles. Forces between two obstacles at rest are not computed.

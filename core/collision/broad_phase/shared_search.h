@@ -64,9 +64,9 @@ class SharedSearch {
     return all;
   }
 
-  // Returns the largest number of records that a search has returned so far. A thread that reserves
-  // memory for this number rarely needs to move its records during a search. The operating system
-  // provides reserved memory only when it is used.
+  // Returns the number of records that the largest result so far could contain. A thread that
+  // reserves memory for this number rarely needs to move its records during a search. The operating
+  // system provides reserved memory only when it is used.
   template <class Record>
   std::size_t most_records() const {
     return most_bytes_ / sizeof(Record);
