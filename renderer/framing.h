@@ -26,7 +26,7 @@ Framing make_framing(const FrameTopology& topology, const Frame& first);
 // Finds a camera that shows the cloth and bodies of several frames as large as possible.
 class CameraFit {
  public:
-  // Throws InvalidInput for options that cannot be drawn, or if the camera has key frames.
+  // Throws InvalidInput for an invalid topology or options, or if the camera has key frames.
   CameraFit(const FrameTopology& topology, const RenderOptions& options);
   void include(const Frame& frame);
   // Returns the camera at its fitted position, with Camera::fit switched off. At least one frame
