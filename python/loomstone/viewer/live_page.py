@@ -90,7 +90,7 @@ class Live:
     def rates(self) -> tuple[float, float]:
         """Returns the pictures per second [1/s] and the ratio of simulated to elapsed time [1].
 
-        Both are means over the last 10 s.
+        Both are means over at most the last 10 s, and 0 before the second picture.
         """
         pictures = list(self._pictures)
         if len(pictures) < 2:
