@@ -86,10 +86,10 @@ Strip diamond_strip(bool along, double length, double width, Index across) {
       };
       const Index w = at(i - 1, j), e = at(i + 1, j), s = at(i, j - 1), n = at(i, j + 1);
       const bool whole = w >= 0 && e >= 0 && s >= 0 && n >= 0;
-      if (n < 0 || s < 0 || (whole && along && i != clamp)) {  // edge w-e divides or bounds the diamond
+      if (n < 0 || s < 0 || (whole && along && i != clamp)) {  // w-e divides or bounds the diamond
         if (n >= 0) triangles.push_back({w, e, n});
         if (s >= 0) triangles.push_back({w, s, e});
-      } else {  // edge s-n divides or bounds it; this edge may lie on the clamp line
+      } else {  // s-n divides or bounds it, and may lie on the clamp line
         if (e >= 0) triangles.push_back({s, e, n});
         if (w >= 0) triangles.push_back({s, n, w});
       }
