@@ -81,7 +81,7 @@ class Communicator {
   virtual void agree(int& kind, std::string& text) const {
     static_cast<void>(kind), static_cast<void>(text);
   }
-  // Text of the last failure that the ranks agreed on; empty on a single rank.
+  // Text of the last failure that the ranks agreed on; empty if there was none or on a single rank.
   virtual std::string agreed() const { return {}; }
   // Traffic of this rank; zero on a single rank.
   virtual Traffic traffic() const { return {}; }

@@ -11,7 +11,7 @@ namespace loomstone {
 
 // Returns whether two bodies overlap by more than 1e-6 of the sum of their radii. This tolerance
 // allows for rounding. Bodies may touch. Dipoles, currents and cells fill no space. The test is
-// exact for pairs of cuboids and for spheres. For other pairs, at least about 300 points on the
+// exact for pairs of cuboids and for spheres. For other pairs, about 300 or more points on the
 // surface of each are tested.
 bool overlap(const MagneticBody& a, const MagneticBody& b);
 

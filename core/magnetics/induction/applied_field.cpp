@@ -66,7 +66,7 @@ Judged judge(const Vec3& direction, const double* areas, const double* field, do
   return judged;
 }
 
-// Bisects a triangle at its longest edge. Bisects a rectangle in the direction u or v.
+// Bisects a triangle at its longest edge, or a rectangle in the direction of u (`along_u`) or v.
 std::pair<FlatPanel, FlatPanel> halves(const FlatPanel& panel, bool along_u) {
   const Vec3* x = panel.corner;
   if (panel.corners == 4) {

@@ -68,7 +68,7 @@ class ChargedPanels final : public Source {
     Vector at_samples;  // mu0 times the charge at each sample of the set [T m^2]
     std::vector<FlatPanel> parts;
     Vector charges;  // mean of mu0 sigma on each part [T]
-    // Samples of the total charge of the parts, with the same number on each part.
+    // Samples of the total charge on the parts. Each part has the same number of samples.
     std::vector<PanelSample> samples;
     SourcePtr panel_means;  // the same body with uniform charge on each panel
     Vector errors;          // estimated error of mu0 sigma on each panel [T]; empty if unknown

@@ -52,7 +52,7 @@ std::vector<double> flat(const std::vector<Complex>& c, double scale) {
   return out;
 }
 
-// Coefficients of each field component and factors of the recurrence, both as triangular arrays.
+// Coefficients of each component and factors of the recurrence, both as triangular arrays.
 struct Series {
   const double* const* coefficients;
   const double *factor_a, *factor_b;

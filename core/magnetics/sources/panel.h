@@ -1,4 +1,4 @@
-// Panels are pieces of the surface or wire of a source, which may carry charge or current. They are
+// Panels divide the surface or wire of a source. They can carry charge or current, and they are
 // parametrised over the unit square for quadrature of forces in the field of another source.
 #pragma once
 

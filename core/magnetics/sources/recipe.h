@@ -19,7 +19,7 @@ struct SourceRecipe {
   std::string kind;  // name of a function of loomstone.magnetics; empty if there is none
   std::vector<std::pair<std::string, Value>> values;  // arguments of this function, in SI units
   std::shared_ptr<const TriangleMesh> mesh;           // mesh relative to its centre [m], or null
-  std::shared_ptr<const SourceRecipe> of;             // of the magnet that has cells, or null
+  std::shared_ptr<const SourceRecipe> of;             // magnet that is divided into cells, or null
 };
 
 }  // namespace loomstone
