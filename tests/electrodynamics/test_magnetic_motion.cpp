@@ -139,7 +139,7 @@ TEST_CASE("two free magnets keep linear and angular momentum to rounding") {
   Motion motion(two_magnets());
   const Vec3 p = motion.momentum(), l = motion.angular_momentum();
   motion.advance(40);
-  const double size = motion.mass(0) * motion.state.velocities.row(0).norm();  // momentum exchanged
+  const double size = motion.mass(0) * motion.state.velocities.row(0).norm();  // exchanged momentum
   REQUIRE(size > 1e-4);
   CHECK((motion.momentum() - p).norm() < 1e-12 * size);
   CHECK((motion.angular_momentum() - l).norm() < 1e-12 * size * 0.05);  // lever arms of 5 cm

@@ -24,7 +24,7 @@ Points solved(const RandomSystem& system, const LinearOptions& options, int thre
   return x;
 }
 
-// Solves by dense factorisation, with identity rows and columns in place of the fixed ones.
+// Returns the solution by dense factorisation, with identity rows and columns for fixed rows.
 Points dense_solution(const RandomSystem& system) {
   Eigen::MatrixXd a = testing::dense_matrix(system.view());
   Points x = system.x;

@@ -69,7 +69,7 @@ class Hosts:
         call("ip", "-n", self._switch, "link", "set", f"port{node}", "down")
 
     def command(self, n):
-        """Returns the command that runs Python on the first n hosts, with one rank each."""
+        """Writes a host file. Returns the command that runs Python on n hosts, one rank on each."""
         (self._directory / f"hosts{n}").write_text(
             "".join(f"10.78.0.{node} slots=1\n" for node in range(1, n + 1))
         )

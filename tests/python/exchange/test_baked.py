@@ -22,7 +22,7 @@ ANGLES = np.array([0.0, 0.3, 0.9])  # turns of the second joint (at y = 1) about
 
 
 def bent(angle):
-    """Linear blend skinning of the tube, y up."""
+    """Returns the vertices of the tube after linear blend skinning, with y up."""
     hinge = np.array([0.0, 1.0, 0.0])
     turned = Rotation.from_rotvec([0, 0, angle]).apply(RINGS - hinge) + hinge
     return SHARES[:, :1] * RINGS + SHARES[:, 1:] * turned
@@ -34,7 +34,7 @@ def z_up(points):
 
 @pytest.fixture
 def gltf(tmp_path):
-    """Path of a skinned tube with an animation; its vertices are repeated for each triangle."""
+    """Path of a glTF file: an animated skinned tube with three vertices for each triangle."""
     return write_gltf(tmp_path / "tube.glb")
 
 
@@ -121,7 +121,9 @@ def test_the_mesh_of_gltf_at_rest_is_read_with_z_up(gltf):
 
 
 def write_usd(path, change=lambda *_: None):
-    """A skinned tube of quads in centimetres with y up, below a moving parent, and a still box."""
+    """Writes a file in centimetres with y up: a skinned tube of quads below a moving parent, and a
+    static box. Returns the path.
+    """
     pytest.importorskip("pxr")
     from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
