@@ -1,6 +1,6 @@
 """The table of a sweep, and plots of its figures over a parameter.
 
-A figure is a number, a truth value or a string in the report of a run.
+A figure is a number, a Boolean value or a string in the report of a run.
 """
 
 from __future__ import annotations

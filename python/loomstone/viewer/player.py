@@ -18,7 +18,7 @@ _LOOK = 1.0
 
 
 class Player:
-    """A page that plays a run and follows a run that is still in progress.
+    """A page that plays a run. New frames of a run in progress are added to its timeline.
 
     Attributes: page (Page).
     """
