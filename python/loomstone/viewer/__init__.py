@@ -29,7 +29,9 @@ def play(
     host: str = "127.0.0.1",
     port: int = 8080,
 ) -> Player:
-    """Serves a page that plays a run, and returns at once. New frames of the run are added.
+    """Serves a page that plays a run, and returns at once.
+
+    New frames of a run in progress appear on the page.
 
     camera : Camera at the start; None: one that shows all of the first frame except floors
     host, port : address of the page. If the port is taken, the next free one is used.
