@@ -1,5 +1,5 @@
-"""However a job ends, its exit code tells why, the last sentence that it prints tells how to
-continue, and the run can be resumed. A rank that does not answer is named, and the job ends.
+"""If a run ends early, its exit code tells why, its last sentence tells how to continue, and the
+run can be resumed. A rank that does not answer is named, and the job ends.
 """
 
 import os

@@ -151,7 +151,7 @@ def test_the_superconducting_cube_keeps_its_energy_and_turns_as_it_swings():
     for _ in range(40):
         sim.step()
         moving = max(moving, sim.report.energy.body_kinetic)
-    assert np.linalg.norm(sim.state.body_angular_velocities[0]) > 1.0  # a ball would not
+    assert np.linalg.norm(sim.state.body_angular_velocities[0]) > 1.0  # a ball would not turn
     assert abs(energy() - start) < 0.01 * moving  # forces on a cube are accurate to 1e-3
 
 

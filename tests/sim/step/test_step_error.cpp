@@ -125,7 +125,7 @@ TEST_CASE(
       CHECK(coarse.stretch < 1.08 * fine.stretch);
       CHECK(coarse.gain < 0.02);
     }
-    // Without a bound on the error, a step of 4 ms stretches it to about twice its length.
+    // Without a bound on the error, steps of 4 ms stretch the towel to about twice its length.
     CHECK(fall(towel(speed), step_with(4e-3, std::nullopt), 0.08).stretch > 1.5);
   }
 }
