@@ -292,7 +292,7 @@ double hung_length(double length, double weight, double modulus) {
 }
 
 TEST_CASE("a hanging strip stretches as the analytic solution, along weft and along warp") {
-  // With nu = 0, a strip under its own weight is one-dimensional.
+  // With nu = 0, a strip under its own weight deforms only along its length.
   ClothMaterial m;
   m.weft_stiffness = 60, m.warp_stiffness = 25, m.shear_stiffness = 10, m.density = 0.8;
   const double g = 9.81, length = 1.0;

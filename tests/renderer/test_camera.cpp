@@ -1,4 +1,4 @@
-// Tests of camera framing, camera motion, shading normals and the shadow light.
+// Tests of camera framing, camera motion, shading normals, and the view of the light for shadows.
 #include <catch2/catch.hpp>
 
 #include <cmath>

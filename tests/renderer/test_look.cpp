@@ -1,4 +1,4 @@
-// Tests of the looks of surfaces, transparent backgrounds, and data of surfaces.
+// Tests of the looks of surfaces, transparent backgrounds, and surface numbers, depths and normals.
 #include <catch2/catch.hpp>
 
 #include <array>

@@ -11,7 +11,7 @@ from magnet_tables import cases, each_case
 
 
 def relative(found, expected):
-    """Largest relative error of a row."""
+    """Returns the largest of the relative errors of the rows."""
     found, expected = np.atleast_2d(found), np.atleast_2d(expected)
     return (np.linalg.norm(found - expected, axis=-1) / np.linalg.norm(expected, axis=-1)).max()
 
