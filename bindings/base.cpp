@@ -1,4 +1,4 @@
-// Binds the exceptions, the reports of steps, the looks of surfaces, and frames.
+// Binds the exceptions, step reports, the appearance of surfaces (Look), and frames.
 #include "core/base/frame.h"
 
 #include "bindings/bindings.h"
@@ -8,8 +8,8 @@ namespace loomstone {
 
 namespace {
 
-// Raises an error in Python. Bytes of the message that are not UTF-8, for example quoted from a
-// file, are escaped.
+// Sets the error that Python raises. Bytes of the message that are not UTF-8, for example those
+// quoted from a file, are escaped.
 void raise(const py::handle& kind, const std::string& message) {
   const auto text = py::reinterpret_steal<py::object>(PyUnicode_DecodeUTF8(
       message.data(), static_cast<Py_ssize_t>(message.size()), "backslashreplace"));

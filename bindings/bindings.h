@@ -1,5 +1,5 @@
-// Declarations shared by all bindings: the functions bind_...(), which module.cpp calls in this
-// order, and conversions between numpy arrays and C++ types.
+// Declarations shared by the bindings: the functions bind_...(), which module.cpp calls in this
+// order, and conversions between Python objects, such as numpy arrays, and C++ types.
 #pragma once
 
 #include <algorithm>
@@ -81,8 +81,9 @@ struct In {
   operator double() const { return value; }
 };
 
-// Converts an array-like object to an array of numbers. Rejects strings and complex numbers, and
-// also fractions if Scalar is an integer.
+// Converts an array-like object, with or without a unit, to an array of numbers. Throws
+// InvalidInput for entries that are not real numbers and, if Scalar is an integer, for fractions
+// and for numbers out of its range.
 template <class Scalar>
 py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py::object& object,
                                                                        const Argument& argument) {
@@ -114,7 +115,7 @@ py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py:
   return array;
 }
 
-// Converts an object to a vector of fixed length. Throws InvalidInput for other lengths.
+// Converts an object to a vector of fixed length. Throws InvalidInput for other shapes.
 template <class Fixed>
 Fixed as_vector(const py::object& object, const Argument& argument) {
   const auto array = numbers<double>(object, argument);
@@ -125,8 +126,8 @@ Fixed as_vector(const py::object& object, const Argument& argument) {
   return Eigen::Map<const Fixed>(array.data());
 }
 
-// Converts an object to an (n x columns) array. Throws InvalidInput, with the actual shape, if the
-// number of columns is wrong, or if `rows` >= 0 and n is not equal to `rows`.
+// Converts an object to an (n x columns) array. Throws InvalidInput, with the actual shape, for
+// another number of dimensions or columns, or if `rows` >= 0 and n is not equal to `rows`.
 template <class Array>
 Array as_rows(const py::object& object, const Argument& argument, Eigen::Index rows = -1) {
   using Scalar = typename Array::Scalar;

@@ -54,8 +54,8 @@ void check_indices(const Triangles& triangles, Eigen::Index n) {
                        triangles.minCoeff(), triangles.maxCoeff());
 }
 
-// Runs the exact test on n queries of eight points each. The time of a query without an impact is
-// infinity.
+// Runs the exact continuous collision test on n queries of eight points each. The time of a query
+// without an impact is infinity.
 void test_queries(bool vertex_face, py::ssize_t n, const double* queries, bool* hits,
                   double* times) {
   std::fill_n(hits, n, false);

@@ -1,6 +1,6 @@
 // Binds a description, a struct that lists its members in fields(). The Python class has a
-// keyword-only constructor with the C++ defaults, read-only properties with the C++ help texts,
-// equality by value, repr, to_dict() and replace().
+// constructor that takes the fields by keyword with the C++ defaults, read-only properties with the
+// C++ help texts, equality by value, repr, to_dict() and replace().
 #pragma once
 
 #include <array>
@@ -158,7 +158,7 @@ py::object plain(const D& value) {
   return dict;
 }
 
-// --- repr, which lists only the fields that differ from their defaults ---
+// --- repr, which lists required fields and those that differ from their defaults ---
 template <class T>
 std::string repr_of(const T& value) {
   if constexpr (EigenArray<T>) {
@@ -193,7 +193,8 @@ py::list field_names() {
   return names;
 }
 
-// Help text of a field: "meaning [unit]; limits; default ..." or "meaning: choices; default ...".
+// Help text of a field: "meaning [unit]; limits; default ..." or, for a choice, "meaning: choices;
+// default ...". Parts that do not apply are omitted.
 template <class D, class F>
 std::string field_text(const F& each) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
@@ -228,7 +229,7 @@ constexpr bool may_carry_unit =
     std::is_same_v<Member, std::vector<double>> || EigenArray<Member>;
 
 // Converts a value that carries a unit to plain numbers in the unit of the field. Returns other
-// values unchanged.
+// values unchanged. Throws a TypeError for a bool if the field may carry a unit.
 template <class D, class F>
 py::object plain_number(const py::object& value, const F& each, const char* name) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
@@ -256,7 +257,7 @@ inline void explain_keywords(const char* name, const py::list& known, const py::
   }
 }
 
-// Converts a value to an array of numpy. Throws InvalidInput if its rows have different lengths.
+// Converts a value to a numpy array. Throws InvalidInput if its rows have different lengths.
 inline py::object array_of(const std::string& where, const py::object& value) {
   try {
     return py::module_::import("numpy").attr("asarray")(value);
@@ -305,8 +306,8 @@ template <Description D>
   throw py::type_error(std::string(name) + ": takes keyword arguments only");
 }
 
-// Adds positional arguments to the keywords by the names of the first n_positional fields. Throws a
-// TypeError if there are more, or if a name is given twice.
+// Returns the keyword arguments and, under the names of the first fields, the positional ones.
+// Throws a TypeError if there are more than n_positional of these, or if a name is given twice.
 template <Description D>
 py::kwargs named_arguments(const char* name, std::size_t n_positional, const py::args& values,
                            const py::kwargs& keywords) {
@@ -340,12 +341,12 @@ void require_arguments(const char* name, const py::kwargs& arguments) {
   });
 }
 
-// Completes a description that has been made from arguments, if it has an overload.
+// Does nothing. Overloads complete the description after its fields have been set from arguments.
 template <Description D>
 void complete(D&) {}
 
-// Returns the arguments of a description that begins with the fields of the last parameter.
-// Overloads for a description change the shapes of arrays.
+// Returns the arguments unchanged. Overloads change the shapes of arrays among them. The last
+// parameter supplies the fields that the arguments do not contain.
 template <Description D>
 py::kwargs reshaped(const char*, const py::kwargs& arguments, const D&) {
   return arguments;

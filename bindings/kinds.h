@@ -39,7 +39,7 @@ inline std::string shown(const py::handle& value) {
   return py::object(py::repr(value)[py::slice(0, 200, 1)]).cast<std::string>();
 }
 
-// Converts a value to `member`; returns false if its type is wrong.
+// Converts a value and assigns it to `member`. Returns false if it cannot be converted.
 template <class Member>
 bool loaded(const py::object& value, Member& member) {
   try {
@@ -77,7 +77,8 @@ std::string kind_name() {
                        hint);
 }
 
-// Says how to make a TriangleMesh from a value of another type.
+// Returns a hint on how to make or read a TriangleMesh, given a value of another type; empty for
+// None.
 inline std::string mesh_hint(const py::object& value) {
   if (value.is_none()) return "";
   if (py::isinstance<py::str>(value) || py::hasattr(value, "__fspath__"))
@@ -86,8 +87,9 @@ inline std::string mesh_hint(const py::object& value) {
          "loomstone.meshes.read(path)";
 }
 
-// Throws a TypeError that names the required type of a field, unless kind_name() of this type is
-// empty. If the field is a list, the message names the first element of another type.
+// Throws a TypeError that names the required type of a field. If the field is a list, the message
+// names the first element of another type. Does nothing if the field is a number, or if kind_name()
+// is empty.
 template <class Member>
 void explain_kind(const std::string& where, const py::object& value) {
   if constexpr (ListOf<Member>::value) {

@@ -1,4 +1,4 @@
-// Binds strain limiting of a mesh that is given by arrays instead of a scene.
+// Binds the strain and the strain limiting of a single mesh, without a scene.
 #include "core/cloth/limits/strain_limiter.h"
 
 #include <cmath>

@@ -1,4 +1,5 @@
-// Binds magnets and currents at given poses, with their fields and the forces between them.
+// Binds magnets and currents at given poses, their fields, forces and energies, and induced
+// moments.
 #include <optional>
 
 #include "bindings/descriptions.h"

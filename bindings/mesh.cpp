@@ -1,4 +1,4 @@
-// Binds triangle meshes, their generators and files, and queries of surfaces.
+// Binds triangle meshes, functions that generate, read and write them, and queries of surfaces.
 #include "core/mesh/triangle_mesh.h"
 
 #include <pybind11/numpy.h>
@@ -30,7 +30,7 @@ bool equal_meshes(const TriangleMesh& a, const TriangleMesh& b) {
 }
 
 // Converts a mesh of trimesh or meshio. pybind11 calls this function if an argument must be a
-// TriangleMesh but is another object. Returns null if the object is not a mesh.
+// TriangleMesh but is another object. Returns null for any other object.
 PyObject* converted_mesh(PyObject* object, PyTypeObject*) {
   py::object mesh =
       py::module_::import("loomstone.base.foreign_meshes").attr("converted")(py::handle(object));

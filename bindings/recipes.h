@@ -1,5 +1,5 @@
-// Conversions between recipes and Python tuples, used to pickle magnetic sources and magnetisable
-// bodies.
+// Conversions of recipes to and from Python tuples, and of tuples to poses. They are used to pickle
+// magnetic sources and magnetisable bodies.
 #pragma once
 
 #include "bindings/bindings.h"

@@ -1,4 +1,5 @@
-// Binds recorded motions of collision surfaces, and their replay on any number of ranks.
+// Binds recorded motions of surfaces, and the replay of their collision searches on any number of
+// ranks.
 #include <memory>
 #include <string>
 

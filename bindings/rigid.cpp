@@ -1,4 +1,4 @@
-// Binds the description of rigid bodies, and the mass properties of meshes.
+// Binds the description of rigid bodies, and the mass properties of bodies and meshes.
 #include "core/rigid/rigid_body.h"
 
 #include "bindings/descriptions.h"

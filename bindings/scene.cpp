@@ -8,7 +8,8 @@ namespace loomstone {
 
 namespace {
 
-// Length of a list that is either an argument or a field; 0 if the argument is no list.
+// Length of the list in argument `name`, or `of_field` if this argument is not given. Returns 0 if
+// the argument is not a list.
 std::size_t length(const py::kwargs& arguments, const char* name, std::size_t of_field) {
   if (!arguments.contains(name)) return of_field;
   const auto n = PyObject_Size(py::object(arguments[name]).ptr());
@@ -16,9 +17,9 @@ std::size_t length(const py::kwargs& arguments, const char* name, std::size_t of
   return n < 0 ? 0 : static_cast<std::size_t>(n);
 }
 
-// Returns the arguments with points at several times as rows (times * n x 3). They may also be
-// given as an array (times x n x 3). Throws InvalidInput if the numbers have another shape, except
-// if only the number of rows is wrong.
+// Returns the arguments. If argument `name` is an array (times x n x 3) of points at several times,
+// it becomes rows (times * n x 3). Any number of rows of three, empty arrays and entries that are
+// not numbers remain unchanged. Throws InvalidInput for numbers of another shape.
 py::kwargs with_rows(const py::kwargs& arguments, const std::string& owner, const char* name,
                      std::size_t times, std::size_t n, const char* points) {
   const std::string where = formatted("{}.{}", owner, name);

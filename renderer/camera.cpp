@@ -22,7 +22,7 @@
 namespace loomstone {
 namespace {
 
-constexpr double margin = 0.92;  // fraction of the picture that the points may fill (our choice)
+constexpr double margin = 0.92;  // fraction of width and height that may be filled (our choice)
 constexpr double pi = 3.14159265358979323846;
 
 void include(const Vec3& point, Framing& framing) {
@@ -252,7 +252,7 @@ void CameraFit::include(const Frame& frame) {
     framing_.points.insert(framing_.points.end(), now.points.begin(), now.points.end());
   }
   if (framing_.points.empty()) return;
-  // Only the points that determine the fit are kept.
+  // Only the points that bound the position of the eye are kept. If they are visible, all are.
   const Support support(camera_, framing_);
   std::vector<Vec3> outermost;
   const View view = aimed(camera_, aspect_, sight(camera_, 0.0));

@@ -11,7 +11,7 @@ namespace loomstone {
 struct View {
   Vec3 eye, right, up, forward;
   double tangent_x, tangent_y;   // tangents of half the angles of view
-  double near_depth, far_depth;  // [m]
+  double near_depth, far_depth;  // depths of the clipping planes [m]
   Float4x4 view() const;         // world to eye coordinates
   Float4x4 projection() const;
 };

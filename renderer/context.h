@@ -19,7 +19,7 @@ class Context {
   virtual void release() = 0;  // this thread then has no current context
 };
 
-// Throws InvalidInput for other values of LOOMSTONE_GL, and Unsupported if no context can be
+// Throws InvalidInput if LOOMSTONE_GL has another value, and Unsupported if no context can be
 // created. The message then names the libraries that were tried and the packages that provide them.
 std::unique_ptr<Context> create_context();
 

@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// The region that a fitted camera shows. Its radius is the length scale of shading. The region is
-// computed once, from the first frame, so that the view stays fixed while the cloth moves.
+// The region that a fitted camera shows. Its radius is the length scale of shading. A renderer
+// computes it once, from the first frame, so that the view stays fixed while the cloth moves.
 struct Framing {
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // axis-aligned box [m]
   // Points that must be visible [m]; empty: the corners of the box.
@@ -19,14 +19,14 @@ struct Framing {
 };
 
 // Returns the region of the cloth and of visible bodies other than floors, extended downwards by
-// the fall of the cloth. The fall ends one horizontal extent of the cloth below its top, or at the
-// floor if the floor is higher. Our choice: a sheet held at one side swings down by this extent.
+// the fall of the cloth. The fall ends below the top of the cloth by its larger horizontal extent,
+// or at the floor if the floor is higher (our choice: a sheet held at one side falls that far).
 Framing make_framing(const FrameTopology& topology, const Frame& first);
 
 // Finds a camera that shows the cloth and bodies of several frames as large as possible.
 class CameraFit {
  public:
-  // Throws InvalidInput for options that cannot be drawn, or if the camera has key frames.
+  // Throws InvalidInput for an invalid topology or options, or if the camera has key frames.
   CameraFit(const FrameTopology& topology, const RenderOptions& options);
   void include(const Frame& frame);
   // Returns the camera at its fitted position, with Camera::fit switched off. At least one frame

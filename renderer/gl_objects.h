@@ -33,7 +33,7 @@ class GlObject {
 
 GlObject make_buffer(const GL& gl);
 GlObject make_vertex_array(const GL& gl);
-// Description of a texture without mipmaps, clamped to its edge.
+// Description of a texture. make_texture() makes no mipmaps and clamps the texture to its edge.
 struct Texture {
   GLenum format;
   int width, height;           // pixels
@@ -45,8 +45,8 @@ GlObject make_texture(const GL& gl, const Texture& texture);
 GlObject make_renderbuffer(const GL& gl, GLenum format, int width, int height, int samples);
 GlObject make_framebuffer(const GL& gl);
 
-// A compiled and linked shader program. If a shader does not compile, which is an internal error,
-// throws Unsupported with the compiler's message.
+// A compiled and linked shader program. Throws Unsupported with the message of OpenGL if a shader
+// does not compile or the program does not link.
 class Program {
  public:
   Program(const GL& gl, const std::string& name, const std::string& vertex,

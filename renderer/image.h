@@ -9,7 +9,7 @@
 namespace loomstone {
 
 struct Image {
-  int width = 0, height = 0, channels = 3;  // channels: 3 (sRGB) or 4 (with straight alpha)
+  int width = 0, height = 0, channels = 3;  // channels: 3 (sRGB) or 4 (sRGB, straight alpha)
   std::vector<std::uint8_t> pixels;         // rows from the top, one byte per channel
 };
 

@@ -1,7 +1,7 @@
 // Soft shadows: the mean depth of the blockers near a point determines the width of the penumbra.
 // Visibility in the shadow map is averaged over this width (R. Fernando, "Percentage-closer soft
-// shadows", 2005). Ambient occlusion sums the heights of neighbours above the tangent plane of the
-// point (M. McGuire, M. Mara, D. Luebke, "Scalable ambient obscurance", 2012). Both use few
+// shadows", 2005). Ambient occlusion is a weighted sum over neighbours above the tangent plane of
+// the point (M. McGuire, M. Mara, D. Luebke, "Scalable ambient obscurance", 2012). Both use few
 // samples, rotated by a 4 x 4 pattern of angles. A blur that is four pixels wide then averages
 // exactly over this pattern. The blur does not cross depth edges.
 #include "renderer/light_pass.h"

@@ -11,7 +11,7 @@ namespace {
 
 using Rgb = Eigen::Vector3f;
 
-// Colour of the back of a cloth, which is paler than the front.
+// Returns the colour of the back of a cloth: the front colour mixed with a light grey.
 Rgb back_of(const Rgb& front) { return 0.72f * front + 0.28f * Rgb(0.55f, 0.53f, 0.48f); }
 
 struct UvBox {

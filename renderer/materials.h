@@ -11,9 +11,9 @@ namespace loomstone {
 // Material of a surface, as the shaders use it.
 struct Material {
   Eigen::Vector3f front = Eigen::Vector3f::Zero(), back = Eigen::Vector3f::Zero();  // linear RGB
-  bool own_color = false;  // true: the look of a body has a colour or texture
+  bool own_color = false;  // whether the look of a body has a colour or texture
   float roughness = 0.0f;
-  float pattern_size = 1.0f;  // edge of a square as large as the cloth's bounding box in uv [m]
+  float pattern_size = 1.0f;  // edge of a square with the area of the cloth's uv box [m]
   GLuint texture = 0;         // 0: none
   Eigen::Vector2f texture_low = Eigen::Vector2f::Zero();  // uv of the image's lower left corner [m]
   Eigen::Vector2f texture_size = Eigen::Vector2f::Ones();  // size of the image in uv [m]

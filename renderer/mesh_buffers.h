@@ -1,5 +1,5 @@
 // Triangle buffers for OpenGL. Every vertex has a position, a shading normal, cloth coordinates
-// (uv) and two values that determine colours. A vertex is split where uv or normal differ between
+// (uv) and two values that determine colours. A vertex is split where uv or normal differs between
 // its triangles: along uv seams and along sharp edges of bodies.
 #pragma once
 
@@ -21,8 +21,8 @@ struct DrawnMesh {
   std::vector<Index> first_of_part;  // (parts + 1) row of `triangles` where each part starts
 };
 
-// Returns the mesh of the cloths, with one part for each cloth. Vertices are split where uv differ.
-// Normals remain smooth across seams.
+// Returns the mesh of the cloths, with one part for each cloth. Vertices are split where uv
+// differs. Normals remain smooth across seams.
 DrawnMesh drawn_cloth(const FrameTopology& topology);
 // Returns the mesh of the bodies, with one part for each body. The parts of floors are empty.
 // Vertices are split where the normals of neighbouring triangles of `body_vertices` differ by more

@@ -75,7 +75,7 @@ struct RenderOptions {
   bool wireframe = false;
   bool shadows = true, ambient_occlusion = true;
   Background background = Background::Backdrop;
-  bool floor = true;    // draw bodies that are floors as a large ground plane
+  bool floor = true;    // draw floors, each as a large square
   std::string hidden;   // names of bodies and obstacles to hide, joined by +
   int field_lines = 0;  // number of magnetic field lines
   Vec3 light_direction = Vec3(-0.5, -0.6, 1.0);  // towards the light

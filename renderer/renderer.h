@@ -27,8 +27,8 @@ struct ColorRange {
 class Renderer {
  public:
   // `table` contains the colours of fields. If `diverging` is true, their automatic ranges (except
-  // that of contact) are centred on the neutral value of the field. Throws Unsupported if no OpenGL
-  // library can be loaded.
+  // that of contact) are centred on the neutral value of the field. Throws InvalidInput for an
+  // invalid topology or option, and Unsupported if no OpenGL library can be loaded.
   Renderer(const FrameTopology& topology, const RenderOptions& options,
            const ColorTable& table = grey_table(), bool diverging = false);
   ~Renderer();

@@ -11,7 +11,7 @@
 namespace loomstone {
 
 // Returns the topology without the triangles of hidden bodies. Their vertices remain, so that
-// frames still match it.
+// frames still match it. Hidden floors no longer count as floors.
 FrameTopology shown(const FrameTopology& topology, const RenderOptions& options);
 
 // Returns the vertices of the bodies' triangles, without those of floors, in ascending order.

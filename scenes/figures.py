@@ -111,8 +111,8 @@ def scene(
     """response: mutual | explicit, the way in which the figures are magnetised; polarization:
     polarization of the block magnet [T].
 
-    resolution: number of panels per figure. The relative error of forces is a fifth with 64 panels
-    and a tenth with 150.
+    resolution: number of panels per figure if the response is mutual. The relative error of forces
+    is a fifth with 64 panels and a tenth with 150.
     """
     man = figure()
     volume = ls.meshes.mass_properties(man, 1.0).mass

@@ -26,7 +26,7 @@ render = ls.RenderOptions(
     )
 )
 
-STEP, SWING, START = 0.5, 0.42, 0.3  # durations of a step and its swing, start of the walk [s]
+STEP, SWING, START = 0.5, 0.42, 0.3  # durations of a step and of its swing, start of the walk [s]
 CELL = 0.025  # cell size of the grid from which the figure's surface is extracted [m]
 SAMPLES = 100  # samples of the motion per second
 GROUND = 0.004  # height of the soles above the ground [m]
@@ -223,7 +223,7 @@ def about(rotation: Floats, point: Floats, places: Floats) -> Motion:
 
 
 def frames(along: Floats) -> Floats:
-    """Returns frames (k x 3 x 3) that align a limb with `along` (k x 3) and its front with +x."""
+    """Returns the axes of a limb (k x 3 x 3; columns): `along`, front (nearest to +x), and side."""
     u = along / np.linalg.norm(along, axis=1, keepdims=True)
     front = np.array((1.0, 0.0, 0.0)) - u[:, :1] * u
     front /= np.linalg.norm(front, axis=1, keepdims=True)
@@ -263,7 +263,7 @@ def walk(times: Floats, bones: dict[str, Bone]) -> dict[str, Motion]:
     apart = (right.ball[:, 0] - left.ball[:, 0]) / STEP
     hips = np.zeros((len(times), 3))
     hips[:, 0] = 0.5 * (right.ball[:, 0] + left.ball[:, 0]) - BALL[0]
-    # Shifts the hips towards the foot that bears the weight.
+    # The hips shift towards the foot that bears the weight.
     hips[:, 1] = 0.03 * (left.stands - right.stands)
     hips = gaussian_filter1d(hips, 0.1 * SAMPLES, axis=0, mode="nearest")
     # The pelvis is as high as the reach of both legs permits.

@@ -35,7 +35,7 @@ POLARIZATION = 1.24
 MAGNET = (0.012, 0.010, 0.004)
 WEIGHT = (0.012, 0.010, 0.024)  # size of the weight, including the magnet in its top [m]
 PLATE = (0.060, 0.060, 0.010)
-FOCUS = 0.007  # argument of soft_cuboid() [m]; slightly more than half the width of the magnet
+FOCUS = 0.007  # `focus` of soft_cuboid() [m]; slightly more than half the width of the magnet
 
 
 def block(size: tuple[float, float, float] = MAGNET) -> ls.magnetics.MagneticBody:

@@ -32,7 +32,7 @@ MAGNET: dict[str, Any] = {"radius": 0.003, "height": 0.006}
 BALL = 0.005
 GAP = {"parallel": 0.018, "antiparallel": 0.009, "free": 0.011}
 ASKEW = {"parallel": 0.05, "antiparallel": 0.0, "free": 0.7}  # initial misalignment [rad]
-PUSHED = (0.1, 0.6)  # start and end of the push [s], which stops the rod 1 mm from the ball
+PUSHED = (0.1, 0.6)  # start and end of the push [s]; its path is the gap less 1 mm
 
 
 def rod_mesh() -> ls.TriangleMesh:
@@ -58,8 +58,8 @@ def rod_mesh() -> ls.TriangleMesh:
 
 
 def rails_and_slide(start: float, path: float) -> list[ls.Obstacle]:
-    """Returns rails on both sides of a rod whose centre is at x = `start` [m], and a slide that
-    pushes the rod by `path` [m].
+    """Returns rails on both sides of a rod whose centre is at x = `start` [m], and a slide
+    behind the rod that advances by `path` [m].
     """
     size, beside = (0.055, 0.002, 0.005), RADIUS + 0.00105
     rails = [

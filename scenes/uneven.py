@@ -62,9 +62,9 @@ def edge_at(points: Floats, hat: Profile, fine: float) -> Floats:
 def flat(triangles: int, hat: Profile, fine: float) -> tuple[Floats, NDArray[np.int32]]:
     """Returns points and triangles of the disc.
 
-    Points are placed at random. Their distances are at least the desired edge length times a
-    factor, which decreases until all are placed. Then each point moves to a weighted centroid of
-    its triangles.
+    Points on the rim are evenly spaced. Inner points are placed at random, with distances of at
+    least the desired edge length times a factor, which decreases until all are placed. Then each
+    inner point moves repeatedly to a weighted centroid of its triangles.
     """
     random, outer = np.random.default_rng(3), hat.flat[-1]
     spread = np.sqrt(2304 / triangles)

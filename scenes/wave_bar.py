@@ -19,7 +19,7 @@ render = ls.RenderOptions(
 )
 
 SIZE, FLOOR = 1.0, -0.3
-BAR, AMPLITUDE, WAVELENGTH = 0.015, 0.08, 0.4  # radius; amplitude, wavelength of the waves [m]
+BAR, AMPLITUDE, WAVELENGTH = 0.015, 0.08, 0.4  # radius, amplitude and wavelength of the bar [m]
 
 
 def scene(triangles: int = 28800) -> ls.Scene:

@@ -1,4 +1,5 @@
-// Arrays that begin at a cache line (64 bytes). Each aligned group of eight doubles fills one line.
+// Arrays that begin on a cache-line boundary (64 bytes). Each aligned group of eight doubles fills
+// one line.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
-// The errors that the library throws. Each message states what is required, what was given, where,
-// and what to do.
+// The errors that the library throws. Where possible, a message states what is required, what was
+// given, where, and what to do.
 #pragma once
 
 #include <stdexcept>
@@ -19,8 +19,8 @@ class InvalidInput : public Error {
   using Error::Error;
 };
 
-// A solve or a step failed. The message names the stage, the step and the time (RuntimeError in
-// Python).
+// A solve or a step failed (RuntimeError in Python). If it failed in a step of a simulation, the
+// message names the step and its time.
 class SolverFailure : public Error {
  public:
   using Error::Error;

@@ -9,12 +9,12 @@
 namespace loomstone {
 
 struct EventBody {
-  RigidPose pose;                                                 // pose of the centre of mass
+  RigidPose pose;                                                 // centre of mass and orientation
   RigidPose start;                                                // pose at the start of the step
   Vec3 velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();  // world axes [m/s], [rad/s]
   double mass = 0.0;                                              // [kg]
   Mat3 inertia = Mat3::Zero();  // inertia about the centre, in body axes [kg m^2]
-  int level = 0;                // level of the body's events, see EventMotion
+  int level = 0;                // level of the body's events, see EventMotion::Levels
 
   Mat3 world_inertia(const Vec4& orientation) const {
     const Mat3 rotation = rotation_matrix(orientation);
@@ -50,15 +50,15 @@ struct EventBody {
 };
 
 // Cloth and bodies at one instant of a step. Each vertex and each body moves at constant velocity
-// between its own events. The stored position or pose belongs to a time that may differ from the
-// present time. ahead() and body_ahead() return the difference.
+// between its own events. The stored position of a vertex, or pose of a body, belongs to a time
+// that may differ from the present time. ahead() and body_ahead() return the difference.
 struct EventMotion {
-  Points &x, &v;  // (n x 3)
+  Points &x, &v;  // (n x 3) positions [m] and velocities [m/s] of the cloth vertices
   std::vector<EventBody>& bodies;
   // Times of nested steps [s]. For each level, `step` is the time between two events and `ahead`
   // the time from now to the next event. Positions and poses are those at the next event.
   struct Levels {
-    const std::vector<std::uint8_t>& of_vertex;  // (n)
+    const std::vector<std::uint8_t>& of_vertex;  // (n) level of each vertex
     const std::vector<double>&step, &ahead;      // (levels)
   };
   // Times of a queue of events [s]: the times to which each vertex and each body has moved, and the

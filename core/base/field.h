@@ -52,7 +52,7 @@ template <class Owner, class Member>
 struct Field {
   const char* name;
   Member Owner::* member;
-  const char* unit;  // "1" if dimensionless, "" if no unit applies
+  const char* unit;  // "1" if dimensionless; "" if none applies or `meaning` states it
   Limits limits;     // applies to numbers only
   const char* meaning;
 };

@@ -1,4 +1,4 @@
-// Finds descriptions by name, because descriptions refer to each other by name.
+// Finds a description by its name. Descriptions refer to each other by name.
 #pragma once
 
 #include <string>

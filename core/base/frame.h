@@ -18,16 +18,16 @@ namespace loomstone {
 struct FrameTopology {
   Triangles triangles;                   // (m x 3) cloth triangles
   Points2 corner_uv;                     // (3m x 2) rest coordinates of each triangle corner [m]
-  std::vector<Index> cloth_of_triangle;  // (m)
-  std::vector<Index> cloth_of_vertex;    // (n)
+  std::vector<Index> cloth_of_triangle;  // (m) index into cloth_names
+  std::vector<Index> cloth_of_vertex;    // (n) index into cloth_names
   std::vector<std::string> cloth_names;
   Triangles body_triangles;                 // (mb x 3) triangles of rigid bodies and obstacles
-  std::vector<Index> body_of_triangle;      // (mb)
-  std::vector<Index> body_of_vertex;        // (nb)
+  std::vector<Index> body_of_triangle;      // (mb) index into body_names
+  std::vector<Index> body_of_vertex;        // (nb) index into body_names
   std::vector<std::string> body_names;      // rigid bodies first, then obstacles
   std::vector<std::uint8_t> body_is_floor;  // (bodies) 1: rendered as ground
-  // (nb) Magnetic polarity: from -1 at the south poles to 1 at the north poles of magnets, 0
-  // elsewhere. Empty if not given.
+  // (nb) Magnetic polarity: about 1 at the north poles and -1 at the south poles of magnets, 0 away
+  // from magnets. Empty without magnets.
   std::vector<double> body_pole;
   std::vector<Look> cloth_looks, body_looks;  // (cloths), (bodies); empty: none is given
   // (3mb x 2) uv of each corner of the bodies' triangles, zeros for bodies without a texture. Empty
@@ -48,7 +48,7 @@ struct Frame {
   Points strain;                      // (m x 3) Green strain: weft, warp, shear (E12) [1]
   Vector stretch;                     // (m) largest principal stretch [1]
   std::vector<std::uint8_t> contact;  // (n) 1: contact, 2: intersection forced by scripted motion
-  Points body_vertices;               // (nb x 3) [m]
+  Points body_vertices;               // (nb x 3) positions [m]
   Vector coil_currents;               // (coils) [A]
   StepReport report;
 };

@@ -7,8 +7,9 @@
 
 namespace loomstone {
 
-// The two keyframes that enclose a time, and the fraction of their interval that has passed at that
-// time. For times outside the range, both are the first or both the last keyframe.
+// Indices of the two keyframes that enclose a time, and the fraction of their interval that has
+// passed at that time. Up to the first keyframe, both are the first one; from the last one on, both
+// are the last.
 struct Keyframes {
   std::size_t first, second;
   double fraction;

@@ -43,10 +43,10 @@ struct Look {
   }
 };
 
-// Roughness of cloth and of bodies if Look::roughness is not set [1].
+// Roughness of cloth, and of bodies and obstacles, if Look::roughness is not set [1].
 constexpr double cloth_roughness = 0.9, body_roughness = 0.6;
 
-// Throws InvalidInput unless all values are within their limits. `where` is the name of the look in
+// Throws InvalidInput unless all values are admissible. `where` is the name of the look in
 // messages.
 void check_look(const Look& look, const std::string& where);
 

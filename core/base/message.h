@@ -40,7 +40,7 @@ void require(bool holds, fmt::format_string<Values...> text, Values&&... values)
   if (!holds) fail_formatted<InvalidInput>(text, fmt::make_format_args(values...));
 }
 
-// Returns the formatted text, for a message that is composed of several parts.
+// Returns the formatted text, for example as a part of a message.
 template <class... Values>
 [[nodiscard]] std::string formatted(fmt::format_string<Values...> text, Values&&... values) {
   return formatted_text(text, fmt::make_format_args(values...));

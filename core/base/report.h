@@ -45,8 +45,8 @@ struct ThreadReport {
   }
 };
 
-// Times that ranks spend computing and waiting in a step, and their messages. For each rank, the
-// sum of both times is the wall time of the step.
+// Times that ranks spend computing and waiting in a step, bytes that they send, and number of their
+// collective operations. For each rank, the two times add up to the wall time of the step.
 struct RankReport {
   double computing = 0.0, most_computing = 0.0, waiting = 0.0, most_waiting = 0.0;
   double collision_computing = 0.0, collision_waiting = 0.0;
@@ -94,7 +94,8 @@ struct SolverReport {
   }
 };
 
-// Error estimate of a step, and the parts into which the step was divided.
+// Error estimates of a step, the length of its shortest part, and the number of parts whose error
+// is too large although they cannot be divided further.
 struct ErrorReport {
   double strain = 0.0, energy = 0.0, least_part = 0.0;
   int beyond = 0;
@@ -276,7 +277,7 @@ struct AccountReport {
   }
 };
 
-// Number of sub-steps of the motion of magnets, and the error of the magnetic forces.
+// Sub-steps of the motion of magnets, and largest estimated error of a magnetic force.
 struct MagnetReport {
   int substeps = 0;
   double force_error = 0.0;

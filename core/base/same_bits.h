@@ -7,8 +7,8 @@
 
 namespace loomstone {
 
-// Returns whether two tables have bitwise the same rows. Zeros of different sign differ, and
-// bitwise equal NaNs are equal.
+// Returns whether two tables are bitwise equal. Zeros of different sign differ, and NaNs with the
+// same bits are equal.
 inline bool same_bits(const Points& a, const Points& b) {
   return a.rows() == b.rows() &&
          std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;

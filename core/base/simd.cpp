@@ -22,7 +22,7 @@ InstructionSet of_processor() {
 }
 
 // Returns the widest instruction set that the environment variable LOOMSTONE_INSTRUCTIONS allows,
-// or nullopt if the value of the variable is unknown.
+// or nullopt if the value of the variable is unknown. Without the variable, all sets are allowed.
 std::optional<InstructionSet> allowed() {
   const char* text = std::getenv(variable);
   const std::string name = text ? text : "x86-64-v4";

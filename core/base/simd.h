@@ -1,8 +1,7 @@
 // SIMD with eight doubles or floats. A kernel is a function template of the vector type Lanes. It
 // is inlined into up to three functions, each compiled for one instruction set.
-// LOOMSTONE_WIDEST(kernel)(arguments) calls the function for the widest instruction set of the
-// processor. All variants give bitwise identical results, because the compiler neither fuses nor
-// reorders operations.
+// LOOMSTONE_WIDEST(kernel)(arguments) calls the function for `instruction_set`. All variants give
+// bitwise identical results, because the compiler neither fuses nor reorders operations.
 #pragma once
 
 #include <type_traits>
@@ -28,8 +27,8 @@ using FloatLanes =
     std::conditional_t<std::is_same_v<Lanes, Lanes128>, Halves<HalfFloats>, Floats256>;
 
 enum class InstructionSet { baseline, v3, v4 };
-// The widest instruction set of the processor. The environment variable LOOMSTONE_INSTRUCTIONS
-// restricts it to x86-64 or x86-64-v3.
+// The widest of these instruction sets that the processor supports. The environment variable
+// LOOMSTONE_INSTRUCTIONS can restrict it to x86-64 or x86-64-v3.
 extern const InstructionSet instruction_set;
 // Throws InvalidInput if the environment variable LOOMSTONE_INSTRUCTIONS has an unknown value.
 void check_instruction_set();
@@ -41,7 +40,7 @@ void check_instruction_set();
 #define LOOMSTONE_SEVERAL_SETS 1
 #endif
 
-// Calls a kernel with (Lanes{}, arguments...), compiled for the widest instruction set.
+// Calls a kernel with (Lanes{}, arguments...), compiled for `instruction_set`.
 template <class Kernel>
 class Widest {
  public:

@@ -1,4 +1,4 @@
-// Sorted elements without duplicates.
+// Sorting with removal of duplicates.
 #pragma once
 
 #include <algorithm>

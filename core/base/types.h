@@ -1,5 +1,5 @@
-// Basic types: indices, fixed-size vectors, and (n x 3) row-major arrays that numpy can view
-// without a copy. All quantities are in SI units.
+// Basic types: indices, vectors, small matrices, and row-major arrays that numpy can view without a
+// copy. All quantities are in SI units.
 #pragma once
 
 #include <cstdint>

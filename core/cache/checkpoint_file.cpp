@@ -1,6 +1,6 @@
 // A checkpoint is an HDF5 file, which any HDF5 tool can open, followed by a trailer of 24 bytes: a
-// mark, and the length and checksum of all preceding bytes. The checksum is verified before HDF5
-// reads the data, because HDF5 does not validate its input.
+// mark, and the length and checksum of the HDF5 file. The checksum is verified before HDF5 reads
+// the data, because HDF5 does not validate its input.
 #include "core/cache/checkpoint_file.h"
 
 #include <algorithm>
@@ -95,8 +95,8 @@ class Descriptor {
   int descriptor_;
 };
 
-// Encodes a name as a valid dataset name, because "/" separates groups in HDF5 and "." denotes the
-// current group.
+// Encodes a name as a valid dataset name: "/" separates groups in HDF5, "." denotes the current
+// group, and "%" begins the codes. Throws InvalidInput if the name is empty.
 std::string encoded(const std::string& name) {
   if (name.empty()) throw InvalidInput("names in a checkpoint must not be empty.");
   std::string text;

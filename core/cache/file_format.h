@@ -1,4 +1,4 @@
-// Version of the layout of a file, which is stored in the file. If this build cannot read this
+// Versions of the layout of a file. Each file contains its version. If this build cannot read that
 // version, the error message tells the user what to do.
 #pragma once
 

@@ -1,5 +1,6 @@
-// Frames in HDF5 files (VTKHDF, temporal PolyData), which ParaView can open. The files remain
-// readable and consistent even if the run is killed.
+// Frames in HDF5 files (VTKHDF, temporal PolyData), which ParaView can open. If the run is killed,
+// the files remain consistent and, except in rare cases (see chunks_per_node in hdf5_file.cpp),
+// readable.
 #pragma once
 
 #include <memory>
@@ -25,8 +26,8 @@ class FrameWriter {
   ~FrameWriter();
   FrameWriter(FrameWriter&&) noexcept;
   FrameWriter& operator=(FrameWriter&&) noexcept;
-  // Writes a frame. Throws CacheError, for example if the disk is full. Earlier frames remain
-  // readable.
+  // Writes a frame. Throws InvalidInput if the frame does not fit the topology, and CacheError if
+  // writing fails, for example because the disk is full. Earlier frames remain readable.
   void write(const Frame& frame);
   int n_frames() const;
 
@@ -38,8 +39,8 @@ class FrameWriter {
 
 class FrameReader {
  public:
-  // `path` is a directory or run.vtkhdf. Throws CacheError if files are missing, truncated or not
-  // written by loomstone, or have a format that this build cannot read.
+  // `path` is a directory or run.vtkhdf. Throws CacheError if files are missing, damaged, not
+  // written by loomstone or of different runs, or if this build cannot read their format.
   explicit FrameReader(const std::string& path);
   ~FrameReader();
   FrameReader(FrameReader&&) noexcept;

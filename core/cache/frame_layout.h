@@ -1,5 +1,5 @@
 // Contents of the frame files in addition to the VTKHDF layout: the group /loomstone with format,
-// names and metadata.
+// names, metadata, reports, coil currents and looks.
 #pragma once
 
 #include <cstddef>
@@ -26,8 +26,8 @@ inline const std::string run_kind = "run", bodies_kind = "bodies";
 // Coil currents, one row per frame. Present only if the scene has coils.
 inline const std::string currents = group + "/coil_currents";
 
-// Group with the looks (colours and textures) of the surfaces. Present only if a surface has a
-// look.
+// Group with the looks (colours, roughness and textures) of the surfaces. Present only if a surface
+// has a look.
 inline const std::string looks = group + "/looks";
 
 // A row of the table of frames.
@@ -42,7 +42,8 @@ constexpr Number number_of() {
   return sizeof(Value) == 8 ? Number::Int64 : Number::Int32;
 }
 
-// One column for each number of a report, named by its path.
+// Returns one column for each number of a report, named by its path. `start` is the offset of the
+// report within a row [bytes].
 inline std::vector<Column> report_columns(std::size_t start) {
   std::vector<Column> columns;
   const StepReport report;

@@ -107,8 +107,8 @@ struct FrameReader::Data {
     if (topology.body_is_floor.size() != topology.body_names.size())
       fail<CacheError>("{}: the file is damaged: is_floor has the wrong length.",
                        bodies_file->name());
-    // If the writer was killed, the bodies file may have one frame more than the run file. The
-    // frames that both have must belong to the same run.
+    // If the writer was killed, the two files may have different numbers of frames. The frames that
+    // both have must belong to the same run.
     times.resize(std::min(times.size(), bodies->times().size()));
     if (!std::equal(times.begin(), times.end(), bodies->times().begin()))
       fail<CacheError>("{}: belongs to another run than {}; keep the two files of a run together.",

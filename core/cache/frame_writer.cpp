@@ -155,7 +155,7 @@ struct FrameWriter::Data {
   Eigen::Index n_vertices, n_triangles, n_body_vertices, n_coils = 0;
   std::int64_t n_frames = 0;
 
-  // Creates both files under temporary names. publish() renames them.
+  // Creates the files under temporary names. publish() renames them.
   Data(const std::string& into, const FrameTopology& topology, const std::string& metadata,
        int compression)
       : directory(into),
@@ -180,9 +180,9 @@ struct FrameWriter::Data {
     run.file().flush();
   }
 
-  // Renames the bodies file first. If the process is killed before it renames the run file, the two
-  // files still match: either the old run file has already been removed or, if a run is continued,
-  // the frames of the bodies file are the first frames of the old run file.
+  // Renames the bodies file first. If the process is killed before it renames the run file, no two
+  // files of different runs remain: the old run file has already been removed or, if a run is
+  // continued, the frames of the bodies file are the first frames of the old run file.
   void publish(bool same_run) {
     const std::string run_path = directory + "/" + run_file,
                       bodies_path = directory + "/" + bodies_file;

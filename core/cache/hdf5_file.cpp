@@ -19,8 +19,9 @@ using namespace hdf5;
 
 namespace {
 
-// Disables file locking, because a viewer may read a run while it is written, and because network
-// file systems often refuse locks.
+// Returns access properties that disable file locking, because a viewer may read a run while it is
+// written, and because network file systems often refuse locks. Closing a file also closes all its
+// objects.
 hid_t file_access() {
   const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
   H5Pset_file_locking(access, false, true);
@@ -30,7 +31,7 @@ hid_t file_access() {
 
 // Number of chunk addresses per B-tree node. A node of this size contains all chunks of a typical
 // run, so nodes are rarely split. A split changes several nodes, and if the process is killed
-// during a split, the file is unreadable.
+// during a split, the file may become unreadable.
 constexpr unsigned chunks_per_node = 512;
 
 hid_t file_creation() {

@@ -1,6 +1,5 @@
-// RAII wrapper of HDF5 files and datasets that hides the HDF5 API. Every failure becomes a
-// CacheError that states the name of the file, the attempted operation, and the cause reported by
-// HDF5 or the operating system.
+// RAII wrapper of HDF5 files and datasets that hides the HDF5 API. Failures become CacheErrors that
+// name the file and state what is damaged, or which operation failed and why.
 #pragma once
 
 #include <cstddef>
@@ -60,7 +59,7 @@ struct RowStorage {
 // State shared by a file and its datasets.
 struct Hdf5Shared {
   std::string name;        // current path or name of the file
-  bool unwritten = false;  // true: changed since the last successful flush
+  bool unwritten = false;  // true: rows have changed since the last successful flush
 };
 
 // A dataset of rows that can grow. Rows are addressed by index. Buffers contain consecutive rows.
@@ -105,7 +104,7 @@ class Hdf5File {
   bool has(const std::string& path) const;
   std::vector<std::string> children(const std::string& group) const;  // sorted by name
 
-  // The functions below write or read attributes of a group or dataset.
+  // Attributes of groups and datasets.
   void write_text_attribute(const std::string& object, const std::string& name,
                             const std::string& text);
   void write_text_attribute(const std::string& object, const std::string& name,
@@ -121,21 +120,20 @@ class Hdf5File {
   std::string text_attribute(const std::string& object, const std::string& name) const;
   std::int64_t attribute(const std::string& object, const std::string& name) const;
 
-  // These functions write or read an array of fixed shape ({} for a single number).
+  // Arrays of fixed shape ({} for a single number).
   void write_array(const std::string& path, Number type, const std::vector<std::int64_t>& shape,
                    const void* values);
   template <class T>
   std::vector<T> read_array(const std::string& path,
                             std::vector<std::int64_t>* shape = nullptr) const;
 
-  // These functions write or read one string (UTF-8) or a list of strings. Strings are stored with
-  // a fixed length.
+  // Datasets with one string (UTF-8) or a list of strings, which are stored with a fixed length.
   void write_text(const std::string& path, const std::string& text);
   void write_texts(const std::string& path, const std::vector<std::string>& texts);
   std::string read_text(const std::string& path) const;
   std::vector<std::string> read_texts(const std::string& path) const;
 
-  // These functions create or open a dataset that can grow by rows. The file grows by whole chunks.
+  // Datasets that can grow by rows. The file grows by whole chunks.
   Hdf5Rows create_rows(const std::string& path, const RowFormat& format, RowStorage storage);
   Hdf5Rows open_rows(const std::string& path, const RowFormat& format) const;
 

@@ -10,8 +10,7 @@
 
 namespace loomstone::hdf5 {
 
-// Disables HDF5's error output in this thread during its lifetime. Errors become exceptions
-// instead.
+// Disables HDF5's error output during its lifetime. checked() turns errors into exceptions instead.
 struct Quiet {
   H5E_auto2_t print = nullptr;
   void* to = nullptr;
@@ -31,7 +30,8 @@ struct Id {
   operator hid_t() const { return id; }
 };
 
-// Returns the innermost entry of HDF5's error stack, or the system error that it quotes.
+// Returns the description of the innermost entry of HDF5's error stack, or the system error that it
+// quotes. Returns "no cause given" if there is none.
 std::string last_cause();
 
 // Throws CacheError "NAME: could not TRIED: CAUSE."

@@ -19,7 +19,7 @@ hid_t memory_type(const RowFormat& format) {
 }
 
 // Selects `count` rows of a dataset, starting at row `first`. Returns the dataspaces of the file
-// and of memory.
+// and of memory, which the caller must close.
 std::pair<hid_t, hid_t> select_rows(hid_t dataset, int components, std::int64_t first,
                                     std::int64_t count, const std::string& name) {
   const hsize_t start[2] = {static_cast<hsize_t>(first), 0};
@@ -84,7 +84,7 @@ void Hdf5Rows::read(std::int64_t first, std::int64_t count, void* rows) const {
 
 // Chunks are allocated when the dataset grows and are not initialised with a fill value, so writing
 // a row does not change the chunk index of the file. Compressed chunks cannot be allocated before
-// they are written. Without a chunk cache, rows are written directly to the file.
+// they are written. The chunk cache is disabled, so that rows are written directly to the file.
 Hdf5Rows Hdf5File::create_rows(const std::string& path, const RowFormat& format,
                                RowStorage storage) {
   const Quiet quiet;

@@ -1,6 +1,6 @@
 // Strings are stored with a fixed length, padded with zeros, in attributes and in datasets. VTK
-// expects such strings. Strings of variable length would need a heap in the HDF5 file, which could
-// be damaged, too.
+// expects such strings. Strings of variable length would need a heap in the HDF5 file, which an
+// interrupted write could damage.
 #include <algorithm>
 
 #include "core/cache/hdf5_handles.h"

@@ -1,4 +1,4 @@
-// Reads and writes the looks (colours and textures) of surfaces in the files of a run.
+// Reads and writes the looks (colours, roughness and textures) of surfaces in the files of a run.
 #pragma once
 
 #include <string>

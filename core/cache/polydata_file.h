@@ -85,14 +85,15 @@ class PolyDataWriter {
   std::vector<unsigned char> rows_of_points_;  // scratch memory of put()
 };
 
-// Reads files of PolyDataWriter.
+// Reads files written by PolyDataWriter.
 class PolyDataReader {
  public:
   explicit PolyDataReader(const Hdf5File& file);
   std::int64_t n_vertices() const { return n_vertices_; }
   const Triangles& triangles() const { return triangles_; }  // vertex of each corner
   const std::vector<double>& times() const { return times_; }
-  // Reads the first `n_rows` rows of a constant field, for example "CellData/cloth".
+  // Read a constant field, for example "CellData/cloth". A field of indices may have more than
+  // `n_rows` rows; the first `n_rows` are returned. A field of numbers must have `n_rows` rows.
   std::vector<Index> constant_indices(const std::string& field, std::int64_t n_rows) const;
   std::vector<double> constant_numbers(const std::string& field, std::int64_t n_rows,
                                        int components) const;

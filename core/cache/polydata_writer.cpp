@@ -1,5 +1,5 @@
-// VTKHDF requires all groups, attributes and tables written here, even if they contain only zeros.
-// If one is missing, VTK silently shows an empty mesh, or step 0 at every step.
+// VTK requires all groups, attributes and tables of the VTKHDF layout, even those that contain only
+// zeros. If one is missing, VTK silently shows an empty mesh, or step 0 at every step.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -11,9 +11,9 @@ namespace loomstone {
 
 namespace {
 
-// Number of frames for which space is allocated at once. Large blocks make allocations rare, so a
-// process is unlikely to be killed during one. Unused space is a hole in the file and takes no disk
-// space.
+// Number of frames for which space is allocated at once in a file without compression. Large blocks
+// make allocations rare, so a process is unlikely to be killed during one. Unused space is a hole
+// in the file and takes no disk space.
 constexpr std::int64_t frames_per_block = 16;
 constexpr std::int64_t table_block = 1024;  // rows per chunk of a table
 
@@ -170,8 +170,8 @@ void PolyDataWriter::stage(std::int64_t frame, const Points& positions,
   for (const void* rows : cell_values) put(values_[field++], frame, rows);
 }
 
-// If the time of this frame begins a new chunk, the chunk is flushed first. It must exist in the
-// file before the frame count makes it readable.
+// If the time of this frame begins a new chunk, the file is flushed before the frame count is
+// written. The chunk must exist in the file before the count makes it readable.
 void PolyDataWriter::commit(std::int64_t frame, double time) {
   times_.resize(frame + 1);
   times_.write(frame, 1, &time);

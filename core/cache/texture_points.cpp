@@ -12,7 +12,7 @@ TexturePoints texture_points(Index n_vertices, const Triangles& triangles,
   const std::vector<Index> plain = made.vertices;
   std::vector<Vec2> uv(plain.size(), Vec2::Zero());
   std::vector<bool> has_uv(plain.size(), false);
-  std::vector<Index> next(plain.size(), -1);  // next point of the same vertex
+  std::vector<Index> next(plain.size(), -1);  // next point of the same vertex; -1: none
   made.triangles = triangles;
   for (Eigen::Index corner = 0; corner < triangles.size(); ++corner) {
     const Vec2 wanted = corner_uv.row(corner);

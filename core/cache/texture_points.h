@@ -9,7 +9,7 @@
 namespace loomstone {
 
 struct TexturePoints {
-  bool textured = false;        // false: the coordinates are not continuous, and `uv` is empty
+  bool textured = false;        // false: too many seams; `uv` is empty
   Triangles triangles;          // (m x 3) point of each corner
   std::vector<Index> vertices;  // (points) vertex of each point; point i < n_vertices is vertex i
   Points2 uv;                   // (points x 2) texture coordinates [m]

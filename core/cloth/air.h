@@ -39,8 +39,8 @@ struct DraggedSurface {
   double time;  // [s]
   const Triangles& triangles;
   const Incidence& triangles_of_vertex;
-  const Points& x;  // (n x 3) [m]
-  const Points& v;  // (n x 3) [m/s]
+  const Points& x;  // (n x 3) positions [m]
+  const Points& v;  // (n x 3) velocities [m/s]
 };
 
 // Adds one third of the drag of each incident triangle to rows [begin, end) of `force` [N]. The

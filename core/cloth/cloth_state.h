@@ -8,8 +8,8 @@
 namespace loomstone {
 
 struct ClothState {
-  Points x;  // (n x 3) [m]; written by the integrator, then by later stages of the step
-  Points v;  // (n x 3) [m/s]; written by the integrator, then by later stages of the step
+  Points x;  // (n x 3) positions [m]; written by the integrator, then by later stages of the step
+  Points v;  // (n x 3) velocities [m/s]; written like x
   // (rows of the solve x 3) Change of velocity in the last implicit step [m/s]. In rows of bodies
   // it is scaled as in BodyRows. The integrator writes it and uses it as the initial guess of the
   // next solve.
@@ -34,7 +34,7 @@ struct ClothState {
   // without damping. The asynchronous integrator writes them.
   Points element_positions;
   // History of multistep schemes (BDF-2, extrapolated bending); empty if there is none. The
-  // integrator writes it. It is cleared when certification moves a vertex.
+  // integrator writes it. It is cleared when strain limiting or certification moves a vertex.
   Points previous_x;        // (n x 3) [m]
   Points previous_v;        // (n x 3) [m/s]
   Points previous_bending;  // (n x 3) [N]
@@ -44,7 +44,7 @@ struct ClothState {
                     previous_v, previous_bending);
   }
 
-  // Length of the last step [s], or h if there is none.
+  // Length of the last step [s], or h if it is unknown.
   double last_length(double h) const { return previous_step > 0.0 ? previous_step : h; }
   // Ratio of the velocity change in the next step, of length h [s], to that in the last step, if
   // the acceleration is constant [1].

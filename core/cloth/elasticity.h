@@ -20,7 +20,7 @@ namespace loomstone {
 // How bending enters a step. Explicit: only as a force. Lumped: as a force, and in the matrix as a
 // sparse upper bound of half its stiffness, which keeps linearly implicit steps stable (see
 // BendingSetup::lumped_stiffness). Full: as a force, and in the matrix with the full Gauss-Newton
-// stiffness.
+// stiffness. Lumped and Full are the same for the hinge element.
 enum class BendingTreatment { Explicit, Lumped, Full };
 
 class Elasticity {
@@ -144,8 +144,8 @@ class Elasticity {
   std::vector<BendingElements> bending_;
   BendingTreatment treatment_;
   BlockMatrix matrix_;
-  std::vector<double> wide_in_;  // vector padded to 4 doubles per row
-  Points zero_velocity_;         // made at first use
+  std::vector<double> wide_in_;  // Product::w, padded to 4 doubles per row
+  Points zero_velocity_;         // zeros, allocated at first use
   bool damped_bending_ = false;
   // Membrane values are not reused while the membrane includes stiff phases. Forces are not reused
   // if they include viscous forces.

@@ -22,7 +22,7 @@ struct ApproachingPair {
 };
 
 struct Approach {
-  std::vector<ApproachingPair> pairs;  // sorted by (kind, a, b)
+  std::vector<ApproachingPair> pairs;  // sorted by (kind, key)
   std::int64_t candidates = 0;         // number of pairs within reach, also if culled or ignored
 };
 
@@ -42,9 +42,10 @@ struct ExpectedMotion {
 // their largest relative displacement, and whose 18-DOPs overlap. The 18-DOPs enclose the motion at
 // the assumed speed. A candidate is culled if its distance stays above the thickness along one of
 // these directions: from closest point to closest point at the start, the normal of the face, or
-// the common normal of the two edges. A pair is a contact if it is closer than its thickness at the
-// start. For edges, the closest points must also lie inside both edges, and neither surface may be
-// smooth.
+// the common normal of the two edges. Two edges are also culled if their closest points cannot come
+// to lie inside both edges within the step. A pair is a contact if it is closer than its thickness
+// at the start. For edges, the closest points must also lie inside both edges, and neither surface
+// may be smooth.
 class ApproachSearch {
  public:
   // Certification uses the same lists. Pairs that only certification needs do not affect results.

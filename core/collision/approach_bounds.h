@@ -10,8 +10,8 @@
 namespace loomstone {
 
 // Allowance for velocities that change within a step. Our choice: two features are assumed to
-// approach by no more than 1.5 times their relative velocity times the time, plus the distance that
-// the smaller of 0.3 m/s and half of 240 m/s^2 times the time gives. The few pairs that approach
+// approach by no more than 1.5 times their speed of approach times the time, plus the smaller of
+// 0.3 m/s times the time and 120 m/s^2 times the square of the time. The few pairs that approach
 // faster are left to certification. Both allowances are equal after 2.5 ms.
 inline constexpr double faster_approach = 1.5, added_approach = 0.3, added_acceleration = 240.0;
 

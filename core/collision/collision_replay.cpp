@@ -141,7 +141,7 @@ struct ListsOfStep {
   NeighbourLists lists;
   ImpactSearch search;
   SmoothNormals normals;
-  SectionStarts first = {0};  // first clusters in all preceding surface pairs
+  SectionStarts first = {0};  // number of first clusters before each surface pair
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
-// Repeats the searches for collisions in a recorded motion. Their work is measured on one thread,
-// and core/parallel/pool_replay.h predicts times on many ranks from it. perform() measures times on
-// existing ranks instead.
+// Repeats the searches for collisions in a recorded motion. Their work is measured on one thread.
+// From this work, core/parallel/pool_replay.h predicts times on many ranks. perform() measures
+// times on existing ranks instead.
 #pragma once
 
 #include <memory>
@@ -36,14 +36,14 @@ class CollisionReplay {
   // Measures the tests of a search that is divided for `n_ranks` ranks. Each cost is the smallest
   // of `repetitions` measurements. In dynamic division, the ranks start with tests that had about
   // equal costs in an earlier step, whose positions are extrapolated backwards. In static division,
-  // they start with equally many top-level tests.
+  // the top-level tests are dealt to the ranks in turn.
   RecordedTests measure(Search search, int n_ranks, Decomposition decomposition,
                         int repetitions = 3) const;
 
-  // Measures the work on neighbour lists in both searches of a step. Entry i of the result is the
-  // work of all lists whose first cluster is i. The expected costs are those of the preceding step.
-  // The motion is extrapolated backwards to get the preceding steps. Each measured cost is the
-  // smallest of `repetitions` measurements.
+  // Measures the work on neighbour lists in both searches of a step. Entry i of each result is the
+  // work of all lists whose first cluster has index i among the first clusters of all surface
+  // pairs. The expected costs are those of the preceding step. The motion is extrapolated backwards
+  // to get the preceding steps. Each measured cost is the smallest of `repetitions` measurements.
   struct Lists {
     OrderedWork contacts, impacts;
   };
@@ -56,8 +56,8 @@ class CollisionReplay {
     Team team;
     std::shared_ptr<const Communicator> communicator;
   };
-  // Collective. Performs a search `repetitions` times. Returns, for each repetition, the time until
-  // the last rank has all results [s].
+  // Collective. Performs a search `repetitions` times. Returns, for each repetition, the time from
+  // the end of the update of boxes until the last rank has all results [s].
   std::vector<double> perform(Search search, const Execution& execution, int repetitions) const;
 
  private:

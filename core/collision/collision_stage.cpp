@@ -22,7 +22,7 @@ constexpr int clean_up_rounds = 10;
 
 namespace {
 
-// Sorts by kind, a and b.
+// Compares pairs by kind, then by a and b.
 constexpr auto in_pair_order = [](const auto& a, const auto& b) {
   return pair_order(a) < pair_order(b);
 };
@@ -77,7 +77,8 @@ struct CollisionStage::Data {
     return own;
   }
 
-  // Returns the totals of contacts if this rank may not know all of them. Collective.
+  // Returns the totals of `contacts` over all ranks, each of which may know only some contacts.
+  // Collective if contacts are divided.
   ContactTotals joined_totals(const std::vector<Contact>& contacts) const {
     if (!selection) return totals_of(model, contacts);
     const ContactTotals own = totals_of(model, counted(contacts));
@@ -116,8 +117,8 @@ struct CollisionStage::Data {
   ContactSet known;
   KnownStrengths strengths;                   // of the contacts in `known`
   ContactSet returned;                        // result of the last call, if it differs from `known`
-  const ContactTotals* totals = nullptr;      // those of the last call
-  std::optional<ContactSelection> selection;  // contacts that this rank keeps; none: all
+  const ContactTotals* totals = nullptr;      // of the contacts of the last call
+  std::optional<ContactSelection> selection;  // contacts that this rank keeps; nullopt: all
   mutable GatherRoom anchor_room;
 
   std::vector<Contact> without_ignored(const std::vector<Contact>& contacts,

@@ -1,7 +1,7 @@
-// Collision handling of one step. Contacts are found at the start of the step. They enter an
-// implicit solve as extra terms, or impulses correct the motion after an explicit step.
-// Certification then finds the impacts of the whole motion by continuous collision detection. It
-// removes them by impulses (clean-up) and, if some remain, by withholding motion.
+// Collision handling of one step. Contacts are found at the start of the step. An implicit solve
+// includes them as extra terms; after an explicit step, impulses correct the motion. Certification
+// then finds the impacts of the whole motion by continuous collision detection. It removes them by
+// impulses (clean-up) and, if some remain, by withholding motion.
 #pragma once
 
 #include <memory>
@@ -39,8 +39,8 @@ class CollisionStage {
   ~CollisionStage();
 
   // All ranks must call this method together. From now on, each of them keeps only the contacts
-  // that act on its rows, and those that determine their shares. proximity() then returns these
-  // contacts.
+  // that act on its rows, and the contacts that influence the shares of such contacts. proximity()
+  // then returns only kept contacts.
   void divide(IndexRange rows);
   bool divided() const;
 
@@ -52,13 +52,13 @@ class CollisionStage {
   // contains the vertices of all surfaces.
   // The reference is valid until the next call of proximity(), proximity_alone() or all_contacts().
   const std::vector<Contact>& proximity(const Team& team, const Points& x0, const Tangle& tangle);
-  // Returns the contacts of all ranks. Not collective: a rank may call it without the others. Slow,
-  // unless there is only one rank, or contacts are not divided and x0 is that of the last call of
+  // Returns the contacts of all ranks. Not collective: a rank may call it without the others. Slow
+  // if contacts are divided, or if there are several ranks and x0 is not that of the last call of
   // proximity().
   const std::vector<Contact>& proximity_alone(const Team& team, const Points& x0,
                                               const Tangle& tangle);
-  // Collective. Returns the contacts of all ranks. Slow unless x0 is that of the last call of
-  // proximity().
+  // Collective. Returns the contacts of all ranks. Fast if x0 is that of the last call of
+  // proximity(); otherwise like proximity_alone().
   const std::vector<Contact>& all_contacts(const Team& team, const Points& x0,
                                            const Tangle& tangle);
   // Totals of the contacts that the last call of one of these three functions found on all ranks.
@@ -75,9 +75,9 @@ class CollisionStage {
   ContactTerms terms(const ContactInputs& inputs, const std::vector<Contact>& contacts,
                      const ContactState& state, ExtraTerms& terms) const;
 
-  // Returns contact_energies() [J] at the end of `motion`, which is also StrengthInputs::x.
-  // `contacts` must be the result of proximity() or proximity_alone() there. `rows` are the rows of
-  // this rank if contacts are divided.
+  // Returns contact_energies() [J] for `motion`, whose end must be StrengthInputs::x. `contacts`
+  // must be the result of proximity() or proximity_alone() at this end. `rows` are the rows of this
+  // rank if contacts are divided.
   std::vector<BinnedSum> energies(const ContactMotion& motion, const StrengthInputs& inputs,
                                   const std::vector<Contact>& contacts, IndexRange rows) const;
 
@@ -86,7 +86,8 @@ class CollisionStage {
 
   // Collective if contacts are divided. Updates the friction anchors of all contacts after the
   // motion x0 -> x1. `made` must be the terms that terms() returned for `contacts`. Returns the
-  // energy of all contacts at x0, which ContactTerms::energy() divides among the ranks [J].
+  // energy of all contacts at x0 [J], which is the sum of ContactTerms::energy() over the ranks if
+  // contacts are divided.
   double update_anchors(const std::vector<Contact>& contacts, const ContactTerms& made,
                         const Points& x0, const Points& x1, ContactState& state) const;
 

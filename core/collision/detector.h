@@ -22,7 +22,7 @@ struct Collisions {
   // Lower bounds on the contact times, as fractions of the motion [1].
   std::vector<double> vertex_face_time, edge_edge_time;
 
-  // Returns the smallest contact time [1], or infinity if there is no collision.
+  // Returns the smallest of these bounds [1], or infinity if there is no collision.
   double time() const;
 };
 

@@ -139,7 +139,7 @@ EventContacts::Event EventContacts::evaluate(Index pair, const FourPoints& point
 }
 
 // Applies an impulse with friction, so that the pair stops approaching and slowly regains its
-// thickness. Returns false if no impulse is needed, or if nothing in the pair can move.
+// thickness. Returns false if no impulse is needed, or if event.inverse_mass is 0.
 bool EventContacts::push(const Event& event, Index pair, const EventMotion& motion) {
   const SurfacePair& surfaces = surface_pairs_[pairs_[pair].pair];
   const double missing = surfaces.thickness - event.distance;

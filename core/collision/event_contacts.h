@@ -56,7 +56,7 @@ class EventContacts {
     Vec3 normal;
     double distance, inverse_mass;  // [m], [1/kg]; a pair without an impulse has inverse mass 0
     Index body;                     // body in the pair; -1: none
-    Vec3 touched;                   // closest point of the body [m]
+    Vec3 touched;                   // contact point on the body [m]
     bool at_end;                    // two edges, and an end of one of them is closest
     double to_cross;                // motion_to_cross() if `at_end`, otherwise 0 [m]
   };
@@ -97,7 +97,7 @@ class EventContacts {
   std::vector<Index> touched_;
   EventWork work_;
   std::vector<Event> events_;
-  std::vector<double> next_;  // scratch: time of the next evaluation of each event's pair [s]
+  std::vector<double> next_;  // scratch: time of the next evaluation of each pair [ticks]
   Points placed_;             // scratch: positions of all vertices at the current tick [m]
   bool all_placed_ = false;   // placed_ is set for the current tick or event
   std::vector<PlacedBody> bodies_;

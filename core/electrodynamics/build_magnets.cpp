@@ -72,11 +72,11 @@ void check_response(const Magnet& magnet, const std::string& where) {
 }
 
 // Replaces the exact fields of meshes and cells by expansions if the scene has many spheres and no
-// other magnetisable bodies. An expansion saves time only if the field at all spheres is evaluated
-// many times. If the number of triangles times the number of spheres is `most_exact`, building the
-// expansion of a mesh takes as long as about twenty exact evaluations at all spheres. With 100
-// spheres, building the expansion of cells takes as long as about 1,400 such evaluations, for any
-// number of cells.
+// other magnetisable bodies, and if expansions can meet the tolerance. An expansion saves time only
+// if the field at all spheres is evaluated many times. If the number of triangles times the number
+// of spheres is `most_exact`, building the expansion of a mesh takes as long as about twenty exact
+// evaluations at all spheres. With 100 spheres, building the expansion of cells takes as long as
+// about 1,400 such evaluations, for any number of cells.
 void expand_fields(MagneticModel& model) {
   constexpr std::size_t most_exact = 20000, few_spheres = 100;
   constexpr Index few_cells = 1000;
@@ -135,8 +135,8 @@ void add_magnets(const MagneticScene& scene, MagneticModel& model) {
 }
 
 double pole_at(const MagneticModel& model, Index carrier, const Vec3& point) {
-  // `nearest` is the smallest distance to a magnet so far, divided by the radius of that magnet.
-  // The limit 1.3 includes points on a body that encloses its magnet.
+  // `nearest` is the smallest ratio so far of the distance to a magnet and the radius of this
+  // magnet. The limit 1.3 includes points on a body that encloses its magnet.
   double nearest = 1.3, pole = 0.0;
   for (const CarriedMagnet& magnet : model.magnets) {
     if (magnet.carrier != carrier || !magnet.source || magnet.source->moment().isZero(0.0))

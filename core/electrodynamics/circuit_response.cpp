@@ -4,7 +4,7 @@ namespace loomstone {
 
 namespace {
 
-// Returns the weighted sum of the wrenches on each carrier.
+// Returns for each carrier the weighted sum of its wrenches in `parts`.
 CarrierWrenches combined(const std::vector<std::pair<double, const CarrierWrenches*>>& parts) {
   CarrierWrenches sum(parts.front().second->size());
   for (const auto& [factor, wrenches] : parts) add_times(sum, factor, *wrenches);

@@ -14,13 +14,13 @@
 namespace loomstone {
 
 struct CircuitResponse {
-  // Second derivatives of the wrenches with respect to the currents of circuits j and k. These are
-  // indices in the list of circuits, and may be equal.
+  // Second derivatives of the wrenches with respect to the currents of circuits j and k. The
+  // indices j and k refer to the list of circuits and may be equal.
   struct Pair {
     std::size_t j, k;
     CarrierWrenches wrenches;  // [N/A^2, N m/A^2]
   };
-  std::vector<CarrierWrenches> linear;  // coefficient of each circuit current [N/A, N m/A]
+  std::vector<CarrierWrenches> linear;  // (circuits) per ampere of each circuit [N/A, N m/A]
   std::vector<Pair> quadratic;
   Eigen::MatrixXd inductances;  // (circuits x coils) due to magnetised bodies [H]
 };

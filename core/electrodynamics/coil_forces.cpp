@@ -37,7 +37,7 @@ bool PlacedCoils::joined(Index a, Index b) const {
 }
 
 // Adds the wrenches between a coil of one ampere and `other`, multiplied by `factor`, about the
-// centres of their carriers.
+// centres of their carriers. Adds nothing if the carriers are joined().
 void PlacedCoils::meet(const Part& coil, const Part& other, double factor,
                        CarrierWrenches& result) const {
   if (joined(coil.carrier, other.carrier)) return;

@@ -13,14 +13,14 @@
 namespace loomstone {
 
 struct CoilForces {
-  std::vector<CarrierWrenches> per_ampere;  // due to each coil [N/A, N m/A]
+  std::vector<CarrierWrenches> per_ampere;  // (coils) due to each coil [N/A, N m/A]
   // Interactions of circuits: direct ones between different carriers, and those through magnetised
   // bodies.
   std::vector<CircuitResponse::Pair> pairs;
   std::vector<double> sense;  // (coils) 1, or -1 if a commutator reverses the voltage
 };
 
-// Coils at their current poses, and the forces on them.
+// Coils at given poses, and the forces on them.
 class PlacedCoils {
  public:
   // `twists` is the motion of the obstacles. Forces between two obstacles at rest are not computed.

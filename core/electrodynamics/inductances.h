@@ -12,8 +12,9 @@ namespace loomstone {
 
 struct Inductances {
   Eigen::MatrixXd own;  // self and mutual inductances (circuits x circuits) [H]
-  // Mutual inductances of circuits (rows) and coils with given currents (columns) [H]. They are 0
-  // for constant currents.
+  // Mutual inductances of circuits (rows) and coils with given currents (columns) [H]. They are
+  // multiplied by the change of the given current, so their part in air is set to 0 for constant
+  // currents.
   Eigen::MatrixXd from_given;
 };
 

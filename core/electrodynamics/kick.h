@@ -48,7 +48,7 @@ struct KickStart {
   const Actions& actions;
 };
 
-// Returns the wrenches on bodies in a kick and advances the circuits by the kick.
+// Returns the wrenches on all carriers in a kick and advances the circuits by the kick.
 CarrierWrenches kick_wrenches(const MagneticModel& model, const KickStart& start,
                               CircuitState& circuits);
 

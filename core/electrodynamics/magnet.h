@@ -10,10 +10,11 @@
 
 namespace loomstone {
 
-// A permanent magnet, or a body that is magnetised by the field in which it lies.
+// A permanent magnet, or a body that is magnetised by the field in which it lies. std::monostate
+// means that no source is given, which is an error.
 using MagnetSource = std::variant<std::monostate, MagneticBody, SoftBody>;
 
-// A magnet on a rigid body or obstacle. A body with several magnets has one Magnet for each.
+// A magnet on a rigid body or obstacle, which may carry several magnets.
 struct Magnet {
   std::string body;  // name of the rigid body or obstacle that carries it
   MagnetSource source;

@@ -36,14 +36,14 @@ struct MagneticScene {
   Index n_bodies = 0;
   Vec3 gravity = Vec3::Zero();  // [m/s^2]
   Vec3 field = Vec3::Zero();    // uniform flux density [T]
-  double tolerance = 1e-4;      // tolerated force error over the largest force between magnets
+  double tolerance = 1e-4;      // tolerated force error, relative to the largest force [1]
   double substep = 0.15;        // limit of sub-step length times angular frequency [1]
 };
 
 // A magnet on its carrier.
 struct CarriedMagnet {
   SourcePtr source;                           // null: induced magnet
-  double radius = 0.0, polarizability = 0.0;  // induced sphere only [m], [A m^2/T]
+  double radius = 0.0, polarizability = 0.0;  // [m], [A m^2/T]; induced spheres only
   SoftShapePtr soft;        // shape of an induced body; null: a point dipole or a hard magnet
   double saturation = 0.0;  // saturation polarization of `soft` [T]
   Points cells;             // positions of the cells of an explicit response [m]
@@ -73,6 +73,7 @@ struct MagneticRotor {
   std::optional<Bearing> bearing;  // its axis is a unit vector
 };
 
+// Result of build_magnetic_model().
 struct MagneticModel {
   Vec3 gravity = Vec3::Zero(), field = Vec3::Zero();  // [m/s^2], [T]
   double tolerance = 1e-4, substep = 0.15;            // see MagneticScene
@@ -93,15 +94,16 @@ struct MagneticModel {
 // Validates the scene and builds its model. Throws InvalidInput or Unsupported.
 MagneticModel build_magnetic_model(const MagneticScene& scene);
 
-// Throws InvalidInput if magnetisable bodies overlap with each other, with magnets or with windings
-// at the start, or if the inductance matrix of the circuits is not positive definite. Throws
-// Unsupported if, in a scene with circuits, a magnetisable body lies both in the bore and outside
-// the winding of a coil with variable current.
+// Throws InvalidInput if, at the start, magnetisable bodies overlap with each other, with magnets
+// or with windings, or if the inductance matrix of several circuits is not positive definite.
+// Throws Unsupported if, in a scene with circuits, a magnetisable body lies both in the bore and
+// outside the winding of a coil with variable current. Spheres treated as point dipoles are checked
+// for overlap with windings only.
 void check_magnetic_start(const MagneticModel& model, const CarrierPlaces& start);
 
-// Returns the coordinate of a point of the carrier along the moment of the nearest hard magnet,
-// divided by the radius of that magnet. The result is about 1 at the north pole and -1 at the south
-// pole, and 0 if no hard magnet is near.
+// Returns the position of a point of the carrier relative to the nearest hard magnet on it: the
+// coordinate along the moment of the magnet, divided by its radius. The result is about 1 at the
+// north pole and -1 at the south pole. It is 0 if no hard magnet is near.
 double pole_at(const MagneticModel& model, Index carrier, const Vec3& point);
 
 }  // namespace loomstone

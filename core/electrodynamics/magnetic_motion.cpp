@@ -153,7 +153,7 @@ double MagneticMotion::frequency(const Team& team, const CarrierPlaces& places,
   return frequency_.at(team, {places, *magnets, now.magnetised.known, currents, world.touching()});
 }
 
-// The motion of a step, sub-step by sub-step.
+// A step in progress, which advances sub-step by sub-step.
 struct MagneticMotion::Course {
   MagneticMotion& motion;
   const Team& team;
@@ -177,8 +177,8 @@ struct MagneticMotion::Course {
   SubstepResult advance(const Substeps& parts);
 };
 
-// Advances the bodies by one sub-step. On entry, `last_` must be the instant at the start of the
-// sub-step.
+// Advances bodies, circuits and induced moments by one sub-step. On entry, `last_` must be the
+// instant at the start of the sub-step.
 MagneticMotion::SubstepResult MagneticMotion::Course::advance(const Substeps& parts) {
   const MagneticModel& model = motion.model_;
   const double start = step.start + parts.elapsed(), h = parts.length();

@@ -24,7 +24,7 @@ struct MagneticStep {
 // Cost and error of a step.
 struct MagneticEffort {
   int substeps = 0;
-  double error = 0.0;  // estimate of the largest force error of a body at the end [N]
+  double error = 0.0;  // largest estimated error of the magnetic force on a body at the end [N]
   // Work that scripted obstacles do on bodies through contacts and magnets [J]. Work that they do
   // through coils is part of the energy supplied to the circuits.
   double obstacle_work = 0.0;
@@ -39,7 +39,7 @@ class MagneticMotion {
   MagneticMotion& operator=(const MagneticMotion&) = delete;
 
   // Returns the forces [N] and the torques about the centres of mass [N m] on the bodies. They are
-  // due to the magnets and to the coils, which carry `currents` (coils) [A].
+  // due to the magnets, the coils, which carry `currents` (coils) [A], and the uniform field.
   CarrierWrenches wrenches(const Team& team, const CarrierPlaces& places,
                            const Vector& currents) const;
   // Returns the energy of all magnets in each other's fields and in the uniform field [J]. It
@@ -73,7 +73,7 @@ class MagneticMotion {
     Magnetised magnetised;
     Actions actions;
   };
-  // Values from which a sub-step can be repeated, together with the instant `previous_`.
+  // State at the start of a sub-step. It is saved so that the sub-step can be repeated.
   struct Start {
     RigidState bodies;
     Points momenta;
@@ -86,9 +86,9 @@ class MagneticMotion {
   struct Course;
 
   Cause cause_of(const Moment& moment) const;
-  // Computes forces and inductances at an instant. Returns last_ if it has the same inputs (Cause).
-  // `moments` contains an initial guess of the induced dipole moments on entry, and the computed
-  // moments on return.
+  // Computes forces and inductances at an instant. On entry, `moments` is an initial guess of the
+  // induced dipole moments; on return, it contains the computed moments. If last_ has the same
+  // inputs (Cause), returns last_ and leaves `moments` unchanged.
   const Instant& arrive(const Team& team, const Moment& moment, Points& moments);
   CircuitResponse response(const Team& team, const Moment& moment, const PlacedCoils& coils,
                            const Instant& idle) const;

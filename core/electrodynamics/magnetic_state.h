@@ -7,11 +7,13 @@ namespace loomstone {
 
 // Currents of the circuits, and their energy balance since the start.
 struct CircuitState {
-  Vector currents;        // (coils) currents of circuits, 0 for other coils [A]
-  double energy = 0.0;    // energy stored in self and mutual inductances [J]
-  double heat = 0.0;      // energy dissipated in resistances [J]
-  double supply = 0.0;    // energy delivered by sources, including those of given currents [J]
-  double bearings = 0.0;  // energy that bearings remove; < 0 if they drive [J]
+  Vector currents;      // (coils) currents of circuits, 0 for other coils [A]
+  double energy = 0.0;  // energy stored in self and mutual inductances [J]
+  double heat = 0.0;    // energy dissipated in resistances [J]
+  // Energy supplied by the sources of voltages and given currents, and by scripted obstacles that
+  // move against the forces of circuits [J].
+  double supply = 0.0;
+  double bearings = 0.0;  // energy that bearings take from bodies; < 0 if they drive them [J]
 };
 
 struct MagneticState {

@@ -10,7 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Relative residual of the solve for induced moments, as a fraction of the force tolerance.
+// Tolerated relative residual of the solve for the magnetisation, as a fraction of the force
+// tolerance [1].
 constexpr double share_of_tolerance = 1e-2;
 
 }  // namespace
@@ -40,7 +41,8 @@ Points Magnets::dipole_positions(const std::vector<MagneticBody>& magnets) const
   return x;
 }
 
-// Returns the flux density at the induced spheres, without the fields of these spheres [T].
+// Returns the flux density at the induced spheres, without the fields of these spheres [T]. Adds
+// the fields of hard magnets to `magnetised.known`.
 Points Magnets::applied_field(const Team& team, const std::vector<MagneticBody>& coils,
                               Magnetised& magnetised) const {
   const Points x = dipole_positions(magnetised.magnets);

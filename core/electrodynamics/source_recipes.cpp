@@ -13,7 +13,8 @@ namespace loomstone {
 
 namespace {
 
-// Gives access to the values of a recipe by name and type.
+// Gives access to the contents of a recipe. Throws InvalidInput if a value, mesh or inner recipe is
+// missing.
 class Values {
  public:
   explicit Values(const SourceRecipe& recipe) : recipe_(recipe) {}

@@ -8,7 +8,7 @@ namespace loomstone {
 
 bool operator==(const SourceRecipe& a, const SourceRecipe& b);
 
-// Both functions throw InvalidInput if the recipe is unknown or incomplete.
+// make_source() and make_soft_shape() throw InvalidInput if the recipe is unknown or incomplete.
 SourcePtr make_source(const SourceRecipe& recipe);
 SoftShapePtr make_soft_shape(const Team& team, const SourceRecipe& recipe);
 

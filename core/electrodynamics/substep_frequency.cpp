@@ -15,8 +15,9 @@ namespace {
 // largest overlap is 0.08 mm, compared with 0.06 mm for sub-steps half as long.
 constexpr double touching_share = 1.0 / 16.0;
 
-// Factor on the moments of induced magnets. These moments change with the distance r, so the force
-// can be proportional to r^-7 instead of r^-4. Its relative derivative is then 7/4 times as large.
+// Factor on the moments of induced magnets, unless add_spheres() treats them. These moments change
+// with the distance r, so the force can be proportional to r^-7 instead of r^-4. Its relative
+// derivative is then 7/4 times as large.
 constexpr double induced_growth = 1.75;
 
 // Returns the sum of |charge| times distance from the origin over the surface [A m^2]. Unlike the
@@ -28,8 +29,9 @@ double spread_moment(const SourcePtr& source) {
   return sum;
 }
 
-// Returns the moment of an induced magnet. If the source also exists with the mean charge on each
-// panel, returns the smaller moment of the two sources.
+// Returns the spread_moment() of an induced body with surface charge, and the dipole moment of any
+// other induced magnet [A m^2]. If the source also exists with the mean charge on each panel,
+// returns the smaller moment of the two sources.
 double induced_moment(const MagneticBody& magnet) {
   const SourcePtr &source = magnet.source, panel_means = source->panel_means();
   const double moment = source->induced() ? spread_moment(source) : magnet.moment().norm();
@@ -98,8 +100,8 @@ SubstepFrequency::Coarse SubstepFrequency::coarse(const Oscillators& now,
   return coarse;
 }
 
-// Adds to `squares` the squared frequencies due to the forces on spheres from each other and from
-// magnets and coils on obstacles.
+// Adds to `squares` the squared frequencies due to the forces on induced spheres from each other
+// and from hard magnets and coils on obstacles.
 void SubstepFrequency::add_spheres(const Team& team, const Oscillators& now, const Coarse& coarse,
                                    const std::vector<SoftSphere>& spheres,
                                    const std::vector<Carrier>& carriers,

@@ -13,7 +13,7 @@ namespace loomstone {
 // Input of the bound at one instant.
 struct Oscillators {
   const CarrierPlaces& places;
-  const std::vector<MagneticBody>& magnets;  // also magnetised by `currents`
+  const std::vector<MagneticBody>& magnets;  // magnetisation includes the effect of `currents`
   const std::vector<KnownField>& known;      // fields of hard magnets at induced dipoles
   const Vector& currents;                    // (coils) [A]
   std::vector<std::uint8_t> touching;        // (b) 1: body in contact

@@ -7,15 +7,16 @@ namespace loomstone {
 
 namespace {
 
-// Least energy to which the error is relative, as a fraction of the kinetic energy [1].
+// Fraction of the kinetic energy that is added to the absolute work before the error is divided by
+// it [1]. The relative error thus stays bounded if there is little work.
 constexpr double least_work = 0.1;
 
 double work_along(const Wrench& wrench, const Twist& displacement) {
   return wrench.force.dot(displacement.velocity) + wrench.torque.dot(displacement.spin);
 }
 
-// Displacement [m] and rotation vector [rad] of a carrier in the sub-step. The rotation of a body
-// is zero if no torque acts on it.
+// Displacement [m] and rotation vector [rad] of a carrier in the sub-step. If no torque acts on a
+// body, its rotation does not contribute to the work and is returned as zero.
 Twist displacement(const SubstepWork& work, Index carrier) {
   const auto n = static_cast<Index>(work.start.positions.rows());
   if (carrier >= n) {

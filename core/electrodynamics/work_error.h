@@ -39,8 +39,8 @@ struct SubstepWork {
 // Returns the wrenches between magnets without the part that is due to currents.
 CarrierWrenches wrenches_between_magnets(const Actions& actions);
 
-// Returns the error of the work, divided by the sum of the work and a tenth of `kinetic`, the
-// kinetic energy of the bodies [J]. Error and absolute work are sums over bodies and obstacles.
+// Returns the error of the work divided by the sum of the absolute work and a tenth of `kinetic`,
+// the kinetic energy of the bodies [J]. Error and absolute work are sums over bodies and obstacles.
 double relative_work_error(const MagneticModel& model, const SubstepWork& work, double kinetic);
 
 }  // namespace loomstone

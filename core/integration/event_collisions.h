@@ -18,7 +18,8 @@ class EventCollisions {
   // Changes the velocities of vertices and bodies at a tick. The positions are those predicted for
   // their next events, so they change with the velocities.
   virtual void act(const Team& team, Index tick, const EventMotion& motion) = 0;
-  // Like act(), but in an event of a queue, and only for the pairs that contain a listed vertex.
+  // The same in an event of a queue, only for the pairs of features that contain a listed vertex.
+  // The positions belong to the times in EventMotion::Clocks, and change with the velocities.
   virtual void act_on(const std::vector<Index>& vertices, const EventMotion& motion) = 0;
 };
 

@@ -24,7 +24,7 @@ namespace loomstone {
 
 // Evaluates the terms of a step after the rows have moved by `displacement` (rows x 3) [m] in
 // `time` [s]. On entry, `terms` are those of the start of the step. Sets their gradient and
-// Hessian, and returns their energy [J].
+// Hessian in the way that `request` selects, and returns their energy [J].
 using TermsAt = std::function<double(const Points& displacement, double time, TermRequest request,
                                      ExtraTerms& terms)>;
 
@@ -81,13 +81,13 @@ struct IntegrationReport {
   std::int64_t events = 0, synchronous_events = 0;
 };
 
-// Thrown if the solver finds no solution. A shorter step may have one.
+// Thrown if no solution is found or the step is too long to be stable. A shorter step may succeed.
 class StepFailure : public SolverFailure {
  public:
   using SolverFailure::SolverFailure;
 };
 
-// Thrown if a Newton scheme does not converge. `row` has the largest residual.
+// Thrown if a Newton scheme does not converge. `row` is the cloth vertex with the largest residual.
 class NewtonFailure : public StepFailure {
  public:
   NewtonFailure(const std::string& what, Index row) : StepFailure(what), row(row) {}
@@ -130,8 +130,9 @@ std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options,
 
 // Selects how bending enters the step. BendingInStep::Auto selects implicit bending if
 // h (h + 2 beta) lambda > (0.8 * 2)^2, where beta [s] is the bending damping and lambda is the
-// largest eigenvalue of M^-1 K for bending. Semi-implicit Euler uses the lumped bending stiffness,
-// unless bending is damped or the Jacobian is exact.
+// largest eigenvalue of M^-1 K for bending. With implicit bending, semi-implicit Euler uses the
+// lumped bending stiffness, unless bending is damped or the Jacobian is exact. Explicit and
+// asynchronous schemes always treat bending explicitly.
 BendingTreatment bending_treatment(const IntegratorOptions& options, const ClothModel& model);
 
 }  // namespace loomstone

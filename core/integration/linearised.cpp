@@ -4,10 +4,10 @@
 // D at its start:
 //   (M + c_d D + c_k K) dv = inertia + sigma (f_ext - f_el(x) - D w)
 //                            - (sigma / c_k) (c_d D + c_k K) u0.
-// Here c_d, c_k and sigma are SchemeCoefficients, f_ext are the loads, f_el the elastic forces, and
-// u0 is the displacement that follows from dv = 0. For BDF-2, with previous values x_ and v_,
-// inertia = b M (v - v_) and w = -b (x - x_) / sigma with b = SchemeCoefficients::history. Both are
-// 0 for the other schemes.
+// Here c_d, c_k and sigma are SchemeCoefficients, f_ext are the loads, f_el is the gradient of the
+// elastic energy, and u0 is the displacement that follows from dv = 0. For BDF-2, with previous
+// values x_ and v_, inertia = b M (v - v_) and w = -b (x - x_) / sigma with
+// b = SchemeCoefficients::history. Both are 0 for the other schemes.
 #include <algorithm>
 #include <cmath>
 
@@ -117,7 +117,7 @@ class LinearisedIntegrator final : public Integrator {
     for (Points* const table : {&force_, &product_}) keep_zero_outside(*table, step.n);
   }
 
-  // Sets u0 of a row: its displacement, up to the evaluation of forces, that follows from dv = 0.
+  // Sets u0 of a row: the displacement at which forces are evaluated if dv is zero.
   void displace(const Step& step, const ClothState& state, const Points& body_velocity, Index row) {
     const bool cloth = row < step.n;
     const Vec3 velocity(cloth ? state.v.row(row) : body_velocity.row(row - step.n));

@@ -176,8 +176,9 @@ class NewtonIntegrator final : public Integrator {
     return false;
   }
 
-  // Doubles the Newton step as long as the potential decreases. Near a saddle of the potential, the
-  // positive Jacobian is far too stiff along the unstable mode, so every step would be too short.
+  // If the full Newton step was accepted, doubles it as long as the potential decreases. Near a
+  // saddle of the potential, the positive Jacobian is far too stiff along the unstable mode, so
+  // every step would be too short.
   void go_further(const Step& step) {
     if (length_ < 1.0) return;
     const Points origin = trial_.velocity;
@@ -191,7 +192,7 @@ class NewtonIntegrator final : public Integrator {
     }
   }
 
-  // Throws NewtonFailure for the vertex with the largest residual.
+  // Throws NewtonFailure for the free vertex with the largest residual in the metric of norm().
   [[noreturn]] void give_up(const char* how, const Step& step, const IntegrationReport& report) {
     step.layout.gather(now_.residual.data(), 3);
     Index worst = 0;
@@ -209,8 +210,8 @@ class NewtonIntegrator final : public Integrator {
         worst);
   }
 
-  // Norm of r in the metric M^-1 over rows without prescribed motion, bitwise identical on any
-  // number of ranks.
+  // Norm of r in the metric M^-1 over the first n_rows rows, without those of prescribed motion. It
+  // is bitwise identical on any number of ranks.
   double norm(const Step& step, const Points& r, Index n_rows) {
     const RowLayout& layout = step.layout;
     std::vector<double> sums((layout.n_rows() + rows_per_block - 1) / rows_per_block, 0.0);
@@ -303,8 +304,8 @@ class NewtonIntegrator final : public Integrator {
     return it.potential = sum;
   }
 
-  // Solves for the Newton correction of now_. Returns false, on all ranks alike, if the exact
-  // Jacobian is indefinite.
+  // Solves for the Newton correction of now_. The exact Jacobian may be indefinite. If the solve
+  // with it fails, returns false on all ranks.
   bool solve(const Step& step, JacobianKind kind, IntegrationReport& report) {
     const Points moved = displacement(step.h(), now_.velocity);
     x_ = start_x_ + moved.topRows(step.n);

@@ -6,8 +6,8 @@ namespace loomstone {
 
 namespace {
 
-// Sets `found` to the scheme called `name` and appends the names of all schemes to `names`. Returns
-// false if no scheme has this name.
+// Sets `found` to the default options of the scheme called `name`, and appends the names of all
+// schemes to `names`. Returns false if no scheme has this name.
 template <class... Method>
 bool find(std::string_view name, std::variant<Method...>& found,
           std::vector<std::string_view>& names) {

@@ -65,7 +65,7 @@ struct IntegratorCommon {
   Automatic step;
 };
 
-// Options of schemes without a linear system.
+// Options of explicit and symplectic Euler.
 struct ExplicitOptions : IntegratorCommon {
   static auto fields() {
     return std::make_tuple(field("step", &ExplicitOptions::step, "s", positive(),
@@ -212,8 +212,8 @@ class IntegratorOptions {
   void set_step(double step) {
     std::visit([&](auto& method) { method.step = step; }, method_);
   }
-  // Each function returns the options of a family of schemes, or null if the scheme does not belong
-  // to that family.
+  // These functions return the options that a family of schemes has in common, or null if the
+  // scheme does not belong to that family.
   ImplicitOptions* implicit() { return family<ImplicitOptions>(method_); }
   const ImplicitOptions* implicit() const { return family<const ImplicitOptions>(method_); }
   NewtonOptions* newton() { return family<NewtonOptions>(method_); }

@@ -185,7 +185,7 @@ void AggregationMultigrid::prepare(const Team& team, const LinearSystem& system,
 
 // Inverts the diagonal blocks of all levels. Blocks must have been summed to all levels before,
 // because this function replaces some blocks by the identity, which must not enter coarser levels.
-// Collective.
+// Returns false on all ranks if a block is not positive definite on one of them. Collective.
 bool AggregationMultigrid::invert(const RowLayout& layout) {
   const bool mine = std::all_of(levels_.begin(), levels_.end(),
                                 [](MultigridLevel& level) { return level.invert_diagonal(); });
@@ -431,8 +431,8 @@ BinnedSum AggregationMultigrid::correction_product() const {
   return sum;
 }
 
-// Gathers the residual of the first replicated level. Adds the sums of all ranks, which are sent in
-// the same message.
+// Gathers the residual of the first replicated level. Replaces `sums` by their totals over all
+// ranks, which are sent in the same message.
 void AggregationMultigrid::gather_residual(const RowLayout& layout, BinnedSum* sums) {
   if (layout.single()) return;
   const Communicator& ranks = layout.communicator();

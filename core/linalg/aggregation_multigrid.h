@@ -13,7 +13,7 @@
 // coupled (the halo). The level of the blocks and all coarser ones are replicated: their residuals
 // are gathered, and all ranks do the same work. The residual r of the aggregates follows the steps
 // of conjugate gradients, r -= alpha q, where q is the sum of A p over the rows of an aggregate.
-// The halo of q can thus be exchanged while the ranks add p . A p.
+// The halo of q can thus be exchanged while p . A p is summed over the ranks.
 #pragma once
 
 #include <vector>
@@ -41,12 +41,12 @@ class AggregationMultigrid {
   void set_pattern(const BlockMatrix& matrix, const RowLayout& layout);
   // Computes the coarse matrices by summing the blocks of free rows, including those of terms.
   // Rebuilds the levels if terms couple aggregates that neither the matrix nor earlier terms
-  // couple. `halo` contains the rows that the matrix and the terms couple to owned rows.
-  // Collective.
+  // couple, or if too many couplings of earlier terms are unused. `halo` contains the rows that the
+  // matrix and the terms couple to owned rows. Collective.
   void prepare(const Team& team, const LinearSystem& system, const Halo& halo);
 
-  // Returns false if a coarse matrix is not positive definite up to rounding. In that case there is
-  // no correction.
+  // Returns false if a diagonal block of a level or the coarsest matrix is not positive definite up
+  // to rounding. In that case there is no correction.
   bool usable() const { return usable_; }
 
   // Number of slots. Each aggregate has one slot. Each block has one additional slot for rows
@@ -79,7 +79,8 @@ class AggregationMultigrid {
   // Computes the correction for the residual r. Returns the dot product of r and the correction,
   // computed as a sum over the levels: r . C r on the first level, with its symmetric smoother C,
   // plus the dot product of residual and solution on the next level. With a single level, it is
-  // this dot product on that level. Adds `sum` over all ranks in the same exchange. Collective.
+  // this dot product on that level. Replaces `sum` by its total over all ranks, in the same
+  // exchange. Collective.
   template <class Scalar>
   double solve(const Team& team, const RowLayout& layout, BinnedSum& sum);
   std::size_t bytes() const {
@@ -122,7 +123,7 @@ class AggregationMultigrid {
   // Pairs (first < second) of aggregates that only terms couple, in ascending order.
   Couplings couplings_;
   std::size_t n_owned_couplings_ = 0;  // number of couplings_ with an aggregate of this rank
-  std::vector<Index> place_;           // (blocks of plain_) index of each block in the first level
+  std::vector<Index> place_;           // (blocks of plain_) index of each in levels_[0].matrix
   MultigridLevel::Range owned_;        // aggregates of this rank
   Index first_block_ = 0;              // first block of rows of this rank
   std::vector<MultigridLevel> levels_;

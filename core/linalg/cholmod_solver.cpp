@@ -24,7 +24,8 @@ namespace {
 
 bool has_supernodal_module() { return dlsym(RTLD_DEFAULT, "cholmod_super_numeric") != nullptr; }
 
-// Restricts OpenBLAS to one thread, because its results depend on the number of threads.
+// If OpenBLAS is loaded, restricts it to one thread, because its results depend on the number of
+// threads.
 void use_one_blas_thread() {
   if (void* set = dlsym(RTLD_DEFAULT, "openblas_set_num_threads"))
     reinterpret_cast<void (*)(int)>(set)(1);

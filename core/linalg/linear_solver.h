@@ -1,6 +1,6 @@
-// Solves (A + term_scale sum_terms J^T H J + body blocks) x = b on free rows. A is the matrix of
-// the cloth rows. J and H are the Jacobian and the stiffness of a term (extra_terms.h). Fixed rows
-// keep their given value of x (exact constraints by filtering, [Baraff1998]).
+// Linear solvers for (A + term_scale sum_terms J^T H J + body blocks) x = b on free rows. A is the
+// matrix of the cloth rows. J and H are the Jacobian and the stiffness of a term (extra_terms.h).
+// Fixed rows keep their given value of x (exact constraints by filtering, [Baraff1998]).
 #pragma once
 
 #include <array>
@@ -62,7 +62,7 @@ constexpr auto choices(LinearMethod) {
 
 struct LinearOptions {
   LinearMethod method = LinearMethod::Pcg;
-  double tolerance = 1e-4;  // relative tolerance of the residual in the preconditioned norm [1]
+  double tolerance = 1e-4;  // tolerated LinearReport::residual of iterative solvers [1]
   int max_iterations = 2000;
 };
 

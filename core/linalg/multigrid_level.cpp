@@ -12,7 +12,7 @@ namespace {
 
 constexpr Index slices_per_chunk = rows_per_block / 8;
 constexpr Index parents_per_chunk = rows_per_block / 8;
-constexpr Index chunks_a_task = 8;  // minimum work of a task: 1,024 nodes, about 5 us
+constexpr Index chunks_a_task = 8;  // minimum work of a task: about 1,000 nodes, 5 us
 constexpr Index chunks_of_product_a_task =
     2;  // minimum work of a product task: 256 nodes, about 5 us
 // Damping of the Jacobi sweeps. The sweeps converge if each element or term couples at most four
@@ -50,7 +50,8 @@ LOOMSTONE_INLINE double smoothed_dots(Index first, Index last, const float* r, c
   return quad_sum(sum);
 }
 
-// Calls body(first, last) on whole chunks of [begin, end).
+// Calls body(first, last) on ranges that consist of whole chunks of [begin, end). Only the last
+// chunk may be shorter.
 template <class Body>
 void in_chunks(const Team& team, Index begin, Index end, Index chunk, Body&& body,
                Index least_a_task = chunks_a_task) {

@@ -48,8 +48,8 @@ struct MultigridLevel {
 
   // Sums the blocks of the matrix into blocks of the next level, in the rows of the owned parents.
   void sum_blocks(BlockMatrix& next) const;
-  // Inverts the diagonal blocks of the owned nodes. Nodes without a free row get the identity.
-  // Returns false if a block is not positive definite.
+  // Inverts the diagonal blocks of the owned nodes. In the matrix, zero blocks of nodes without a
+  // free row are first replaced by the identity. Returns false if a block is not positive definite.
   bool invert_diagonal();
   void copy_couplings(const Team& team);
 

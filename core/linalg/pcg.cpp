@@ -32,8 +32,8 @@ namespace {
 // the accuracy.
 constexpr double trusted_fall = 3e-5;
 
-// Sets the inner and outer blocks. An outer block contains rows that terms or the matrix couple to
-// rows of other ranks, or other rows on which terms act.
+// Sets the inner and outer blocks. A block is outer if terms act on one of its rows or if one of
+// its rows is coupled to a row of another rank. On one rank, all blocks are outer.
 void divide_blocks(PcgSolve& solve) {
   const RowLayout& layout = solve.loops.layout();
   PcgMemory& m = solve.memory;
@@ -48,7 +48,7 @@ void divide_blocks(PcgSolve& solve) {
     (outer[block] != 0 ? m.outer_blocks : m.inner_blocks).push_back(block);
 }
 
-// Sets the terms and the halo, which includes the rows of the terms.
+// Sets the terms, the halo, which includes the rows of the terms, and the inner and outer blocks.
 void set_terms(PcgSolve& solve) {
   const LinearSystem& system = solve.system;
   const RowLayout& layout = solve.loops.layout();
@@ -81,8 +81,8 @@ void set_system(PcgSolve& solve, Preconditioner::Kind kind) {
 }
 
 // Replaces the terms while the matrix is unchanged. Keeps the preconditioner unless it is
-// Gauss-Seidel, because only friction has changed and a new preconditioner would cost more than the
-// iterations that it saves. With the old preconditioner, solves take 0.84 (scene stack) and 0.78
+// Gauss-Seidel, because the terms have changed little and a new preconditioner would cost more than
+// the iterations that it saves. With the old one, solves take 0.84 (scene stack) and 0.78
 // (scene fold) times as long as with a new one, with 1.1 and 0.94 times as many iterations.
 void change_terms(PcgSolve& solve) {
   PcgMemory& m = solve.memory;
@@ -206,8 +206,9 @@ class Pcg final : public LinearSolver {
   }
 
  private:
-  // Runs rounds of iterations until the true residual is below the tolerance. Each round ends with
-  // the computation of the true residual, unless a loose tolerance ends the solve before.
+  // Runs rounds of iterations until the true residual is within the tolerance, or stops without
+  // convergence at max_iterations or at the rounding error of double precision. Each round ends
+  // with the computation of the true residual, unless a loose tolerance ends the solve before.
   LinearReport iterate_to_tolerance(PcgSolve& solve, const Points& b, double norm,
                                     Start how) const {
     PcgMemory& m = solve.memory;

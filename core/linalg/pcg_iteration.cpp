@@ -10,9 +10,10 @@ namespace loomstone {
 
 namespace {
 
-constexpr int steps_per_sum = 16;  // number of steps between two sums in start_new_residual()
+constexpr int steps_per_sum = 16;  // number of steps between two calls of start_new_residual()
 
-// Computes the scaled residual r, the preconditioned residual z, and beta from PcgMemory::residual.
+// Computes the scaled residual r, its norm, the preconditioned residual z and beta from
+// PcgMemory::residual.
 template <class Scalar>
 void begin(PcgSolve& solve, Krylov<Scalar>& k, bool conjugate) {
   PcgMemory& m = solve.memory;
@@ -80,7 +81,8 @@ void start_new_residual(PcgSolve& solve, Krylov<Scalar>& k) {
   solve.memory.preconditioner.template start_residual_exchange<Scalar>(solve.loops.layout());
 }
 
-// Computes q = A p on all rows. The halo of p is exchanged during the products of the inner blocks.
+// Computes q = A p on the owned rows, and returns the dot products of the step. The halo of p is
+// exchanged during the products of the inner blocks.
 template <class Scalar>
 Preconditioner::StepProducts multiply_all(PcgSolve& solve, Krylov<Scalar>& k) {
   PcgMemory& m = solve.memory;

@@ -24,10 +24,11 @@ template <class Scalar>
 struct Krylov {
   CouplingMatrix<Scalar> matrix;
   std::vector<Scalar> r, z, p, q;
-  double rz = 0.0, last_rz = 0.0;  // r . P^-1 r at the last step and at the one before it
-  int steps = 0;                   // number of steps since the last start
-  double beta = 0.0;               // factor of p in the next direction
-  double norm = 0.0;               // sqrt(r . D^-1 r), with D the diagonal blocks
+  // r . P^-1 r at the start of the present step, and at the start of the last completed step.
+  double rz = 0.0, last_rz = 0.0;
+  int steps = 0;      // number of steps since the last Start::Restart or Start::Conjugate
+  double beta = 0.0;  // factor of p in the next direction
+  double norm = 0.0;  // sqrt(r . D^-1 r), with D the diagonal blocks
 
   void resize(const SlicedEllpack& slices) {
     matrix.resize(slices);
@@ -43,7 +44,7 @@ struct PcgMemory {
   SlicedEllpack slices;
   // Data of the last system.
   TermRows terms;
-  Halo halo;  // rows of other ranks that a product needs
+  Halo halo;  // rows that ranks exchange before a product
   HaloExchange halo_exchange;
   // Inner blocks are owned blocks whose products need only the matrix and owned rows. Outer blocks
   // are the other owned blocks. The halo is exchanged during the products of inner blocks. On one

@@ -6,7 +6,8 @@
 
 namespace loomstone {
 
-// Sets PcgMemory::residual to b - A x, with zeros on fixed rows. Returns its norm. Collective.
+// Sets PcgMemory::residual to b - A x, or to b if `x_is_zero`, with zeros on fixed rows. Returns
+// its norm. Collective.
 double true_residual(PcgSolve& solve, const Points& b, bool x_is_zero);
 
 // Returns the norm of the momentum that LinearSystem::least_change gives to the masses of free

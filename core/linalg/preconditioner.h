@@ -78,8 +78,8 @@ class Preconditioner {
     double curvature;  // p . A p
     double residual;   // r . P^-1 r
   };
-  // Adds `curvature` over all ranks, and sends the product of the coarse levels to other ranks at
-  // the same time. Collective.
+  // Returns the dot products of a step, with `curvature` summed over all ranks. At the same time,
+  // exchanges the halo of the product q on the coarse levels. Collective.
   template <class Scalar>
   StepProducts complete_product(const RowLayout& layout, BinnedSum curvature);
   // Updates the residual of the coarse levels for a step r -= alpha q.
@@ -88,7 +88,7 @@ class Preconditioner {
     if (uses_levels_) levels_.take_step(alpha);
   }
 
-  // Dot products of r with the inverse diagonal blocks D^-1 and with the preconditioner.
+  // Products of the residual r. D consists of the diagonal blocks.
   struct Products {
     double diagonal, whole;  // r . D^-1 r and r . P^-1 r
   };

@@ -36,7 +36,7 @@ class RowLoops {
     });
   }
 
-  // Sets the sum of each of the given blocks, which this rank owns, to body(begin, end).
+  // Sets the sums of the given blocks to body(begin, end). This rank must own the blocks.
   template <class Body>
   void set_sums(const std::vector<Index>& blocks, Body&& body) {
     const Index end_row = layout_.end(), n = static_cast<Index>(blocks.size());

@@ -48,7 +48,7 @@ class TermRows {
     Index row, arm;  // arm: index in arms_, or -1
     double weight;
   };
-  // A term's entry in a given row. Each row reads its slots in order.
+  // A term's entry in a given row. Each row reads its slots in the order of the terms.
   struct Slot {
     Index term, arm;
     double weight;
@@ -61,11 +61,11 @@ class TermRows {
   static void find_forces(TermRows& rows, Index begin, Index end, const Scalar* x);
 
   double scale_ = 0.0;
-  std::vector<Mat3> hessians_;     // (copied terms), in ascending order
+  std::vector<Mat3> hessians_;     // (copied terms) H of each term
   std::vector<Index> part_start_;  // (terms + 1) first part of each term
   std::vector<Part> parts_;
   std::vector<Vec3> arms_;
-  AlignedDoubles scaled_;         // (terms x 3 x 4) scaled H, see build()
+  AlignedDoubles scaled_;         // (terms x 3 x 4) scale times H, with row 2 rotated; see build()
   AlignedDoubles forces_;         // (terms x 4) force and a zero
   std::vector<Index> row_start_;  // (rows + 1) first slot of each row
   std::vector<Slot> slots_;       // slots of owned rows, sorted by row and term

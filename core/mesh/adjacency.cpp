@@ -1,4 +1,4 @@
-// Builds the edge table by a sort of half-edges, and incidence lists by counting sort.
+// Builds the edge table by sorting half-edges, and incidence lists by counting sort.
 #include "core/mesh/adjacency.h"
 
 #include <algorithm>

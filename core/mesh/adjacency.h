@@ -9,7 +9,7 @@
 
 namespace loomstone {
 
-// Compressed lists. The items of i are items[start[i] .. start[i+1]), in ascending order.
+// Compressed lists. List i consists of items[start[i] .. start[i+1]), in ascending order.
 struct Incidence {
   std::vector<Index> start;
   std::vector<Index> items;
@@ -45,7 +45,7 @@ std::vector<Hinge> hinges(const Triangles& triangles, const EdgeTable& edges);
 
 Incidence triangles_of_vertices(Index n_vertices, const Triangles& triangles);
 Incidence edges_of_vertices(Index n_vertices, const Edges& edges);
-// Neighbours of each vertex along edges.
+// Returns the neighbours of each vertex along edges.
 Incidence vertex_graph(Index n_vertices, const Triangles& triangles);
 
 }  // namespace loomstone

@@ -12,7 +12,7 @@ namespace loomstone {
 
 // Rectangle of nx x ny cells with two triangles each. Vertex j (nx + 1) + i is in column i and row
 // j. `pattern` is "alternating" (the directions of the diagonals alternate like a checkerboard) or
-// "diagonal" (all diagonals at +45 degrees).
+// "diagonal" (all diagonals run from the lower left to the upper right corner of a cell).
 TriangleMesh grid_cells(double width, double height, Index nx, Index ny,
                         const std::string& pattern = "alternating");
 // Grid with nearly square cells and nearly as many triangles as requested.
@@ -35,13 +35,15 @@ TriangleMesh icosphere(double radius, int subdivisions);
 TriangleMesh box(double x, double y, double z, Index cells_per_side = 1);
 // Capsule along z. `length` is the distance between the centres of its caps.
 TriangleMesh capsule(double radius, double length, Index segments = 32);
-// Cylinder along z, approximated by a prism whose vertices lie on the cylinder.
+// Cylinder along z, approximated by an inscribed prism.
 TriangleMesh cylinder(double radius, double length, Index segments = 32);
-// Funnel about the z axis with walls of thickness `wall`. A cone leads from `top_radius` at
-// z = height to `bottom_radius` at z = 0. A tube of length `tube_length` continues below it.
+// Funnel about the z axis with walls of thickness `wall`. Its inner surface is a cone from
+// `top_radius` at z = height to `bottom_radius` at z = 0, and below it a tube of length
+// `tube_length`.
 TriangleMesh funnel(double top_radius, double bottom_radius, double height, double tube_length,
                     double wall, Index segments = 64);
-// Wavy bar along y: a tube of radius `radius` whose centre line is a sinusoid in the y-z plane.
+// Wavy bar along y with hemispherical ends: a tube of radius `radius` whose centre line is a
+// sinusoid in the y-z plane.
 TriangleMesh wave_bar(double length, double radius, double amplitude, double wavelength,
                       Index segments = 24);
 // Square in the plane z = 0, an open surface with normal +z. Its uv are its coordinates x and y.

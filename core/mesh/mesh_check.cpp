@@ -161,7 +161,7 @@ Vec2 uv_at(const Triangles& triangles, const Points2& uv, const Triangles& uv_tr
 }
 
 // Returns the panel of each triangle, identified by the smallest triangle index in the panel.
-// Compares the values of uv and not their indices, because many files repeat values.
+// Values of uv are compared instead of their indices, because many files repeat values.
 std::vector<Index> panels(const Triangles& triangles, const Points2& uv,
                           const Triangles& uv_triangles) {
   std::vector<Index> parent(static_cast<std::size_t>(triangles.rows()));

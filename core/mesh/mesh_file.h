@@ -15,14 +15,14 @@
 namespace loomstone {
 
 // Reads a mesh. From OBJ files it reads the statements v, vt and f (v, v/vt, v//vn, v/vt/vn, also
-// with negative indices) and skips all others. PLY files may be text or binary. They contain rest
-// coordinates as vertex properties (s t, u v or texture_u texture_v) or as the list property
-// texcoord of each face.
-// Polygons are split into triangle fans from their first corner. If with_uv is false, rest
-// coordinates in the file are ignored: obstacles and bodies without a texture need none, and
-// texture coordinates of common files are often folded or degenerate. Throws CacheError with the
-// position in the file if the file cannot be read or is truncated or malformed. Throws InvalidInput
-// if TriangleMesh rejects the mesh, and Unsupported for other extensions.
+// with negative indices) and skips all others. PLY files may be text or binary. They can contain
+// rest coordinates as vertex properties (s t, u v or texture_u texture_v) or as the list property
+// texcoord of each face. Polygons are split into triangle fans from their first corner. If with_uv
+// is false, rest coordinates in the file are ignored: obstacles and bodies without a texture need
+// none, and texture coordinates of common files are often folded or degenerate. Throws CacheError
+// if the file cannot be read, or if it is truncated or malformed; where possible, the message then
+// gives the position in the file. Throws InvalidInput if TriangleMesh rejects the mesh, and
+// Unsupported for other extensions.
 TriangleMesh read_mesh(const std::string& path, bool with_uv = true);
 
 // Colours in a mesh file. OBJ files can contain materials, and PLY files colours of vertices.
@@ -35,9 +35,10 @@ struct MeshColors {
 
 // Writes a mesh. Reading the file restores the same bits. PLY is binary (little endian) unless
 // `text` is set; OBJ is always text. The file is written under a temporary name and then renamed,
-// so that it is either complete or absent. If rest coordinates differ along seams, PLY stores them
-// in the face list texcoord, and reading renumbers the uv indices. Throws InvalidInput for colours
-// that the format cannot contain or that do not match the mesh.
+// so an incomplete file never has the given name. If rest coordinates differ along seams, PLY
+// stores them in the face list texcoord, and reading renumbers the uv indices. Throws InvalidInput
+// for colours that the format cannot contain or that do not match the mesh, and CacheError if the
+// file cannot be written.
 void write_mesh(const std::string& path, const TriangleMesh& mesh, bool text = false,
                 const MeshColors& colors = {});
 

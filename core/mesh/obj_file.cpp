@@ -8,7 +8,7 @@
 namespace loomstone {
 namespace {
 
-// Indices of a corner, counted from 0. An index of -1 means that it is not given.
+// Indices of a corner, counted from 0; -1 if an index is not given.
 struct Corner {
   std::int64_t vertex = -1, uv = -1;
 };

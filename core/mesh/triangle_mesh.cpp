@@ -71,7 +71,7 @@ Corners2 flattened(const TriangleMesh& mesh, Index t, const Vec3& weft, const Ve
   return result;
 }
 
-// Returns the uv of the corners. In a mirrored triangle u changes sign, so that the area is
+// Returns the uv of the corners. In a mirrored triangle, u changes sign, so that the area is
 // positive.
 Corners2 corners_of_uv(const TriangleMesh& mesh, Index t) {
   Corners2 result;

@@ -8,7 +8,7 @@
 
 namespace loomstone {
 
-using Corners2 = Mat32;  // rest coordinates of a triangle: row = corner, columns weft and warp [m]
+using Corners2 = Mat32;  // rest coordinates of a triangle: a row per corner; weft, warp [m]
 
 class TriangleMesh {
  public:
@@ -28,12 +28,12 @@ class TriangleMesh {
   const Points2& uv() const { return uv_; }
   const Triangles& uv_triangles() const { return uv_triangles_; }
 
-  double mean_edge() const;  // [m]
+  double mean_edge() const;  // mean length of the edges [m]
   bool closed() const;       // every edge has two faces
-  bool flat() const;         // all vertices lie in one plane, within 1e-9 times the size
+  bool flat() const;         // all vertices lie in one plane, within 1e-9 of the mesh's size
   TriangleMesh moved(const Vec3& translation,
                      const Eigen::Matrix3d& rotation = Eigen::Matrix3d::Identity(),
-                     double scale = 1.0) const;  // keeps uv
+                     double scale = 1.0) const;  // uv do not change
   TriangleMesh reordered(const std::vector<Index>& vertex_order,
                          const std::vector<Index>& triangle_order) const;
 
@@ -52,8 +52,8 @@ TriangleMesh welded(const TriangleMesh& mesh);
 // are the uv. With uv but without rest_from_uv, each triangle is flattened and rotated so that weft
 // is the direction in which u increases at constant v. Without uv, the mesh must be flat; weft is
 // then the world axis x projected on its plane, or y if that projection vanishes. Areas are
-// positive, because u changes sign in a panel that is mirrored in uv. Throws InvalidInput for a
-// curved mesh without uv.
+// positive, because u changes sign in a triangle that is mirrored in uv. Throws InvalidInput for a
+// curved mesh without uv; `where` names the mesh in the message.
 std::vector<Corners2> rest_corners(const TriangleMesh& mesh, bool rest_from_uv,
                                    const std::string& where);
 

@@ -19,7 +19,7 @@ namespace loomstone {
 // Communication of a rank since its communicator was made.
 struct Traffic {
   double waiting = 0.0;         // time spent in communication [s]
-  std::int64_t bytes = 0;       // data that this rank contributed, without data of others [bytes]
+  std::int64_t bytes = 0;       // data that this rank sent or contributed [bytes]
   std::int64_t operations = 0;  // number of collective operations, including exchanges of halos
 };
 
@@ -81,7 +81,7 @@ class Communicator {
   virtual void agree(int& kind, std::string& text) const {
     static_cast<void>(kind), static_cast<void>(text);
   }
-  // Text of the last failure that the ranks agreed on; empty on a single rank.
+  // Text of the last failure that the ranks agreed on; empty if there was none or on a single rank.
   virtual std::string agreed() const { return {}; }
   // Traffic of this rank; zero on a single rank.
   virtual Traffic traffic() const { return {}; }
@@ -94,9 +94,10 @@ class Communicator {
 std::shared_ptr<const Communicator> single_communicator();
 
 // Loads the MPI plug-in and duplicates a communicator, given by its Fortran handle such as mpi4py's
-// comm.py2f() (-1: MPI_COMM_WORLD). Initialises MPI if necessary. If MPI is missing, throws
-// Unsupported with the name of the package to install. If LOOMSTONE_MPI_TIMEOUT [s] is set, a rank
-// that waits for the others longer than that ends all ranks (mpi_watch.h).
+// comm.py2f() (-1: MPI_COMM_WORLD). Initialises MPI if necessary. Throws Unsupported with advice on
+// installation if the plug-in cannot be loaded, and InvalidInput if it makes no communicator. If
+// LOOMSTONE_MPI_TIMEOUT [s] is set, a rank that waits for the others longer than that ends all
+// ranks (mpi_watch.h).
 std::shared_ptr<const Communicator> mpi_communicator(int fortran_handle = -1);
 
 // Returns true if an MPI launcher started this process with more than one rank, according to the

@@ -33,7 +33,7 @@ void merge_runs(std::vector<Element>& elements, std::vector<std::size_t> starts,
   }
 }
 
-// Returns where the ascending runs of elements begin, and finally the number of elements.
+// Returns the starts of the ascending runs in `elements`, followed by the number of elements.
 template <class Element>
 std::vector<std::size_t> ascending_runs(const std::vector<Element>& elements) {
   std::vector<std::size_t> starts = {0};

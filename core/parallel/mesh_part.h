@@ -27,7 +27,7 @@ struct MeshPart {
 // triangles are sorted by their smallest row, most of them touch rows of their rank.
 std::vector<Index> first_triangles(const Triangles& triangles, const RowLayout& layout);
 
-// Returns the part of a rank. `first` is the result of first_triangles().
+// Returns the part of this rank. `first` is the result of first_triangles().
 MeshPart part_of_rank(const RowLayout& layout, const std::vector<Index>& first);
 
 // Completes sums over blocks of rows_per_block triangles. Each rank contributes the sums over the

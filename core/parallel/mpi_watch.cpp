@@ -110,7 +110,7 @@ class MpiWatch::Thread {
     if (thread_.joinable()) thread_.join();
   }
 
-  // Returns false once the watch is stopped.
+  // Waits for one tick. Returns false once the watch is stopped.
   bool pause() {
     std::unique_lock<std::mutex> lock(mutex_);
     wake_.wait_for(lock, std::min(longest_tick, 0.05 * timeout_), [this] { return stopped_; });

@@ -8,11 +8,11 @@
 
 namespace loomstone {
 
-// Exit code of a job that ends because a rank does not answer (EX_TEMPFAIL of sysexits.h).
+// Exit code of a job that ends because a wait exceeds the time-out (EX_TEMPFAIL of sysexits.h).
 inline constexpr int timeout_exit_code = 75;
 
-// Time-out that the environment variable LOOMSTONE_MPI_TIMEOUT gives [s]; 0 if it is not set, and
-// negative if it is not a number of seconds.
+// Time-out that the environment variable LOOMSTONE_MPI_TIMEOUT gives [s]; 0 if it is unset or
+// empty, and negative if it is not a number >= 0.
 double mpi_timeout();
 
 // A thread that observes the waits of this rank and answers the watches of the other ranks. If a

@@ -1,5 +1,5 @@
-// Disables OpenMP parallel regions, for example those of other libraries, during the lifetime of an
-// object.
+// Makes OpenMP parallel regions, for example those of other libraries, run on one thread during the
+// lifetime of an object.
 #pragma once
 
 namespace loomstone {

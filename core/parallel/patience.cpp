@@ -58,7 +58,7 @@ void Patience::wait() {
   if (rest.kind == Rest::Kind::Yield) std::this_thread::yield();
   if (rest.kind != Rest::Kind::Sleep) return;
   if (slack_ == 0) {
-    // By default, Linux prolongs each sleep by up to 50 us.
+    // By default, Linux prolongs each sleep by up to 50 us. A timer slack of 1 ns avoids this.
     slack_ = prctl(PR_GET_TIMERSLACK);
     prctl(PR_SET_TIMERSLACK, 1);
   }

@@ -1,8 +1,8 @@
 // Waits of a thread for other ranks or threads. The thread polls for a while, and then sleeps
-// between polls. The sleeps grow with the time waited, up to a limit, so a wait is prolonged by at
-// most about a quarter. While other programs are busy, a thread that yields its processor loses it
-// for a whole time slice of several milliseconds. A thread that sleeps is woken by Linux at the end
-// of its sleep.
+// between polls. The sleeps grow with the time waited, up to a limit, so sleeping prolongs a wait
+// by at most about a quarter (or 20 us). While other programs are busy, a thread that yields its
+// processor loses it for a whole time slice of several milliseconds. In contrast, Linux wakes a
+// sleeping thread at the end of its sleep.
 //
 // If there are more ranks than processors, threads yield before they sleep, because another rank
 // then continues within microseconds.
@@ -15,20 +15,21 @@ namespace loomstone {
 using WaitTime = std::chrono::duration<double, std::micro>;
 
 // Returns the time for which a thread polls before it sleeps. It is the value of the environment
-// variable LOOMSTONE_MPI_SPIN [us] at the first call, or 100 us if the variable is not set. The
-// result is negative if the variable is not a number >= 0.
+// variable LOOMSTONE_MPI_SPIN [us] at the first call, or 100 us if the variable is unset or empty.
+// The result is negative if the variable is not a finite number >= 0.
 WaitTime polling_time();
 
 // Action of a thread between two polls.
 struct Rest {
   enum class Kind { None, Yield, Sleep } kind = Kind::None;
-  WaitTime length{0.0};  // length of the sleep
+  WaitTime length{0.0};  // length of the sleep; 0 for the other kinds
 };
 // Returns what to do in a wait that has lasted for `waited`. `shared` tells whether there are more
 // ranks than processors.
 Rest rest_after(WaitTime waited, WaitTime polling, bool shared);
 
-// Must be called if there are more ranks than processors.
+// Lets waiting threads yield before they sleep. Must be called if there are more ranks than
+// processors.
 void share_processors();
 
 // The wait of one thread for one event.
@@ -49,7 +50,7 @@ class Patience {
 
   bool waits_ = false;
   Clock::time_point start_;
-  int slack_ = 0;  // timer slack of the thread before its first sleep [ns]; 0 if it has not slept
+  int slack_ = 0;  // timer slack before the first sleep of this wait [ns]; 0 if there was no sleep
 };
 
 }  // namespace loomstone

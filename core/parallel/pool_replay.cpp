@@ -17,19 +17,18 @@ namespace {
 
 constexpr double never = std::numeric_limits<double>::infinity();
 
-// Size of a message without the tests of a task [bytes].
+// Size of the header of a message [bytes].
 constexpr double header_bytes = 32.0;
 
-// Returns the time of an exchange in which each rank receives `bytes`. It takes a number of rounds
-// that grows with the logarithm of the number of ranks.
+// Returns the time of an exchange in which each rank receives `bytes` [s]. The number of its rounds
+// grows with the logarithm of the number of ranks.
 double exchange_seconds(int n_ranks, double bytes, const Network& network) {
   if (n_ranks == 1) return 0.0;
   return std::ceil(std::log2(n_ranks)) * (network.latency + 2.0 * network.overhead) +
          bytes / network.bandwidth;
 }
 
-// Adds the time of the exchange at the end. All ranks receive the numbers of results and the
-// results.
+// Adds the time of the final exchange, in which all ranks receive all results.
 void add_exchange(int n_ranks, std::size_t result_bytes, const Network& network,
                   ReplayReport& report) {
   report.exchange = exchange_seconds(n_ranks, static_cast<double>(result_bytes), network);
@@ -111,7 +110,8 @@ class Simulated {
     if (time < never) events_.emplace(time, rank);
   }
 
-  // A rank polls, and then works until it polls again. Without work it waits for a message.
+  // A rank polls, and then works until it polls again. Without work, it contributes to the
+  // termination detection and waits for a message.
   void act(int rank, double time) {
     Rank& own = ranks_[rank];
     own.next = never;

@@ -1,6 +1,7 @@
-// Replays recorded tests on many ranks by a discrete-event simulation. Predicts how long the ranks
-// take if the tests are divided statically or by task pools. The model includes the latency and
-// bandwidth of messages, the processor time for each message, and the interval at which ranks poll.
+// Predicts, from recorded costs of tests, how long many ranks take if the tests are divided
+// statically, by expected costs or by task pools. Task pools are replayed by a discrete-event
+// simulation. It includes the latency and bandwidth of messages, the processor time for each
+// message, and the interval at which ranks poll.
 #pragma once
 
 #include <cstdint>
@@ -38,8 +39,10 @@ struct Network {
 struct ReplayReport {
   double seconds = 0.0;   // time until all ranks have all results [s]
   double exchange = 0.0;  // part of `seconds` in which the ranks exchange results and costs [s]
-  double least_busy = 0.0, mean_busy = 0.0, most_busy = 0.0;  // time that ranks spend on tests [s]
-  std::int64_t requests = 0, transfers = 0, refusals = 0, waves = 0;  // totals of all ranks
+  // Least, mean and largest time that a rank spends on tests [s].
+  double least_busy = 0.0, mean_busy = 0.0, most_busy = 0.0;
+  // Numbers of requests, transfers and refusals of all ranks, and number of waves.
+  std::int64_t requests = 0, transfers = 0, refusals = 0, waves = 0;
 };
 
 // Pieces of work in a fixed order, grouped into sections. section_ranges() divides them by their
@@ -54,7 +57,7 @@ struct OrderedWork {
   double work() const;  // sum of all costs [s]
 };
 
-// Returns the time that reading the clock takes [s].
+// Returns the shortest measured time of one reading of the clock [s].
 double clock_seconds();
 
 // Replays a static division: each rank performs all tests that follow from its first tests.
@@ -62,8 +65,8 @@ ReplayReport replay_static(const RecordedTests& tests, const Network& network);
 // Replays a dynamic division: the ranks balance the tests as TaskPool does.
 ReplayReport replay_dynamic(const RecordedTests& tests, const Network& network,
                             const PoolOptions& options = {});
-// Replays a division by expected costs: each rank performs its ranges of work, and all ranks then
-// exchange results. The model has no other communication.
+// Replays a division by expected costs: each rank performs its ranges of work and an equal part of
+// the divisible work, and all ranks then exchange results. The model has no other communication.
 ReplayReport replay_predicted(const OrderedWork& work, int n_ranks, const Network& network);
 
 }  // namespace loomstone

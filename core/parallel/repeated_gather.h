@@ -1,6 +1,7 @@
 // Gathers elements from all ranks again and again, usually with one exchange each time. Each rank
-// sends its number of elements together with as many elements as there is room for. The room is the
-// number of elements of the last time plus an eighth. A second exchange sends any rest.
+// sends its number of elements together with as many elements as there is room for. The room is its
+// number of elements in the previous gather plus an eighth. A second exchange sends the remaining
+// elements, if there are any.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +20,7 @@ struct GatherRoom {
   std::vector<std::byte> buffer;      // scratch
 };
 
-// Elements of all ranks, and a note of each rank.
+// Elements of all ranks, and a note (one additional value) of each rank.
 template <class Element, class Note>
 struct NotedGather {
   Gathered<Element> gathered;
@@ -135,8 +136,8 @@ class GatherOnce {
 }  // namespace detail
 
 // Collective. `work(note)` returns the elements of this rank and sets its note. Elements and notes
-// are copied byte by byte. If the work of some ranks fails, all ranks throw the error of the lowest
-// of them.
+// are copied byte by byte. If the work fails on some ranks, all ranks throw the error of the lowest
+// of these ranks.
 template <class Element, class Note, class Work>
 NotedGather<Element, Note> gather_again(const Communicator& ranks, GatherRoom& room, Work&& work) {
   if (ranks.size() > 1) return detail::GatherOnce<Element, Note>(ranks, room).run(work);

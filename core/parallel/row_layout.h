@@ -1,9 +1,9 @@
 // Assignment of rows to ranks. Every rank stores vectors of all rows in one fixed order, but
-// computes only the contiguous range of rows that it owns, and stores matrix and elements for these
-// rows. Rows of other ranks are refreshed by exchanging halos (few rows) or by gathering (all
-// rows). Unlike in the common layout of owned rows followed by ghosts, row numbers are the same on
-// all ranks. Collision handling needs every position on every rank, so full-length vectors are
-// required anyway.
+// computes only the contiguous range of rows that it owns, and stores matrix rows and elements only
+// for this range. Rows of other ranks are refreshed by exchanging halos (few rows) or by gathering
+// (all rows). Unlike in the common layout of owned rows followed by ghosts, row numbers are the
+// same on all ranks. Collision handling needs every position on every rank, so full-length vectors
+// are required anyway.
 #pragma once
 
 #include <cstddef>
@@ -19,8 +19,8 @@ namespace loomstone {
 struct Halo {
   struct Neighbour {
     int rank;
-    std::vector<Index> send;     // rows this rank owns
-    std::vector<Index> receive;  // rows the neighbour owns
+    std::vector<Index> send;     // rows owned by this rank
+    std::vector<Index> receive;  // rows owned by the neighbour
   };
   std::vector<Neighbour> neighbours;
 };
@@ -41,18 +41,18 @@ class RowLayout {
   std::shared_ptr<const Communicator> shared_communicator() const { return communicator_; }
   bool single() const { return communicator_->size() == 1; }
 
-  // Returns the total of the block sums that this rank owns. `block_sums` has one entry per block
-  // of all rows.
+  // Returns the total of the block sums of the rows that this rank owns. `block_sums` has one entry
+  // per block of all rows.
   BinnedSum owned_sum(const std::vector<double>& block_sums) const;
-  // Returns the sum of the owned block sums of all ranks. It has the same bits on any number of
-  // ranks. Collective.
+  // Collective. Returns the sum of owned_sum() over all ranks. It has the same bits on any number
+  // of ranks.
   double sum(const std::vector<double>& block_sums) const;
 
   // Refreshes halo rows of a row-major array with `stride` numbers per row.
   template <class Scalar>
   void exchange(const Halo& halo, Scalar* rows, Index stride) const;
 
-  // Refreshes all rows from their owners. Collective.
+  // Collective. Refreshes all rows from the ranks that own them.
   void gather(double* rows, Index stride) const;
 
  private:

@@ -1,7 +1,7 @@
 // Division of pieces of work that form sections. Each section with a large part of all costs is cut
 // into one contiguous range for each rank, and all other sections are cut together. Each rank thus
-// gets about an equal part of every expensive section. This balances several phases of work if the
-// costs of a section are alike in all phases.
+// gets about an equal part of every expensive section. This balances several phases of work if, in
+// all phases, the cost of a section is distributed alike over its pieces.
 #pragma once
 
 #include <cstddef>
@@ -19,8 +19,9 @@ using SectionRanges = std::vector<std::vector<std::size_t>>;
 SectionRanges section_ranges(const std::vector<float>& costs, const SectionStarts& first,
                              int n_ranges);
 
-// Returns the imbalance of ranges [1]: the cost of the most expensive range, summed over the groups
-// of sections that are cut together, divided by the mean cost of a rank.
+// Returns the imbalance of ranges [1]: A / B. A adds up the cost of the most expensive range in
+// each group of sections that are cut together, and B is the mean cost per rank. The imbalance of
+// equally expensive ranges is 1.
 double imbalance(const std::vector<float>& costs, const SectionStarts& first,
                  const SectionRanges& ranges);
 

@@ -25,7 +25,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// Number of tests between two readings of the clock. A reading takes a tenth of the time of a test.
+// Tests between two readings of the clock. A reading takes about a tenth of the time of a test.
 constexpr std::int64_t tests_per_look = 4;
 
 enum class Kind : std::int32_t { Request, Refusal, Task, Wave, Counts, End };
@@ -35,7 +35,7 @@ struct Header {
   Kind kind;
   std::int32_t round;
   std::int32_t from, wave;
-  std::int64_t sent, received;  // numbers of tasks of a subtree of ranks (Kind::Counts)
+  std::int64_t sent, received;  // tasks sent and received by a subtree of ranks (Kind::Counts)
 };
 
 // Tasks of one rank, and the number of its workers that perform tests.
@@ -48,7 +48,8 @@ class SharedTasks {
     tasks_.push_back(std::move(tests));
     ++size_;
   }
-  // Moves the newest task to the stack of a worker, which then counts as active.
+  // Moves the newest task to the stack of a worker, which then counts as active. Returns false if
+  // there is no task.
   bool start(Tests& stack) {
     const std::lock_guard lock(mutex_);
     if (tasks_.empty()) return false;
@@ -61,9 +62,9 @@ class SharedTasks {
     const std::lock_guard lock(mutex_);
     --active_;
   }
-  // Removes the oldest task for another rank. Its tests are closest to the roots of the trees. If
-  // no worker is active, keeps one task, because ranks could otherwise pass a task on forever
-  // without performing it.
+  // Removes and returns the oldest task, for another rank. Its tests are usually closest to the
+  // roots of the trees. If no worker is active, keeps one task, because ranks could otherwise pass
+  // a task on forever without performing it.
   std::optional<Tests> give() {
     const std::lock_guard lock(mutex_);
     const std::size_t kept = active_ > 0 ? 0 : 1;
@@ -109,7 +110,7 @@ class PoolRun {
   }
   void work(int worker);
   void handle(const std::vector<std::byte>& message);
-  // Messages of the next run that have arrived.
+  // Messages of the next run that have already arrived.
   std::vector<std::vector<std::byte>>& early() { return early_; }
   const PoolReport& report() const { return report_; }
   void rethrow() const {
@@ -140,7 +141,7 @@ class PoolRun {
   bool waiting_ = false;  // waits for the answer to a request
   bool idle_ = false;     // without work, and waiting for messages
   std::atomic<bool> ended_{false}, failed_{false};
-  std::atomic<std::int64_t> tests_{0}, created_{0}, busy_{0};  // busy time [ns]
+  std::atomic<std::int64_t> tests_{0}, created_{0}, busy_{0};  // busy_: time spent on tests [ns]
   Clock::time_point polled_;
   std::vector<std::byte> message_;  // scratch
   std::vector<std::vector<std::byte>> early_;
@@ -306,7 +307,8 @@ void PoolRun::answer(int rank) {
   mailbox_.send(rank, message.data(), message.size());
 }
 
-// Contributes to the current wave if this rank has no work.
+// Contributes to the current wave if this rank has no work. Rank 0 then ends the run or starts the
+// next wave.
 void PoolRun::contribute() {
   if (!termination_.ready() || ended_ || !tasks_.passive()) return;
   termination_.contribute(report_.transfers, report_.received);

@@ -27,7 +27,7 @@ struct PoolOptions {
   double poll_interval = 5e-6;  // time between two polls of a rank that has work [s]
 };
 
-// Returns the largest number of tests in a stack while the pool has `n_tasks` tasks.
+// Returns how many tests a stack may hold while the pool has `n_tasks` tasks.
 inline Index stack_threshold(const PoolOptions& options, Index n_tasks) {
   return options.growth * n_tasks + options.least;
 }

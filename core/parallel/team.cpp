@@ -1,4 +1,5 @@
-// Number of available threads, detection of forks, and timing of threads.
+// Default number of threads, detection of forks, timing of threads, and suppression of nested
+// parallel regions.
 #include "core/parallel/team.h"
 
 #include <atomic>

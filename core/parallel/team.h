@@ -68,8 +68,9 @@ class FirstFailure {
   std::exception_ptr failure_;
 };
 
-// Calls body(begin, end) on ranges that cover [0, n) and start at multiples of `grain`. Runs
-// serially if n <= grain. Rethrows the first exception after the loop. Must not be nested.
+// Calls body(begin, end) on ranges that cover [0, n) and start at multiples of `grain`. With one
+// thread or n <= grain, there is one range. Rethrows the first exception after the loop. Must not
+// be nested.
 template <class Body>
 void parallel_ranges(const Team& team, Index n, Index grain, Body&& body) {
   if (team.iterations) *team.iterations += n;

@@ -1,7 +1,7 @@
 // Termination detection of the task pools: the four-counter method [Mattern1987]. Waves sum the
 // numbers of tasks sent and received, along a tree of ranks. A rank contributes to a wave only
-// while it has no work. All work is done if the sum of tasks sent in one wave equals the sum of
-// tasks received in the wave before it. Messages may arrive late and in any order.
+// while it has no work. All work is done if one wave counts as many sent tasks as the preceding
+// wave has counted received tasks. Messages may arrive late and in any order.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@ class Termination {
     sent_ = received_ = 0;
     contributed_ = false;
   }
-  // Adds the sums of a child and the ranks below it.
+  // Adds the sums over a child and the ranks below it.
   void add(std::int64_t sent, std::int64_t received) {
     sent_ += sent, received_ += received;
     --missing_;
@@ -55,7 +55,7 @@ class Termination {
   int missing_ = 0;  // children whose counts have not arrived
   bool contributed_ = false;
   std::int64_t sent_ = 0, received_ = 0;
-  std::int64_t received_before_ = -1;  // rank 0: sum of tasks received in the wave before
+  std::int64_t received_before_ = -1;  // rank 0: received tasks that the preceding wave counted
 };
 
 }  // namespace loomstone

@@ -7,11 +7,12 @@ namespace loomstone {
 
 namespace {
 
-// Thresholds of the fraction of time during which the calling thread runs. The measured fraction
+// Thresholds for the fraction of time during which the calling thread runs. The measured fraction
 // exceeds 0.95 on idle processors. Below `disturbed`, other programs probably interfere, and one
-// thread is used. All threads are tried again above `undisturbed`, but not before a minimum time.
+// thread is used. If the fraction then reaches `undisturbed`, all threads are tried again, but not
+// before a minimum time.
 constexpr double disturbed = 0.8, undisturbed = 0.95;
-constexpr double least_window = 10e-3;  // shorter measurements are unreliable [s]
+constexpr double least_window = 10e-3;  // length of the shortest reliable measurement [s]
 // Shortest and longest time on one thread before all threads are tried again [s]. The time doubles
 // with every failed trial. A trial takes up to ten times as long as the same step on one thread.
 constexpr double shortest_stay = 0.1, longest_stay = 10.0;

@@ -9,7 +9,7 @@
 namespace loomstone {
 
 // Chooses between one thread and all of them, according to the fraction of time during which the
-// calling thread has run. In the rest of the time, the system has run other programs in its place.
+// calling thread has run. In the rest of the time, other programs have probably run in its place.
 class ThreadChoice {
  public:
   // `most` is the number of all threads. If `fixed` is set, all threads are always used.
@@ -29,8 +29,8 @@ class ThreadChoice {
   int most_, threads_;
   bool fixed_;
   double wall_ = 0.0, running_ = 0.0;  // elapsed and running time since the last decision [s]
-  double on_one_ = 0.0;                // time since all threads were last in use [s]
-  double stay_ = 0.0;                  // minimum time on one thread before the next trial [s]
+  double on_one_ = 0.0;                // time of steps since all threads were last in use [s]
+  double stay_ = 0.0;                  // least time on one thread before the next trial [s]
   std::chrono::steady_clock::time_point start_;
   double running_at_start_ = 0.0;
 };

@@ -13,8 +13,8 @@ namespace detail {
 
 template <class Entry, class Visit>
 struct Traversal {
-  // Number of entries that a stack may have before its lower half becomes a task. A task of few
-  // entries costs more than it saves.
+  // If a stack has more entries than this, its lowest `most` / 2 entries become a task. A task of
+  // few entries costs more than it saves.
   static constexpr std::size_t most = 16;
 
   Visit& visit;
@@ -42,8 +42,8 @@ struct Traversal {
 }  // namespace detail
 
 // Calls visit(thread, entry, stack) for all `entries` and for all entries that visit() appends to
-// `stack`. The order of the calls, and which thread makes them, differ from run to run. Rethrows
-// the first exception after the traversal. Must not be nested.
+// `stack`. With several threads, the order of the calls and the thread of each call differ from run
+// to run. Rethrows the first exception after the traversal. Must not be nested.
 template <class Entry, class Visit>
 void parallel_traverse(const Team& team, std::vector<Entry> entries, Visit&& visit) {
   if (team.threads <= 1) {

@@ -59,8 +59,8 @@ class Bisection {
     for (Index place = begin; place < end; ++place) local_[order_[place]] = -1;
   }
 
-  // Moves the vertices of the first part to the front and keeps the order within each part. Returns
-  // the size of the first part.
+  // Bisects the extracted subgraph. Moves the vertices of the first part to the front and keeps the
+  // order within each part. Returns the size of the first part.
   Index bisect(Index begin, Index n, Index target) {
     idx_t n_vertices = n, n_constraints = 1, n_parts = 2, cut = 0;
     std::array<real_t, 2> shares = {static_cast<real_t>(target) / n,

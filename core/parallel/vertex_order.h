@@ -1,5 +1,5 @@
-// Orders vertices by graph bisection, so that any contiguous range of rows is a compact patch with
-// a short boundary.
+// Orders vertices by graph bisection, so that contiguous ranges of rows are compact patches with
+// short boundaries.
 #pragma once
 
 #include <vector>
@@ -16,8 +16,8 @@ struct Graph {
 };
 
 // Returns a permutation: entry i is the old index of the i-th vertex. METIS bisects recursively
-// down to about `rows_per_block` vertices, and each part is ordered breadth-first. The result is
-// deterministic and independent of threads and ranks.
+// until each part has at most `rows_per_block` vertices, and each part is ordered breadth-first.
+// The result is deterministic and independent of threads and ranks.
 std::vector<Index> bisection_order(const Graph& graph);
 
 }  // namespace loomstone

@@ -61,7 +61,7 @@ BulletEngine::BulletEngine(const Vec3& gravity, int iterations)
   spheres.enter(dispatcher);
   hulls.enter(dispatcher, configuration);
   world.getDispatchInfo().m_enableSatConvex = true;  // separating-axis test
-  broadphase.m_cupdates = 100;  // [%] of the pairs: checked for separation in each step
+  broadphase.m_cupdates = 100;  // percentage of pairs that each step checks for separation
   world.getDispatchInfo().m_allowedCcdPenetration = 0.0;  // Bullet's default is 4 cm
   info.m_splitImpulsePenetrationThreshold = 0.0;          // resolving penetration adds no velocity
   world.setGravity(to_bullet(gravity));

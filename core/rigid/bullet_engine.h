@@ -11,11 +11,11 @@
 
 namespace loomstone {
 
-// Keeps bounding boxes tight. Each box is enlarged by the contact distance of its shape, which is
-// proportional to the shape's size and at most 2 cm. Bullet would always use 2 cm. In the tree of
-// boxes, the box of a body is larger by a few contact distances. It is updated only when the body
-// leaves it or when it has become far too large. Bullet would enlarge the box of a moving body by 5
-// cm, so the box of a small body could overlap hundreds of neighbours.
+// Bullet's world with tight bounding boxes. Each box is enlarged by the contact distance of its
+// shape, which is proportional to the shape's size and at most 2 cm. Bullet would always use 2 cm.
+// In the tree of boxes, the box of a body is larger by a few contact distances. This box is updated
+// only when the body leaves it or when it has become far too large. Bullet would enlarge the box of
+// a moving body by 5 cm, so the box of a small body could overlap hundreds of neighbours.
 //
 // During a step, an obstacle has the pose of the start of the step and the velocity that leads to
 // its pose at the end. These velocities are set explicitly. Bullet would compute them from pose
@@ -31,11 +31,11 @@ class BulletWorld : public btDiscreteDynamicsWorld {
   void saveKinematicState(btScalar) override {}
 
  private:
-  std::vector<btScalar> margins_;  // [m] margin of each object; objects are never removed
+  std::vector<btScalar> margins_;  // margin of each object [m]; objects are never removed
 };
 
-// Members are destroyed in reverse order, so the world is destroyed before the objects that it
-// refers to.
+// Bullet's world and the objects that it refers to. Members are destroyed in reverse order, so the
+// world is destroyed before these objects.
 struct BulletEngine {
   btDefaultCollisionConfiguration configuration;
   SphereAlgorithms spheres;

@@ -1,4 +1,4 @@
-// Serialisation of Bullet's contact points and of the positions of obstacles.
+// Serialisation of Bullet's contact points and of the positions of obstacles (ObstaclePlaces).
 #pragma once
 
 #include <array>
@@ -57,8 +57,8 @@ inline void write_manifold(ByteWriter& bytes, const btPersistentManifold& manifo
   }
 }
 
-// Copies each saved manifold to the first unused manifold of the same pair of bodies. Manifolds of
-// pairs whose boxes do not overlap are dropped, because they have no contacts.
+// Copies each saved manifold to the first unused manifold of the same pair of bodies. Saved
+// manifolds of pairs whose boxes do not overlap are dropped, because these pairs have no contacts.
 inline void read_manifolds(ByteReader& bytes, btCollisionDispatcher& dispatcher) {
   std::map<std::pair<int, int>, std::deque<btPersistentManifold*>> unused;
   for (int k = 0; k < dispatcher.getNumManifolds(); ++k) {
@@ -84,7 +84,8 @@ inline void read_manifolds(ByteReader& bytes, btCollisionDispatcher& dispatcher)
   bytes.require(bytes.at_end());
 }
 
-// Writes the positions of obstacles, which are stored before the manifolds.
+// Writes the poses of obstacles and the vertices of deforming obstacles. They precede the
+// manifolds.
 inline void write_places(ByteWriter& bytes, const ObstaclePlaces& places) {
   bytes.write<std::int32_t>(static_cast<std::int32_t>(places.poses.size()));
   for (const RigidPose& pose : places.poses) {
@@ -95,8 +96,8 @@ inline void write_places(ByteWriter& bytes, const ObstaclePlaces& places) {
     bytes.write(coordinate);
 }
 
-// Reads the positions of obstacles. `places` must already have the expected numbers of poses and
-// vertices.
+// Reads what write_places() has written. `places` must already have the expected numbers of poses
+// and vertices.
 inline void read_places(ByteReader& bytes, ObstaclePlaces& places) {
   bytes.require(bytes.read<std::int32_t>() == static_cast<std::int32_t>(places.poses.size()));
   for (RigidPose& pose : places.poses) {

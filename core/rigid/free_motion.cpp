@@ -10,7 +10,7 @@ namespace loomstone {
 
 namespace {
 
-// Rotation by an angle about axis k of the rotor, in body axes.
+// Returns the rotation by `angle` [rad] about axis k of the rotor, as a quaternion in body axes.
 Vec4 about_axis(const Rotor& rotor, int k, double angle) {
   return quaternion_from_rotation_vector(rotor.axes.col(k) * angle);
 }

@@ -14,7 +14,7 @@ namespace {
 using Corners = HullOnTriangles::Corners;
 
 constexpr std::size_t most_planes = 4;  // largest number of contact planes of a pair
-constexpr btScalar same_plane = 0.9;    // cosine of the largest rotation of a plane between steps
+constexpr btScalar same_plane = 0.9;    // least n1 . n2 for normals of one plane in two steps
 
 bool is_triangle(const btCollisionObjectWrapper& object) {
   return object.getCollisionShape()->getShapeType() == TRIANGLE_SHAPE_PROXYTYPE;
@@ -26,8 +26,8 @@ const Polyhedron* polyhedron_of(const btCollisionObjectWrapper& object) {
              : static_cast<const Polyhedron*>(object.getCollisionShape()->getUserPointer());
 }
 
-// Collects the triangles of a mesh that intersect a box, and transforms them to the axes of the
-// hull.
+// Collects the triangles of a mesh whose bounding boxes intersect a given box, and transforms them
+// to the axes of the hull.
 class Collect : public btTriangleCallback {
  public:
   Collect(const btTransform& to_hull, const btVector3& low, const btVector3& high,

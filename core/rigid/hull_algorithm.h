@@ -15,7 +15,7 @@ namespace loomstone {
 // without a Polyhedron use Bullet's algorithm.
 class HullAlgorithms {
  public:
-  // Bytes that a dispatcher's configuration must reserve per algorithm.
+  // Returns the number of bytes that a dispatcher's configuration must reserve per algorithm.
   static int size();
   // Registers the algorithms with the dispatcher. This object must outlive the dispatcher.
   void enter(btCollisionDispatcher& dispatcher, btCollisionConfiguration& configuration);

@@ -184,7 +184,8 @@ void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, dou
   }
 }
 
-// Clips the triangle to the prism below a hull face. Adds contacts at the resulting corners.
+// Clips the triangle with the planes of the hull faces that point in other directions than `face`.
+// Adds contacts at those corners of the result whose gap is at most `near`.
 void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const Vec3& normal,
                                     double near) {
   const Polyhedron::Face& below = hull_->faces[face];

@@ -31,13 +31,14 @@ class HullOnTriangles {
   struct Query {
     const Polyhedron& hull;
     const std::vector<Corners>& triangles;
-    std::size_t n_met;  // the first n_met triangles can have contacts, others are only neighbours
+    std::size_t n_met;  // the first n_met triangles can have contacts; others are only neighbours
     double near;        // largest gap of a contact [m]
     std::size_t most;   // largest number of planes
     const Contacts& before;  // contacts of the last step, with `point` on the hull
   };
-  // Finds the contacts and groups those with nearly parallel normals into planes. Keeps up to four
-  // well separated contacts in each plane. The plane with the deepest contact comes first.
+  // Finds the contacts and groups those with nearly parallel normals into planes. Keeps the `most`
+  // planes with the deepest contacts, deepest first. Of each, keeps up to four well separated
+  // contacts.
   void find(const Query& query, std::vector<Contacts>& planes);
 
  private:

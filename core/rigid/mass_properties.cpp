@@ -1,6 +1,6 @@
-// Mass, centre and inertia of a closed mesh of uniform density. Computes the volume integrals of
-// [Mirtich1996] as sums over signed tetrahedra. Each triangle spans a tetrahedron with a reference
-// point, and the parts outside the body cancel.
+// Volume, mass, centre and inertia of a closed mesh of uniform density. Computes the volume
+// integrals of [Mirtich1996] as sums over signed tetrahedra. Each triangle spans a tetrahedron with
+// a reference point, and the parts outside the body cancel.
 #include "core/base/message.h"
 #include "core/rigid/rigid_body.h"
 

@@ -67,7 +67,7 @@ struct RigidBody {
   }
 };
 
-// Mass, centre and inertia of a closed mesh of uniform density [Mirtich1996].
+// Volume, mass, centre and inertia of a closed mesh of uniform density [Mirtich1996].
 struct MassProperties {
   double volume = 0.0;          // [m^3]
   double mass = 0.0;            // [kg]
@@ -89,10 +89,10 @@ struct RigidState {
 
 // Throws InvalidInput unless `state` has one row for each of n bodies.
 void check_rows(const RigidState& state, Index n);
-// Throws SolverFailure if the state after a step is not finite.
+// Throws SolverFailure if the state after a step of length `step` [s] is not finite.
 void check_motion(const RigidState& state, double step);
 
-// Throws InvalidInput unless all arguments have one row for each of n bodies.
+// Throws InvalidInput unless both arrays and `state` have one row for each of n bodies.
 void check_impulses(const Points& impulses, const Points& angular_impulses, const RigidState& state,
                     Index n);
 
@@ -104,7 +104,7 @@ RigidState start_state(const std::vector<RigidBody>& bodies,
 inline RigidPose body_pose(const RigidState& state, Index body) {
   return {state.positions.row(body).transpose(), state.orientations.row(body).transpose()};
 }
-// Velocities and angular velocities of all bodies (2 b x 3) [m/s, rad/s].
+// (2 b x 3) Row 2 i is the velocity of body i [m/s], row 2 i + 1 its angular velocity [rad/s].
 Points body_velocities(const RigidState& state);
 // Inertia about the centre of mass in world axes [kg m^2].
 Mat3 world_inertia(const MassProperties& mass, const Vec4& orientation);
@@ -149,13 +149,13 @@ std::vector<std::uint8_t> bodies_on_obstacles(int n,
 // bodies only by impulses. No Bullet type appears in this interface.
 class RigidWorld {
  public:
-  // Solver sweeps over all contacts. With 50, cubes of 1 cm stay at rest at steps of 1 ms. With 10,
-  // stacks creep.
+  // Solver sweeps over all contacts in each step. With 50 sweeps and steps of 1 ms, cubes of 1 cm
+  // stay at rest. With 10 sweeps, stacks creep.
   static constexpr int default_iterations = 50;
 
   // If `gyroscopic` is true, gyroscopic torques act on the bodies. Otherwise, the caller computes
-  // their free rotation. Throws InvalidInput for open meshes, bodies without volume, and meshes
-  // that do not match the shape.
+  // their free rotation. Throws InvalidInput for fields out of range, missing or open meshes,
+  // bodies without volume, and meshes that do not match the shape.
   RigidWorld(const std::vector<RigidBody>& bodies, const std::vector<RigidObstacle>& obstacles,
              const Vec3& gravity, bool gyroscopic = true, int iterations = default_iterations);
   ~RigidWorld();

@@ -250,7 +250,7 @@ void RigidWorld::advance(double step, const Points& impulses, const Points& angu
         facet_motion(facet.at(now.deformed), facet.at(obstacles.deformed), step);
     set_velocity(*engine.bodies[obstacle++], motion.velocity, motion.angular_velocity);
   }
-  std::vector<std::array<btVector3, 3>> free;  // both velocities and the position if not touched
+  std::vector<std::array<btVector3, 3>> free;  // velocity, angular velocity, position if untouched
   for (std::size_t i = 0; i < n && touched; ++i) {
     const btVector3 velocity =
         engine.bodies[i]->getLinearVelocity() + to_bullet(data.gravity) * step;

@@ -12,7 +12,7 @@ namespace loomstone {
 // sphere that is struck during the step leaves this path and may overlap for one step.
 class SphereAlgorithms {
  public:
-  // Bytes that a dispatcher's configuration must reserve per algorithm.
+  // Returns the number of bytes that a dispatcher's configuration must reserve per algorithm.
   static int size();
   // Registers the algorithm with the dispatcher. This object must outlive the dispatcher.
   void enter(btCollisionDispatcher& dispatcher);

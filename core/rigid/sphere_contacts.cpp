@@ -25,8 +25,8 @@ double distance_to(const std::array<Vec3, 3>& triangle, const Vec3& point) {
   return (point - closest_on_triangle(point, triangle[0], triangle[1], triangle[2]).point).norm();
 }
 
-// True if the bounding boxes of a triangle and a sphere overlap. This test is cheaper than
-// computing the distance.
+// Returns whether the bounding boxes of a triangle and of a sphere of radius `reach` overlap. This
+// test is cheaper than computing the distance.
 bool may_reach(const std::array<Vec3, 3>& triangle, const Vec3& centre, double reach) {
   for (int k = 0; k < 3; ++k) {
     const double a = triangle[0][k] - centre[k], b = triangle[1][k] - centre[k],
@@ -56,8 +56,8 @@ SphereContact contact_at(const Vec3& centre, double radius, const Vec3& point, c
   return {centre - radius * normal, point, normal, (centre - point).dot(normal) - radius};
 }
 
-// Keeps the first contact and then, one by one, the contact whose normal differs most from those
-// already kept.
+// Keeps at most `most` contacts: the first and then, one by one, the contact whose normal differs
+// most from those already kept.
 void keep_most_different(std::vector<SphereContact>& contacts, std::size_t most) {
   if (contacts.size() <= most) return;
   for (std::size_t n = 1; n < most; ++n) {

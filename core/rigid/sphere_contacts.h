@@ -40,9 +40,9 @@ struct MovingSphere {
 class SphereOnTriangles {
  public:
   // Adds contacts with a gap of at most `near`, then contacts ahead: the first contacts during the
-  // motion. If the motion is longer than `near` and may close a gap above 0.1 `near`, only the
-  // search for contacts ahead can add this contact. If there are more than `most` contacts, keeps
-  // at least one of the contacts ahead and, of the others, those whose normals differ most.
+  // motion. If the motion is longer than `near`, contacts with a gap above 0.1 `near` that it may
+  // close are added only if the search ahead finds them. If there are more than `most` contacts,
+  // keeps at least one contact ahead, if any, and those of the others whose normals differ most.
   void find(const std::vector<std::array<Vec3, 3>>& triangles, const MovingSphere& sphere,
             double near, std::size_t most, std::vector<SphereContact>& contacts);
 

@@ -22,7 +22,8 @@ namespace loomstone {
 namespace {
 constexpr int most_threads = 1024;  // libgomp aborts if it cannot start all requested threads
 
-// Marks a running step. Two concurrent steps would corrupt the state.
+// Marks a running step. Throws if another step is running, because two concurrent steps would
+// corrupt the state.
 class Stepping {
  public:
   explicit Stepping(std::atomic_flag& flag) : flag_(flag) {
@@ -74,7 +75,7 @@ struct Simulation::Data {
         if (t < n) t = model.triangle_of[t];
     return triangles;
   }
-  // Writes in place so that numpy views of the table remain valid.
+  // Copies `user` to `rows` in place, so that numpy views of the table remain valid.
   void to_rows(const Points& user, const char* name, Points& rows,
                UserWrites::Kind kind = UserWrites::Table) {
     if (user.rows() != model.cloth.n_vertices)

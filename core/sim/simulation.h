@@ -74,7 +74,7 @@ class Simulation {
   // from rank 0.
   State& state();
   std::array<Index, 2> owned_rows() const;  // cloth rows of this rank, [first, end)
-  void gather();  // Collective. Sends the rows that each rank wrote to all ranks.
+  void gather();  // Collective. Sends the rows written by each rank to all other ranks.
   std::int64_t loop_iterations() const;  // iterations of this rank's parallel loops in all steps
 
   Points positions() const;  // (n x 3) [m], a copy
@@ -104,11 +104,12 @@ class Simulation {
   const CircuitState& circuits() const;
   Vector currents() const;
   double current() const;  // current of the first circuit [A]
-  // Returns all magnets at their poses in a frame of this scene.
+  // Returns all magnets, and the coils that carry current, at their poses in a frame of this scene.
   std::vector<MagneticBody> magnets(const Frame& frame) const;
 
   Checkpoint checkpoint() const;
-  // Restores a checkpoint. Collective. Throws CacheError if the scene or the integrator differs.
+  // Collective. Restores a checkpoint. Throws CacheError if the scene or the integrator differs, or
+  // if the checkpoint is damaged.
   void restore(const Checkpoint& checkpoint);
   // Rebuilds the engines of all stages. If may_checkpoint() is true, later results stay bitwise
   // identical.

@@ -43,7 +43,7 @@ _KINDS = (
 
 
 def launched_rank() -> int:
-    """Returns the rank in the environment variables of the launcher, or 0 if they have none.
+    """Returns the rank in the environment variables of the launcher, or 0 without them.
 
     Unlike Communicator.rank, it is known before MPI starts.
     """
@@ -99,7 +99,7 @@ def together(ranks: Communicator) -> Iterator[None]:
 
 
 def share_failure(ranks: Communicator, failure: Exception) -> None:
-    """Reports a failure to the other ranks, and aborts all ranks if the others do not respond."""
+    """Reports a failure that the other ranks do not know; aborts all if they do not respond."""
     if ranks.size > 1 and ranks.agreed != str(failure):
         ranks.agree(*_described(failure))
 

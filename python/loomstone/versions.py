@@ -14,7 +14,11 @@ __all__ = ["show_versions"]
 
 
 def show_versions() -> None:
-    """Prints the versions of loomstone, Python and other packages, and facts about the machine."""
+    """Prints the versions of loomstone, Python and the packages that loomstone uses.
+
+    Also prints the platform, the number of processors, whether the MPI plug-in is present, and how
+    threads wait.
+    """
     print(f"loomstone {_core.__version__}")
     print(f"python {sys.version.split()[0]} on {platform.platform()}")
     packages = [

@@ -1,12 +1,13 @@
-"""Rest state of a drape for several time steps, from starts perturbed by 1e-6 m.
+"""Rest state of a drape for several time steps, from starts perturbed by up to 1e-6 m.
 
     python tests/benchmarks/at_rest.py [--triangles 3600 --steps 1e-3 4e-3 --runs 10 --jobs 2
     --out at_rest.csv]
 
 The scene `drape` runs with air drag and damped bending until no vertex moves farther than 0.1 mm in
-0.2 s. Each run appends one row to the table; runs already in the table are skipped. Folds form by
-chance, so the summary gives means over the runs with their standard errors. Heights are measured
-from the centre of the sphere, for the centre of mass, the lowest vertex and the middle vertex.
+0.2 s, or until 20 s (--longest). Each run appends one row to the table; runs already in the table
+are skipped. Folds form by chance, so the summary gives means over the runs with their standard
+errors. Heights are measured from the centre of the sphere, for the centre of mass, the lowest
+vertex and the middle vertex.
 """
 
 import argparse
@@ -27,7 +28,7 @@ COLUMNS = ("triangles", "step", "seed", "rest", "moved", "centre", "lowest", "mi
 
 
 def run(job: tuple[int, float, int, float]) -> dict[str, object]:
-    """Runs one job: (triangles, step [s], seed, latest end [s])."""
+    """Runs one job (triangles, step [s], seed, latest end [s]) and returns its row of the table."""
     triangles, step, seed, longest = job
     file = SceneFile.open(SCENES / "drape.py", {"triangles": triangles})
     scene = file.scene()

@@ -69,7 +69,7 @@ def shown(run: ls.Run, to: str, frame: int, settings: argparse.Namespace) -> str
 
 
 def largest_distance(frame: ls.Frame, topology: ls.FrameTopology, path: str) -> float:
-    """Returns the largest distance [m] between a cloth vertex in Blender and the same in a frame.
+    """Returns the largest distance [m] of a cloth vertex in Blender from its position in a frame.
 
     Blender keeps the order of the vertices and appends the vertices that glTF repeats.
     """

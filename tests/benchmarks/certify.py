@@ -1,5 +1,5 @@
 """Counts intersecting pairs over all frames of every scene, for several time steps and for starts
-perturbed by 1e-6 m.
+perturbed by up to 1e-6 m.
 
     python tests/benchmarks/certify.py [--scenes drape twist --steps 1e-3 4e-3 --rate 25 --runs 10
     --jobs 2 --out certify.csv]
@@ -80,7 +80,7 @@ COLUMNS = (
 
 
 def perturbed(scene: ls.Scene, seed: int) -> ls.Scene:
-    """Displaces the cloth vertices at random; seed 0 leaves them unchanged.
+    """Returns the scene with cloth vertices displaced at random; seed 0 leaves them unchanged.
 
     Pinned vertices are not displaced, because their scripted motion starts at their positions.
     """
@@ -113,7 +113,7 @@ def opened(name: str) -> tuple[ls.Scene, ls.Integrator, float]:
 
 
 def run(job: tuple[str, Step, float, int, float | None]) -> dict[str, object]:
-    """Runs one job: (scene, step, frames per second, seed, duration [s]).
+    """Runs one job (scene, step, frames per second, seed, duration [s]) and returns its table row.
 
     If the duration is None, that of the scene is used.
     """

@@ -89,7 +89,7 @@ def main() -> None:
 
 
 def record(directory: Path) -> None:
-    """Records a sheet that falls on a ball."""
+    """Records the motion of a sheet that falls on a ball."""
     mesh = ls.grid(size=(0.3, 0.3), triangles=450).moved((0, 0, 0.102))
     scene = ls.Scene(cloths=[ls.Cloth(mesh=mesh)], obstacles=[ls.sphere(radius=0.1)])
     sim = ls.Simulation(scene, threads=1)

@@ -87,7 +87,7 @@ def built(mutation: dict[str, Any]) -> ls.Simulation:
 
 
 def try_mutation(mutation: dict[str, Any]) -> str:
-    """Builds a mutated scene and takes two steps."""
+    """Builds a mutated scene and takes two steps. Returns "refused" or "simulated"."""
     try:
         sim = built(mutation)
         for _ in range(2):
@@ -102,7 +102,7 @@ def try_mutation(mutation: dict[str, Any]) -> str:
 
 
 def try_scene(number: int, count: int = 50) -> str:
-    """Tries scenes that the seed `number` determines."""
+    """Tries `count` scenes that the seed `number` determines. Returns how many were tried."""
     seen: list[str] = []
 
     @seed(number)

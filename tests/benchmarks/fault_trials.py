@@ -81,7 +81,7 @@ def digest(out: Path) -> str:
 
 
 def killed(whole: Whole, out: Path, seed: int, kills: int = 0) -> str:
-    """Kills a run at a random moment, then resumes it and kills it again, as often as `kills` says.
+    """Kills a run at random moments, each time after starting or resuming it, then completes it.
 
     kills : number of kills; 0: one or two
     """
@@ -136,7 +136,7 @@ cat out/report.json > "$5"
 
 
 def full_file_system(whole: Whole, out: Path, seed: int) -> str:
-    """Runs the scene in a tmpfs of random size, enlarges it and resumes the run. Needs root."""
+    """Runs the scene in a tmpfs of random size, then completes it with more space. Needs root."""
     out.mkdir(parents=True)
     size = int(random.Random(seed).uniform(0.05, 1.2) * whole.length)
     report = out.parent / f"report-{seed}.json"
@@ -166,7 +166,7 @@ FOREIGN = (
 
 
 def originals(whole: Whole) -> dict[str, bytes]:
-    """Returns one valid file for each reader."""
+    """Returns the content of a valid file for each reader."""
     files = {
         "run": whole.out / "run.vtkhdf",
         "bodies": whole.out / "bodies.vtkhdf",
@@ -187,7 +187,7 @@ def damaged(content: bytes, seed: int) -> bytes:
     if seed % 10 == 1:
         return FOREIGN[seed // 10 % len(FOREIGN)] + chance.randbytes(chance.randrange(2000))
     changed = bytearray(content)
-    # Even seeds change only the beginning, which describes the file. Most of the rest is numbers.
+    # Even seeds change only the beginning, which describes the file. The rest is mostly numbers.
     end = len(content) if seed % 2 else min(len(content), 20000)
     for _ in range(1 + seed % 5):
         changed[chance.randrange(end)] ^= 1 << chance.randrange(8)
@@ -261,7 +261,7 @@ def in_child(arguments: list[str], seeds: list[int], seconds: float) -> Iterator
 
 def together(make: Callable[[int], ls.Simulation], steps: int) -> tuple[list[str], list[str]]:
     """Runs two simulations one after the other, then the same two concurrently in two threads.
-    Returns the digests of both cases.
+    Returns two lists: the digests of the former runs, and those of the latter.
     """
 
     def advanced(which: int) -> str:

@@ -147,7 +147,7 @@ def scenes(place: Path, scale: float) -> Trials:
 
 
 def draped(size: float, step: float | str, steps: int) -> str:
-    """Drapes a cloth of a given size over a sphere."""
+    """Drapes a cloth with edges of `size` [m] over a sphere, and returns its stretch in words."""
     flat = ls.grid(size=(size, size), cells=(12, 12)).moved((0, 0, 0.35 * size))
     obstacles = [ls.sphere(radius=0.33 * size, subdivisions=2)]
     scene = ls.Scene(cloths=[ls.Cloth(mesh=flat)], obstacles=obstacles)

@@ -3,8 +3,8 @@
     python tests/benchmarks/figures.py [--figures 4.2 4.4 4.5 4.7 4.8 4.9 --out out/figures]
 
 4.2: trajectories and events of a chain of three elements; 4.4: the ribbon; 4.5: pairs that remain
-after culling, and impacts that are left to the end of an interval; 4.7: the uneven hat; 4.8: the
-walk over obstacles; 4.9: two instants of the walk with semi-implicit Euler and with asynchronous
+after culling, and impacts left to certification at the end of a step; 4.7: the uneven hat; 4.8: the
+walk over obstacles; 4.9: three instants of the walk with semi-implicit Euler and with asynchronous
 steps. Figure 4.6 is the table of tests/benchmarks/integrators.py, and the table of figure 4.7 is
 printed by tests/benchmarks/uneven.py. All figures take a quarter of an hour on one core.
 """

@@ -37,7 +37,7 @@ def tube() -> bpy.types.Object:
 
 
 def bind(made: bpy.types.Object) -> None:
-    """Binds an object to two animated bones."""
+    """Binds an object to a moving armature of two bones, of which the upper one turns."""
     bpy.ops.object.armature_add(location=(0.3, 0.2, 0))
     bones = bpy.context.object
     bpy.ops.object.mode_set(mode="EDIT")
@@ -60,7 +60,7 @@ def bind(made: bpy.types.Object) -> None:
 
 
 def vertices(made: bpy.types.Object, frame: int) -> np.ndarray:
-    """Returns the vertices of an object in world space."""
+    """Returns the vertices of an object at a frame, in world space."""
     bpy.context.scene.frame_set(frame)
     shown = made.evaluated_get(bpy.context.evaluated_depsgraph_get())
     points = np.empty(3 * len(shown.data.vertices), np.float32)

@@ -27,7 +27,7 @@ TRIED = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3)  # viscosities [N s/m]
 
 
 class Swing(NamedTuple):
-    """A run: times [s], energies [J], costs, and why it ended early ("" if it did not)."""
+    """A run: its course, its cost, why it ended early ("" if it did not), and its picture."""
 
     times: list[float]
     energies: list[float]
@@ -38,7 +38,7 @@ class Swing(NamedTuple):
 
     @property
     def kept(self) -> float:
-        """1 plus the change of energy from the start to the mean of the last tenth, over FALL."""
+        """1 plus the change of energy from the start to the mean of the last tenth, per FALL."""
         late = self.energies[-max(1, len(self.energies) // 10) :]
         return 1.0 + float(np.mean(late) - self.energies[0]) / FALL
 
@@ -51,7 +51,7 @@ def total(report: ls.StepReport) -> float:
 def swing(
     file: SceneFile, integrator: ls.Integrator, options: argparse.Namespace, look: bool = False
 ) -> Swing:
-    """Runs until the end, or until the energy has risen by a tenth of FALL."""
+    """Runs until the end, a failure, or a rise of the energy by a tenth of FALL."""
     sim = ls.Simulation(file.scene(), integrator=integrator, threads=1)
     times, energies = [0.0], [total(sim.report)]
     stretch, failure, seconds = 1.0, "", 0.0

@@ -44,7 +44,7 @@ def fastest(function: Callable[[], Any], repeats: int) -> tuple[float, Any]:
 
 
 def forces_of_fmm(points: np.ndarray, moments: np.ndarray, eps: float) -> np.ndarray:
-    """Force from the second derivatives of fmm3dpy's potential of m.r / (4 pi r^3)."""
+    """Force [N] from the second derivatives of the potential m.r / (4 pi r^3), by fmm3dpy."""
     out = fmm3dpy.lfmm3d(eps=eps, sources=points.T.copy(), dipvec=moments.T.copy(), pg=3)
     xx, yy, zz, xy, xz, yz = out.hess
     x, y, z = moments.T

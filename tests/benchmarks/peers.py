@@ -61,7 +61,7 @@ DURATION = {"drape": 1.0, "twist": 1.0, "swing": 4.0}  # [s]
 
 
 class Seen(NamedTuple):
-    seconds: float  # per frame
+    seconds: float  # computing time per frame [s]
     stretch: float
     pairs: int  # largest number of intersecting pairs in a frame
     kept: float | None = None  # energy at the end / energy at the start; see top of file

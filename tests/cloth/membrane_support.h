@@ -1,4 +1,4 @@
-// A strongly deformed membrane sheet for tests.
+// A membrane sheet for tests, its strong deformation, and helpers that evaluate it.
 #pragma once
 
 #include <random>
@@ -37,7 +37,7 @@ inline Points random_points(Index n, double size, unsigned seed) {
   return p;
 }
 
-// Stretches and shears a sheet strongly and folds it out of its plane.
+// Returns the vertices of a sheet, strongly stretched and sheared, out of plane and jittered.
 inline Points deformed(const TriangleMesh& mesh, unsigned seed) {
   Points x = mesh.vertices();
   for (Index i = 0; i < x.rows(); ++i) {

@@ -20,7 +20,7 @@ struct Part {
 
 struct TestScene {
   CollisionModel model;
-  Points x;             // start positions
+  Points x;             // start positions [m]
   Vector inverse_mass;  // [1/kg]: 1000 for cloth (1 g per vertex), 0 for other surfaces
 };
 

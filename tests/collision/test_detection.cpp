@@ -151,8 +151,8 @@ TEST_CASE("a surface pair is unlisted while its lists do not last, and then list
   NeighbourLists lists(scene.model, pairs, broad_phase, alone),
       nothing_listed(scene.model, pairs, other, alone, 0);
   lists.widen(1e-5);
-  // One sheet moves to and fro, so that lists between the two sheets last for at most two steps.
-  // Lists within one sheet last.
+  // In the first 30 steps, one sheet moves to and fro, so that lists between the two sheets last
+  // for at most two steps. Lists within one sheet last.
   const auto place = [&](int step) {
     Points x = scene.x;
     if (step < 30 && step % 2 == 1)

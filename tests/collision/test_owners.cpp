@@ -126,7 +126,7 @@ TEST_CASE("ranks find all contacts of vertices that have moved since the last ce
 
 TEST_CASE("a calm step takes one exchange for contacts and one for impacts") {
   const TestScene scene = sheets_on_table(40);
-  std::vector<int> steps(3, 0);  // number of steps with two exchanges, for each rank
+  std::vector<int> steps(3, 0);  // number of steps with two collective operations, by rank
   on_ranks(3, [&](const auto& ranks) {
     CollisionStage stage(scene.model, Decomposition::Predicted, ranks);
     FreeBodies none;

@@ -1,5 +1,5 @@
-"""Cases of the digests: all scenes at small size, and one more scene with all integrators and
-several variants.
+"""Cases of the digests: all scene files at small size, and a falling sheet with all integrators and
+with several variants of options.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from loomstone.runs.scene_file import SceneFile
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 Case = tuple[ls.Scene, ls.Integrator]
 
-# Parameters of each scene, for at most 2,000 triangles. A colon in a key precedes a variant's name.
+# Parameters of each scene file, for at most 2,000 triangles of cloth. A colon in a key precedes the
+# name of a variant.
 SMALL: dict[str, dict[str, object]] = {
     "bending": {"triangles": 800},
     "bin": {"triangles": 150, "towels": 6},
@@ -84,7 +85,7 @@ def falling(
     response: str = "implicit",
     bending: str = "mid-edge",
 ) -> ls.Scene:
-    """A sheet that falls on a sphere and a loose box, in contact from the first steps."""
+    """A sheet that meets a sphere in the first steps, and a box that falls on the sheet."""
     mesh = ls.grid(size=(0.3, 0.3), triangles=450).moved((0, 0, 0.1015))
     cotton = ls.ClothMaterial(
         weft_stiffness=200,

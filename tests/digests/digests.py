@@ -1,4 +1,5 @@
-"""Compares hashes of the state after 45 steps of every scene and variant with recorded hashes.
+"""Records hashes of the state after 45 steps of every scene and variant, or compares them with the
+record. If a step fails, the hash is that of the state before it.
 
     python tests/digests/digests.py --compare [--threads 2] [names ...]
     mpirun -n 2 python tests/digests/digests.py --compare
@@ -8,7 +9,7 @@
 The 45 steps include the rebuild of the rigid bodies at step 40. A change that must not affect
 results leaves all digests unchanged. A commit that affects results must contain new digests and
 explain them in its message. Digests are valid only on the machine on which they were recorded. On
-another machine, the program names the differences and exits with status 77.
+another machine, --compare names the differences and exits with status 77.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ def digest(make: Callable[[], Case], layout: Layout) -> str:
 
 
 def digests(names: list[str], layout: Layout) -> Iterator[tuple[str, str]]:
-    """Yields the digests of all cases, or of those whose name contains one of `names`.
+    """Yields name and digest of all cases, or of those whose name contains one of `names`.
 
     On several ranks, skips the cases that support one rank only.
     """

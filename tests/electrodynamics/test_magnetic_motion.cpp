@@ -16,7 +16,7 @@ namespace {
 
 constexpr double step = 1e-3;
 
-// Bodies with their magnets and coils in otherwise empty space.
+// Bodies and stands with their magnets and coils, without gravity.
 struct Experiment {
   std::vector<RigidBody> bodies;
   MagneticScene scene;
@@ -44,7 +44,7 @@ struct Experiment {
   }
 };
 
-// State of an experiment during its motion.
+// An experiment in motion: its models and its state.
 struct Motion {
   RigidWorld world;
   RigidState state;
@@ -139,7 +139,7 @@ TEST_CASE("two free magnets keep linear and angular momentum to rounding") {
   Motion motion(two_magnets());
   const Vec3 p = motion.momentum(), l = motion.angular_momentum();
   motion.advance(40);
-  const double size = motion.mass(0) * motion.state.velocities.row(0).norm();  // momentum exchanged
+  const double size = motion.mass(0) * motion.state.velocities.row(0).norm();  // exchanged momentum
   REQUIRE(size > 1e-4);
   CHECK((motion.momentum() - p).norm() < 1e-12 * size);
   CHECK((motion.angular_momentum() - l).norm() < 1e-12 * size * 0.05);  // lever arms of 5 cm
@@ -160,7 +160,7 @@ TEST_CASE("two free magnets keep their energy with second order of the sub-step"
 }
 
 TEST_CASE("magnets that snap together gain less than two hundredths of their kinetic energy") {
-  // If only `substep` limited its length, the last sub-step would double the kinetic energy.
+  // If only `substep` limited the sub-steps, the last one would double the kinetic energy.
   Experiment made;
   made.add("a", Vec3(0, 0, 0));
   made.add("b", Vec3(0, 0, 0.03));

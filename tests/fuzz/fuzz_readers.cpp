@@ -1,6 +1,6 @@
-// Fuzz target of libFuzzer for one reader of files, chosen by LOOMSTONE_READER: 1: OBJ, 2: PLY, 3:
-// checkpoints, 4: run.vtkhdf. A reader must either return a value or throw an Error; anything else
-// (another exception, a crash, more than 2 GiB of memory) is a finding.
+// libFuzzer target for one reader of files. LOOMSTONE_READER chooses the reader: 1 OBJ, 2 PLY, 3
+// checkpoints, 4 run.vtkhdf. A reader must either return a value or throw an Error. Anything else
+// (another exception, a crash, more than 2 GiB of memory or 10 s) is a finding.
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -25,7 +25,8 @@ void write(const std::string& path, std::string_view bytes) {
   std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<long>(bytes.size()));
 }
 
-// Appends the mark, length and checksum of a checkpoint, so that HDF5 reads the content.
+// Appends the mark, length and checksum of a checkpoint. Without them, the reader would refuse the
+// file before HDF5 reads its content.
 std::string with_checksum(std::string bytes) {
   WordHash hash;
   for (std::size_t at = 0; at < bytes.size(); at += 8) {

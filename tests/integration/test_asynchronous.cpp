@@ -17,7 +17,7 @@ using namespace loomstone::test;
 namespace {
 
 // Two springs on a line. The first connects the fixed point x = 0 with a vertex that starts at 1 m.
-// The second connects this vertex with one that starts at 2 m.
+// The second connects this vertex with another one, which starts at 2 m.
 struct Springs {
   std::array<double, 2> mass = {2.0, 1.0}, x = {1.0, 2.0}, v = {0.0, 0.0};
 
@@ -84,7 +84,7 @@ Asynchronous options_of(double interval, double multiple = 4.0) {
   return options;
 }
 
-// A grid whose cells change in size along one axis, so that edges differ by a factor of about 8.
+// A grid whose cells change in size along one axis, so that edges differ by a factor of about 5.
 TriangleMesh graded() {
   const TriangleMesh mesh = jittered_grid(0.6, 0.4, 12, 8, 0.2, 5);
   Points x = mesh.vertices();
@@ -93,7 +93,7 @@ TriangleMesh graded() {
   return {x, mesh.triangles()};
 }
 
-// A sheet that is stretched in its plane and bent. It spins and moves.
+// A sheet that is stretched in its plane and bent. It rotates and translates.
 ClothRun spinning_sheet(const TriangleMesh& mesh, const Asynchronous& options, double bending,
                         const ClothMaterial& material = stiff()) {
   ClothRun run = make_run(mesh, material, options, {bending});
@@ -143,7 +143,7 @@ TEST_CASE("two springs in a queue move as computed by hand, also over two interv
 
 TEST_CASE("with equal steps, nested steps are those of leapfrog") {
   const TriangleMesh mesh = jittered_grid(0.3, 0.3, 5, 5, 0.2, 3);
-  const double h = 2e-4;  // below the longest step of every triangle
+  const double h = 2e-4;  // below the longest stable step of every triangle
   const Vec3 gravity(0, 0, -9.81);
   for (const std::string element : {"mid-edge", "hinge"}) {
     for (const double multiple : {0.0, 4.0}) {
@@ -214,7 +214,7 @@ TEST_CASE("the queue keeps the energy of a swinging sheet better than intervals 
   };
   const double queue = error(Schedule::Queue), refill = error(Schedule::Refill);
   CAPTURE(queue, refill);
-  CHECK(queue < 0.05);  // velocities lag behind positions by half a step
+  CHECK(queue < 0.05);  // error of velocities that lag behind positions by half a step
   CHECK(refill > 2.0 * queue);
 }
 
@@ -406,6 +406,6 @@ TEST_CASE("a step in which cloth stretches beyond the limit of stability fails")
   const Asynchronous options = options_of(2.5e-3);
   ClothRun run = make_run(graded(), stiff(), options);
   start(run, options);
-  run.state.v = 2000.0 * run.state.x;  // stretches by a factor of 6
+  run.state.v = 2000.0 * run.state.x;  // would stretch the sheet sixfold in a step
   CHECK_THROWS_WITH(run.advance(), Catch::Contains("lower integrator.step"));
 }

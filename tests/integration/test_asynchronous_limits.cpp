@@ -49,7 +49,7 @@ double longest_edge(const ClothRun& run) {
 
 struct Swing {
   double stretch = 0.0, edge = 0.0;  // largest stretch of triangles and of edges
-  double gain = 0.0;  // mean gain of energy in the last tenth, over the largest kinetic energy
+  double gain = 0.0;  // mean energy gain in the last tenth / largest kinetic energy
 };
 
 // Simulates 4 s of a square sheet of 2 m that is pinned at two corners and released flat.
@@ -96,8 +96,8 @@ Points force_at(Membrane& membrane, const Points& x) {
   return force;
 }
 
-// A triangle that is stretched and sheared. Over the stretches of the tests, its strain modes cover
-// the first to the third limit phase.
+// A triangle that is stretched and sheared. Over the stretches of the tests, its strains reach all
+// three phases of the limit potential.
 ClothRun stretched_triangle(const Asynchronous& options, double stretch, bool by_edges) {
   Points corners(3, 3);
   corners << 0, 0, 0, 0.05, 0.01, 0, 0.01, 0.06, 0;

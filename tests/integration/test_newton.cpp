@@ -98,7 +98,7 @@ TEST_CASE(
   CHECK_THROWS_WITH(run.advance(),
                     Catch::Contains("backward-euler") && Catch::Contains("integrator.step"));
   run = make_run(mesh, soft(), o, {0.0, {0}, Vec3(0, 0, -9.81)});
-  run.force(7, 0) = 100.0;  // pulls one vertex away
+  run.force(7, 0) = 100.0;  // [N], pulls one vertex away
   o.newton()->max_newton_iterations = 1;
   start(run, o);
   try {

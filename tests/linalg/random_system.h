@@ -1,6 +1,6 @@
-// A symmetric positive definite system, generated from a seed, with all features of the system of a
-// time step: a grid of cloth rows, bodies, contact terms between distant rows and with bodies, and
-// fixed rows with prescribed values.
+// A symmetric positive definite system, generated from a fixed seed, with all features of the
+// system of a time step: a grid of cloth rows, bodies, contact terms between distant rows and with
+// bodies, and fixed rows with prescribed values.
 #pragma once
 
 #include <algorithm>
@@ -155,7 +155,7 @@ inline Eigen::MatrixXd dense_matrix(const LinearSystem& system) {
   return dense;
 }
 
-// Multiplies the stiffness by `factor` and keeps the masses.
+// Multiplies the stiffness of the grid by `factor`. Masses, bodies and terms are unchanged.
 inline void stiffen(RandomSystem& system, double factor) {
   BlockMatrix& a = system.matrix;
   for (Index row = 0; row < a.n_rows(); ++row)

@@ -30,7 +30,7 @@ BlockMatrix chain() {
   return matrix;
 }
 
-// Returns the product in rows, for a vector of the sines of 1, 2, 3 ...
+// Returns the product of the matrix with the vector (sin 1, sin 2, sin 3, ...), in order of rows.
 std::vector<float> product(const BlockMatrix& matrix) {
   SlicedEllpack slices;
   slices.set_pattern(&matrix, {n, 0, n});

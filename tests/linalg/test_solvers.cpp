@@ -24,7 +24,7 @@ Points solved(const RandomSystem& system, const LinearOptions& options, int thre
   return x;
 }
 
-// Solves by dense factorisation, with identity rows and columns in place of the fixed ones.
+// Returns the solution by dense factorisation, with identity rows and columns for fixed rows.
 Points dense_solution(const RandomSystem& system) {
   Eigen::MatrixXd a = testing::dense_matrix(system.view());
   Points x = system.x;
@@ -194,8 +194,8 @@ TEST_CASE("a system too stiff for single precision is still solved") {
     LinearReport report;
     const Points x = solved(system, {method, 1e-6, 20000}, 1, &report);
     CHECK(report.converged);
-    // The solver's tolerance of 1e-6 is for a norm weighted with about the inverse of the diagonal.
-    // The diagonal varies tenfold, so the plain residual may be larger.
+    // The tolerance of 1e-6 applies to a norm with weights close to the inverse diagonal. The
+    // diagonal varies tenfold, so the unweighted residual may be larger.
     const Eigen::MatrixXd a = testing::dense_matrix(system.view());
     const Vector b = Eigen::Map<const Vector>(system.b.data(), system.b.size());
     const Vector r = b - a * Eigen::Map<const Vector>(x.data(), x.size());
@@ -474,8 +474,8 @@ TEST_CASE("a system with all rows fixed leaves x unchanged") {
 }
 
 TEST_CASE("the supernodal factorisation is used by name alone") {
-  // By default, CHOLMOD would choose the supernodal factorisation for a system of this size: 3,600
-  // rows.
+  // By default, CHOLMOD would choose the supernodal factorisation for a system of this size (3,606
+  // rows).
   const RandomSystem system = random_system(60, 3, 700);
   const Points direct = solved(system, {LinearMethod::Direct, 1e-10, 2000});
   try {

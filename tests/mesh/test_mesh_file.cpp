@@ -210,8 +210,8 @@ TEST_CASE("a PLY file truncated anywhere is refused, never read as a smaller mes
   for (const bool text : {false, true}) {
     write_mesh(whole_path, two_panels(), text);
     const std::string whole = content_of(whole_path);
-    // A text file without its last line break or digits is still valid, so text files are cut
-    // earlier.
+    // A text file that lacks only its last line break or its last digits is still valid, so text
+    // files are cut earlier.
     for (std::size_t length = 0; length < whole.size() - (text ? 25 : 0);
          length += length < 400 ? 7 : 101) {
       INFO(length);

@@ -18,9 +18,9 @@ def call(*words):
 
 
 class Hosts:
-    """Hosts node1, node2, ... that are connected by a bridge, and share the file system.
+    """Hosts node1, node2, ... that are connected by a bridge and share the file system.
 
-    Raises CalledProcessError or FileNotFoundError if the machine does not permit it.
+    Raises CalledProcessError or FileNotFoundError if the machine does not permit such hosts.
     """
 
     def __init__(self, directory, n=3):
@@ -60,7 +60,7 @@ class Hosts:
         return f"{self._prefix}n{node}"
 
     def inside(self, node):
-        """Returns the prefix with which a command runs on a host, in the process that starts it."""
+        """Returns a prefix that makes a command run on a host. It starts no further process."""
         enter = ["nsenter", f"--net=/run/netns/{self.name(node)}", "unshare", "--uts"]
         return [*enter, "/bin/sh", "-c", f'hostname node{node}; exec "$0" "$@"']
 
@@ -69,7 +69,7 @@ class Hosts:
         call("ip", "-n", self._switch, "link", "set", f"port{node}", "down")
 
     def command(self, n):
-        """Returns the command that runs Python on the first n hosts, with one rank each."""
+        """Writes a host file. Returns the command that runs Python on n hosts, one rank on each."""
         (self._directory / f"hosts{n}").write_text(
             "".join(f"10.78.0.{node} slots=1\n" for node in range(1, n + 1))
         )

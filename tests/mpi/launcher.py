@@ -19,7 +19,7 @@ ENVIRONMENT = os.environ | {
 
 
 def command(n, *arguments):
-    """Returns the mpirun command for Python on n ranks, whose threads are not bound."""
+    """Returns the mpirun command for Python on n ranks that are not bound to processors."""
     launcher = ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(n)]
     return [*launcher, sys.executable, *map(str, arguments)]
 

@@ -1,4 +1,4 @@
-// Shared parts of programs that run on several ranks: claims that end all ranks on failure, and
+// Shared parts of programs that run on several ranks: claims, which end all ranks if false, and
 // hashes that compare bits.
 #pragma once
 
@@ -29,7 +29,7 @@ class RankProgram {
     communicator_->abort(1);
   }
 
-  // Claims that all ranks have the same bytes, and prints the hash of these bytes on rank 0.
+  // Claims that the bytes have the same hash on all ranks, and prints the hash on rank 0.
   void print_hash(const char* what, const void* data, std::size_t bytes) const {
     std::uint64_t hash = 14695981039346656037u;  // FNV-1a
     for (std::size_t i = 0; i < bytes; ++i)

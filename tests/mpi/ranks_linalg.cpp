@@ -1,5 +1,4 @@
-// Sums, halos and the conjugate gradient solver give the same bits on several ranks as on
-// one.
+// Sums, halos and the conjugate gradient solver give the same bits on several ranks as on one.
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -129,7 +128,7 @@ void forget_rows_of_others(RandomSystem& system) {
 
 void solutions_keep_their_bits(const RankProgram& program) {
   // Side 90 gives 64 blocks of rows, so there are three coarse levels. Side 45 gives 16 blocks, and
-  // side 13 gives 2, so that a third rank owns none. Terms couple distant rows, bodies included.
+  // side 13 gives 2, so that a third rank owns none. Terms couple distant rows, also with bodies.
   for (const Index side : {90, 45, 13}) {
     RandomSystem system = random_system(side, 2, side * 6, program.communicator());
     forget_rows_of_others(system);
@@ -157,7 +156,7 @@ void solutions_keep_their_bits(const RankProgram& program) {
   }
 }
 
-// The stiffness is 1e9 times the mass, so the solve takes thousands of iterations.
+// The stiffness is more than 1e9 times the mass, so the solve takes thousands of iterations.
 void stiff_solutions_keep_their_bits(const RankProgram& program) {
   RandomSystem system = random_system(20, 0, 0, program.communicator());
   testing::stiffen(system, 1e9);

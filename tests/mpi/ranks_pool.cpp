@@ -1,5 +1,5 @@
-// Task pools on real ranks: every test is performed once in each of 1,000 rounds, and every rank
-// requests work, gives work to others, and refuses requests.
+// Task pools on real ranks: in each of 1,000 rounds, every test is performed once. Over all rounds,
+// every rank requests work, gives work to others, and refuses requests.
 #include <chrono>
 
 #include "core/parallel/task_pool.h"
@@ -21,7 +21,7 @@ void work_for(std::chrono::nanoseconds duration) {
   }
 }
 
-// Adds the counts of all ranks.
+// Returns the counts of all ranks, added element by element.
 std::vector<std::int32_t> summed(const Communicator& all, const std::vector<std::int32_t>& own) {
   std::vector<std::size_t> offsets(all.size() + 1);
   const std::size_t bytes = own.size() * sizeof(std::int32_t);

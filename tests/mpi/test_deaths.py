@@ -1,5 +1,5 @@
-"""However a job ends, its exit code tells why, the last sentence that it prints tells how to
-continue, and the run can be resumed. A rank that does not answer is named, and the job ends.
+"""If a run ends early, its exit code tells why, its last sentence tells how to continue, and the
+run can be resumed. A rank that does not answer is named, and the job ends.
 """
 
 import os
@@ -165,8 +165,8 @@ def test_processes_of_another_launcher_are_refused_before_they_overwrite_one_ano
     ("environment", "wanted"),
     [
         ({}, 8),
-        # The process may use 8 of 16 processors. Unbound ranks divide these 8 among themselves, and
-        # bound ranks all 16.
+        # The process may use 8 of 16 processors. Unbound ranks divide these 8 among themselves.
+        # Bound ranks divide all 16, but none uses more than 8.
         ({"OMPI_COMM_WORLD_SIZE": "4", "OMPI_COMM_WORLD_LOCAL_SIZE": "4", "NONE": "1"}, 2),
         ({"OMPI_COMM_WORLD_SIZE": "4", "OMPI_COMM_WORLD_LOCAL_SIZE": "4"}, 4),
         ({"OMPI_COMM_WORLD_SIZE": "2", "OMPI_COMM_WORLD_LOCAL_SIZE": "2"}, 8),

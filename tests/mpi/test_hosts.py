@@ -33,7 +33,7 @@ def test_a_run_on_three_hosts_loses_one_and_continues_on_two(hosts, tmp_path, de
     scene, out = tmp_path / "scene.py", tmp_path / "out"
     seen = "    open(os.path.join(os.path.dirname(__file__), os.uname().nodename), 'w').close()\n"
     scene.write_text(SCENE.replace("    global death\n", "    global death\n" + seen))
-    # With a cut link, the last rank sleeps after step 25, so that the run does not end before it.
+    # If the link is cut, rank 2 sleeps after step 25, so that the run does not end before the cut.
     fault = "SIGKILL" if death == "SIGKILL" else "slow"
     with open(tmp_path / "said", "w+") as said:
         process = subprocess.Popen(
@@ -114,7 +114,7 @@ def test_a_sweep_on_two_hosts_survives_the_loss_of_a_worker(hosts, tmp_path):
         ]
         words = ["-p", "cells=3:8:6", "--out", str(out), "--scheduler", address]
         sweep = start(1, "loomstone", "sweep", str(scene), *words)
-        wait_for("*-node3", sweep)  # a run has begun there
+        wait_for("*-node3", sweep)  # a run has begun on node3
         (lost,) = (path.name.split("-")[0] for path in tmp_path.glob("*-node3"))
         wait_for(f"out/cells-{lost}/checkpoint-0000000010.h5", sweep)
         os.killpg(workers[1].pid, signal.SIGKILL)

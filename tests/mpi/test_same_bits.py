@@ -216,7 +216,7 @@ def test_a_rank_computes_only_the_rows_it_owns(tmp_path, limited):
         assert {share[3] for share in shares} == {iterations}
         for start, end, done, _ in shares:
             assert end - start <= 1.2 * n_rows / n
-            # The ranks on both sides of a cut compute its triangles; the factor 1.2 allows for it.
+            # Ranks on both sides of a cut compute its triangles. The factor 1.2 allows for this.
             assert done - by_all <= 1.2 * (whole - by_all) / n
 
 

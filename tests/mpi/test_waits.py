@@ -7,7 +7,7 @@ from launcher import ENVIRONMENT, command, needs_mpirun
 
 pytestmark = needs_mpirun
 
-# Rank 0 waits for 0.3 s. It prints the number of its voluntary context switches meanwhile.
+# Rank 0 waits for 0.3 s and prints the number of its voluntary context switches in this time.
 WAIT = """
 import resource, time
 from loomstone import _core

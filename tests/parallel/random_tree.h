@@ -29,7 +29,7 @@ class RandomTree {
     for (Index root = rank; root < n_roots_; root += n_ranks) tests.push_back(test(root));
     return tests;
   }
-  // Appends the tests that follow from a test and returns its node.
+  // Appends the tests that follow from a test. Returns the node of the given test.
   Index expand(const NodeTest& given, std::vector<NodeTest>& stack) const {
     for (const Index child : children_[given.node_a]) stack.push_back(test(child));
     return given.node_a;

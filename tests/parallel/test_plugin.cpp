@@ -11,7 +11,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-// Sets an environment variable for its own lifetime, or removes the variable if `value` is null.
+// Sets an environment variable, or removes it if `value` is null. The destructor restores it.
 class Variable {
  public:
   Variable(const char* name, const char* value) : name_(name) {

@@ -55,7 +55,7 @@ TEST_CASE("a dynamic replay performs all tests and spreads them over the ranks")
   // At the end, one request of each rank may remain without an answer.
   CHECK(fast.requests >= fast.transfers + fast.refusals);
   CHECK(fast.requests <= fast.transfers + fast.refusals + 12);
-  // Twelve ranks need at least 7.3 ms for 87 ms of work. Balancing the work adds less than 20 %.
+  // Twelve ranks need at least 7.28 ms for 87.4 ms of work. Balancing adds less than 20 %.
   CHECK(fast.seconds > tests.work() / 12);
   CHECK(fast.seconds < 1.2 * tests.work() / 12);
   const ReplayReport slow = replay_dynamic(tests, {100e-6, 1e10, 0.1e-6});

@@ -129,8 +129,8 @@ TEST_CASE("expensive sections are cut one by one, and cheap ones together") {
                                 {18, 18, 18, 19, 19},
                                 {19, 19, 19, 19, 20}});
   CHECK(imbalance(costs, first, ranges) == Approx(1.0));
-  // One piece of the first section becomes twice as expensive. The most expensive ranges then cost
-  // 6, 2 and 0.25, and the mean is 27 / 4.
+  // One piece of the first section becomes twice as expensive. The most expensive ranges of the
+  // first, the second and the cheap sections then cost 6, 2 and 0.25. The mean per rank is 27 / 4.
   costs[0] = 4.0f;
   CHECK(imbalance(costs, first, ranges) == Approx((6.0 + 2.0 + 0.25) / (27.0 / 4.0)));
   CHECK(imbalance({}, {0}, section_ranges({}, {0}, 3)) == 1.0);

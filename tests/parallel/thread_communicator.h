@@ -25,7 +25,7 @@ class ThreadCommunicators {
   std::shared_ptr<const Communicator> operator[](int rank) { return ends_[rank]; }
 
  private:
-  // Sends and receives through a mailbox that ThreadCommunicators owns.
+  // Mailbox that forwards to a mailbox of ThreadCommunicators.
   class Borrowed final : public Mailbox {
    public:
     explicit Borrowed(Mailbox& mailbox) : mailbox_(mailbox) {}
@@ -74,7 +74,7 @@ class ThreadCommunicators {
       abort(1);
     }
     void start_add(BinnedSum*, int) const override { abort(1); }
-    void finish() const override {}  // a gather completes when it starts
+    void finish() const override {}  // start_gather() completes the gather
     std::unique_ptr<Mailbox> open_mailbox() const override {
       return std::make_unique<Borrowed>(all_.mailboxes_[rank_]);
     }

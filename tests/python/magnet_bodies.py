@@ -20,7 +20,7 @@ def to_axis(axis: np.ndarray) -> Rotation:
 
 
 def ball_mesh(radius: float, mass: float) -> tuple[ls.TriangleMesh, float]:
-    """Returns mesh and density of a ball with the mass and inertia 2/5 m r^2 of a true sphere."""
+    """Returns a ball mesh and its density, with the mass m and inertia 2/5 m r^2 of a sphere."""
     mesh = ls.meshes.sphere(radius=radius, subdivisions=2)
     made = ls.meshes.mass_properties(mesh, 1.0)
     scale = np.sqrt(0.4 * radius**2 * made.mass / made.inertia[0, 0])
@@ -29,7 +29,7 @@ def ball_mesh(radius: float, mass: float) -> tuple[ls.TriangleMesh, float]:
 
 
 def total_momenta(sim: ls.Simulation, scene: ls.Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Returns linear momentum, and angular momentum about the origin."""
+    """Returns the linear momentum of all bodies, and their angular momentum about the origin."""
     state, linear, angular = sim.state, np.zeros(3), np.zeros(3)
     for b, body in enumerate(scene.bodies):
         properties = ls.meshes.mass_properties(body)

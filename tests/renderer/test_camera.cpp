@@ -1,4 +1,4 @@
-// Tests of camera framing, camera motion, shading normals and the shadow light.
+// Tests of camera framing, camera motion, shading normals, and the view of the light for shadows.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -149,7 +149,7 @@ TEST_CASE("normals are smooth on a ball, split on a box, and true on both", "[re
   const DrawnMesh ball = drawn_bodies(scene.topology, scene.frame.body_vertices);
   CHECK(ball.vertex.size() == 642);  // no vertex is split, and the floor is left out
   const Points normals = shading_normals(ball, scene.frame.body_vertices);
-  // The tolerance of 2.6 degrees is a third of the angle that each edge of the ball spans.
+  // The tolerance of 2.6 degrees is about a third of the angle that an edge of the ball spans.
   for (Index k = 0; k < normals.rows(); ++k) {
     const Vec3 outwards = Vec3(scene.frame.body_vertices.row(ball.vertex[k])).normalized();
     CHECK(normals.row(k).dot(outwards) > 0.999);

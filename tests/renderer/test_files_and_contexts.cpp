@@ -38,7 +38,7 @@ Image read_png(const std::string& path) {
   return image;
 }
 
-// Sets LOOMSTONE_GL during its lifetime.
+// Sets LOOMSTONE_GL. The destructor unsets it.
 struct Forced {
   explicit Forced(const char* backend) { setenv("LOOMSTONE_GL", backend, 1); }
   ~Forced() { unsetenv("LOOMSTONE_GL"); }

@@ -1,4 +1,4 @@
-// Tests of the looks of surfaces, transparent backgrounds, and data of surfaces.
+// Tests of the looks of surfaces, transparent backgrounds, and surface numbers, depths and normals.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -21,7 +21,7 @@ std::array<int, 4> pixel(const Image& image, int x, int y) {
   return {at[0], at[1], at[2], channels == 4 ? at[3] : 255};
 }
 
-// The flat square, 0.5 m wide, fills the height of the picture.
+// Options with which the flat square, 0.5 m wide, fills the picture.
 RenderOptions square_options() {
   RenderOptions options = small_options();
   options.width = options.height = 128;

@@ -196,7 +196,7 @@ TEST_CASE("what is hidden is not drawn and casts no shadow", "[renderer]") {
   scene.topology.body_triangles.resize(0, 3);
   scene.topology.body_of_triangle.clear();
   scene.topology.body_is_floor.assign(scene.topology.body_is_floor.size(), 0);
-  scene.frame.body_vertices *= 100.0;  // vertices of no triangle do not coarsen shadows
+  scene.frame.body_vertices *= 100.0;  // vertices without triangles do not affect shadows
   CHECK(hidden.pixels == Renderer(scene.topology, options).render(scene.frame).pixels);
 }
 

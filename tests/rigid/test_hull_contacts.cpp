@@ -144,7 +144,7 @@ TEST_CASE("bodies thrown on a floor gain no energy, come to rest, and lie exactl
           world.advance(1e-3, none, none, places, state);
           most = std::max(most, energy() - before), before = energy();
         }
-        // The bound is the energy that lifts the body by its fastest motion in one step.
+        // The bound is the work against gravity over the largest possible displacement in a step.
         CHECK(most < mass.mass * 9.81 * fastest * 1e-3);
         const double z = state.positions(0, 2);
         CHECK(std::any_of(heights[k].begin(), heights[k].end(),

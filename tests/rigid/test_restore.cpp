@@ -22,7 +22,8 @@ bool same_bits(const RigidState& a, const RigidState& b) {
          a.manifolds == b.manifolds;
 }
 
-// A stack of five boxes, spheres thrown at it, a body with two parts, a hull and a swaying floor.
+// A stack of five boxes, spheres thrown at it, a body with two parts, a capsule (as a hull), and a
+// floor that sways and turns.
 struct Pile {
   std::vector<RigidBody> bodies;
   std::vector<RigidObstacle> obstacles{floor_of(2.0, 4, 0.5)};

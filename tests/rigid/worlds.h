@@ -33,7 +33,7 @@ inline RigidObstacle deforming(RigidObstacle obstacle) {
   return obstacle;
 }
 
-// Advances without impulses; obstacles keep their initial poses.
+// Takes n_steps steps without impulses. All obstacles have the identity pose.
 inline void run(RigidWorld& world, RigidState& state, double step, int n_steps,
                 std::size_t n_obstacles) {
   const Points none = Points::Zero(state.positions.rows(), 3);

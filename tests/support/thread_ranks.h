@@ -80,7 +80,7 @@ class ThreadRank final : public Communicator {
         sums[i].add(static_cast<const BinnedSum*>(hub_.data[other])[i]);
     barrier();
   }
-  void finish() const override {}  // operations complete when they start
+  void finish() const override {}  // the functions start_... complete their operations
   void agree(int& kind, std::string& text) const override {
     hub_.kinds[rank_] = kind;
     hub_.texts[rank_] = text;

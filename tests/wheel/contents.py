@@ -2,7 +2,7 @@
 
     python tests/wheel/contents.py dist/loomstone-*.whl
 
-Needs pyelftools, which auditwheel brings. scripts/wheel calls it.
+Needs pyelftools, which auditwheel installs. scripts/wheel calls this program.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def faults(names: list[str], functions: dict[str, list[str]], size: float) -> It
 
 
 def defined_functions(library: bytes) -> list[str]:
-    """Returns the names of the functions that a shared library defines."""
+    """Returns the names of the dynamic symbols that a shared library defines."""
     from elftools.elf.elffile import ELFFile
 
     symbols = ELFFile(io.BytesIO(library)).get_section_by_name(".dynsym").iter_symbols()

@@ -26,7 +26,7 @@ def scene() -> ls.Scene:
 
 
 def pictures() -> dict[str, np.ndarray]:
-    """Returns pictures of the scene after 0.16 s by name."""
+    """Returns two pictures of the scene at 0.16 s, by name."""
     simulation = ls.Simulation(scene(), integrator=ls.SemiImplicitEuler(step=4e-3), threads=1)
     frames = list(simulation.frames(duration=0.16, rate=12.5))
     plain = ls.RenderOptions(width=320, height=240)

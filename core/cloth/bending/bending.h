@@ -20,7 +20,7 @@
 
 namespace loomstone {
 
-// The input of both bending elements.
+// Input from which either bending element is built.
 struct BendingSetup {
   Points rest_positions;          // (n x 3) [m] shape at rest; for flat cloth, any flat shape
   Triangles triangles;            // (m x 3)
@@ -67,7 +67,8 @@ class Bending {
 
   virtual double energy(const Team& team, const Points& x) const = 0;
   // Sets sums[i] to the energy of the triangles 128 i to 128 i + 127, counted from the beginning of
-  // `triangles` [J]. For all triangles, the sums add up to energy(). Requires sums_by_triangle().
+  // `triangles` [J]. For all triangles, the sums add up to energy(). The sums must be 0 before the
+  // call. Requires sums_by_triangle().
   virtual void sum_energies(const Team& team, const Points& x, IndexRange triangles,
                             double* sums) const = 0;
   virtual bool sums_by_triangle() const = 0;
@@ -106,7 +107,7 @@ class Bending {
 // strips), and 0.7 to 2.2 B at 45 degrees to a grid.
 std::unique_ptr<Bending> make_hinge_bending(const BendingSetup& setup);
 // The mid-edge element, which computes the curvature of each triangle from the slopes at its edge
-// midpoints. It agrees with beam theory within 1 % on every mesh.
+// midpoints. It agrees with beam theory within 1 % on regular and irregular meshes.
 std::unique_ptr<Bending> make_midedge_bending(const BendingSetup& setup);
 
 }  // namespace loomstone

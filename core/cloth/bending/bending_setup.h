@@ -1,4 +1,5 @@
-// Functions that both bending elements use: input checks, rest angles and largest eigenvalue.
+// Functions that both bending elements use: input checks, creation of hinges and largest
+// eigenvalue.
 #pragma once
 
 #include <functional>

@@ -59,7 +59,7 @@ BendingOfPart bending_of_part(const BendingSetup& whole, MeshPart part) {
   setup.rest_positions = whole.rest_positions;
   setup.prescribed = whole.prescribed;
   setup.forces_only = false;
-  // The subset keeps the order of the triangles.
+  // The setup lists its triangles in the order of the mesh.
   std::vector<Index> kept = acting;
   add_neighbours(edges, kept);
   add_neighbours(edges, kept);

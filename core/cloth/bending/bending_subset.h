@@ -20,7 +20,7 @@ struct BendingSubset {
 // The bending elements that a rank stores. Their vertex indices are those of the whole mesh.
 struct BendingOfPart {
   BendingSetup setup;
-  // The triangles of the setup whose energies the rank sums.
+  // Range of triangles of the setup. The rank sums the energies of these triangles.
   IndexRange triangles;
 };
 

@@ -41,7 +41,7 @@ HingeSet::HingeSet(Index n_vertices, std::vector<Hinge> hinges, std::vector<doub
   }
 }
 
-// Returns whether `kept` is equal to the positions x of the vertices with hinges.
+// Returns whether `kept` is bitwise equal to the positions x of the vertices with hinges.
 bool HingeSet::keeps(const Points& x, const Points& kept) const {
   if (kept.rows() != n_kept_) return false;
   const double* next = kept.data();

@@ -66,8 +66,8 @@ class HingeSet {
 
   // Computes the angles of the listed batches, the gradients u if with_gradient is true, and the
   // rates if v is given. Rates require with_gradient. Without v, values that were already computed
-  // for the same positions are reused. The result is bitwise identical for any list and any number
-  // of threads.
+  // for these batches at the same positions are reused. The result is bitwise identical for any
+  // list and any number of threads.
   void evaluate(const Team& team, const std::vector<Index>& batches, const Points& x,
                 const Points* v, bool with_gradient, HingeValues& values) const;
 
@@ -76,7 +76,8 @@ class HingeSet {
   void gather(const Team& team, const HingeValues& values, const AlignedDoubles& moment,
               const HingeRange& range, Points& force) const;
 
-  // Number of hinges with a zero-area triangle. These hinges exert no force.
+  // Number of hinges with a zero-area triangle. These hinges exert no force. `values` must contain
+  // the gradients of all hinges.
   Index count_degenerate(const HingeValues& values) const;
 
   std::size_t bytes() const {
@@ -96,7 +97,8 @@ class HingeSet {
   Index n_kept_ = 0;                        // number of vertices in runs_
 };
 
-// Dihedral angles of all hinges at positions x [rad].
+// Returns the dihedral angle of each hinge at positions x [rad]; 0 for hinges with a zero-area
+// triangle.
 std::vector<double> measure_angles(const std::vector<Hinge>& hinges, const Points& x);
 
 }  // namespace loomstone

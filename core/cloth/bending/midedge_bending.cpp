@@ -89,8 +89,8 @@ class MidedgeBending final : public Bending {
   struct Selection {  // everything that the forces on rows [begin, end) depend on
     Index begin = -1, end = -1;
     std::vector<Index> hinges;            // hinges whose moments act on the rows
-    std::vector<Index> triangle_batches;  // triangles that contribute to the moments of `hinges`
-    std::vector<Index> hinge_batches;     // hinges that enter the curvature of those triangles
+    std::vector<Index> triangle_batches;  // batches of triangles on which these moments depend
+    std::vector<Index> hinge_batches;     // batches of hinges that affect the curvature there
   };
   mutable Selection selection_;
   mutable HingeValues values_;
@@ -248,7 +248,7 @@ void MidedgeBending::add_forces(const Team& team, const Points& x, const Points&
   hinges_.gather(team, values_, moment_, range_, force);
 }
 
-// Computes the moments of the selected hinges from the angles in values_.
+// Computes the moments of the selected hinges from values_ and from `rate`, which may be null.
 void MidedgeBending::find_moments(const Team& team, const double* rate) const {
   const Selection& s = selection_;
   parallel_ranges(team, static_cast<Index>(s.triangle_batches.size()), batches_per_range,

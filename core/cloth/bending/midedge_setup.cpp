@@ -30,10 +30,10 @@ RestTriangle rest_triangle(const Corners2& corners) {
     const Vec2 p = x[(i + 1) % 3], q = x[(i + 2) % 3];
     const double l = (q - p).norm(), h = 2.0 * r.area / l;
     const Vec2 t = (q - p) / l, n(t.y(), -t.x());
-    // The angle psi_i is h / 2 k_nn - a k_nt + b k_tt, where k_nn, k_nt and k_tt are the components
-    // of the curvature along the normal n and the tangent t of the edge. h is the height of the
-    // triangle over the edge, `a` is the position of corner i along t, relative to the midpoint of
-    // the edge, and b is (a^2 - l^2 / 4) / (2 h) with the length l of the edge.
+    // The angle psi_i is (h / 2) k_nn - a k_nt + b k_tt, where k_nn, k_nt and k_tt are the
+    // components of the curvature along the normal n and the tangent t of the edge. h is the height
+    // of the triangle over the edge, `a` is the position of corner i along t, relative to the
+    // midpoint of the edge, and b is (a^2 - l^2 / 4) / (2 h) with the length l of the edge.
     const double a = (x[i] - 0.5 * (p + q)).dot(t), b = (a * a - 0.25 * l * l) / (2.0 * h);
     const auto form = [](const Vec2& u, const Vec2& v) {
       return Row3(u.x() * v.x(), u.y() * v.y(), 0.5 * (u.x() * v.y() + u.y() * v.x()));
@@ -147,7 +147,8 @@ Builder::Slope Builder::slope(Index e) const {
   const Index first = h.triangles[0], second = h.triangles[1];
   const bool first_prescribed = prescribed(first), second_prescribed = prescribed(second);
   // If all vertices of a triangle are prescribed, its orientation is given. The slope at its edges
-  // is that of the triangle, so the cloth beyond these edges is clamped.
+  // is that of the triangle, so the cloth beyond these edges is clamped. Between two such
+  // triangles, the slope is the mean of theirs.
   if (first_prescribed && second_prescribed) return {{e}, {0.0}};
   if (first_prescribed || second_prescribed) return {{e}, {first_prescribed ? -0.5 : 0.5}};
 
@@ -184,8 +185,8 @@ Builder::Slope Builder::slope(Index e) const {
   const Vec3 dual = Split(gram, 1e-12).pseudo_inverse() * (wanted * kept).transpose();
   Slope result{near, std::vector<double>(near.size(), 0.0)};
   for (std::size_t k = 0; k < near.size(); ++k) result.weights[k] = angles[k] * kept * dual;
-  // Slivers lead to weights above 1, which would raise the highest frequency of bending by a factor
-  // of up to 320. The edges of slivers use the mean slope instead.
+  // Slivers lead to weights of magnitude above 1, which would raise the highest frequency of
+  // bending by a factor of up to 320. The edges of slivers use the mean slope instead.
   result.averaged = !std::all_of(result.weights.begin(), result.weights.end(),
                                  [](double w) { return std::abs(w) <= 1.0; });
   if (result.averaged) std::fill(result.weights.begin(), result.weights.end(), 0.0);

@@ -1,10 +1,11 @@
 // Constants of the mid-edge bending element. As in [Morley1968], the curvature of a triangle
-// follows from the slopes at its edge midpoints. The slope at an edge is a fixed combination of the
-// hinge angles of the two triangles at the edge. Its weights are those of least norm that reproduce
-// every constant curvature without moments across boundary edges. The curvature of each triangle is
-// therefore a fixed linear function of at most nine hinge angles. Vertex positions remain the only
-// unknowns, and the orientation of the mesh has no influence. The element itself is not taken from
-// the literature.
+// follows from the slopes at its edge midpoints. The slope at an interior edge is a fixed
+// combination of the hinge angles of the two triangles at the edge. Except next to slivers and
+// prescribed triangles, its weights are those of least norm that reproduce every constant curvature
+// without moments across boundary edges. The curvature of each triangle is therefore a fixed linear
+// function of at most nine hinge angles. Vertex positions remain the only unknowns, and results
+// hardly depend on the directions of the mesh edges. The element itself is not taken from the
+// literature.
 #pragma once
 
 #include <array>
@@ -26,7 +27,7 @@ struct Element {
 
 struct Elements {
   std::vector<Element> elements;  // one per triangle
-  Index n_averaged = 0;           // edges with the mean slope, because a weight would exceed 1
+  Index n_averaged = 0;           // edges with the mean slope, because |weight| would exceed 1
 };
 
 // Makes the elements of a setup that check_bending_setup() has accepted.

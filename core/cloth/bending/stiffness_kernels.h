@@ -11,12 +11,13 @@
 namespace loomstone::stiffness {
 
 struct Tables {
-  const Index* pair_start;     // (hinges + 1)
+  const Index* pair_start;     // (hinges + 1) first pair of each hinge e
   const Index* pair_hinge;     // (pairs) second hinge f of each pair (e, f)
   const std::uint8_t* place;   // (pairs x 4) positions of the vertices of f in the stencil of e
-  const Index* stencil_start;  // (hinges + 1)
+  const Index* stencil_start;  // (hinges + 1) start of the stencil of each hinge
   const double* q;             // (pairs) coefficient q_ef of u_e u_f^T in the stiffness [N m]
-  // (hinges x 4 x 4) Gradient u of the hinge's angle at four vertices, fourth component 0 [rad/m].
+  // (hinges x 4 x 4) Gradient u of the hinge angle with respect to each of its four vertices
+  // [rad/m]. The fourth component is 0.
   const double* gradient;
 };
 

@@ -15,7 +15,7 @@ namespace loomstone {
 // Elements to evaluate during one call of the limiter.
 class ActiveSet {
  public:
-  enum class Contents { AllElements, Violations };  // Violations: batches passed to add()
+  enum class Contents { AllElements, Violations };  // Violations: at first, batches passed to add()
   enum class Order { Batches, SingleElements };     // SingleElements: for random order
 
   ActiveSet(const LimitElements& elements, const limit::Tables& tables, Contents contents,
@@ -34,7 +34,8 @@ class ActiveSet {
   // Removes a single element unless the set contains all elements. Returns false if it was not in
   // the set.
   bool take_one(Index slot);
-  // Adds every element that shares a moved vertex with the corrected element.
+  // Adds every element that shares a moved vertex with the corrected element. With Order::Batches,
+  // adds the whole batches of these elements.
   void spread(Index corrected);
 
  private:

@@ -77,8 +77,9 @@ LimitReport EdgeLimiter::enforce(const Team& team, const LimitOptions& options,
     std::iota(active[c].begin(), active[c].end(), colour_start_[c]);
   }
   std::vector<std::uint8_t> corrected(n, 0), in(n, 0), spread(n, 0);
-  // Moves both ends of an edge along the edge, in proportion to their inverse masses. This
-  // conserves linear and angular momentum.
+  // Shortens an edge whose excess is above the tolerance. Both ends move along the edge, in
+  // proportion to their inverse masses. If both are free, this conserves linear and angular
+  // momentum.
   const auto correct = [&](Index e) {
     const Index a = edges_(e, 0), b = edges_(e, 1);
     const double wa = inverse_mass[a], wb = inverse_mass[b];

@@ -17,13 +17,13 @@ class EdgeLimiter {
   explicit EdgeLimiter(const LimitedCloth& cloth);
 
   // Corrects x by coloured Gauss-Seidel sweeps. Vertices listed in `held` do not move. The report
-  // contains the numbers of sweeps and of evaluated edges, but no excess.
+  // contains the numbers of sweeps and of edge evaluations, but no excess.
   LimitReport enforce(const Team& team, const LimitOptions& options, const std::vector<Index>& held,
                       Points& x) const;
 
  private:
   Edges edges_;            // (k x 2), sorted by colour
-  Vector longest_, rest_;  // (k) [m]
+  Vector longest_, rest_;  // (k) largest admissible length, and rest length [m]
   // First edge of each colour, and the edges at each vertex in compressed lists.
   std::vector<Index> colour_start_, edge_start_, edges_of_;
   Vector inverse_mass_;  // (n) [1/kg], 0: prescribed

@@ -12,7 +12,7 @@
 // constant moments M = sum m X X^T, where m are the masses of the corners:
 //     w = -[(U M E)_12 - (U M E)_21] / tr(U M).
 // In the plane this takes 22 multiplications, 16 additions and 1 division. The thesis counts 37, 33
-// and 1 (3.13). Its 5x5 inverse does not exist for a triangle whose third node lies above the
+// and 1 (3.13). Its 5x5 inverse does not exist for a triangle whose third corner lies above the
 // midpoint of its base.
 //
 // A held corner does not move. With one held corner, this corner has infinite mass and replaces the
@@ -108,10 +108,9 @@ struct Symmetric {
 template <class Real>
 struct Element {
   Real g0x, g0y, g1x, g1y;      // gradients of the shape functions of corners 0 and 1 [1/m]
-  Real x0, y0, x1, y1, x2, y2;  // rest coordinates relative to the centre of mass [m]
-  // Sum over free corners of mass times X X^T, where X are the rest coordinates. The unit of mass
-  // has no influence. If two corners are held, it is instead h h^T [m^2] with the height vector h
-  // over the held edge.
+  Real x0, y0, x1, y1, x2, y2;  // X of each corner (see above), 0 if it is held [m]
+  // Sum over free corners of mass times X X^T. The unit of mass has no influence. If two corners
+  // are held, it is instead h h^T [m^2] with the height vector h over the held edge.
   Symmetric<Real> moments;
 };
 // Numbers of values and of gradients in an Element. The gradients come first.
@@ -176,7 +175,7 @@ LOOMSTONE_INLINE void rotation(const Polar<Real>& p, Space<Real>& r1, Space<Real
   r2 = {(p.f2.x + c2.x) * inverse, (p.f2.y + c2.y) * inverse, (p.f2.z + c2.z) * inverse};
 }
 
-// Smallest and largest admissible strain.
+// Smallest and largest admissible strain or strain rate.
 struct Bounds {
   double low[3], high[3];  // weft, warp, shear
 };

@@ -14,7 +14,8 @@
 
 namespace loomstone {
 
-// An element and its mode (weft, warp, shear) that exceeds its limit by more than limit_margin().
+// An element whose strain in one mode (0: weft, 1: warp, 2: shear) exceeds its limit by more than
+// limit_margin().
 struct BrokenLimit {
   Index element;
   int mode;

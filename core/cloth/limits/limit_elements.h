@@ -21,7 +21,7 @@ struct LimitedCloth {
   std::vector<Corners2> corners;  // (m) rest coordinates in weft/warp axes [m]
   std::vector<StrainLimit> limits;
   std::vector<Index> limit_of;           // (m) index into limits; -1: unlimited
-  Vector mass;                           // (n) [kg], > 0
+  Vector mass;                           // (n) masses [kg], > 0
   std::vector<std::uint8_t> prescribed;  // (n) 1: prescribed vertex
 };
 
@@ -75,7 +75,8 @@ class LimitElements {
     return corners_.data() + 24 * static_cast<std::size_t>(slot / 8) + slot % 8;
   }
 
-  // Holds these vertices in addition to the prescribed ones, and releases those of the last call.
+  // Holds these vertices in addition to the prescribed ones, and releases those of the previous
+  // call.
   void hold(const std::vector<Index>& vertices);
 
   limit::Tables tables() const;
@@ -90,7 +91,7 @@ class LimitElements {
 
   LimitedCloth cloth_;
   Index n_elements_ = 0;
-  std::vector<std::uint8_t> held_;  // (n)
+  std::vector<std::uint8_t> held_;  // (n) 1: does not move
   std::vector<Index> also_held_;    // vertices of the last call of hold()
   std::vector<Index> colour_start_, element_of_, slot_start_, slots_;
   std::vector<Index> corners_, bounds_of_, colour_of_, n_in_;  // tables of the batches

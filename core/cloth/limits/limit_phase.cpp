@@ -17,17 +17,17 @@ constexpr Index batches_per_range = 32;
 
 // The second phase begins at the distance limit_margin() inside the limit. The third phase begins
 // at the fraction `third_begins` of the way from there to the limit. The fourth phase begins as far
-// beyond the limit as the third phase begins inside it. `stiffening` is the modulus of the second
-// phase divided by that of the membrane. `steeper` and `steepest` are the moduli of the third and
-// the fourth phase divided by that of the second.
+// beyond the limit as the third phase begins inside it. `stiffening` is the modulus that the second
+// phase adds, divided by that of the membrane. `steeper` and `steepest` are the moduli that the
+// third and the fourth phase add, divided by the one that the second phase adds.
 //
 // Under light loads, triangles reach only the second phase. If the third phase began there,
 // triangles would rebound and change phase every other step. The third phase limits strain under
-// heavy loads, as at prescribed vertices, and the fourth under bodies much heavier than the cloth.
-// `stiffening` and `steeper` were tuned on scenes/swing_limits.py and limit_scaling.py with steps
-// of 4 ms. `steepest` was tuned on balls of 40 kg in cloth of 40 g: a value of 100 permits strains
-// of 0.04 beyond limits of 2 %, and a value of 400 permits 0.02. docs/experiments/strain_limits.md
-// lists the results.
+// heavy loads, for example at prescribed vertices, and the fourth under bodies much heavier than
+// the cloth. `stiffening` and `steeper` were tuned on scenes/swing_limits.py and limit_scaling.py
+// with steps of 4 ms. `steepest` was tuned on balls of 40 kg in cloth of 40 g: with a value of 100,
+// strains exceed limits of 2 % by up to 0.04, and with a value of 400 by up to 0.02.
+// docs/experiments/strain_limits.md lists the results.
 constexpr double stiffening = 300.0, steeper = 10.0, steepest = 400.0, third_begins = 0.5;
 
 // Returns true if any mode of any lane is outside its bounds or NaN.

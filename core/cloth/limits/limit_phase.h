@@ -1,7 +1,7 @@
 // Strain limits inside the implicit solve. Near a limit, a triangle enters a stiff second phase of
-// the membrane. Limits, elasticity and contacts are then solved in one linear system, and little
-// remains to be corrected afterwards. This method is not taken from the literature;
-// docs/experiments/strain_limits.md compares it with alternatives.
+// the membrane, and then still stiffer ones. Limits, elasticity and contacts are then solved in one
+// linear system, and little remains to be corrected afterwards. This method is not taken from the
+// literature; docs/experiments/strain_limits.md compares it with alternatives.
 #pragma once
 
 #include <vector>

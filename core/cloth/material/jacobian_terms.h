@@ -12,8 +12,8 @@ struct StiffnessScales {
 // semi-definite.
 enum class JacobianKind { Exact, Positive };
 
-// The motion in the last step. The second-order strain of this motion is excluded from the stress
-// in the geometric term; see neglected_strains() in membrane_kernels.h.
+// The motion in the last step. The second-order strain of this motion, up to a bound, is excluded
+// from the stress in the geometric term; see neglected_strains() in membrane_kernels.h.
 struct PastMotion {
   const double* velocity = nullptr;  // (n x 3) [m/s]; null: nothing is excluded
   double step = 0.0;                 // [s]

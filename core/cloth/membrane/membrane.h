@@ -21,7 +21,7 @@
 
 namespace loomstone {
 
-// Plane-stress constants (2.22) of one material.
+// Plane-stress constants (2.22) and viscosities of one material.
 struct MembraneConstants {
   double a11, a22, a12, g;  // [N/m]
   double lambda_d, mu_d;    // viscosity [N s/m]
@@ -119,7 +119,7 @@ class Membrane {
   // Strain that a linear model neglects; see neglected_strains() in membrane_kernels.h.
   struct Neglected {
     double strain = 0.0;   // largest eigenvalue [1]
-    double energy = 0.0;   // [J]
+    double energy = 0.0;   // membrane energy of this strain [J]
     double elastic = 0.0;  // membrane energy at positions `end` [J]
   };
   // Computes the neglected strain of the triangles [first_triangle, last_triangle) for the

@@ -99,7 +99,7 @@ LOOMSTONE_INLINE const double* phase_of(const Tables& t, Index b) {
 }
 // The next three functions describe the stress that stiff phases add in one mode (0: 11, 1: 22, 2:
 // 12), as a linear function of the Green strain e. They return its slope, its value at e, and its
-// energy density at e.
+// integral from 0 to e.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes phase_slope(const double* phase, int mode) {
   return lanes_load<Lanes>(phase + 8 * mode);
@@ -140,7 +140,7 @@ LOOMSTONE_INLINE void add_bits(const Lanes& beyond, std::uint8_t& bits) {
   for (int l = 0; l < n_lanes; ++l)
     if (beyond[l] != 0.0) bits |= static_cast<std::uint8_t>(1 << l);
 }
-// Adds the stress of the limit potential in batch b.
+// Adds the stress of the limit potential in batch b, and sets the bits of t.entered.
 template <class Lanes>
 LOOMSTONE_INLINE void add_limit_stress(const Tables& t, Index b, const Tensor<Lanes>& e,
                                        Tensor<Lanes>& s) {

@@ -9,7 +9,7 @@
 
 namespace loomstone::membrane {
 
-// Entries per batch in each table.
+// Entries per batch in each table; mode_stride: entries per mode of a batch.
 inline constexpr int corner_stride = 3 * 8, gradient_stride = 6 * 8, constant_stride = 7 * 8;
 inline constexpr int force_stride = 9 * 8, block_stride = 27 * 8, strain_stride = 5 * 8;
 inline constexpr int phase_stride = 6 * 8, neglected_stride = 3 * 8;
@@ -21,7 +21,7 @@ inline constexpr int pair_stride = 9 * 8, lane_stride = 9;
 struct Tables {
   const Index* corners;     // (batches x 3 x 8) vertices
   const double* gradients;  // (batches x 6 x 8) dN0x dN0y dN1x dN1y dN2x dN2y [1/m]
-  const double* constants;  // (batches x 7 x 8) area, a11, a22, a12, g, lambda_d, mu_d
+  const double* constants;  // (batches x 7 x 8) area [m^2], fields of MembraneConstants
   // Near strain limits, stiff phases add a linear function of the Green strain E to the stresses
   // S11, S22 and S12.
   const double* phase = nullptr;           // (batches x 6 x 8) slopes, then values at E = 0

@@ -11,7 +11,8 @@ namespace loomstone {
 namespace {
 
 // Node pairs are expanded from the roots until there are at least this many tasks, or only leaf
-// pairs. The value, and with it the numbering of tasks, is independent of the number of threads.
+// pairs. The value does not depend on the number of threads. A search therefore has the same tasks,
+// with the same numbers, for any number of threads.
 constexpr std::size_t enough_tasks = 256;
 
 // Maximum number of pairs in a batch that is passed to the sink.

@@ -61,8 +61,8 @@ class BroadPhase {
                    const Keep& keep, std::vector<FeaturePairs>& found);
 
   // Returns the cluster pairs (a, b) of a surface pair whose boxes overlap, for all a in `first`.
-  // They are packed as a << 32 | b, in ascending order. If there are more
-  // than `most`, some of them may be missing.
+  // They are packed as a << 32 | b, in ascending order. If there are more than `most` pairs, some
+  // of them may be missing.
   std::vector<PairKey> cluster_pairs(const Team& team, Index surface_pair, IndexRange first,
                                      std::size_t most) const;
   ClusterTree& tree(Index surface) { return trees_[surface]; }

@@ -9,7 +9,7 @@
 
 namespace loomstone {
 
-// Vertices of all features of each cluster of one surface.
+// For each cluster of one surface, the vertices of its features.
 class ClusterMembers {
  public:
   ClusterMembers() = default;

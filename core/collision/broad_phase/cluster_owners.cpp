@@ -7,8 +7,8 @@ namespace loomstone {
 
 namespace {
 
-// Ranges are cut again if the cost of the most expensive ones exceeds this multiple of the mean.
-// Each cut moves lists to other ranks, which must make these lists again. Our choice.
+// Ranges are cut again if their imbalance() exceeds this value. Each cut moves lists to other
+// ranks, which must make these lists again. Our choice.
 constexpr double worth_a_cut = 1.1;
 
 }  // namespace

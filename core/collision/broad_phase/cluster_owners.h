@@ -22,7 +22,7 @@ class ClusterOwners {
   // these clusters are given the same cost.
   ClusterOwners(const std::vector<Index>& n_clusters, const Communicator& ranks);
 
-  // Returns the first clusters of a surface pair whose lists this rank computes.
+  // For a surface pair, returns the range of first clusters whose lists this rank computes.
   IndexRange own(Index pair) const { return range(pair, part_); }
   // Returns the position of a first cluster among the first clusters of this rank, which are sorted
   // by surface pair.
@@ -33,7 +33,7 @@ class ClusterOwners {
   std::size_t bytes() const { return bytes_of(first_, starts_, own_first_); }
 
   // Collective. `own_costs` has one entry for each first cluster of this rank. Cuts the first
-  // clusters into new ranges if the most expensive ranges cost much more than the mean.
+  // clusters into new ranges if the costs of the present ranges differ too much.
   void cut(const std::vector<float>& own_costs);
   // Returns true if the environment variable LOOMSTONE_ROTATE_OWNERS is set and there are several
   // ranks. Tests set it to change the owners in every search.
@@ -55,7 +55,7 @@ class ClusterOwners {
   // of that list.
   SectionStarts first_;
   SectionRanges starts_;                // ranges of the first clusters of each surface pair
-  std::vector<std::size_t> own_first_;  // first clusters of this rank in earlier surface pairs
+  std::vector<std::size_t> own_first_;  // number of first clusters of this rank before each pair
   const bool rotates_;
   // In each cut, rank r owns range (r + turn_) modulo the number of ranks. This rank owns range
   // part_.

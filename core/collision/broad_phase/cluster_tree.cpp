@@ -33,7 +33,7 @@ LOOMSTONE_INLINE void transpose(Floats* row) {
   }
 }
 
-// Stores eight boxes in a group in structure-of-arrays layout.
+// Stores eight packed boxes as one group in structure-of-arrays layout.
 template <class Floats>
 LOOMSTONE_INLINE void write_group(const PackedSlabs* item, SlabGroup& group) {
   const auto slab = [&](int i) LOOMSTONE_INLINE_LAMBDA {
@@ -128,7 +128,7 @@ void order_by_halves(const Points& centres, Index* items, Index n) {
   }
   int axis;
   (high - low).maxCoeff(&axis);
-  Index node = slab_lanes;  // items in a full node of the highest level with fewer than n
+  Index node = slab_lanes;  // largest size of a full node that is less than n [items]
   while (node * slab_lanes < n) node *= slab_lanes;
   const Index half = std::max<Index>(1, (n / 2 + node / 2) / node) * node;
   std::nth_element(items, items + half, items + n, [&](Index i, Index j) {
@@ -202,8 +202,9 @@ void ClusterTree::form(const Points& x) {
   order_by_halves(centres, order.data(), n);
   for (Index i = 0; i < n; ++i) cluster_of_face[order[i]] = i / slab_lanes;
 
-  // Each vertex or edge is assigned to the cluster of one of its faces. The cluster with the fewest
-  // vertices or edges so far is chosen, which leaves few lanes empty.
+  // Assigns each edge, and each vertex that is not foreign, to the cluster of one of its faces. Of
+  // these clusters, chooses the one with the fewest edges or vertices so far, which leaves few
+  // lanes empty.
   const Index first = n > 0 ? triangles_.minCoeff() : 0,
               n_vertices = n > 0 ? triangles_.maxCoeff() - first + 1 : 0;
   std::vector<Index> start(n_vertices + 2, 0),
@@ -253,7 +254,7 @@ std::size_t ClusterTree::n_slots() const {
 void ClusterTree::find_boxes(const Team& team, const std::vector<PackedSlabs>& vertices,
                              Index begin, Index end, std::vector<PackedSlabs>& boxes) const {
   parallel_ranges(team, end - begin, refit_grain, [&](Index first, Index last) {
-    // A cluster has exactly one group of faces, so cluster numbers are also group numbers.
+    // A cluster has exactly one group of faces, so cluster indices are also group indices.
     const FeatureGroups groups = {faces_.corners.data(), faces_.n_corners, begin + first,
                                   begin + last};
     LOOMSTONE_WIDEST(refit_features)(vertices.data(), groups, nullptr, boxes.data());

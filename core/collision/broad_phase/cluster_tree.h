@@ -1,7 +1,7 @@
-// Bounding-volume hierarchy of one surface with up to eight children per node. A leaf is a cluster
-// of up to eight neighbouring faces and of the edges and vertices assigned to it. Each feature is
-// in one cluster, so each pair is visited once. Bounding volumes are 18-DOPs, compared eight at a
-// time. The shape of the tree does not affect results.
+// Bounding-volume hierarchy of one surface, or of a part of it, with up to eight children per node.
+// A leaf is a cluster of up to eight neighbouring faces and of the edges and vertices assigned to
+// it. Each feature is in one cluster, so each pair is visited once. Bounding volumes are 18-DOPs,
+// compared eight at a time. The shape of the tree does not affect results.
 #pragma once
 
 #include <vector>
@@ -15,25 +15,25 @@ namespace loomstone {
 class ClusterTree {
  public:
   // Features of one kind, stored in groups of eight lanes. The groups of cluster c are group[c] to
-  // group[c + 1] - 1.
+  // group[c + 1] - 1. The last lanes of a cluster can be empty.
   struct Features {
     std::vector<Index> group;
-    std::vector<Index> id;         // (8 * groups); -1 in empty lanes, which come last in a cluster
+    std::vector<Index> id;         // (8 x groups) -1 in empty lanes; empty for vertices
     std::vector<SlabGroup> slabs;  // empty for vertices
     int n_corners = 0;
-    std::vector<Index> corners;  // (groups x n_corners x 8) vertex ids
+    std::vector<Index> corners;  // (groups x n_corners x 8) vertex ids; -1 in empty lanes
   };
 
-  // Takes the triangles and edges of one surface, with vertex ids of the whole model. Triangle t
-  // has the id first_triangle + t; edge e has the id edge_ids[e]. The tree does not contain the
-  // vertices in `foreign`, which belong to the tree of another part of the surface.
+  // Takes the triangles and edges of one surface or of a part of it, with vertex ids of the whole
+  // model. Triangle t has the id first_triangle + t; edge e has the id edge_ids[e]. The tree does
+  // not contain the vertices in `foreign`, which belong to the tree of another part of the surface.
   ClusterTree(Triangles triangles, Index first_triangle, Edges edges, std::vector<Index> edge_ids,
               std::vector<Index> foreign = {});
 
-  // Recomputes all boxes from the vertex boxes of all surfaces. The vertex boxes include
-  // `inflation` [m] and must stay alive until the next refit. The first call forms the clusters at
-  // positions x. Later calls form new clusters only if `may_rebuild` is set and the boxes have
-  // grown too much.
+  // Recomputes all boxes of the tree. `vertices` contains the vertex boxes of all surfaces. They
+  // include `inflation` [m] and must stay alive until the next refit. The first call, and the first
+  // one after forget(), form clusters at positions x. All other calls form new clusters only if
+  // `may_rebuild` is set and the boxes have grown too much.
   void refit(const Team& team, const Points& x, const std::vector<PackedSlabs>& vertices,
              double inflation, bool may_rebuild);
 
@@ -51,7 +51,7 @@ class ClusterTree {
                   Index end, std::vector<PackedSlabs>& boxes) const;
   std::size_t n_slots() const;
   // Stores the total area of the boxes of newly formed clusters, for has_grown(). The boxes include
-  // `inflation` [m].
+  // `inflation` [m], but the area does not.
   void set_area(const std::vector<PackedSlabs>& boxes, double inflation);
   // Returns whether boxes have grown too much since clusters were formed.
   bool has_grown(const std::vector<PackedSlabs>& boxes, double inflation) const;
@@ -75,7 +75,7 @@ class ClusterTree {
   Index n_clusters() const { return n_clusters_; }
   // Returns the box that encloses all features of a cluster.
   const PackedSlabs& box(Index cluster) const { return cluster_boxes_[cluster]; }
-  // Returns the vertex boxes, of all surfaces, that the last refit received.
+  // Returns the vertex boxes of all surfaces, as passed to the last refit.
   const PackedSlabs* vertex_boxes() const { return vertex_boxes_; }
 
   const Features& faces() const { return faces_; }

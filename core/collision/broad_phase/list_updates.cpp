@@ -1,5 +1,5 @@
-// The part of NeighbourLists that decides when lists end and when cluster pairs are searched for.
-// The ranks agree on both decisions.
+// The part of NeighbourLists that decides when lists must be made again, when cluster pairs are
+// searched for, and which surface pairs have no lists. The ranks agree on the last two decisions.
 #include <algorithm>
 #include <atomic>
 #include <cstring>
@@ -16,8 +16,8 @@ namespace {
 constexpr double unbalanced = 1.25;
 constexpr int least_updates = 8;
 
-// Searching a surface pair in full is cheaper than keeping its widened lists if updates replace on
-// average more than this share of them. Measured on a ribbon and a dress.
+// Searching a surface pair in full is cheaper than keeping its widened lists if an average update
+// makes more than this fraction of them again. Measured on a ribbon and a dress.
 constexpr double most_made = 1.0 / 6.0;
 constexpr int upkeep_updates = 8;
 
@@ -89,7 +89,8 @@ void NeighbourLists::begin_update(const Team& team, const Points& x) {
   }
 }
 
-// Adds the change of distances in the last step to `used` of each list. Finds lists that end.
+// Makes the pass of this rank over its lists after begin_update(): checks the motion of vertices,
+// adds the change of distances in the last step to `used` of each list, and finds lists that end.
 NeighbourLists::Pass NeighbourLists::pass_at_x(const Team& team) {
   if (!unchecked_) return {};
   const WorkTimer<double> timing(pass_seconds_, clock_);
@@ -137,8 +138,8 @@ bool NeighbourLists::retries_within(int updates) const {
                      [&](int left) { return left > 0 && left <= updates; });
 }
 
-// Returns whether too many widened lists were made again, other than by the rotation of owners.
-// Lists that are not widened pay even if they last for few updates.
+// Returns whether lists are widened and too many of them were made again. Always returns false if a
+// test rotates the owners. Lists that are not widened save time even if they last for few updates.
 bool NeighbourLists::costly(const Upkeep& upkeep) const {
   return extra_ > 0.0 && upkeep.updates == upkeep_updates && !owners_.rotates() &&
          static_cast<double>(upkeep.made) > most_made * static_cast<double>(upkeep.lists);
@@ -186,7 +187,7 @@ void NeighbourLists::begin_cover(const Team& team, const Points& x1, Cover what)
 
 NeighbourLists::Pass NeighbourLists::pass_to(const Team& team, const Points& x1) {
   if (!uncovered_) return {};
-  // Lists that contain all pairs of Cover::Reach also contain those that an update requires.
+  // Not needed for Cover::Reach, whose lists also contain the pairs that an update requires.
   if (cover_ == Cover::Gap) make_ended(team);
   Pass pass = find_ended_before(team, x1);
   pass.unexpected = unlisted().size() < pairs_.size() && !as_expected(team, x_, x1, 0.0);
@@ -199,7 +200,7 @@ NeighbourLists::Pass NeighbourLists::pass_to(const Team& team, const Points& x1)
   return pass;
 }
 
-// Finds the lists that may lack pairs of the motion from the last update to x1.
+// Finds lists that may lack pairs required by `cover_` for the motion from x_ to x1.
 NeighbourLists::Pass NeighbourLists::find_ended_before(const Team& team, const Points& x1) {
   const WorkTimer<double> timing(pass_seconds_, clock_);
   find_motions(team, x_, x1);

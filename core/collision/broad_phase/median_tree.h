@@ -1,5 +1,5 @@
-// Finds pairs of overlapping boxes with a plain binary tree. It is used for infrequent searches and
-// to check the other trees independently.
+// Plain binary tree that finds pairs of overlapping boxes. The search for intersections uses it,
+// which is thus independent of the trees of the broad phase.
 #pragma once
 
 #include <algorithm>

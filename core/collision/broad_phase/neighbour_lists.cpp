@@ -12,15 +12,17 @@ namespace loomstone {
 namespace {
 
 // Parameters tuned on a draped sheet; they affect speed only. The slack of a list covers
-// `steps_to_last` steps of the current motion, within the bounds below, but at least 1.5 steps. In
-// the search for cluster pairs, vertex boxes cover `steps_ahead` steps plus a margin.
+// `steps_to_last` steps of the current motion, within the bounds below, but at least 1.5 steps. The
+// upper bound is the larger of two. In the search for cluster pairs, vertex boxes cover
+// `steps_ahead` steps plus a margin.
 constexpr double steps_to_last = 12.0;
-constexpr double least_slack = 0.2, most_slack = 2.5;  // as fractions of the thickness
-constexpr double most_slack_of_edge = 0.6;             // as a fraction of the mean edge length
+constexpr double least_slack = 0.2, most_slack = 2.5;  // multiples of the thickness
+constexpr double most_slack_of_edge = 0.6;             // multiple of the mean edge length
 constexpr double steps_ahead = 3.0;
-// The margin is 0.4 times the mean edge length, within these bounds [multiples of the inflation of
-// boxes, which is about half the thickness]. It is this large because automatic steps are long, so
-// that accelerations move vertices far from their expected motion.
+// The margin of a surface pair is 0.4 times the mean edge length of its first surface. A surface
+// uses the smallest margin of its pairs, within these bounds [multiples of the inflation of boxes,
+// which is about half the thickness]. It is this large because automatic steps are long, so that
+// accelerations move vertices far from their expected motion.
 constexpr double margin_of_edge = 0.4, least_margin = 1.0, most_margin = 8.0;
 
 // Returns a lower bound on the distance between two boxes [m].

@@ -35,7 +35,8 @@ struct NeighbourList {
   Index pair;               // index of the surface pair
   Index a, b;               // clusters in the trees of the two surfaces
   Index n_vertex_face = 0;  // number of vertex-face pairs, which come first in `near`
-  // A new list contains all pairs closer than NeighbourLists::base_ plus this slack [m].
+  // A list contains all pairs that were closer than NeighbourLists::base_ plus this slack [m] when
+  // it was made. -1: not made.
   double slack = -1.0;
   double used = 0.0;  // bound on the change of distances since the list was made [m]
   // Bound on the change of distances in one step [m]. After update(), it applies to the last step,
@@ -101,7 +102,7 @@ class NeighbourLists {
 
   // Result of the pass of a rank over its lists.
   struct Pass {
-    bool unexpected = false;  // vertices have left their expected motion
+    bool unexpected = false;  // vertices left their expected motion, or lists are tried again
     bool due = false;         // an update at the end of the motion needs a search
     bool fast = false;        // a surface pair may have to be unlisted
     double cost = 0.0;        // time spent on all lists since they were distributed [ns]
@@ -116,15 +117,15 @@ class NeighbourLists {
   void update(const Team& team, const Points& x);
   bool updated_at(const Points& x) const;
 
-  // Which pairs the lists contain after cover() and make_ended(). Vertices move from the positions
-  // of the last update() to x1.
+  // Which pairs the lists contain after cover() and make_ended(), unless their surface pair is
+  // unlisted. Vertices move from the positions of the last update() to x1.
   // Gap: all pairs that come closer than CollisionModel::gap_floor.
   // Reach: all pairs with overlapping 18-DOPs of the motions of the two features, inflated by half
   // the thickness plus half the extra distance of widen(), and a start distance of at most
   // thickness plus extra distance plus relative displacement.
   enum class Cover { Gap, Reach };
 
-  // Collective.
+  // Collective. Makes the lists valid for the motion to x1; see Cover.
   void cover(const Team& team, const Points& x1, Cover what = Cover::Gap);
 
   // update() and cover() in parts, so that ranks test pairs before they know that the lists are
@@ -140,7 +141,7 @@ class NeighbourLists {
   bool end_cover(const Team& team, const Points& x1, const std::vector<Pass>& passes);
   GatherRoom& contact_room() { return contact_room_; }
 
-  // Replaces lists of this rank by new ones if their slack is too small. Must follow update(),
+  // Makes the lists of this rank again that have too little slack left. Must follow update(),
   // cover(), pass_at_x() or pass_to().
   void make_ended(const Team& team);
 
@@ -182,8 +183,8 @@ class NeighbourLists {
   std::size_t bytes() const;                               // memory [bytes]
 
  private:
-  // Upkeep of the lists of a surface pair on this rank: number of updates, sum of the numbers of
-  // lists in them, and number of lists made again during them.
+  // Upkeep of the lists of a surface pair on this rank: number of updates, number of lists summed
+  // over these updates, and number of lists that were made again.
   struct Upkeep {
     int updates = 0;
     std::int64_t lists = 0, made = 0;
@@ -277,8 +278,8 @@ class NeighbourLists {
   // End of the motion of the last cover(). Only the rows of own_vertices() are set.
   Points covered_;
   bool settled_ = false;      // the ranks agree that an update at covered_ needs no search
-  bool unchecked_ = false;    // the ranks have not gathered the passes of an update
-  bool uncovered_ = false;    // the ranks have not gathered the passes of a cover
+  bool unchecked_ = false;    // the ranks have not gathered the passes of the last update
+  bool uncovered_ = false;    // the ranks have not gathered the passes of the last cover
   Cover cover_ = Cover::Gap;  // of the last begin_cover()
   GatherRoom contact_room_;
   // Box of each vertex at its position in x_, without motion. Only the boxes of the vertices in
@@ -289,7 +290,7 @@ class NeighbourLists {
   // Clusters of each surface in the lists of this rank, and the motion of each cluster.
   std::vector<std::vector<Index>> used_;
   std::vector<std::vector<ClusterMotion>> motions_;
-  std::vector<std::vector<std::uint8_t>> marked_;  // scratch: clusters whose boxes are needed
+  std::vector<std::vector<std::uint8_t>> marked_;  // (surfaces x clusters) scratch
   std::vector<NeighbourList> lists_;               // sorted by surface pair and clusters
   std::vector<std::uint8_t> ended_;                // (lists) 1: must be made again
   // (surface pairs) 0: listed; otherwise number of updates until lists are tried again.

@@ -40,7 +40,8 @@ class PairSearch {
   // Appends the overlapping pairs of children. Expands the node on the higher level, or both nodes
   // if their levels are equal.
   void expand(const Nodes& nodes, std::vector<Nodes>& out) const;
-  // Like expand(), but expands the node with the larger volume. The nodes must be different.
+  // Like expand(), but expands only one node: the one with the larger volume, or the one that is
+  // not a cluster. The nodes must be different.
   void expand_larger(const Nodes& nodes, std::vector<Nodes>& out) const;
 
   // Returns whether the first node contains a cluster in `first`.

@@ -41,12 +41,12 @@ class PartitionTrees {
   // Returns those tests of a rank whose boxes overlap.
   std::vector<NodeTest> top_level(int rank, int n_ranks) const;
 
-  // Returns the number of clusters of all hierarchies. The clusters are numbered in the order of
-  // the hierarchies.
+  // Returns the number of clusters of all hierarchies. Cluster indices follow the order of the
+  // hierarchies.
   std::size_t n_clusters() const;
-  // Returns the number of the first cluster in the first node of a test.
+  // Returns the index of the first cluster in the first node of a test.
   std::size_t first_cluster(const NodeTest& test) const { return clusters_of(test).begin; }
-  // Returns the tests of the first clusters with the numbers `begin` to `end` - 1. They replace the
+  // Returns the tests whose first clusters have the indices `begin` to `end` - 1. They replace the
   // top-level tests for these clusters. A top-level test that also compares other first clusters is
   // expanded.
   std::vector<NodeTest> tests_of(std::size_t begin, std::size_t end) const;
@@ -77,7 +77,7 @@ class PartitionTrees {
   struct Part {
     Index surface;
     ClusterTree tree;
-    std::size_t first_cluster;  // number of its first cluster
+    std::size_t first_cluster;  // index of its first cluster
   };
   // Hierarchies first_part to last_part - 1 belong to a surface.
   struct Surface {
@@ -91,7 +91,7 @@ class PartitionTrees {
   static int level_of(Index node) { return node >> index_bits; }
   static Index index_of(Index node) { return node & ((1 << index_bits) - 1); }
 
-  // Range [begin, end) of numbers of clusters.
+  // Range [begin, end) of cluster indices.
   struct Clusters {
     std::size_t begin, end;
   };

@@ -26,7 +26,7 @@ class SearchDeal {
   // Collective. Ends a search that measures costs: cuts the clusters into `n_ranges` ranges.
   void end(const Communicator& ranks, int n_ranges);
 
-  // Average number of exchanges per search, and estimated average size of the data that each rank
+  // Averages per search: number of exchanges, and estimated size of the data that each rank
   // receives in them [bytes].
   static constexpr double exchanges() { return 2.0 / interval; }
   double bytes() const;

@@ -30,7 +30,7 @@ class SharedSearch {
   SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                const BroadPhase& broad_phase, Decomposition decomposition,
                std::shared_ptr<const Communicator> communicator);
-  // Divides each cloth into `n_parts` partitions, whatever the number of ranks.
+  // Divides the rows of all cloths together into `n_parts` ranges, whatever the number of ranks.
   SharedSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                const BroadPhase& broad_phase, Decomposition decomposition,
                std::shared_ptr<const Communicator> communicator, int n_parts);
@@ -39,8 +39,9 @@ class SharedSearch {
   using Take = std::function<void(int thread, Index surface_pair, ContactKind kind, PairKey key)>;
 
   // Collective. Passes all pairs of features whose 18-DOPs overlap to take(), each on one rank.
-  // Thus each pair is found that comes closer than the sum of the inflations of its two surfaces.
-  // If take() throws on a rank, all ranks throw in gather().
+  // Omits pairs that are attached or share a vertex. All other pairs that come closer than the sum
+  // of the inflations of their surfaces are thus found. If take() throws on a rank, all ranks throw
+  // in gather().
   void each_pair(const Team& team, const InflatedMotion& motion, const Take& take);
 
   // Collective. Returns the records that the threads of all ranks have made since each_pair().
@@ -63,16 +64,16 @@ class SharedSearch {
     return all;
   }
 
-  // Returns the largest number of records that a search has returned so far. A thread that reserves
-  // memory for this number rarely needs to move its records during a search. The operating system
-  // provides reserved memory only when it is used.
+  // Returns the number of records that the largest result so far could contain. A thread that
+  // reserves memory for this number rarely needs to move its records during a search. The operating
+  // system provides reserved memory only when it is used.
   template <class Record>
   std::size_t most_records() const {
     return most_bytes_ / sizeof(Record);
   }
 
   // Makes searches measure the costs of their tests and write them to `tests`. A search then runs
-  // on one thread of one rank and performs the tests of as many ranks as each cloth has partitions.
+  // on one thread of one rank and performs the tests of `n_parts` ranks.
   void record(RecordedTests* tests) { recorded_ = tests; }
 
   // Sets how the threads of a rank divide a static search. Loops, the default, are slightly faster.

@@ -1,5 +1,4 @@
-// Result of certification: the impacts of the step, and the motion that is withheld to prevent
-// them.
+// Result of certification: numbers of impacts, and the motion that is withheld to prevent them.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +18,8 @@ struct WithheldMotion {
 
 struct CertifyReport {
   std::int64_t impacts = 0;  // impacts found before clean-up and withholding
-  // Number of impacts that remain because prescribed motion leaves the cloth no room.
+  // Number of impacts that remain after all passes of withholding, because prescribed motion leaves
+  // the cloth no room. Those between cloth and cloth are then prevented as a last resort.
   std::int64_t unresolved = 0;
   std::vector<WithheldMotion> withheld;  // sorted by vertex, at most one entry per vertex
 

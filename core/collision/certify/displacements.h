@@ -28,7 +28,8 @@ class Displacements {
   double share(Index v) const { return share_[unit(v)]; }
   bool carried(Index v) const { return carrier_[unit(v)] != none; }
 
-  // Makes the unit of `v` follow the immovable vertices of an impact, unless it has a carrier.
+  // Makes the unit of `v` follow the immovable vertices of an impact, unless it has a carrier or
+  // these vertices are at rest.
   void carry_with_immovable(Index v, const StepImpact& impact);
   // Makes the unit of `v` follow the carrier of `other`.
   void carry_with_vertex(Index v, Index other);
@@ -68,9 +69,9 @@ class Displacements {
   std::vector<double> share_;   // (n) fraction of relative motion that a unit keeps
   std::vector<Index> carrier_;  // (n) carrier of each unit: index of a surface, `none` or `local`
   std::vector<std::uint8_t> changed_;
-  std::vector<RigidMotion> motions_;  // motion of each surface
+  std::vector<RigidMotion> motions_;  // motion of each surface; set if known_ is 1
   std::vector<std::uint8_t> known_;
-  std::vector<RigidPose> wanted_pose_, carried_pose_;  // (bodies) requested; on carrier
+  std::vector<RigidPose> wanted_pose_, carried_pose_;  // (bodies) poses for share 1 and share 0
 };
 
 }  // namespace loomstone

@@ -8,9 +8,9 @@ namespace loomstone {
 
 namespace {
 
-constexpr double share_of_time = 0.8;  // a unit keeps this fraction of its motion up to the impact
+constexpr double share_of_time = 0.8;  // fraction of the motion up to the impact that a unit keeps
 constexpr int partial_passes = 8;      // later passes withhold all of a unit's relative motion
-// Maximum number of passes. Impacts that can be resolved took up to 5 passes. Others can recur
+// Maximum number of passes. Impacts that can be resolved need up to 5 passes. Others can recur
 // forever.
 constexpr int most_passes = 40;
 

@@ -1,5 +1,6 @@
-// Withholds motion of individual vertices until no pair collides (method.md, Certification). The
-// motion then has no impacts, unless prescribed motion leaves the cloth no room.
+// Withholds motion of individual cloth vertices and bodies until no pair collides (method.md,
+// Certification). The motion then has no impacts, unless prescribed motion leaves the cloth no
+// room.
 #pragma once
 
 #include <vector>
@@ -11,7 +12,8 @@
 namespace loomstone {
 
 // Withholds motion of movable vertices and of whole free bodies. A vertex that a moving obstacle
-// hits follows the obstacle, loses only its relative motion, and is tested again.
+// hits follows the obstacle, loses only its relative motion, and is tested again. Returns a report
+// whose `impacts` the caller must set.
 CertifyReport withhold_motion(const Team& team, ImpactSearch& search, const MotionInputs& inputs,
                               std::vector<StepImpact> impacts, Points& x1, FreeBodies& bodies);
 

@@ -21,7 +21,7 @@ struct CollisionSurface {
   double thickness = 1e-3;     // contact distance to itself [m]; pairs of surfaces use the mean
   double friction = 0.3;       // friction coefficient [1]; pairs of surfaces use the geometric mean
   bool self_collision = true;  // cloth only
-  int body = -1;               // index of the rigid body (Kind::Body)
+  int body = -1;               // index of the rigid body (Kind::Body), else -1
   // If true, contact normals are interpolated from vertex normals, and edges exert no contact
   // force.
   bool smooth = false;

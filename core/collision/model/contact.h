@@ -28,7 +28,7 @@ struct ContactState {
   struct Anchor {
     ContactKind kind;
     Index a, b;
-    Vec3 slip;            // tangential displacement of a relative to b since the anchor was set [m]
+    Vec3 slip;            // tangential displacement of a relative to b, from the anchor [m]
     double normal_force;  // normal force of the last step [N]
 
     bool operator==(const Anchor& other) const = default;

@@ -6,7 +6,7 @@
 namespace loomstone {
 
 struct RigidMotion {
-  bool rigid = false;  // false: it deforms, or its vertices do not determine a rotation
+  bool rigid = false;  // false: the surface deforms, or its vertices do not determine a rotation
   Mat3 rotation = Mat3::Identity();
   Vec3 from = Vec3::Zero(), to = Vec3::Zero();  // first vertex at the start and at the end [m]
 

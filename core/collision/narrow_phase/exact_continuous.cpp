@@ -25,7 +25,7 @@ Curve cross(const Curve& a, const Curve& b) {
 }
 Polynomial dot(const Curve& a, const Curve& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// x = mantissa * 2^exponent with an odd mantissa.
+// x = mantissa * 2^exponent with an odd mantissa; for x = 0, the mantissa is 0.
 struct Binary {
   std::int64_t mantissa = 0;
   int exponent = std::numeric_limits<int>::max();

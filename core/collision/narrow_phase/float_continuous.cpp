@@ -22,8 +22,8 @@ struct Polygon {
   double start[n_sides][3], end[n_sides][3];  // corners; each coordinate is one rounded difference
 };
 
-// Uses registers of four doubles even with AVX-512. A query is too short for wider registers, which
-// take 1.6 times as long.
+// Uses registers of four doubles even with AVX-512. With registers of eight, a query takes 1.6
+// times as long, because it is too short for them.
 template <class Lanes>
 using Registers = std::conditional_t<std::is_same_v<Lanes, Lanes512>, Lanes256, Lanes>;
 
@@ -128,9 +128,9 @@ LOOMSTONE_INLINE Sides sides_over(const Curves<Lanes>& curves, double low, doubl
 
 template <class Lanes, int n_corners>
 LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
-  // Pieces are multiples of the shortest piece, 2^-40 of the interval. If a shortest piece is
-  // undecided, it stays open: cases that need shorter pieces are mostly degenerate, and their
-  // bisection would not end.
+  // Lengths of pieces are multiples of the shortest length, 2^-40 of the interval. If a piece of
+  // this length is undecided, it stays open: cases that need shorter pieces are mostly degenerate,
+  // and their bisection would not end.
   constexpr std::uint64_t step = std::uint64_t{1} << 40;
   constexpr int most_pieces = 160;
   Curves<Lanes> curves;

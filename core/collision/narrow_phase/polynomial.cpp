@@ -41,8 +41,8 @@ Coefficients follow(Coefficients b, const std::vector<bool>& path) {
   return b;
 }
 
-// Returns the number of sign changes in the Bernstein coefficients b, which is the number of roots
-// inside the interval plus a non-negative even number.
+// Returns the number of sign changes in the Bernstein coefficients b. This is the number of roots
+// inside the interval, counted with multiplicity, plus a non-negative even number.
 int variations(const Coefficients& b) {
   int count = 0, last = 0;
   for (const Integer& x : b) {

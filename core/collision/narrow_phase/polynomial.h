@@ -17,7 +17,8 @@ struct Polynomial {
   bool zero() const;
 };
 
-Polynomial operator+(const Polynomial& a, const Polynomial& b);  // a and b have the same degree
+// In sums and differences, a and b must have the same degree.
+Polynomial operator+(const Polynomial& a, const Polynomial& b);
 Polynomial operator-(const Polynomial& a, const Polynomial& b);
 Polynomial operator*(const Polynomial& a, const Polynomial& b);
 

@@ -23,7 +23,7 @@ struct ContactStrengths {
 // Inputs of the strengths of contacts at x, for n collision vertices.
 struct StrengthInputs {
   const Points& x;             // (n x 3) [m]
-  const Vector& inverse_mass;  // (n) inverse masses of cloth vertices, 0 if prescribed [1/kg]
+  const Vector& inverse_mass;  // (n) inverse masses of free cloth vertices, else 0 [1/kg]
   const Points& forces;        // (cloth vertices x 3) see contact_stiffness() [N]
   const ContactState& anchors;
 };

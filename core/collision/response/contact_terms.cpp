@@ -13,7 +13,7 @@ namespace loomstone {
 namespace {
 
 // A contact counts as closing if its predicted gap is less than this fraction of its gap at the
-// start. Our choice: in gentle motion, no contact counts as closing.
+// start. Our choice, small enough that no contact counts as closing in gentle motion.
 constexpr double closing = 0.25;
 
 Mat3 tangent_projector(const Vec3& normal) {
@@ -71,9 +71,9 @@ ContactForce force_at_start(const ContactLaw& law) {
   return extended_force({law.distance, linear}, law.thickness, law.normal_stiffness);
 }
 
-// Returns the secant stiffness of the force law for a contact that would close with its tangent
-// stiffness. The secant leads from the gap at the start to the gap at which the law gives the force
-// that is predicted for a change of the gap by `along` [m].
+// Returns the secant stiffness of the force law, at most law.steepest, for a contact that would
+// close with its tangent stiffness [N/m]. The secant leads from the gap at the start to the gap at
+// which the law gives the force that is predicted for a change of the gap by `along` [m].
 double secant_stiffness(const ContactLaw& law, const ContactForce& start, double along) {
   // Near the onset of the law, its tangent is almost zero and underestimates the force at smaller
   // gaps. The prediction therefore uses at least `normal_stiffness`.

@@ -36,8 +36,8 @@ struct FrictionError {
   // would close.
   std::array<BinnedSum, n_sums> sums;
 
-  // Returns the first sum divided by the second [1]; 0 if the first is 0, 1 if any contact would
-  // close.
+  // Returns 1 if any contact would close. Otherwise returns the first sum divided by the second
+  // [1], or 0 if the first is 0.
   double relative() const;
 };
 
@@ -62,7 +62,7 @@ class ContactTerms {
   bool counts(std::size_t term) const { return laws_[term].counts; }
   std::size_t bytes() const { return bytes_of(laws_, shares_, slips_, forces_, counted_); }
   Vec3 normal(std::size_t term) const { return laws_[term].normal; }
-  // Energy of normal forces and anchors at the start, of the contacts that count on this rank [J].
+  // Energy of normal forces and anchors at the start, for the contacts that count on this rank [J].
   const BinnedSum& energy() const { return energy_; }
 
   // Updates the first size() entries of `terms` to the normal and friction forces after the rows
@@ -105,10 +105,10 @@ struct ContactMotion {
   int n_parts = 1;   // number of equal parts of the motion
 };
 
-// Returns the energy of the normal forces and of the friction anchors at the end of each part of
-// the motion, of the contacts that count for `rows` (see ActingOn) [J]. The energies of all parts
-// but the last are estimates. They assume that distances change linearly and that the anchors have
-// no slip at the start.
+// Returns the energy of normal forces and friction anchors at the end of each part of the motion,
+// for the contacts that count for `rows` (see ActingOn) [J]. The energies of all parts but the last
+// are estimates. They assume that distances change linearly and that the anchors have no slip at
+// the start.
 std::vector<BinnedSum> contact_energies(const CollisionModel& model, const ContactMotion& motion,
                                         const std::vector<Contact>& contacts,
                                         const ContactStrengths& strengths, IndexRange rows);

@@ -169,15 +169,15 @@ class ContactFinder {
     }
   }
 
-  // Returns those of the contacts of all ranks that exert forces and that this rank keeps. The
-  // contacts of each rank must be sorted.
+  // Returns the contacts of all ranks that exert forces and that this rank keeps, and the totals of
+  // all contacts. The contacts of each rank must be sorted.
   ContactSet finish(Gathered<FoundContact> found) const {
     if (!selection_) return whole(merged(std::move(found), before));
     return {chosen(selection_->kept(model_, found)),
             selection_->totals(model_, pairs_, found.elements)};
   }
 
-  // Does the same with contacts in any order.
+  // Returns the same for contacts in any order.
   ContactSet finish(std::vector<FoundContact> found) const {
     if (!selection_) return whole(in_order(found));
     const std::size_t n = found.size();
@@ -186,7 +186,7 @@ class ContactFinder {
             selection_->totals(model_, pairs_, all.elements)};
   }
 
-  // Returns all contacts that exert forces. `found` must be sorted.
+  // Returns all contacts that exert forces, and their totals. `found` must be sorted.
   ContactSet whole(const std::vector<FoundContact>& found) const {
     ContactSet set{chosen(found), {}};
     set.all = totals_of(model_, set.contacts);
@@ -194,7 +194,7 @@ class ContactFinder {
   }
 
  private:
-  // Returns those of the found contacts that exert forces. `found` must be sorted.
+  // Returns the found contacts that exert forces. `found` must be sorted.
   std::vector<Contact> chosen(const std::vector<FoundContact>& found) const {
     std::vector<Contact> contacts;
     contacts.reserve(found.size());
@@ -217,7 +217,7 @@ class ContactFinder {
 };
 
 // Returns the contacts of the pairs in the lists of this rank, and those of the unlisted pairs that
-// it finds, in order.
+// it finds, sorted.
 std::vector<FoundContact> find_in_lists(const Team& team, const ContactFinder& finder,
                                         NeighbourLists& lists) {
   lists.make_ended(team);
@@ -350,7 +350,7 @@ std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
                                       const Points& forces) {
   std::vector<double> stiffness(contacts.size(), model.contact_stiffness);
   if (forces.rows() == 0) return stiffness;
-  double thickness = -1.0, of_half = 0.0;  // thickness of the last contact [m]
+  double thickness = -1.0, of_half = 0.0;  // of the last contact: xi and 3/8 xi [m]
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
     double pressing = 0.0;  // larger of the forces on the two features, along the normal [N]

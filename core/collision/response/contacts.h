@@ -20,7 +20,7 @@ struct ContactSet {
   ContactTotals all;
 };
 
-// What a search for contacts needs besides positions.
+// Inputs of a search for contacts, except positions.
 struct ContactSearch {
   const CollisionModel& model;
   const std::vector<SurfacePair>& pairs;
@@ -47,7 +47,7 @@ ContactSet find_contacts_alone(const Team& team, const ContactSearch& search, co
 // contacts divide the force according to the similarity of their normals and forces. Shares of edge
 // contacts fade to 0 where the closest point approaches an end or the edges become parallel,
 // because vertex contacts take over there. Shares are constant within a step. Energies and
-// derivatives are those of springs, scaled by the shares.
+// derivatives are those of the force law, scaled by the shares.
 std::vector<double> contact_shares(const std::vector<Contact>& contacts,
                                    const CollisionModel& model, const Points& x0);
 

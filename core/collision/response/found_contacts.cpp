@@ -115,7 +115,7 @@ ContactTotals ContactSelection::totals(const CollisionModel& model,
                                        const std::vector<FoundContact>& found) const {
   ContactTotals totals;
   std::vector<std::uint8_t> in_contact(pairs.size(), 0);
-  std::vector<std::array<Index, 2>> on_smooth;  // vertex and smooth surface, of which one counts
+  std::vector<std::array<Index, 2>> on_smooth;  // (vertex, smooth surface); duplicates count once
   for (const FoundContact& contact : found) {
     in_contact[contact.pair] = 1;
     totals.pressed |= contact.distance < 0.5 * pairs[contact.pair].thickness;

@@ -33,11 +33,11 @@ inline bool before(const FoundContact& a, const FoundContact& b) {
 // Returns the contacts sorted by (kind, a, b).
 std::vector<FoundContact> in_order(const std::vector<FoundContact>& contacts);
 
-// Numbers that depend on the contacts of all ranks.
+// Properties of the contacts of all ranks together.
 struct ContactTotals {
   std::int64_t n = 0;    // number of contacts
   bool pressed = false;  // some contact is closer than half its thickness
-  // A vertex with a row of its own is in contact with a face. Some contact then has a positive
+  // A vertex of cloth or of a body is in contact with a face. Some contact then has a positive
   // share and acts on a row.
   bool vertex_on_face = false;
   // Pairs of surfaces in contact. The smaller index comes first, and the pairs are sorted.
@@ -51,9 +51,9 @@ ContactTotals totals_of(const CollisionModel& model, const std::vector<Contact>&
 ContactTotals joined(const std::vector<ContactTotals>& parts);
 
 // Selects the contacts that a rank keeps. These are the contacts with a vertex that moves with a
-// given row, and all contacts of a vertex with faces if the rank keeps one of them, because these
-// contacts divide their force among themselves. The rank of row 0 also keeps the contacts whose
-// vertices all have prescribed motion.
+// given row. If such a contact is that of a vertex with a face, the rank keeps all contacts of this
+// vertex with faces, because they divide their force among themselves. The rank of row 0 also keeps
+// the contacts of which no vertex moves with a row.
 class ContactSelection {
  public:
   ContactSelection(const CollisionModel& model, IndexRange rows);

@@ -10,9 +10,9 @@ namespace loomstone {
 
 // Linearised friction of a tangential spring: gradient [N] and positive semidefinite Hessian [N/m].
 // In the functions below, the spring has the stiffness k [N/m] and slips when its force reaches
-// `limit` = mu N [N]. `slip` is the tangential displacement s of feature a relative to feature b at
-// the start of the step [m]. `predicted` is the predicted tangential displacement u = h v_t in the
-// step [m]. `tangent` is the projector T onto the tangent plane.
+// `limit` = mu N [N]. `slip` is the tangential displacement s of feature a relative to feature b,
+// from the anchor, at the start of the step [m]. `predicted` is the predicted tangential
+// displacement u = h v_t in the step [m]. `tangent` is the projector T onto the tangent plane.
 struct FrictionResponse {
   Vec3 gradient;
   Mat3 hessian;
@@ -20,18 +20,19 @@ struct FrictionResponse {
 FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, const Mat3& tangent,
                                    double stiffness, double limit);
 
-// Returns `predicted`, extrapolated if the contact slides. `gained` is the length of the step times
-// the change of the tangential velocity in the last step [m]. Extrapolation adds the component of
-// `gained` along `predicted`, and at most doubles `predicted`. Without extrapolation, the secant
-// stiffness lags one step behind an accelerating contact. After a sliding time t, friction would
-// then be too large by the fraction h / t, where h is the step.
+// Returns `predicted`, extrapolated if the contact slides in the direction of its slip. `gained` is
+// the length of the step times the change of the tangential velocity in the last step [m].
+// Extrapolation adds the component of `gained` along `predicted` if it is positive, but at most
+// `predicted` itself. Without extrapolation, the secant stiffness lags one step behind an
+// accelerating contact. After a sliding time t, friction would then be too large by the fraction
+// h / t, where h is the step.
 Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double stiffness,
              double limit);
 
-// Friction after a given displacement u, without linearisation. The Hessian is the derivative of
-// the force at constant limit. With `secant`, the Hessian of a slipping contact is instead the
-// stiffness limit / |s + u| in all tangential directions. The energy [J] is the elastic energy of
-// the spring up to the limit, plus the work against the limit.
+// Friction after a given displacement u (`moved`), without linearisation. The Hessian is the
+// derivative of the force at constant limit. With `secant`, the Hessian of a slipping contact is
+// instead the stiffness limit / |s + u| in all tangential directions. The energy [J] is the elastic
+// energy of the spring up to the limit, plus the work against the limit.
 struct FrictionState {
   Vec3 gradient;
   Mat3 hessian;

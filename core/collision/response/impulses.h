@@ -1,9 +1,9 @@
 // Contact impulses by projected Gauss-Seidel on linearised gaps, with Coulomb friction. Impulses
 // act between cloth vertices and free bodies; prescribed vertices and obstacles have infinite mass.
-// Impulses on the two features are equal and opposite and act at one point in space, so they
-// conserve the linear and angular momentum of free cloth and bodies. They correct positions at the
-// end of the step. A correction d of a position corresponds to a velocity change d / h, where h is
-// the step.
+// Impulses on the two features are equal and opposite, so they conserve linear momentum. Those
+// between cloth and a body act at one point in space, so they also conserve angular momentum.
+// Impulses correct positions at the end of the step. A correction d of a position corresponds to a
+// velocity change d / h, where h is the step.
 #pragma once
 
 #include <algorithm>
@@ -25,12 +25,12 @@ struct ImpulseContact {
   Vec3 normal = Vec3::Zero();
   double target = 0.0;          // target gap [m]
   double largest_change = 0.0;  // largest gap change by one impulse [m]
-  bool cloth_only = true;       // both features belong to cloth
+  bool cloth_only = true;       // both features belong to cloth; used by CleanUp only
   double scale = 0.0;           // displacement to which the tolerance is relative [m]
   double friction = 0.0;        // friction coefficient mu [1]
 
   // Accumulated impulses.
-  double pressed = 0.0;         // impulse times h along the normal [kg m]
+  double pressed = 0.0;         // normal impulse times h [kg m]
   Vec3 dragged = Vec3::Zero();  // tangential impulse times h [kg m]
 
   void meet(const std::array<Index, 4>& four, const std::array<double, 4>& their_weights) {
@@ -45,15 +45,15 @@ struct ImpulseContact {
   Index body = -1;
   double body_weight = 0.0;          // sum of the weights of body vertices
   Vec3 arm = Vec3::Zero();           // from the body's centre to the point of the impulse [m]
-  double normal_inverse_mass = 0.0;  // gap change by a unit impulse along n [1/kg]
-  // Matrix that maps a tangential displacement to the tangential impulse that cancels it [kg].
+  double normal_inverse_mass = 0.0;  // change of the gap per change of `pressed` [1/kg]
+  // Maps a tangential displacement to the change of `dragged` that cancels it [kg].
   Mat3 tangential_mass = Mat3::Zero();
 };
 
 class Impulses {
  public:
-  // `inverse_mass` (n) [1/kg] applies to cloth and is 0 for prescribed vertices. If
-  // `hold_supported`, supported bodies do not move.
+  // `inverse_mass` (n) [1/kg] is used for vertices that do not belong to `bodies`. It is 0 for
+  // prescribed vertices and obstacles. If `hold_supported`, supported bodies do not move.
   Impulses(const CollisionModel& model, const Vector& inverse_mass, FreeBodies& bodies,
            bool hold_supported = false)
       : model_(model),
@@ -66,8 +66,8 @@ class Impulses {
   bool prepare(ImpulseContact& contact, const Points& x0, const Points& x1, double share) const;
 
   // Corrects the end positions of cloth and bodies in x1, and updates `end`, `moved` and `turned`
-  // of bodies. Stops when no impulse changes its gap by more than `tolerance` times the contact's
-  // `scale`, or after `most_sweeps` sweeps.
+  // of bodies. Stops after a sweep in which no impulse changes its gap by more than `tolerance`
+  // times the `scale` of the contact, or after `most_sweeps` sweeps.
   void solve(std::vector<ImpulseContact>& contacts, const Points& x0, Points& x1, int most_sweeps,
              double tolerance);
 

@@ -15,7 +15,7 @@ struct ContactInputs {
   const Points& body_centres;  // (b x 3) centres of mass [m]
   double step;                 // h [s]
   Index n_cloth;               // number of cloth vertices; rows of bodies follow
-  const Vector& inverse_mass;  // (n) inverse masses of cloth vertices, 0 if prescribed [1/kg]
+  const Vector& inverse_mass;  // (n) inverse masses of free cloth vertices, else 0 [1/kg]
   // (n_cloth x 3) elastic and external forces on cloth at the start [N]; 0 rows if they are not
   // known
   const Points& forces;
@@ -26,7 +26,7 @@ struct ContactInputs {
 // Inputs for corrections of the motion x0 -> x1.
 struct MotionInputs {
   const Points& x0;            // (n x 3) [m]
-  const Vector& inverse_mass;  // (n) inverse masses of cloth vertices, 0 if prescribed [1/kg]
+  const Vector& inverse_mass;  // (n) of free cloth and, in certification, bodies; else 0 [1/kg]
   const Tangle& tangle;        // intersections at x0
 };
 

@@ -47,7 +47,7 @@ struct Tangle {
   // Feature pairs of intersecting triangles, by kind, in ascending order.
   std::array<std::vector<PairKey>, 2> ignored;
   std::vector<int> contour_of_vertex;      // (n) contour near the vertex, or -1
-  std::vector<int> part;                   // (n) surface part that contains the vertex
+  std::vector<int> part;                   // (n) part that contains the vertex, or -1
   std::vector<std::uint8_t> came_through;  // (n) 1: in a part that has passed through a surface
   std::vector<Retraction> retractions;
 
@@ -59,7 +59,7 @@ struct Tangle {
                const std::array<Index, 4>& vertices) const;
 };
 
-// Finds intersections and contours. Caches the connectivity of the surfaces.
+// Finds the tangle of a configuration. Caches the connectivity of the surfaces.
 class TangleFinder {
  public:
   explicit TangleFinder(const CollisionModel& model) : model_(model) {}

@@ -12,7 +12,7 @@ namespace {
 // Width of the zone around a contour, as a number of edges. In this zone, pairs of a feature of the
 // part that has passed through and a feature of another part are ignored.
 constexpr int rounds_around = 2;
-// The surface of a part that has passed through is retracted as a whole if all of these hold:
+// The surface of a part that has passed through is retracted as a whole only if all of these hold:
 //   the contour is at least `least_length` times as long as the square root of the surface's area;
 //   the part has at least the fraction `least_share` of this area;
 //   the mean of Piercing::way_out along the contour is longer than `least_agreement`.

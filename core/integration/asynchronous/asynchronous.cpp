@@ -9,8 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// Largest number of repetitions of an interval. Each repetition shortens the steps of more
-// triangles. Our choice, far above the usual three or fewer.
+// Largest number of repetitions of an interval. Before each repetition, the steps of some triangles
+// are shortened. Our choice, far above the usual three or fewer.
 constexpr int most_repetitions = 8;
 
 std::vector<LimitModes> potential_of(const Asynchronous& options, const ClothModel& model) {
@@ -84,7 +84,7 @@ IntegrationReport AsynchronousIntegrator::advance(const Team& team, const RowLay
 }
 
 // Shortens the step of each triangle that entered a stiff phase of a strain limit and took a longer
-// step than that phase permits. Returns true if there is such a triangle.
+// step than its phases permit. Returns true if there is such a triangle.
 bool AsynchronousIntegrator::shorten(const Taken& taken, Vector& steps) const {
   bool any = false;
   for (std::size_t t = 0; t < taken.phases.size(); ++t) {

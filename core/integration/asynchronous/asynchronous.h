@@ -1,4 +1,4 @@
-// Base class of the schedules of asynchronous steps.
+// Base class of the asynchronous integrators, which differ in the schedule of their events.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace loomstone {
 
-// Integrates one interval. All elements are at the same time at its start and at its end. Every
+// Integrates one interval. All vertices are at the same time at its start and at its end. Every
 // rank computes all rows.
 class AsynchronousIntegrator : public Integrator {
  public:
@@ -29,10 +29,10 @@ class AsynchronousIntegrator : public Integrator {
   struct Taken {
     Vector steps;                     // (m) steps that the triangles have taken [s]
     std::int64_t events;              // number of events of all triangles
-    std::vector<LimitPhases> phases;  // (m) highest phases of strain limits at events, or empty
+    std::vector<LimitPhases> phases;  // (m) highest phases of strain limits; empty without them
   };
-  // Moves the cloth from the start to the end of the interval. On entry, `steps` (m) [s] are the
-  // longest steps of the triangles, and prescribed vertices have the velocity of their motion.
+  // Moves cloth and bodies from the start to the end of the interval. On entry, `steps` (m) [s] are
+  // the longest steps of the triangles, and prescribed vertices have the velocity of their motion.
   virtual Taken take_interval(const Team& team, double interval, const Vector& steps,
                               ClothState& state) = 0;
 

@@ -6,7 +6,7 @@ namespace loomstone {
 
 namespace {
 
-// Inertia of a point mass [kg m^2].
+// Inertia of a point mass at `place` about the origin [kg m^2].
 Mat3 point_inertia(double mass, const Vec3& place) {
   return mass * (place.squaredNorm() * Mat3::Identity() - place * place.transpose());
 }

@@ -16,14 +16,15 @@ class AttachedBodies {
   // momentum. Vertices that are not at their attachment points move to them during the interval.
   void begin(const StepInputs& inputs, const Vector& mass, const Points& body_velocity,
              const Points& x, Points& v);
-  // Ends the interval: sets velocities of the bodies (2 b x 3) and their poses.
+  // Ends the interval. Stores the velocities of the bodies in `body_velocity` (2 b x 3), and their
+  // poses in BodiesOfStep::end.
   void finish(const StepInputs& inputs, Points& body_velocity) const;
 
   // Applies the fraction `share` of the impulses that the loads give the bodies in the interval.
   void load(double share);
   // Transfers to a body the momentum that its vertices have received from impulses, and then sets
-  // the velocities of the vertices to those of the body. The positions and the pose are those
-  // predicted for the time `ahead` [s] after the impulses, so they change with the velocities.
+  // the velocities of the vertices to those of the body. The positions and the pose belong to the
+  // time `ahead` [s] after the impulses (negative: before), so they change with the velocities.
   void absorb(Index body, double ahead, Points& x, Points& v);
   // Moves a body and its vertices for a duration of `time` [s].
   void drift(Index body, double time, Points& x, Points& v);
@@ -34,7 +35,8 @@ class AttachedBodies {
   Index size() const { return static_cast<Index>(bodies_.size()); }
   // Body to which a vertex is attached; -1: none.
   Index body_of(Index vertex) const { return body_of_.empty() ? -1 : body_of_[vertex]; }
-  // Gives each body and all vertices attached to it the finest level of these vertices.
+  // Gives each body and all vertices attached to it the finest level of these vertices. A body
+  // without vertices gets level 0.
   void share_levels(std::vector<std::uint8_t>& vertex_levels);
 
  private:

@@ -11,8 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// Largest change of strain in one step of a triangle that has a strain limit (section 4.2 of
-// [Thomaszewski2010]).
+// Largest predicted change of strain in one step of a triangle if there are strain limits (section
+// 4.2 of [Thomaszewski2010]).
 constexpr double largest_change = 0.1;
 
 // Gradients of the linear shape functions (2 x 3) [1/m], rest area [m^2] and inradius [m] of a
@@ -85,9 +85,9 @@ Mat3 viscous_moduli(const MembraneConstants& m) {
   return moduli;
 }
 
-// Largest stiffness for a plane wave in any direction [N/m]: the largest eigenvalue of the
-// acoustic tensor over all directions. For isotropic cloth this is lambda + 2 mu, as in (4.26) of
-// [Thomaszewski2010].
+// Largest stiffness for a plane wave in any direction [N/m]: the largest eigenvalue of the acoustic
+// tensor, sampled at one direction per degree. For isotropic cloth this is lambda + 2 mu, as in
+// (4.26) of [Thomaszewski2010].
 double wave_stiffness(const MembraneConstants& m) {
   constexpr int directions = 180;
   double largest = 0.0;
@@ -152,7 +152,7 @@ double ElementSteps::step(Index t, const LimitPhases& phases, double safety) con
   return (std::sqrt(d * d + 4.0 * safety * safety * k) - d) / k;
 }
 
-// Largest eigenvalue that the stiff phases add [1/s^2].
+// Returns the largest eigenvalue of the stiffness over mass that the stiff phases add [1/s^2].
 double ElementSteps::largest_of_phases(Index t, const LimitPhases& phases) const {
   constexpr double modulus[3] = {0.0, 1.0, 1.0 + LimitMode::steeper};
   Vec3 root;

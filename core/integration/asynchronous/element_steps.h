@@ -34,12 +34,13 @@ class ElementSteps {
   ElementSteps(const ClothModel& model, const Asynchronous& options,
                const std::vector<LimitModes>& limits = {});
 
-  const Vector& at_rest() const { return at_rest_; }  // (m) [s]
+  const Vector& at_rest() const { return at_rest_; }  // (m) steps at rest [s]
   // Steps (m) at positions x and velocities v, at most those at rest [s]. With the largest stretch
   // s >= 1 and the largest tension t [N/m], lambda <= s^2 lambda_0 + gamma t. Here lambda_0 is the
   // eigenvalue at rest, including the stiff phases of strain limits at x and at positions that v
-  // predicts, and gamma is the largest eigenvalue that a unit of tension adds. The strain of a
-  // limited triangle changes by at most 0.1 in a step. The result is valid until the next call.
+  // predicts, and gamma is the largest eigenvalue that a unit of tension adds. With strain limits,
+  // the predicted change of strain in a step is at most 0.1. The result is valid until the next
+  // call.
   const Vector& at(const Team& team, const Points& x, const Points& v, Elasticity& elasticity);
   // Step of triangle t [s] at the strains that at() has computed. Each mode is in its phase at
   // these strains or in its entry of `phases`, whichever is higher.
@@ -65,7 +66,7 @@ class ElementSteps {
   const ClothModel& model_;
   std::vector<LimitModes> limits_;  // (m) modes of the limit potential; empty: none
   std::vector<Mat3>
-      limit_products_;  // (m) or empty: stiffness of the second phases over mass [1/s^2]
+      limit_products_;  // (m) limit_products() over mass [1/s^2]; empty without limits
   std::vector<Element> elements_;
   Points share_;
   Vector at_rest_, at_;

@@ -11,9 +11,9 @@ namespace loomstone {
 
 namespace {
 
-// Number of triangles in a patch. A patch consists of consecutive triangles, which are neighbours
-// in the mesh. Our choice: small enough for graded meshes, large enough that most neighbours are in
-// the same patch.
+// Number of triangles in a patch. A patch consists of consecutive triangles, most of which are
+// neighbours in the mesh. Our choice: small enough for graded meshes, large enough that most
+// neighbours are in the same patch.
 constexpr Index patch = 64;
 
 double longest_step(double eigenvalue, double damping, double safety) {
@@ -79,7 +79,7 @@ void BendingGroup::kick(const Team& team, const Kick& kick, const Vector& invers
   apply();
 }
 
-// Returns true if the forces of the last kick are those at x.
+// Returns true if force_ contains the forces at the positions x.
 bool BendingGroup::known_at(const Points& x) const {
   for (std::size_t i = 0; i < vertices_.size() && known_; ++i)
     if (x_.row(static_cast<Index>(i)) != x.row(vertices_[i])) return false;

@@ -1,5 +1,6 @@
-// Bending evaluated in groups of triangles: in nested steps those of a level, and in a queue of
-// events single triangles or runs of triangles with the same step.
+// Bending evaluated in groups of triangles. In nested steps, a group contains the triangles of one
+// level or, without damping, also those of finer levels. In a queue of events, it is a single
+// triangle or a run of triangles with the same step.
 #pragma once
 
 #include <memory>
@@ -20,7 +21,7 @@ struct BendingMesh {
   BendingMesh(const ClothModel& model, const ClothModel::BendingPart& part);
 };
 
-// The bending of a group of triangles that have their events at the same times.
+// The bending of a group of triangles whose forces act together in each event of the group.
 class BendingGroup {
  public:
   // `acting` lists triangles of the mesh in ascending order. `factors` multiply their forces; they

@@ -1,7 +1,8 @@
 // Strain limits by impulses, [Thomaszewski2010], (4.27)-(4.30). At an event of a triangle, the
-// velocities of its corners are changed so that its strain at its next event satisfies the limits.
-// If its present strain is far beyond the limits, positions are changed as well. There is one
-// correction per event, without iterations. Corrections conserve linear momentum but not energy.
+// velocities of its corners are changed to bring its strain at its next event within the limits. If
+// its present strain is far beyond the limits, positions are changed as well. There is one
+// correction per event, without iterations. If no corner is prescribed, corrections conserve linear
+// momentum. They do not conserve energy.
 #pragma once
 
 #include <vector>
@@ -26,7 +27,8 @@ class LimitImpulses {
 
  private:
   using Corners = double[9];
-  // Moves the corners so that the strain is within the bounds. Returns false if none has moved.
+  // Moves the corners in one pass to bring the strain within the bounds. Returns false if none has
+  // moved.
   bool limit(Index triangle, const std::vector<limit::Bounds>& bounds, Corners& x) const;
   bool limit_edges(Index triangle, double longest, Corners& x) const;
   bool exceeds(Index triangle, double step, const Points& x, const Points& v) const;
@@ -37,7 +39,7 @@ class LimitImpulses {
   // (limits) Bounds of the strain at the next event, and of the present strain. The bound of a
   // limit on edges is in high[0].
   std::vector<limit::Bounds> predicted_, present_;
-  std::vector<std::uint8_t> by_edges_;  // (limits)
+  std::vector<std::uint8_t> by_edges_;  // (limits) 1: limits the strain of edges
   std::vector<std::uint8_t> exceeds_;
 };
 

@@ -15,7 +15,8 @@ namespace loomstone {
 
 namespace {
 
-// Vertices sorted by level. The level of a vertex is the finest one of its elements.
+// Vertices sorted by level. The level of a vertex is the finest one of its elements. Vertices
+// attached to one body share the finest of their levels.
 struct LevelVertices {
   std::vector<Index> order;         // (n) finest level first
   std::vector<std::uint8_t> level;  // (n)
@@ -36,10 +37,11 @@ struct Plan {
   Index base = 1;                    // a level has base * 2^level steps in the interval
   std::vector<std::uint8_t> wanted;  // (m) coarsest levels that the steps of the triangles permit
   std::vector<std::uint8_t> level;   // (m) levels of the triangles, not coarser than `wanted`
-  std::vector<double> step_of;       // (levels) [s]
+  std::vector<double> step_of;       // (levels) step of each level [s]
   std::unique_ptr<LevelMembrane> membrane;
-  std::vector<std::vector<Index>> limited;  // (levels) triangles of each level and the finer ones
-  Vector steps;                             // (m) step of the level of each triangle [s]
+  // (levels) Triangles of each level and the finer ones; empty without limit impulses.
+  std::vector<std::vector<Index>> limited;
+  Vector steps;  // (m) step of the level of each triangle [s]
   LevelGroups groups;
   std::unique_ptr<LevelVertices> vertices;
 
@@ -127,7 +129,8 @@ class NestedIntegrator final : public AsynchronousIntegrator {
     return taken;
   }
 
-  // The base depends only on the steps at rest, so a resumed run chooses the same base.
+  // Updates plan_. The base depends only on the interval and the steps at rest, so a resumed run
+  // chooses the same base.
   void make_plan(double interval, const Vector& steps) {
     if (interval != plan_.interval) {
       plan_ = {};

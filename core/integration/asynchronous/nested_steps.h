@@ -28,8 +28,9 @@ inline constexpr int finest_level = 16;
 // finest_level + 1 if no level up to finest_level has such a step.
 int level_below(double interval, Index base, double longest);
 
-// Returns the base with which the computation of all events is cheapest. `membrane` (m) and
-// `bending` (m, or empty) contain the longest steps of each triangle [s].
+// Returns the base, of up to 1000 that are tried, with which the computation of all events is
+// cheapest. `membrane` (m) and `bending` (m, or empty) contain the longest step of each triangle
+// [s].
 Index choose_base(double interval, const Vector& membrane, const Vector& bending);
 
 // Integrates one interval by kicks and drifts. `finest` is the finest level in use. The system has

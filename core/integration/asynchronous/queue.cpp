@@ -42,8 +42,8 @@ class QueueIntegrator final : public AsynchronousIntegrator {
 
   bool events_collide() const override { return true; }
 
-  // Functions of take_events(). Elements are the triangles, followed by the groups of bending that
-  // have events of their own.
+  // Functions that take_events() calls. Elements are the triangles, followed by the groups of
+  // bending that have events of their own.
   double step(Index element) const { return element_step_[element]; }
   void move(Index element, double time) {
     for_vertices(element, [&](Index i) {
@@ -135,8 +135,9 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     return element < m ? group_of_[element] : element - m;
   }
 
-  // Computes the force of a triangle. Viscous forces depend on the mean strain rate over
-  // `duration`, the time since the last event of the triangle [s].
+  // Returns the forces of a triangle on its corners. Viscous forces depend on the mean strain rate
+  // over `duration`, the time since the last event of the triangle [s]. At duration 0, there are
+  // none.
   const double* find_force(Index triangle, double duration) {
     membrane::Tables tables = membrane_.tables();
     if (!entered_.empty()) tables.entered = entered_.data();

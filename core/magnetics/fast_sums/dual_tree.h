@@ -29,9 +29,10 @@ inline Points ordered(const ConstPointsRef& rows, const PointTree& tree) {
 struct SourceTree {
   PointTree tree;
   Points positions, moments;       // in the order of the tree [m], [A m^2]
-  std::vector<double> expansions;  // moments of each cell, `stride` numbers per cell
+  std::vector<double> expansions;  // multipole moments, `stride` numbers per cell; see expand()
   int stride = 0;
 
+  // Computes the multipole moments of all cells.
   void expand(const Team& team, const TaylorExpansion& expansion) {
     if (stride == expansion.moments_size()) return;  // moments of this order are up to date
     stride = expansion.moments_size();
@@ -72,8 +73,8 @@ struct LeafSums {
   DipoleTable near;
 };
 
-// One traversal of the observers' tree from its root. `write` receives the LeafSums of each leaf.
-// `chosen` is non-zero for the cells to visit; if it is empty, all cells are visited.
+// One traversal of the observers' tree from its root. `write` receives the LeafSums of each visited
+// leaf. `chosen` is non-zero for the cells to visit; if it is empty, all cells are visited.
 template <class Write>
 class DualTreeDescent {
  public:

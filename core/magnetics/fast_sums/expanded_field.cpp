@@ -35,8 +35,9 @@ ExpandedField::ExpandedField(std::unique_ptr<SourceGroups> source, double tolera
   locals_.resize(locals_.size() + TaylorExpansion::beyond);
 }
 
-// Bisects the parts at their median, rounded to groups of eight, along the longest axis of the
-// bounding box of their centres.
+// Adds the cluster of parts [begin, end) and its descendants, and returns its index. More than
+// eight parts are bisected at their median, rounded to a multiple of eight, along the longest axis
+// of the bounding box of their centres.
 Index ExpandedField::add_cluster(std::vector<Index>& parts, std::size_t begin, std::size_t end) {
   Vec3 low = source_->middle(parts[begin]), high = low;
   for (std::size_t i = begin; i < end; ++i) {
@@ -77,8 +78,8 @@ Index ExpandedField::add_cluster(std::vector<Index>& parts, std::size_t begin, s
   return self;
 }
 
-// Classifies candidate clusters as far from a sphere or near it. For a leaf, near clusters are
-// opened down to groups.
+// Classifies candidate clusters as far from a sphere or near it, and opens near clusters that are
+// larger than the sphere. For a leaf cube, all near clusters are opened, and their groups returned.
 ExpandedField::Sorted ExpandedField::sorted(const Vec3& centre, double radius,
                                             const std::vector<Index>& candidates, bool leaf) const {
   Sorted result;

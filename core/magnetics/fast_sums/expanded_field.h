@@ -1,4 +1,4 @@
-// Field of a rigid source with many parts at many points, from an octree of local expansions. The
+// Field at many points of a rigid source with many parts, from an octree of local expansions. The
 // tree is built once in the axes of the source and refined towards its parts. Each leaf cube has
 // one local expansion for the field of all parts except the nearest, from multipole-to-local
 // translations as in treecode.h ([GreengardRokhlin1987], [Dehnen2002]). The nearest parts are
@@ -11,8 +11,8 @@ namespace loomstone {
 
 class ExpandedField {
  public:
-  // `tolerance` is the error of field and gradient at a point, relative to their largest values at
-  // the same distance from the source [1]. It must be in [3e-7, 0.1].
+  // `tolerance` is the tolerated error of field and gradient at a point, relative to their largest
+  // values at the same distance from the source [1]. It must be in [3e-7, 0.1].
   ExpandedField(std::unique_ptr<SourceGroups> source, double tolerance);
   // These functions compute mu0 H [T] and its gradient [T/m] in the block layout of Source. The
   // value at a point does not depend on the other points.
@@ -25,11 +25,12 @@ class ExpandedField {
     Vec3 centre;
     double half;               // half the edge length [m]
     Index child = -1;          // first of eight children, -1 for a leaf
-    Index local = -1;          // index of a leaf's local expansion
+    Index local = -1;          // index of a leaf's local expansion; -1 for other cubes
     Index begin = 0, end = 0;  // range of a leaf in `nearest_`
   };
   const std::vector<Cube>& cubes() const { return cubes_; }
-  Index leaf_at(const Vec3& point) const;  // -1 outside the octree
+  // Returns the index of the leaf cube that contains a point, or -1 outside the octree.
+  Index leaf_at(const Vec3& point) const;
 
  private:
   struct Cluster {  // node of a binary tree of the parts

@@ -9,8 +9,8 @@ namespace loomstone {
 
 class ExpandedMesh final : public Source {
  public:
-  // `tolerance` is the error of field and gradient at a point, relative to their largest values at
-  // the same distance from the surface [1]. It must be in [3e-7, 0.1].
+  // `tolerance` is the tolerated error of field and gradient at a point, relative to their largest
+  // values at the same distance from the surface [1]. It must be in [3e-7, 0.1].
   ExpandedMesh(std::shared_ptr<const Polyhedron> mesh, double tolerance);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override {
@@ -35,7 +35,7 @@ class ExpandedMesh final : public Source {
 
   std::shared_ptr<const Polyhedron> mesh_;
   ExpandedField field_;
-  std::vector<Place> places_;  // place of each cube of the octree
+  std::vector<Place> places_;  // (cubes of the octree) valid for leaves
 };
 
 }  // namespace loomstone

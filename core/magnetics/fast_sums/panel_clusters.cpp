@@ -114,7 +114,7 @@ PanelClusters::PanelClusters(const PanelSet& set, const PanelGrid& grid) : panel
     add_nodes(*cluster);
 }
 
-// Requires that the children of the cluster already have nodes.
+// Sets the bounding box, nodes and weights of a cluster. Its children must already have nodes.
 void PanelClusters::add_nodes(PanelCluster& cluster) const {
   Vec3 low = panels_.panels[cluster.begin].centre, high = low;
   for (Index i = cluster.begin; i < cluster.end; ++i) {

@@ -57,9 +57,8 @@ class PanelClusters {
   std::vector<Index> roots_;
 };
 
-// A grid of one body and a grid of another that interact. `share` is a factor of the charges on
-// both grids: their weight in Richardson extrapolation, or 1 if the grids of each body are
-// combined.
+// Two interacting grids, one of each body. `share` is a factor of the charges on both grids: their
+// weight in Richardson extrapolation, or 1 if the grids of each body are combined.
 struct GridPair {
   PanelGrid one, other;
   double share = 1.0;

@@ -1,5 +1,5 @@
-// Binary tree of points (k-d tree). Each cell is bisected at the median along the longest axis of
-// its bounding box until it is small enough to be a leaf.
+// Binary tree of points (k-d tree). A cell with too many points for a leaf is bisected along the
+// longest axis of its bounding box, at the median rounded to a multiple of eight points.
 #pragma once
 
 #include <vector>

@@ -41,7 +41,7 @@ class SourceGroups {
   // point.
   virtual void sum(GroupList groups, const double* point, double* field,
                    double* gradient) const = 0;
-  // Returns the multipole expansion of all parts, for points beyond 2 radii.
+  // Returns the multipole expansion of all parts, for points at least 2 radii from the origin.
   virtual const MultipoleExpansion& multipoles() const = 0;
   // Returns the number of groups whose exact sum costs about as much as evaluating an expansion.
   virtual Index few() const = 0;

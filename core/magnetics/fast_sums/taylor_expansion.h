@@ -3,12 +3,12 @@
 // multi-indices n, m
 //   phi(x) = sum_m M_m D_m(x - a),        D_m = d^m (1/r),                    far from a,
 //          = sum_n L_n (x - b)^n / n!,    L_n = sum_m M_m D_{n+m}(b - a),     near b.
-// The sums are truncated at |n| + |m| <= order. This truncation is symmetric in the two cells, so
-// the forces between them are equal and opposite at any order [Dehnen2002]. Because 1/r is
-// harmonic, a moment with a z exponent of at least 2 can be subtracted from two other moments. In
-// these, the z exponent is lower by 2, and the x or the y exponent is higher by 2. All of L follows
-// from its components with a z exponent of at most 1. This leaves (order + 1)^2 numbers, as many as
-// in a spherical-harmonic expansion.
+// The sums are truncated at |n| < order and |n| + |m| <= order. For dipoles, this truncation is
+// symmetric in the two cells, so the forces between them are equal and opposite at any order
+// [Dehnen2002]. Because 1/r is harmonic, a moment with a z exponent of at least 2 can be subtracted
+// from two other moments. In these, the z exponent is lower by 2, and the x or the y exponent is
+// higher by 2. All of L follows from its components with a z exponent of at most 1. This leaves
+// (order + 1)^2 numbers, as many as in a spherical-harmonic expansion.
 #pragma once
 
 #include "core/magnetics/fast_sums/taylor_tables.h"

@@ -25,7 +25,7 @@ struct TaylorTables {
     double first[3], second[2];
     int first_place[3], second_place[2];
   };
-  struct Shift {
+  struct Shift {  // term of a translation: target += source * (shift^n / n! at place `power`)
     int target, source, power;
   };
 
@@ -40,7 +40,7 @@ struct TaylorTables {
   std::vector<int> rows;                 // all places, sorted by powers of y, z, x
   std::vector<Derivative> derivatives;   // one for each slim place
   std::vector<Trace> derivative_traces;  // one for each place with a z exponent of 2
-  std::vector<std::uint16_t> products;   // place of n + m for multi-indices n and m in `slim`
+  std::vector<std::uint16_t> products;   // places of the sums n + m of slim places, for add_far()
   std::vector<Trace> traces;             // one for each non-slim place, sorted by z exponent
   std::vector<Shift> moment_shifts, local_shifts;
 };

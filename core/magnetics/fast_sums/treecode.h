@@ -17,7 +17,7 @@
 
 namespace loomstone {
 
-// Largest number of pairs of observer and dipole that are summed directly.
+// Up to this number, all pairs of observer and dipole are summed directly.
 inline constexpr double most_direct_pairs = 6e7;
 
 struct TreecodeField {
@@ -27,13 +27,14 @@ struct TreecodeField {
   int order = 0;       // order of the expansions, 0 for a direct sum
 };
 
-// Returns the field of the dipoles of `by` at points (n x 3). A dipole at the position of a point
-// contributes nothing there. `tolerance` must be in [1e-10, 0.1].
+// Returns the field of the dipoles of `by` at points (n x 3) and, if `gradient` is true, its
+// gradient. A dipole at the position of a point contributes nothing there. `tolerance` must be in
+// [1e-10, 0.1].
 TreecodeField treecode_field(const Team& team, const DipoleSet& by, const ConstPointsRef& points,
                              bool gradient, double tolerance);
 
 // Returns the forces (6.10) and torques (6.11) of [Thomaszewski2010] that the dipoles of `by` exert
-// on the given dipoles, as dipole_forces() does.
+// on the given dipoles, and the energies of these dipoles, as dipole_forces() does.
 Wrenches treecode_forces(const Team& team, const Points& positions, const Points& moments,
                          const DipoleSet& by, double tolerance);
 

@@ -11,13 +11,14 @@ namespace loomstone {
 
 namespace {
 
-constexpr double finest = 0.1;  // largest turn of the tangent between output points [rad]
-// Largest turn of the tangent in a step [rad]. The error of cubic interpolation is then 3e-4 of the
-// radius of curvature.
+constexpr double finest = 0.1;  // largest turn of the tangent between output points, about [rad]
+// Largest turn of the tangent in a step, unless the step is shorter than the allowed error [rad].
+// The error of cubic interpolation is then 3e-4 of the radius of curvature.
 constexpr double coarsest = 0.6;
-// Largest number of steps of a line at tolerances of 1e-5 or more. Lines of magnets and coils need
-// about 50. The limit matters for induced bodies: at distances below the size of a panel, the field
-// shows the pattern of the panels, and lines through weak fields may not end.
+// Largest number of attempted steps of a line in one direction, at tolerances of 1e-5 or more.
+// Lines of magnets and coils need about 50. The limit matters for induced bodies: at distances
+// below the size of a panel, the field shows the pattern of the panels, and lines through weak
+// fields may not end.
 constexpr double most_steps = 1000.0;
 
 constexpr std::array<std::array<double, 6>, 6> stages = {{
@@ -137,8 +138,9 @@ class LineTracing {
     return nullptr;
   }
 
-  // Ends a line at the point at(t) where it enters a body, or its layer if `holds` tests for this,
-  // with t in (low, high]. The point at(high) must lie in the body or layer.
+  // Ends a line that enters a body, or its layer if `holds` tests for this, at a parameter t in
+  // (low, high]. The point at(high) must lie in the body or layer. Returns the point of entry into
+  // the body, or the point of the surface that is nearest to the entry into the layer.
   template <class At>
   Vec3 end_at_body(Tracer& line, double low, double high, Test holds, At&& at) const {
     for (int i = 0; i < 40; ++i) {
@@ -276,7 +278,8 @@ LineOptions checked_options(const std::vector<MagneticBody>& bodies, LineOptions
   return options;
 }
 
-// Returns one tracer for each direction from each seed. The one against the field comes first.
+// Returns one tracer for each requested direction from each seed. If a line is traced in both
+// directions, the tracer against the field comes first.
 std::vector<Tracer> tracers_from(const LineSeeds& seeds) {
   std::vector<Tracer> tracers;
   for (Index i = 0; i < seeds.points.rows(); ++i)

@@ -21,7 +21,7 @@ struct LineOptions {
   // centre of bounding_ball() and four times its radius.
   Vec3 centre = Vec3::Zero();
   double extent = 0.0;
-  double tolerance = 1e-5;  // tolerated error of a step over the extent [1]
+  double tolerance = 1e-5;  // tolerated error of a step, as a fraction of `extent` [1]
   double length = 0.0;      // maximum length in each direction [m]; 0: 20 times `extent`
 };
 
@@ -47,15 +47,16 @@ FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& 
 
 // Returns `lines` seeds that each represent the same flux. They lie where flux leaves the surfaces
 // of solid bodies, on a disc inside each loop and solenoid, and on a surface inside each closed
-// polyline. Throws InvalidInput if there are no such bodies or if no flux passes through them.
+// polyline. Seeds on solid bodies are traced along the field, others in both directions. Throws
+// InvalidInput if `lines` < 1, if there are no such bodies or if no flux passes through them.
 LineSeeds flux_seeds(const Team& team, const std::vector<MagneticBody>& bodies, const Vec3& uniform,
                      Index lines);
 
 // Returns the centre and radius [m] of a bounding sphere of all bodies.
 std::pair<Vec3, double> bounding_ball(const std::vector<MagneticBody>& bodies);
 
-// Returns the depth of each point below the surface of solid magnets (n) [m]. It is the largest
-// over all magnets, negative outside, and minus infinity if there are no solid magnets.
+// Returns the depth of each point below the surface of solid bodies (n) [m]. It is the largest over
+// all bodies, negative outside, and minus infinity if there are no solid bodies.
 Vector magnetic_depth(const std::vector<MagneticBody>& bodies, const ConstPointsRef& points);
 
 }  // namespace loomstone

@@ -1,7 +1,8 @@
-// Seeds of field lines such that each line represents the same flux. Surfaces are divided into
-// pieces, the pieces of each body are sorted along a space-filling curve, and the flux is summed
-// along this curve. Line k of n begins at the piece where the sum reaches the fraction (k + 1/2) /
-// n of the total flux.
+// Seeds of field lines such that each line represents the same flux. Surfaces of magnets and
+// surfaces that span currents are divided into pieces. The pieces of each body are sorted along a
+// space-filling curve. The flux is then summed over the pieces of all bodies, except those where it
+// enters a magnet or passes directly from one into another. Line k of n begins at the piece where
+// the sum reaches the fraction (k + 1/2) / n of the total flux.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -45,8 +46,8 @@ std::vector<Piece> disc_pieces(double radius, int n) {
   return pieces;
 }
 
-// Returns a lattice of pieces on each panel. The number of pieces is proportional to the area of
-// the panel.
+// Returns lattices of pieces on the panels, about n pieces in total. The number of pieces on a
+// panel is nearly proportional to its area.
 std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
   std::vector<double> areas;
   for (const Panel& panel : panels) areas.push_back(panel.at(0.5, 0.5).area.norm());
@@ -55,7 +56,7 @@ std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
   for (std::size_t p = 0; p < panels.size(); ++p) {
     const Vec3 du = panels[p].at(0.51, 0.5).position - panels[p].at(0.49, 0.5).position;
     const Vec3 dv = panels[p].at(0.5, 0.51).position - panels[p].at(0.5, 0.49).position;
-    // Use the arc length, because chords of round panels are too short.
+    // Round panels are measured along their outer arc.
     const double turned = panels[p].turn * panels[p].radius1;
     const double wide = std::max({50.0 * du.norm(), std::abs(turned), 1e-300}),
                  high = std::max(50.0 * dv.norm(), 1e-300);
@@ -71,8 +72,8 @@ std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
   return pieces;
 }
 
-// Returns pieces of a surface within a closed line. The surface is a fan of triangles from the mean
-// of the line's vertices to its segments.
+// Returns pieces of a surface that spans a closed line. The surface is a fan of triangles from the
+// mean of the line's vertices to its segments, shrunk by 2 % to keep clear of the line.
 std::vector<Piece> fan_pieces(const std::vector<Panel>& segments, int n) {
   std::vector<Panel> fan;
   for (const Panel& segment : segments) {

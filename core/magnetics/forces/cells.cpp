@@ -68,8 +68,8 @@ CellMagnet::CellMagnet(const Source& magnet, double density, double separation)
   leaves_ = DipoleSet(std::move(x), std::move(m));
 }
 
-// Adds the cell of a box and returns its index, or -1 if the box contains no leaf. At this stage,
-// shares are numbers of leaves.
+// Adds the cells of a box and of its parts. Returns the index of the box's cell, or -1 if the box
+// contains no leaf. At this stage, shares are numbers of leaves.
 Index CellMagnet::build(const Source& magnet, const Vec3& low, const Vec3& high, double density) {
   const Vec3 edges = high - low, middle = 0.5 * (low + high);
   const double volume = edges.prod(), depth = magnet.depth(middle);
@@ -140,7 +140,7 @@ std::vector<Index> CellMagnet::front(const Vec3& low, const Vec3& high,
     open.pop_back();
     const Cell& cell = cells_[index];
     const Vec3 edges = cell.high - cell.low;
-    // This is r_c in (6.19) of [Thomaszewski2010] [m].
+    // Distance from which the cell may be used [m], r_c in (6.19) of [Thomaszewski2010].
     const double wanted = separation_ * edges.maxCoeff();
     const double spheres =
         (0.5 * (cell.low + cell.high) - other_middle).norm() - 0.5 * edges.norm() - other_radius;

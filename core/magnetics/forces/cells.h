@@ -1,15 +1,15 @@
 // Magnets as hierarchies of dipole cells, section 6.3.2 of [Thomaszewski2010]. Level 0 is the
-// bounding box. Cells are bisected along their longest axis until they reach a given density. A
-// leaf of volume v is dropped if its centre is closer to the surface than half its diameter
-// v^(1/3). Cells without leaves are dropped too. If no leaf remains, one cell represents the whole
-// magnet. The moments of the cells at each level, with the leaves of coarser levels, add up to that
-// of the magnet. For each pair of bodies, equation (6.19) selects the cells that interact. These
-// cells are called the front.
+// bounding box. Cells are bisected across their longest edge until they reach a given density. A
+// leaf of volume v is dropped unless its centre lies inside the magnet, at least half its diameter
+// v^(1/3) below the surface. Cells without leaves are dropped too. If no leaf remains, one cell
+// represents the whole magnet. The moments of the cells at each level, with the leaves of coarser
+// levels, add up to the moment of the magnet. For each pair of bodies, equation (6.19) selects the
+// cells that interact. These cells are called the front.
 //
 // There are three differences from [Thomaszewski2010]. The position of a cell is the mean of its
 // leaves, not the centre of its box. In (6.19), a cell with longest edge e has the density 1/e^3 of
-// a cube. If cells of overlapping bodies are closer than a leaf's diameter R, their force is
-// F ~ 1/(R^3 r) and their torque T ~ 1/R^3 at a distance r. This conserves angular momentum.
+// a cube. If two cells are closer than the smaller leaf diameter R of the two bodies, their force
+// is F ~ 1/(R^3 r) and their torque T ~ 1/R^3 at a distance r. This conserves angular momentum.
 #pragma once
 
 #include <vector>
@@ -23,18 +23,18 @@ struct Cell {
   Vec3 low, high;                // corners of the box [m]
   Vec3 position;                 // mean position of the leaves [m]
   double share = 0.0;            // fraction of the body's moment
-  Index children[2] = {-1, -1};  // -1 for none
+  Index children[2] = {-1, -1};  // indices of the child cells; -1 for none
 };
 
 class CellMagnet final : public Source {
  public:
-  // `magnet` must be hard and solid. `density` is the number of leaves per volume [1/m^3]. Unless
-  // it is a leaf, a cell with longest edge e is only used at distances of at least `separation`
-  // times e. `separation` [1] equals r_0 rho_0^(1/3) in (6.19).
+  // `magnet` must be hard and solid. Cells are bisected until there are at least `density` cells
+  // per volume [1/m^3]. Unless it is a leaf, a cell with longest edge e is only used at distances
+  // of at least `separation` times e. `separation` [1] equals r_0 rho_0^(1/3) in (6.19).
   CellMagnet(const Source& magnet, double density, double separation);
   // Returns a copy whose field and gradient come from local expansions instead of sums over all
-  // leaves. The error of the expansions is `tolerance`; see ExpandedField. The results of front()
-  // and the forces between cells do not change.
+  // leaves. The error of the expansions is `tolerance`; see ExpandedField. The potential, the
+  // results of front() and the forces between cells do not change.
   CellMagnet expanded(double tolerance) const;
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
@@ -53,8 +53,9 @@ class CellMagnet final : public Source {
   const CellMagnet* cell_magnet() const override { return this; }
   const std::vector<Cell>& cells() const { return cells_; }  // the first one is the root
   double leaf_diameter() const { return diameter_; }         // cube root of the leaf volume [m]
-  // Returns the front towards a box whose pose is given in this body's axes. It consists of the
-  // coarsest cells that are far enough from the box for their size, and of leaves elsewhere.
+  // Returns the indices of the cells in the front towards a box whose pose is given in this body's
+  // axes. These are the coarsest cells that are far enough from the box for their size, and leaves
+  // elsewhere.
   std::vector<Index> front(const Vec3& low, const Vec3& high, const RigidPose& pose) const;
 
  private:
@@ -65,7 +66,7 @@ class CellMagnet final : public Source {
   double radius_, density_, separation_, diameter_ = 0.0;
   std::shared_ptr<const SourceRecipe> magnet_;
   DipoleSet leaves_{Points(0, 3), Points(0, 3)};
-  std::shared_ptr<const ExpandedField> expanded_;  // field of the leaves, or null
+  std::shared_ptr<const ExpandedField> expanded_;  // see expanded(); null if not used
 };
 
 // Positions and moments of cells in world axes.

@@ -13,9 +13,9 @@ namespace loomstone {
 
 namespace {
 
-// Returns the distance between two bodies divided by the shortest edge of the induced body, clamped
-// to the range in which calibrated() was fitted. Returns 1 if a body has no box (currents,
-// dipoles).
+// Returns the distance between the bounding boxes of two bodies, divided by the shortest edge of
+// the induced body's box and clamped to the range in which calibrated() was fitted. Returns 1 if a
+// body has no box (currents, dipoles).
 double relative_gap(const MagneticBody& induced, const MagneticBody& by) {
   const auto box = induced.source->box(), other = by.source->box();
   if (!box || !other) return 1.0;
@@ -34,11 +34,11 @@ double calibrated(double difference, double force, double gap) {
   return 0.044 * force * std::pow(difference / force, 0.8) * std::pow(gap, -0.6);
 }
 
-// Returns the factor by which the estimate is larger if both bodies are induced, because both
+// Returns the factor by which the estimate is multiplied if both bodies are induced, because both
 // charges then have errors. The charge opposite the edges of the other body varies at the scale of
-// the gap, within panels that are not refined there. If these edges are parallel to the panels and
-// the gap is less than 2.5 panels wide, the errors add up along whole edges. The factors were
-// fitted like calibrated().
+// the gap, within panels that are not refined there. If the bodies are parallel and the gap is
+// narrower than 2.5 panel widths, the errors add up along whole edges. The factors were fitted like
+// those of calibrated().
 double mutual_factor(const MagneticBody& on, const MagneticBody& by) {
   constexpr double usual = 2.5, along_edges = 5.0, wide = 2.5, parallel = 1e-3;
   const auto box = on.source->box(), other = by.source->box();
@@ -87,8 +87,8 @@ std::vector<Wrench> wrenches(const MagneticBody& induced, const MagneticBody& by
   return result;
 }
 
-// Returns the error of the force on an induced body, or of the torque about `centre` divided by
-// `radius` if that is larger [N].
+// Returns the estimated error of the force on an induced body, or of the torque about `centre`
+// divided by `radius` if that is larger [N]. Returns NaN if the errors of the charge are unknown.
 double error_on_induced(const MagneticBody& induced, const MagneticBody& by, const Vec3& centre,
                         double radius) {
   if (induced.source->charge_errors().size() == 0) return std::numeric_limits<double>::quiet_NaN();

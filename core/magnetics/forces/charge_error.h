@@ -8,11 +8,11 @@
 
 namespace loomstone {
 
-// Returns the error of the force that `by` exerts on `on`, or of the torque divided by the radius
-// of `on` if that is larger [N]. It is 0 if neither body is induced, and NaN if the errors of a
-// charge are unknown.
+// Returns the estimated error of the force that `by` exerts on `on`, or of the torque divided by
+// the radius of `on` if that is larger [N]. It is 0 if neither body is induced, and NaN if the
+// errors of a charge are unknown.
 double charge_error(const MagneticBody& on, const MagneticBody& by);
-// Returns the sum of the errors of the forces from all other bodies, for each body (n) [N].
+// Returns for each body the sum of charge_error() over all other bodies (n) [N].
 Vector charge_errors(const Team& team, const std::vector<MagneticBody>& bodies);
 
 }  // namespace loomstone

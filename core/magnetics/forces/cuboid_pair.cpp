@@ -56,8 +56,8 @@ LOOMSTONE_INLINE Lanes third(const Arms<Lanes>& a, int i, int j, int k) {
          0.5 * a.r * x;
 }
 
-// Returns U (defined at the top of this file), the integral of T_ijk along `axis`, which differs
-// from j and k.
+// Returns U (defined at the top of this file), the integral of T_ijk along `axis`. `axis` must
+// differ from j and k.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes integral(const Arms<Lanes>& a, int i, int j, int k, int axis) {
   if (i == j && j == k) {
@@ -146,9 +146,9 @@ LOOMSTONE_INLINE Corners<Lanes> corners_of(const CuboidPair& pair, int corner, d
   return result;
 }
 
-// Adds to `force` (3) the sums over corners of -s1 s2 J1_i J2_j T_ijk. Adds to `levers` (3 x 3:
-// axis of the lever, component of the force) the sums of the moments of these forces about the
-// centre of cuboid 2.
+// Adds to `force` (3) the sums of -s1 s2 J1_i J2_j T_ijk over i, j and all pairs of corners. Adds
+// to `levers` (3 x 3: axis of the lever, component of the force) the corresponding moments about
+// the centre of cuboid 2.
 template <class Lanes>
 LOOMSTONE_INLINE void corner_sums(const CuboidPair& pair, double* force, double* levers) {
   const double *a = pair.a.data(), *b = pair.b.data();
@@ -171,8 +171,8 @@ LOOMSTONE_INLINE void corner_sums(const CuboidPair& pair, double* force, double*
   for (int k = 0; k < 9; ++k) levers[k] += sum_in_order(moments[k]);
 }
 
-// Separates overlapping cuboids along the axis of least overlap until they touch. The force between
-// faces jumps where they pass through each other.
+// Separates overlapping cuboids along the axis of least overlap until they touch, because the force
+// between two faces jumps where they pass through each other.
 void separate(CuboidPair& pair) {
   int axis;
   const Vec3 most = pair.a + pair.b;

@@ -1,6 +1,6 @@
-// Force and torque between two cuboids with parallel edges in closed form [Akoun1984],
-// [Janssen2010]. They are sums over 8 x 8 pairs of corners. Each term is a function of the vector
-// between the two corners.
+// Force and torque between two uniformly magnetised cuboids with parallel edges, in closed form
+// [Akoun1984], [Janssen2010]. They are sums over 8 x 8 pairs of corners. Each term is a function of
+// the vector between the two corners.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 namespace loomstone {
 
 // Returns the wrench on `on` exerted by `by`. Wrench::error is the rounding error of the sums.
-// Returns no value if either body is not a cuboid or if their edges are not parallel within 1e-12.
+// Returns no value unless both bodies are such cuboids and their edges are parallel within 1e-12.
 std::optional<Wrench> parallel_cuboid_wrench(const MagneticBody& on, const MagneticBody& by);
 
 }  // namespace loomstone

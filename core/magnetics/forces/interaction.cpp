@@ -67,7 +67,8 @@ Wrench on_charges(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
-// Returns a body with the mean charge on each panel, whose field is cheaper to evaluate.
+// Returns the body with the charge of each panel replaced by its mean, whose field is cheaper to
+// evaluate. A body without such means is returned unchanged.
 MagneticBody with_panel_means(const MagneticBody& body) {
   const SourcePtr means = body.source->panel_means();
   return {means ? means : body.source, body.pose};
@@ -105,7 +106,8 @@ int dimensions(const Source& source) {
 }
 
 // Returns whether to integrate over `a`. The integral is over the simpler body, or over the smaller
-// one if both are equally simple. The choice does not depend on the order of the bodies.
+// one if both are equally simple. Positions decide between bodies of equal size, so the choice does
+// not depend on the order of the bodies.
 bool integrate_over_first(const MagneticBody& a, const MagneticBody& b) {
   const int da = dimensions(*a.source), db = dimensions(*b.source);
   if (da != db) return da < db;
@@ -132,8 +134,8 @@ void check_tolerance(double tolerance) {
     fail<InvalidInput>("tolerance must be in [1e-12, 0.1] [1], got {}", tolerance);
 }
 
-// Sets the wrenches that bodies with a single dipole, such as spheres, exert on each other. Returns
-// a mask of these bodies.
+// Stores the wrenches that bodies with a single dipole, such as spheres, exert on each other.
+// Returns a mask of these bodies. Bodies with cells do not count among them.
 std::vector<bool> add_single_dipoles(const Team& team, const std::vector<MagneticBody>& bodies,
                                      std::vector<Wrench>& result) {
   std::vector<bool> single(bodies.size(), false);
@@ -160,8 +162,8 @@ std::vector<bool> add_single_dipoles(const Team& team, const std::vector<Magneti
   return single;
 }
 
-// Adds the forces between single dipoles and all other bodies. The field of each body is evaluated
-// at all dipoles at once.
+// Adds the wrenches between single dipoles and the other bodies, unless both are on one carrier.
+// The field of each body is evaluated at all these dipoles at once.
 void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bodies,
                            const std::vector<bool>& single, const std::vector<Index>& carrier,
                            const std::vector<KnownField>& known, std::vector<Wrench>& result) {
@@ -203,7 +205,8 @@ void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bo
   }
 }
 
-// Returns the pairs i < k of bodies that are not in `done` and that exert forces on one another.
+// Returns the pairs i < k of bodies on different carriers, neither of which is in `done`. Throws
+// InvalidInput if a pair includes an open polyline.
 std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& bodies,
                                               const std::vector<Index>& carrier,
                                               const std::vector<bool>& done) {

@@ -1,6 +1,6 @@
-// Forces and torques between bodies. The charge or current of one body is integrated in the field
-// of the other. The reaction on the other body follows from the balance of linear and angular
-// momentum, which therefore holds up to rounding errors.
+// Forces and torques between bodies. In general, the charge or current of one body is integrated in
+// the field of the other. The reaction on the other body follows from the balance of linear and
+// angular momentum, which therefore holds up to rounding errors.
 //
 // Dipoles and spheres need no integral, parallel cuboids have a closed form, and other bodies are
 // integrated over their panels. Bodies that overlap slightly, as rigid bodies in contact do,
@@ -19,27 +19,27 @@ struct Wrench {
   double error = 0.0;
 };
 
-// Returns the wrench on `on` exerted by `by`. The error of an adaptive integral is at most
-// `tolerance` times the largest of the force, torque / radius and `least` [N], unless
-// most_evaluations is reached. The radius is that of the body whose charge or current is
-// integrated. The error is that of the force or of torque / radius, if that is larger.
+// Returns the wrench on `on` exerted by `by`. The estimated error of an adaptive integral is at
+// most `tolerance` times the largest of the force, torque / radius and `least` [N]; for exceptions,
+// see integrate_panels(). The radius is that of the body whose charge or current is integrated.
 Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double tolerance,
                        double least = 0.0);
 
-// Precomputed field of a body at given points.
+// Precomputed field of a body and its gradient at given points.
 struct KnownField {
   MagneticBody body;
   Points points;           // (n x 3) [m]
   FieldAndGradient there;  // field and gradient at the points, in world axes
 };
 
-// Returns the wrench on every body exerted by all others. The error of each pair is at most
-// `tolerance` times the largest force of any pair or on any single dipole. Single dipoles, which
-// include spheres, interact by one direct sum. Their forces with another body follow from the field
-// of that body at all single dipoles. Results do not depend on the number of threads or on `known`,
-// whose fields are not computed again. `carrier` (optional) is the index of the rigid body that
-// carries each magnet. Magnets on one carrier exert no force on one another. Forces between single
-// dipoles on one carrier are included, but cancel in the carrier's total.
+// Returns the wrench on every body exerted by all others. The estimated error of each pair is at
+// most `tolerance` times the largest force in the system, or times its own force or torque / radius
+// if that is larger. Single dipoles, which include spheres, interact by one direct sum. Their
+// forces with another body follow from the field of that body at all single dipoles. Results do not
+// depend on the number of threads or on `known`, whose fields are not computed again. `carrier`
+// (optional) is the index of the rigid body that carries each magnet. Magnets on one carrier exert
+// no force on one another. Forces between single dipoles on one carrier are included, but cancel in
+// the carrier's total.
 std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies,
                                       double tolerance, const std::vector<Index>& carrier = {},
                                       const std::vector<KnownField>& known = {});

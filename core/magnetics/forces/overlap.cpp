@@ -24,8 +24,8 @@ OrientedBox box_of(const MagneticBody& body) {
   return {body.pose.position + axes * (0.5 * (low + high)), 0.5 * (high - low), axes};
 }
 
-// Returns the largest gap between the projections of two boxes onto an axis [m]. It is negative if
-// the boxes overlap. The axes of the separating-axis test are the face normals and the cross
+// Returns the largest gap between the projections of two boxes onto any axis of the separating-axis
+// test [m]. It is negative if the boxes overlap. These axes are the face normals and the cross
 // products of edges.
 double separation(const OrientedBox& a, const OrientedBox& b) {
   constexpr double parallel = 1e-6;  // sine of the angle below which edges count as parallel
@@ -48,8 +48,8 @@ double separation(const OrientedBox& a, const OrientedBox& b) {
   return largest;
 }
 
-// Returns whether a point on a lattice over the surface of `one` is deeper than `rounding` in
-// `other`.
+// Returns whether any point of a lattice on the surface of `one` lies deeper than `rounding` [m]
+// inside `other`.
 bool enters(const MagneticBody& one, const MagneticBody& other, double rounding) {
   const std::vector<Panel> surface = one.source->surface();
   const int parts =

@@ -1,5 +1,5 @@
-// Detection of solid magnets that overlap. The force between them has no meaning, because two
-// magnets cannot fill the same space.
+// Detection of solid magnets that overlap, and of thin wires that meet. The force between
+// overlapping magnets has no meaning, because two magnets cannot fill the same space.
 #pragma once
 
 #include <string>
@@ -11,15 +11,16 @@ namespace loomstone {
 
 // Returns whether two bodies overlap by more than 1e-6 of the sum of their radii. This tolerance
 // allows for rounding. Bodies may touch. Dipoles, currents and cells fill no space. The test is
-// exact for pairs of cuboids and for spheres. For other pairs, at least about 300 points on the
+// exact for pairs of cuboids and for spheres. For other pairs, about 300 or more points on the
 // surface of each are tested.
 bool overlap(const MagneticBody& a, const MagneticBody& b);
 
-// Returns the outward normal of the surface of a solid source next to a point that is close to it,
-// or zero in the centre of the source. Both are in the axes of the source.
+// Returns the outward unit normal of a solid source's surface at the point closest to `point`.
+// Where that point is not unique, as in the centre of a sphere, the normal may be zero. Vectors are
+// in the axes of the source.
 Vec3 outward_normal(const Source& solid, const Vec3& point);
 // Returns `point` if it lies outside a solid source, and otherwise the nearest point just above its
-// surface. Both are in the axes of the source [m].
+// surface, if outward_normal() gives a direction. Points are in the axes of the source [m].
 Vec3 moved_outside(const Source& solid, const Vec3& point);
 
 // Throws InvalidInput if two bodies overlap or two thin wires meet. The message names the first

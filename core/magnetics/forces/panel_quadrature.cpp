@@ -111,8 +111,8 @@ Total total_of(const std::vector<Leaf>& leaves) {
   return t;
 }
 
-// Bisects leaves that have more than their share of the error, until the total error meets the
-// tolerance or the limit of evaluations is reached.
+// Bisects leaves with more than half of an equal share of the tolerated error, until the total
+// error meets the tolerance or the limit of evaluations is exceeded.
 Total adapt(const Integrand& integrand, double tolerance, double least) {
   // `n` is the number of points in each direction. Higher orders are faster at small tolerances.
   const int n = tolerance >= 1e-3 ? 5 : tolerance >= 1e-6 ? 7 : 10;

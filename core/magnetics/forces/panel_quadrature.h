@@ -1,7 +1,7 @@
 // Adaptive quadrature of one source's field over the panels of another. Panels with tensor-product
 // Gauss rules are bisected, in the direction with the larger error, until the estimated error is
 // below the tolerance. The error of an n-point rule is about the Legendre coefficient of degree 2 n
-// of the integrand. Coefficients are assumed to decay geometrically. Let l be the larger one of the
+// of the integrand. Coefficients are assumed to decay geometrically. Let l be the larger of the
 // last two coefficients that the rule resolves, and c the largest of all. The estimated error is
 // then 2 l^2 / c.
 #pragma once
@@ -19,8 +19,9 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;
 // its radius [N], both in the axes of `by`. Rigid bodies in contact overlap by rounding errors and
 // by the contact solver's tolerance. The field normal to a charged face jumps there, so charge
 // inside `by` experiences the field at the nearest point outside it. `energy` is minus the integral
-// of M.B over the volume inside the panels [J], as the first of six components. Because div B = 0,
-// it equals the integral of -(M.x) B.n over the closed surface. B.n does not jump at charged faces.
+// of M.B over the volume inside the panels [J], as the first of six components. Because div B = 0
+// and M is uniform, it equals the integral of -(M.x) B.n over the closed surface. B.n does not jump
+// at charged faces.
 enum class PanelQuantity { wrench, energy };
 
 struct PanelIntegral {
@@ -28,8 +29,8 @@ struct PanelIntegral {
   double error = 0.0;  // estimated norm of the error
 };
 
-// Largest number of field evaluations for one pair. If it is reached, the current value and its
-// error are returned.
+// Number of field evaluations for one pair above which panels are no longer bisected. The current
+// value and its error are then returned.
 inline constexpr Index most_evaluations = 2000000;
 
 // Source whose field is integrated, and the panels over which it is integrated.
@@ -41,8 +42,9 @@ struct PanelTask {
   PanelQuantity quantity;
 };
 
-// Integrates over the panels. The estimated error is at most `tolerance` times the larger of the
-// value and `least`, unless most_evaluations is reached.
+// Integrates over the panels. The estimated error is at most `tolerance` times the largest of the
+// value, `least` and 1e-6 of the sum of the norms on all parts of panels, unless most_evaluations
+// is exceeded.
 PanelIntegral integrate_panels(const PanelTask& task, double tolerance, double least);
 
 }  // namespace loomstone

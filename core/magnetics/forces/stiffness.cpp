@@ -16,7 +16,7 @@ namespace {
 constexpr int most_parts = 64;
 constexpr double longest_part = 1.5;  // largest ratio of longest edge to cube root of volume
 
-// Returns the centres of the parts of a box that is divided into `count` parts along each axis.
+// Returns the centres of the parts of a box that is divided into count[k] parts along axis k.
 Points part_middles(const Vec3& low, const Vec3& part, const int* count) {
   Points positions(count[0] * count[1] * count[2], 3);
   Index row = 0;
@@ -28,7 +28,8 @@ Points part_middles(const Vec3& low, const Vec3& part, const int* count) {
   return positions;
 }
 
-// Divides a box into equal boxes that are nearly cubes.
+// Divides a box into equal boxes and returns their centres and size. They are nearly cubes, unless
+// this would need more than most_parts boxes.
 CoarseMagnet divided(const Vec3& low, const Vec3& high) {
   const Vec3 edges = high - low;
   int count[3] = {1, 1, 1};
@@ -81,9 +82,9 @@ double yielding(const Carrier& carrier, const Vec3& point) {
   return carrier.inverse_mass + (point - carrier.centre).squaredNorm() * carrier.inverse_inertia;
 }
 
-// Returns the largest restoring stiffness of two dipoles with constant moments, times
-// r^5 / (3 mu0/4pi). It is the largest eigenvalue of the Hessian of their energy, a traceless
-// matrix. n is the unit vector from one dipole to the other.
+// Returns the largest restoring stiffness of two dipoles with constant moments, times r^5 / (3
+// mu0/4pi). It is the largest eigenvalue of the Hessian of their energy, which is traceless. n is
+// the unit vector from one dipole to the other.
 double driving_back(const Vec3& m, const Vec3& other, const Vec3& n) {
   const double a = m.dot(n), b = other.dot(n), product = m.dot(other);
   const Mat3 crossed = m * other.transpose(), turned = (a * other + b * m) * n.transpose();

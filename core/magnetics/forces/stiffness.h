@@ -1,9 +1,9 @@
 // Upper bounds of the frequencies at which magnetic forces make bodies oscillate. An explicit
-// integrator must resolve these frequencies. Every magnet is approximated by dipoles at the centres
-// of nearly cubic parts. A coil is treated as the magnet that fills its bore. At a distance r, the
-// force between two dipoles changes by at most 24 mu0/4pi m m' / r^5 per displacement, and the
-// torque by at most 2 mu0/4pi m m' / r^3 per angle. The mean size of the two parts replaces r if r
-// is smaller.
+// integrator must resolve these frequencies. A solid magnet is approximated by dipoles at the
+// centres of nearly cubic parts. A loop or solenoid is treated as the magnet that fills its bore.
+// At a distance r, the force between two dipoles changes by at most 24 mu0/4pi m m' / r^5 per
+// displacement, and the torque by at most 2 mu0/4pi m m' / r^3 per angle. The mean size of the two
+// parts replaces r if r is smaller.
 #pragma once
 
 #include <memory>
@@ -14,10 +14,10 @@
 namespace loomstone {
 
 struct CoarseMagnet {
-  std::shared_ptr<const Points> positions;  // (n x 3) dipoles in the axes of the source [m]
+  std::shared_ptr<const Points> positions;  // dipoles in the source's axes (n x 3) [m]
   double moment = 0.0;                      // largest moment of a dipole [A m^2]
-  double size = 0.0;                        // edge of each part [m]; 0 for point dipoles
-  bool soft_sphere = false;                 // true: magnetises along the field; see SoftSphere
+  double size = 0.0;                        // cube root of a part's volume [m]; 0 for dipoles
+  bool soft_sphere = false;                 // true for the sphere of a SoftSphere
 };
 
 CoarseMagnet coarse_magnet(const Source& source);
@@ -29,10 +29,10 @@ struct Carrier {
   Vec3 centre = Vec3::Zero();    // [m]
 };
 
-// Returns bounds of the squared angular frequency of every carrier [1/s^2]. `carrier` contains the
-// index of each magnet's carrier, and `field` is the norm of the uniform field [T]. Magnets on one
-// carrier do not interact. The bounds omit the forces between soft spheres and the forces of fixed
-// magnets on soft spheres, which add_sphere_frequencies2() takes into account.
+// Returns upper bounds of the squared angular frequency of every carrier [1/s^2]. `carrier`
+// contains the index of each magnet's carrier, and `field` is the norm of the uniform field [T].
+// Magnets on one carrier do not interact. The bounds omit the forces between soft spheres and the
+// forces of fixed magnets on soft spheres, which add_sphere_frequencies2() takes into account.
 std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets,
                                  const std::vector<RigidPose>& poses,
                                  const std::vector<Index>& carrier,
@@ -56,10 +56,11 @@ struct FixedMagnet {
   const RigidPose& pose;
   const Gradients& gradient;
 };
-// Adds the contribution of the force of a fixed magnet on soft spheres. The stiffness is the moment
-// of a sphere times the second derivative of the field. For a field that falls as r^-3, this
-// derivative is 4 / r times the gradient, and r is at least the sphere's radius. If the magnet has
-// few dipoles, a sum over them gives another bound, and the smaller one is used.
+// Adds the contribution of the force of a fixed magnet on soft spheres to `frequencies2`. The
+// stiffness is the moment of a sphere times the second derivative of the field. For a field that
+// falls as r^-3, this derivative is 4 / r times the gradient, and r is at least the sphere's
+// radius. If the magnet has at most 64 dipoles, a sum over them gives another bound, and the
+// smaller one is used.
 void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres,
                              const FixedMagnet& by, const std::vector<Carrier>& carriers,
                              std::vector<double>& frequencies2);

@@ -9,7 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// Returns the distance of a point from a segment or circle in the axes of its source [m].
+// Returns the distance of a point from a segment, or from the full circle of an arc [m]. The point
+// is given in the axes of the line's source.
 double distance_to(const Panel& line, const Vec3& point) {
   if (line.shape == Panel::Shape::circle)
     return std::hypot(std::hypot(point.x(), point.y()) - line.radius1, point.z());
@@ -21,7 +22,7 @@ double length_of(const Panel& line) {
   return line.shape == Panel::Shape::circle ? std::abs(line.turn) * line.radius1 : line.b.norm();
 }
 
-// Part of a segment or circle, in the parameter of Panel::at().
+// Part of a segment or arc, given by the range of the parameter u of Panel::at().
 struct Part {
   const Panel* line;
   double begin, end;
@@ -48,7 +49,8 @@ bool wires_meet(const MagneticBody& a, const MagneticBody& b) {
     double distance = std::numeric_limits<double>::infinity();
     for (const Panel& other : others) distance = std::min(distance, distance_to(other, point));
     if (distance <= near) return true;
-    // No point of the part is closer to the other wire than this distance minus half its length.
+    // No point of the part is closer to the other wire than `distance` minus half the part's
+    // length.
     if (distance > 0.5 * (part.end - part.begin) * length_of(*part.line) + near) continue;
     open.push_back({part.line, part.begin, middle});
     open.push_back({part.line, middle, part.end});

@@ -6,8 +6,8 @@
 
 namespace loomstone {
 
-// Returns whether two loops or polylines come closer to each other than 1e-6 of the sum of their
-// radii. Returns false unless both are loops or polylines.
+// Returns whether two thin wires (loops or polylines) come closer to each other than 1e-6 of the
+// sum of their radii. Returns false if either source is not a thin wire.
 bool wires_meet(const MagneticBody& a, const MagneticBody& b);
 
 }  // namespace loomstone

@@ -21,7 +21,7 @@ constexpr double worst = 0.1;
 using Leaf = AppliedField::Leaf;
 
 struct Judged {
-  double error[2] = {0.0, 0.0};  // error of the integral of (B.n) B in each direction [T^2 m^2]
+  double error[2] = {0.0, 0.0};  // quadrature errors of (B.n) B in u and in v [T^2 m^2]
   double size = 0.0;             // integral of (B.n)^2 [T^2 m^2]
   double whole() const { return error[0] + error[1]; }
 };
@@ -42,9 +42,9 @@ double rule_error(const Vec3* sums) {
   return largest > 0.0 ? last * last * last / (largest * largest) : 0.0;
 }
 
-// Estimates the error on a panel with the unit normal `direction`. `areas` are the areas of its
-// points [m^2]. `field` is B at the points, row by row, in the axes of the body [T]. `normal`
-// receives B.n.
+// Returns the estimated errors and the integral of (B.n)^2 on a panel with the unit normal
+// `direction`. `areas` are the areas of its points [m^2]. `field` is B at the points, row by row,
+// in the axes of the body [T]. `normal` receives B.n [T].
 Judged judge(const Vec3& direction, const double* areas, const double* field, double* normal) {
   Vec3 along_u[order], along_v[order];
   for (int i = 0; i < order; ++i) along_u[i] = along_v[i] = Vec3::Zero();
@@ -66,7 +66,7 @@ Judged judge(const Vec3& direction, const double* areas, const double* field, do
   return judged;
 }
 
-// Bisects a triangle at its longest edge, or a rectangle in the direction with the larger error.
+// Bisects a triangle at its longest edge, or a rectangle in the direction of u (`along_u`) or v.
 std::pair<FlatPanel, FlatPanel> halves(const FlatPanel& panel, bool along_u) {
   const Vec3* x = panel.corner;
   if (panel.corners == 4) {

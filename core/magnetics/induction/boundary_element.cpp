@@ -25,7 +25,7 @@ double log_below(double r, double u, double rest) {
 // Integrals of the normal component of the field over two rectangles [Akoun1984]. u, v and w are
 // coordinate differences between two corners. For parallel rectangles, w is along their normal, and
 // the component is w / r^3. For perpendicular rectangles, u is along the normal of the rectangle
-// that receives the flux, v is along the edge direction of both, and the component is u / r^3.
+// that receives the flux, v is along their common edge direction, and the component is u / r^3.
 double parallel_kernel(double u, double v, double w) {
   const double r = std::sqrt(u * u + v * v + w * w);
   return -u * w * log_below(r, u, v * v + w * w) - v * w * log_below(r, v, u * u + w * w) +
@@ -101,8 +101,8 @@ double flux_by_points(const PointsOf& on, const Vec3& normal, const PointsOf& by
 }
 
 // Returns the matrix (1/chi + 1/2) areas - flux. If the charge may have a net sum, `whole` is the
-// total area, and the term +-areas areas^T / whole with the sign of chi is added. The sum of all
-// rows is then (1/chi +- 1) times the net charge. This factor is never zero.
+// total area (otherwise 0), and the term +-areas areas^T / whole with the sign of chi is added. The
+// sum of all rows is then (1/chi +- 1) times the net charge. This factor is never zero.
 DenseMatrix equation(const DenseMatrix& flux, const Vector& areas, double susceptibility,
                      double whole) {
   DenseMatrix matrix = -flux;

@@ -7,8 +7,8 @@
 //
 // By Gauss' law, half of the flux of a panel's charge passes outwards through the surface. Diagonal
 // entries are set such that each column sums to exactly this value. A rank-one term keeps the net
-// charge zero even if 1/chi vanishes. The method is valid for chi from -1 (a superconductor) to
-// infinity.
+// charge zero even if 1/chi vanishes. The method is valid for all chi from -1 (a superconductor) to
+// infinity, except 0.
 #pragma once
 
 #include <array>

@@ -6,8 +6,8 @@ namespace loomstone {
 
 namespace {
 
-// Tolerance of applied_field(), relative to the force. Panels are bisected until they resolve the
-// applied field to this tolerance. The measured error is a tenth of the tolerance.
+// Tolerance of applied_field(): error of the integral of (B.n) B, relative to the integral of
+// (B.n)^2. The measured error is a tenth of this tolerance.
 constexpr double refinement = 3e-3;
 
 }  // namespace

@@ -20,13 +20,13 @@ class CoupledResponse {
   CoupledResponse(const Team& team, const std::vector<SoftBody>& soft);
 
   // Returns the excitation (flux, harmonics or field, depending on the type of body) of each body
-  // by magnets and a uniform field. For bodies made of panels, `applied` is set to the field within
-  // the panels.
+  // by magnets and a uniform field. For a body i made of panels, applied[i] is set to the applied
+  // field on its panels.
   std::vector<Vector> received(const std::vector<MagneticBody>& hard, const Vec3& field,
                                std::vector<AppliedField>& applied) const;
 
   // Returns the excitation of one body by the charges of all other bodies. Pairs of bodies with
-  // panels use MutualFluxes. Spheres on a common axis use translations of their harmonics. For
+  // panels use MutualFluxes. Spheres with a common z axis use translations of their harmonics. For
   // other pairs, the field is evaluated at samples.
   Vector received(std::size_t target, const std::vector<Vector>& charges) const;
 

@@ -83,7 +83,7 @@ BesideWinding beside_winding(const MagneticBody& coil, const MagneticBody& body)
     for (int k = 0; k < 4; ++k) note_edge(bore, corners[k], corners[(k + 1) % 4], found);
   }
   if (polygons) return found;
-  // Height within the winding that is nearest to the centre of the sphere.
+  // Height within the winding that is nearest to the centre of the body.
   const double z = std::clamp(pose.position[2], -bore.half_length, bore.half_length);
   if (std::abs(pose.position[2] - z) < body.source->radius())
     (pose.position.head<2>().norm() < bore.radius ? found.in_bore : found.outside) = true;

@@ -9,14 +9,14 @@
 
 namespace loomstone {
 
-// Location of those parts of a body that are at the height of the turns of a winding. If a body
-// encloses part of the winding, both values are true. If it lies beyond the ends of the winding,
-// both are false.
+// Location of those parts of a body that are at the height of the turns of a winding. If the body
+// lies beyond the ends of the winding, both values are false. If it encloses part of the winding
+// and its surface consists of polygons, both are true.
 struct BesideWinding {
   bool in_bore = false, outside = false;
 };
-// Locates a solid body relative to a winding, by the edges of its surface if the surface consists
-// of polygons, and by its bounding sphere otherwise.
+// Locates a solid body relative to a winding. If its surface consists of polygons, their edges are
+// tested, and otherwise the centre and radius of the body.
 BesideWinding beside_winding(const MagneticBody& coil, const MagneticBody& body);
 
 // Returns the flux [Wb] of dipoles or of an induced body through all turns of a loop or solenoid

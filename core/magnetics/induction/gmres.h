@@ -17,11 +17,11 @@ struct GmresResult {
   int iterations = 0;
 };
 
-// apply(x) returns A x. The iteration stops if the residual is at most `tolerance` times the norm
-// of the right side, or after `most` steps. `start` is the initial guess (warm start); if it is
-// empty, the guess is zero. The guess is returned unchanged if its residual is at most (1 + 1e-6)
-// times the tolerance, because rounding may lift the residual of a converged solution slightly
-// above the tolerance.
+// Solves A x = `right`; apply(x) returns A x. The iteration stops if the residual is at most
+// `tolerance` times the norm of the right side, or after `most` steps. `start` is the initial guess
+// (warm start); if it is empty, the guess is zero. The guess is returned unchanged if its residual
+// is at most (1 + 1e-6) times the tolerance, because rounding may lift the residual of a converged
+// solution slightly above the tolerance.
 template <class Apply>
 GmresResult gmres(Apply&& apply, const Vector& right, double tolerance, int most,
                   const Vector& start = {}) {

@@ -38,7 +38,7 @@ double distance_to(const MagneticBody& body, const Vec3& point) {
 
 // Chooses the degree of the solid harmonics of each sphere, unless the user has given it. Then
 // rotates the z axes of pairs of spheres onto their line of centres, because translations along z
-// are cheap. Takes the closest pairs first, and each sphere at most once.
+// are cheap. The closest pairs come first, and each sphere belongs to at most one pair.
 void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                      double tolerance) {
   struct Near {
@@ -108,8 +108,8 @@ std::vector<Vector> parted(const Vector& all, const std::vector<Vector>& like) {
 }
 
 // Updates the effective susceptibility of a saturating body. The demagnetisation factor of the body
-// follows from the volume means of the applied field and of the magnetisation. Returns true if the
-// susceptibility changes.
+// follows from the volume means of the applied field and of the magnetisation. Returns false if the
+// susceptibility remains the same within the tolerance.
 bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, const Vec3& moment,
               double tolerance) {
   if (original.saturation == 0.0) return false;

@@ -14,29 +14,29 @@ namespace loomstone {
 struct Induction {
   std::vector<MagneticBody> bodies;  // with induced charge; the axes of spheres may be rotated
   double residual = 0.0;             // relative residual of the linear system [1]
-  int iterations = 0;                // number of GMRES iterations
+  int iterations = 0;                // total number of GMRES iterations
 };
 
 // Magnetises `soft` in the field of `hard` and a uniform field [T] to a relative residual of
-// `tolerance`, which also determines the degree of spheres' harmonics. The volume means of a body
-// with saturation satisfy M = chi H / (1 + chi |H| / M_s). The effective susceptibility of such a
-// body is the single number chi (1 - |M| / M_s). Throws SolverFailure if no equilibrium is found.
+// `tolerance`, which also determines the degree of spheres' harmonics if it is automatic. The
+// volume means of a body with saturation satisfy M = chi H / (1 + chi |H| / M_s). Its effective
+// susceptibility chi (1 - |M| / M_s) is the same everywhere in the body. Throws SolverFailure if no
+// equilibrium is found.
 Induction induce(const Team& team, const std::vector<SoftBody>& soft,
                  const std::vector<MagneticBody>& hard, const Vec3& field, double tolerance);
 
 // Throws InvalidInput if a soft body overlaps another soft body or a magnet. The message names the
-// first such body. `names` contains the names of the soft bodies, followed by those of the hard
-// ones.
+// two. `names` contains the names of the soft bodies, followed by those of the hard ones.
 void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                  const std::vector<std::string>& names);
 
-// Returns the explicit response of [Thomaszewski2010]. Each cell responds only to the field of the
-// permanent magnets and the uniform field. It responds as a sphere (6.17), or with M = -B / mu0 in
-// a superconductor (6.18).
+// Returns the explicit response of [Thomaszewski2010], as dipoles at the positions `cells`. Each
+// cell responds only to the field of the permanent magnets and the uniform field. It responds as a
+// sphere (6.17), or with M = -B / mu0 in a superconductor (6.18).
 MagneticBody explicit_response(const SoftBody& body, const Points& cells,
                                const std::vector<MagneticBody>& hard, const Vec3& field);
 // Divides a body into cells of equal volume and returns their positions (n x 3) [m]. `density` is
-// the number of cells per volume [1/m^3].
+// the smallest number of cells per volume [1/m^3]; see CellMagnet.
 Points explicit_cells(const SoftShape& shape, double density);
 
 }  // namespace loomstone

@@ -1,4 +1,4 @@
-// Fluxes of the charge on one body through the panels of another. Panels of near clusters use a
+// Fluxes of the charge on one body through the panels of another. Each pair of near clusters uses a
 // stored matrix. Far clusters interact by nodes; see panel_clusters.h.
 #pragma once
 

@@ -72,8 +72,9 @@ class SoftPanels final : public SoftShape {
     return std::make_shared<ChargedPanels>(form_->set, charges, form_->solid);
   }
   // On a flat face, the applied field H directly induces the charge sigma = n.H / (1/chi + 1/2),
-  // which varies as rapidly as H. Sample points and bisected panels of the finest grid carry this
-  // charge. The rest is due to charge on other faces, is smooth and stays on panels of all grids.
+  // which varies as rapidly as H. The finest grid carries this charge, on panels, at sample points
+  // and on parts of bisected panels. The rest is due to charge on other faces, is smooth and stays
+  // on panels of all grids.
   SourcePtr source(const Vector& charges, const AppliedField& applied) const override {
     const double slope = 1.0 / (1.0 / susceptibility_ + 0.5);
     const PanelSet& set = *form_->set;

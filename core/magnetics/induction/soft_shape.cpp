@@ -32,7 +32,7 @@ class SoftSphere final : public SoftShape {
   Vector response(const Vector& received) const override {
     Vector result = received;
     for (int l = 1; l <= series_->degree(); ++l) {
-      // This form of -l chi / (l chi + 2 l + 1) is also valid for infinite chi.
+      // This form of l chi / (l chi + 2 l + 1) is also valid for infinite chi.
       const double share = susceptibility_ > 1.0
                                ? l / (l + (2.0 * l + 1.0) / susceptibility_)
                                : l * susceptibility_ / (l * susceptibility_ + 2.0 * l + 1.0);

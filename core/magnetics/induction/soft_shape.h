@@ -1,6 +1,6 @@
 // Linear bodies (soft iron, para- and diamagnets, superconductors) in their own axes, and the
-// surface charge that an applied field induces on them. Spheres respond exactly, by solid
-// harmonics. Cuboids, cylinders and meshes use boundary elements.
+// surface charge that an applied field induces on them. Spheres use solid harmonics, for which the
+// response is exact. Cuboids, cylinders and meshes use boundary elements.
 #pragma once
 
 #include <memory>
@@ -18,8 +18,8 @@ class SoftShape {
   virtual ~SoftShape() = default;
   // Returns the points at which the applied field is needed (n x 3) [m].
   virtual const Points& samples() const = 0;
-  // Returns the excitation of the body by an applied field, given as mu0 H at samples() (n x 3)
-  // [T]. The excitation is linear in `field`.
+  // Returns the excitation of the body by an applied field, given as B at samples() (n x 3) [T].
+  // The excitation is linear in `field`.
   virtual Vector received(const Points& field) const = 0;
   // Returns the charge that the excitation `received` induces, a vector of the same size. The
   // charge is linear in `received`.
@@ -28,7 +28,7 @@ class SoftShape {
   // Like source(charges), but the charge also varies within each panel, as the applied field does.
   // Bodies without panels ignore `applied`.
   virtual SourcePtr source(const Vector& charges, const AppliedField& applied) const;
-  // Returns the volume mean of the applied field [T].
+  // Returns the volume mean [T] of the applied field whose excitation is `received`.
   virtual Vec3 mean_field(const Vector& received) const = 0;
   virtual double volume() const = 0;  // [m^3]
   virtual double radius() const = 0;  // radius of the bounding sphere about the origin [m]
@@ -53,8 +53,8 @@ struct SoftBody {
 };
 
 // Checks the number of cells of the finest grid on a shape, "cuboid" or "cylinder". Throws
-// InvalidInput unless it is a multiple of 4, at least 8, and at most what the shape allows. `name`
-// is the name of the option.
+// InvalidInput unless it is a multiple of 4 from 8 to 48 (cuboid) or from 8 to 24 (cylinder).
+// `name` is the name of the option.
 void check_cells(int cells, const std::string& shape, const std::string& name = "cells");
 
 // Throws InvalidInput unless chi >= -1 [1] and chi != 0. An infinite chi stands for ideal iron.
@@ -71,17 +71,17 @@ int sphere_degree(double radius, double distance, double tolerance);
 int sphere_degree(double radius, double other_radius, double distance, double tolerance);
 
 // Returns a cuboid. Richardson extrapolation combines its responses on three grids of panels. The
-// finest grid has `cells` panels along the shortest edge (see check_cells()) and more along longer
-// edges (see cuboid_panels()). If focus > 0 [m], there are two grids, and all edges have `cells`
-// panels on the finer one. These grids are refined near the middle of the wide faces, for a magnet
-// of half width `focus` there. Throws InvalidInput for more than 24,000 panels.
+// finest grid has `cells` panels along the shortest edge (see check_cells()) and at least as many
+// along the others (see cuboid_panels()). If focus > 0 [m], there are two grids, and all edges have
+// `cells` panels on the finer one. These grids are refined near the middle of the wide faces, for a
+// magnet of half width `focus` there. Throws InvalidInput for more than 24,000 panels.
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,
                          double focus = 0.0);
 
 // Returns a cylinder |z| <= height / 2, or a ring if inner_radius > 0. It has three grids, as
-// cuboids do. `cells` is the number of rows of panels along the height on the finest grid; see
-// cylinder_panels(). Throws Unsupported if the height or the wall is less than a fiftieth of the
-// radius.
+// cuboids do. The finest grid has `cells` rows of panels along the height, or more if the cylinder
+// is slender; see cylinder_panels(). Throws Unsupported if the height or the wall is less than a
+// fiftieth of the radius.
 SoftShapePtr soft_cylinder(const Team& team, double radius, double height, double inner_radius,
                            double susceptibility, int cells);
 

@@ -4,13 +4,14 @@
 // A uniformly magnetised body has mu0 H = grad(J . grad Psi), where Psi is the Newtonian potential
 // of its volume. For a cylinder, all second derivatives of Psi follow from three functions of an
 // equivalent current sheet on its side: the field components b_z and b_rho, and t = A_phi / rho.
-// The third derivatives follow from current loops at its two ends. Near the axis and far away,
-// azimuthal integrals use the midpoint rule, which converges to rounding accuracy there.
-// Differences between the two ends are computed without cancellation. Near the rims, azimuthal
-// integrals are expressed by elliptic integrals, as in [Derby2010] for the sheet.
+// The third derivatives follow from these functions and from current loops at the two ends. Near
+// the axis and far away, azimuthal integrals use the midpoint rule, which converges to rounding
+// accuracy there, and differences between the two ends are computed without cancellation.
+// Elsewhere, azimuthal integrals are expressed by elliptic integrals, as in [Derby2010] for the
+// sheet.
 //
-// The scalar potential Phi is jointly homogeneous of degree 1 in the size of the body and the
-// position of the point. By Euler's theorem, Phi = -x.mu0 H + dPhi/d(size). Growth of the body adds
+// The scalar potential Phi is jointly homogeneous of degree 1 in the size s of the body and the
+// position x of the point. By Euler's theorem, Phi = -x.mu0 H + s dPhi/ds. Growth of the body adds
 // a layer of thickness x.n. This layer changes Phi by the component along J of the field of a
 // surface charge x.n. On the end faces, this field follows from the end terms of the sheet. On the
 // side, it is expressed by complete elliptic integrals.

@@ -156,7 +156,7 @@ LOOMSTONE_INLINE void cylinder_gradient(Sheet sheet, const double* j, const doub
   }
 }
 
-// Returns the potential of a circular ring with unit charge density.
+// Returns the potential of a ring of radius 1 with unit charge per length.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes ring_potential(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
   const Lanes alpha2 = zeta * zeta + (rho + 1.0) * (rho + 1.0);
@@ -225,8 +225,8 @@ LOOMSTONE_INLINE void vector_potential(Sheet sheet, double strength, const doubl
   }
 }
 
-// Predicate for split_block(): true at points where sheet_terms() uses the midpoint rule. `half` is
-// half the height of the sheet, and 0 for a loop. Lengths are in [m].
+// Predicate for split_block(): true at points where loop_terms() or sheet_terms() uses the midpoint
+// rule. `half` is half the height of the sheet, and 0 for a loop. Lengths are in [m].
 struct Smooth {
   double radius, half;
   bool operator()(double x, double y, double z) const {

@@ -3,8 +3,9 @@
 // The integration variable theta is (pi - phi) / 2 for an azimuth phi. With c = cos^2 theta and
 // s = sin^2 theta,
 //   cos phi = s - c,   sin^2 phi = 4 s c,   D^2 = zeta^2 + (rho+1)^2 c + (rho-1)^2 s,
-// where D is the distance from the wire. Near the wire or an end of the sheet, the fields are
-// elliptic integrals with Delta^2 = c + kc^2 s, where kc is the complementary modulus.
+// where D is the distance from the point to the wire element at phi. Where the midpoint rule is not
+// accurate, the fields are elliptic integrals with Delta^2 = c + kc^2 s, where kc is the
+// complementary modulus.
 #pragma once
 
 #include "core/magnetics/sources/elliptic.h"
@@ -106,7 +107,7 @@ LOOMSTONE_INLINE LoopTerms<Lanes> loop_terms(const Lanes& rho, const Lanes& beyo
   return out;
 }
 
-// Contribution of one end of a sheet to bz, br and t = A_phi / rho, for points near that end. The
+// Contribution of one end of a sheet to bz, br and t = A_phi / rho, from elliptic integrals. The
 // derivatives of bz and br along z are the field of a loop at this end; see loop_terms().
 template <class Lanes>
 struct SheetEnd {

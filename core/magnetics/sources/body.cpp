@@ -48,7 +48,7 @@ std::vector<Mat3> rotations_of(const std::vector<MagneticBody>& bodies) {
   return rotations;
 }
 
-// Rotates the field of a block to world axes and adds it to `rows`.
+// Rotates the field of a block to world axes and adds `scale` times the result to `rows`.
 void add_field(const Mat3& r, const double* field, Index n, Index count, double scale,
                double* rows) {
   for (Index i = 0; i < count; ++i)

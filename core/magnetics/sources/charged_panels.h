@@ -18,7 +18,7 @@ namespace loomstone {
 // One of several grids on the surface of a body. Richardson extrapolation superposes their charges,
 // each multiplied by the grid's weight `share`.
 struct PanelGrid {
-  Index begin = 0, end = 0;  // range of its panels
+  Index begin = 0, end = 0;  // range of its panels in the set
   double share = 1.0;
 };
 
@@ -68,13 +68,14 @@ class ChargedPanels final : public Source {
     Vector at_samples;  // mu0 times the charge at each sample of the set [T m^2]
     std::vector<FlatPanel> parts;
     Vector charges;  // mean of mu0 sigma on each part [T]
-    // Samples of the total charge of the parts, with the same number on each part.
+    // Samples of the total charge on the parts. Each part has the same number of samples.
     std::vector<PanelSample> samples;
     SourcePtr panel_means;  // the same body with uniform charge on each panel
     Vector errors;          // estimated error of mu0 sigma on each panel [T]; empty if unknown
   };
   ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid, Fine fine);
-  // Inside the surface, mu0 H is returned for B, because the magnetisation is unknown there.
+  // Inside the surface, field_block() returns mu0 H for B too, because the magnetisation is unknown
+  // there.
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
   double radius() const override { return set_->radius; }

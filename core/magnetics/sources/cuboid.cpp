@@ -25,8 +25,8 @@ LOOMSTONE_INLINE void across(const Lanes& x, double a, double scale, Lanes* out)
   out[1] = lanes_select(lanes_abs(out[1]) < on_face, lanes_all<Lanes>(on_face), out[1]);
 }
 
-// Sums the logarithms L (see polyhedron.h) of the four edges along axis w. The sign of each term is
-// the product of the signs of the edge's coordinates along the other two axes.
+// Returns the sum of the logarithms L (see polyhedron.h) of the four edges along axis w. The sign
+// of each term is the product of the signs of the edge's coordinates along the other two axes.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes edges_along(const Lanes* u, const Lanes* v, const Lanes* w, double length,
                                    const Lanes r[2][2][2]) {

@@ -9,7 +9,7 @@ namespace loomstone {
 struct Wrenches {
   Points forces;    // (n x 3) [N]
   Points torques;   // (n x 3) [N m]
-  Vector energies;  // (n) -m.B [J]
+  Vector energies;  // (n) -m.B of each dipole [J]
 };
 
 // Positions and moments (n x 3) in row-major order, the input of the kernels.
@@ -43,10 +43,10 @@ class DipoleSet final : public Source {
   Points positions_, moments_;
 };
 
-// Returns the forces and torques that the dipoles of `by` exert on the given dipoles (n x 3).
-// Torques are about each dipole's own position. Exchanging the two sets reverses the forces up to
-// rounding errors. `nearest` [m] regularises pairs at smaller distances R: 1/nearest^3 replaces
-// 1/R^3. Forces then grow only as 1/R, and torques stay bounded.
+// Returns the forces and torques that the dipoles of `by` exert on the given dipoles (n x 3), and
+// their energies. Torques are about each dipole's own position. Exchanging the two sets reverses
+// the forces up to rounding errors. `nearest` [m] regularises pairs at smaller distances R:
+// 1/nearest^3 replaces 1/R^3. Forces then grow only as 1/R, and torques stay bounded.
 Wrenches dipole_forces(const Team& team, const Points& positions, const Points& moments,
                        const DipoleSet& by, double nearest = 0.0);
 

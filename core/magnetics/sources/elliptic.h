@@ -1,8 +1,9 @@
 // Bulirsch's general complete elliptic integral [Bulirsch1969] on eight SIMD lanes,
 //   cel(kc, p, a, b) = int_0^{pi/2} (a c^2 + b s^2) / (c^2 + p s^2) / sqrt(c^2 + kc^2 s^2) dtheta
 // with c = cos theta, s = sin theta and kc, p > 0. The function evaluates `count` pairs (a, b) at
-// once and returns the integrals in `a`. The iteration converges in nine steps for kc >= 1e-16. All
-// lanes take nine steps, so the result of a lane does not depend on its neighbours.
+// once, returns the integrals in `a` and overwrites `b`. The iteration converges in nine steps for
+// kc >= 1e-16. All lanes take nine steps, so the result of a lane does not depend on its
+// neighbours.
 #pragma once
 
 #include "core/magnetics/sources/constants.h"

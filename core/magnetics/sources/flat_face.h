@@ -13,7 +13,7 @@ namespace loomstone {
 inline constexpr double on_face = 1e-12, on_edge = 1e-15;
 
 // Terms of a straight edge, which contributes the logarithm of sum / defect to the field of a face.
-// Both are computed without cancellation on and near the line of the edge.
+// `sum` and `defect` are computed without cancellation on and near the line of the edge.
 template <class Lanes>
 struct EdgeTerms {
   Lanes3<Lanes> r0, r1;  // vectors from the two ends to the point

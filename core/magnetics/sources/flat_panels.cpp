@@ -46,7 +46,7 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order) {
       points.push_back({panel.at(u, v), panel.corners == 3 ? 2.0 * u * weight : weight});
     }
   }
-  // The rule integrates the area of a triangle only approximately, so the shares are normalised.
+  // Normalisation removes rounding errors, so that the shares add up to 1.
   double total = 0.0;
   for (const PanelPoint& point : points) total += point.share;
   for (PanelPoint& point : points) point.share /= total;
@@ -185,8 +185,8 @@ using ProfilePoint = std::array<double, 2>;
 // towards its corners.
 static std::vector<ProfilePoint> cylinder_profile(double radius, double inner_radius, double height,
                                                   int cells) {
-  // The number of rows grows as the square root of the slenderness, so that long and short
-  // cylinders have similar errors.
+  // The number of rows grows as the square root of the slenderness, by a factor of at most 8, so
+  // that long and short cylinders have similar errors.
   const int slender =
       static_cast<int>(std::lround(std::clamp(std::sqrt(0.5 * height / radius), 1.0, 8.0)));
   std::vector<ProfilePoint> profile;

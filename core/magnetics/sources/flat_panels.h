@@ -54,8 +54,8 @@ std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus);
 std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, double height,
                                        int cells);
 
-// Refines a closed mesh by bisecting its longest edges, together with the two triangles at each
-// edge, until it has at least `panels` triangles.
+// Returns the triangles of a closed mesh, refined until there are at least `panels` of them. The
+// longest edges are bisected, together with the two triangles at each edge.
 std::vector<FlatPanel> mesh_panels(const TriangleMesh& mesh, Index panels);
 
 }  // namespace loomstone

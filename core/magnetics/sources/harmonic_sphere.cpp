@@ -52,7 +52,7 @@ std::vector<double> flat(const std::vector<Complex>& c, double scale) {
   return out;
 }
 
-// Coefficients of each field component and factors of the recurrence, both as triangular arrays.
+// Coefficients of each component and factors of the recurrence, both as triangular arrays.
 struct Series {
   const double* const* coefficients;
   const double *factor_a, *factor_b;
@@ -65,8 +65,9 @@ Series series_of(const double* const* coefficients, double radius, int highest) 
   return {coefficients, table.a.data(), table.b.data(), 1.0 / radius, highest};
 }
 
-// Sums the harmonics of degree 1 to `highest`, as in multipole_expansion.cpp. Values at points
-// inside the sphere are meaningless; the callers overwrite them.
+// Sums the harmonics of degree 1 to `highest`, without degrees that are negligible at the distance
+// of a point, as in multipole_expansion.cpp. Values at points inside the sphere are meaningless;
+// the callers overwrite them.
 template <int components, class Lanes>
 LOOMSTONE_INLINE void evaluate(Series series, const double* points, Index n, double* out) {
   const auto [coefficients, factor_a, factor_b, inverse_radius, highest] = series;

@@ -1,7 +1,7 @@
 // Surface charge on a sphere about the origin as a series of solid harmonics
-// (spherical_harmonics.h). The series is the exact response of a linear sphere with susceptibility
-// chi to any applied field. A coefficient L of degree l of the field induces the charge coefficient
-// c = -L l chi / (l chi + 2 l + 1).
+// (spherical_harmonics.h). Up to the degree of the series, this is the exact response of a linear
+// sphere with susceptibility chi to any applied field. A coefficient L of degree l of the applied
+// potential induces the charge coefficient c = -L l chi / (l chi + 2 l + 1).
 #pragma once
 
 #include <vector>
@@ -27,7 +27,7 @@ class HarmonicSphere final : public Source {
   bool induced() const override { return true; }
   std::vector<PanelSample> charges() const override;
   // Estimates the terms beyond the degree of the series from those of the last two degrees, and
-  // returns their charge.
+  // returns their charge at the points of charges() [A m].
   Vector charge_errors() const override;
 
  private:

@@ -68,13 +68,13 @@ LOOMSTONE_INLINE Lanes lanes_log(const Lanes& value) {
          ((half_square - (s * (half_square + (t1 + t2)) + k * 1.90821492927058770002e-10)) - f);
 }
 
-// Returns the angle of (x, y) in (-pi, pi], and 0 for (0, 0).
+// Returns the angle of (x, y) in [-pi, pi], and 0 for (0, 0).
 template <class Lanes>
 LOOMSTONE_INLINE Lanes lanes_atan2(const Lanes& y, const Lanes& x) {
   const Lanes a = lanes_abs(y), b = lanes_abs(x);
   const MaskOf<Lanes> steep = a > b;
   const Lanes small = lanes_select(steep, b, a), large = lanes_select(steep, a, b);
-  // If small / large exceeds tan(pi/8), t is the tangent of the angle minus pi/4.
+  // If small / large exceeds tan(pi/8), t is tan(a - pi/4) for the angle a = arctan(small / large).
   const MaskOf<Lanes> turned = small > 0.4142135623730950 * large;
   Lanes below = lanes_select(turned, small + large, large);
   below = lanes_select(below > 0.0, below, lanes_all<Lanes>(1.0));

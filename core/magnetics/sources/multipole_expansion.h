@@ -28,9 +28,9 @@ class MultipoleExpansion {
   static MultipoleExpansion of_dipoles(const Points& positions, const Points& moments,
                                        double radius);
 
-  // Computes mu0 H [T] or its gradient [T/m] at one block of points. The relative error is 1e-6
-  // beyond 2 radii and at the level of rounding beyond `near` radii. Values closer than 2 radii are
-  // meaningless.
+  // Computes mu0 H [T] or its gradient [T/m] at one block of points. The relative error is at most
+  // about 1e-6 beyond 2 radii, and at the level of rounding beyond `near` radii. Values closer than
+  // 2 radii are meaningless.
   void field_block(const double* points, Index n, double* field) const;
   void gradient_block(const double* points, Index n, double* gradient) const;
 

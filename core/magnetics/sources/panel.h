@@ -1,5 +1,5 @@
-// Panels are pieces of a source that carry surface charge or current. They are parametrised over
-// the unit square for quadrature of forces in the field of another source.
+// Panels divide the surface or wire of a source. They can carry charge or current, and they are
+// parametrised over the unit square for quadrature of forces in the field of another source.
 #pragma once
 
 #include "core/base/types.h"
@@ -23,9 +23,9 @@ struct Panel {
   double radius0 = 0.0,
          radius1 = 0.0;  // inner and outer radius of a disc [m]; side and circle use radius1 only
   double azimuth = 0.0, turn = 0.0;     // first azimuth and angle covered [rad]
-  double height0 = 0.0, height1 = 0.0;  // range along z [m]
+  double height0 = 0.0, height1 = 0.0;  // range of a side along z [m]; a disc is at height0
   Vec3 magnetization = Vec3::Zero();    // [A/m]; its normal component is the charge density
-  double sign = 1.0;                    // sign of the outward normal: -1 on bores and lower faces
+  double sign = 1.0;                    // side, disc: normal's sign, -1 on bores and lower faces
   // Current of a segment or circle [A], or current per height of a cylinder's side [A/m]. On
   // circles and sides, a positive current flows towards larger azimuth.
   double current = 0.0;

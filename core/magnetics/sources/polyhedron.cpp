@@ -59,8 +59,7 @@ LOOMSTONE_INLINE void field_kernel(SurfaceTables surface, const double* j, const
 }
 
 // Computes gradients from the edges alone, with Omega and L of polyhedron.h. The gradient of Omega
-// is proportional to the field of a current along the boundary of the face. That of L is a rational
-// function.
+// is proportional to the field of a current along the boundary of the face. That of L is algebraic.
 template <class Lanes>
 LOOMSTONE_INLINE void gradient_kernel(const double* edges, Index n_edges, double radius,
                                       const double* points, Index n, double* out) {
@@ -76,8 +75,8 @@ LOOMSTONE_INLINE void gradient_kernel(const double* edges, Index n_edges, double
   }
 }
 
-// Computes the potential. Its closed form is accurate at any distance, because the terms that
-// cancel grow only in proportion to the distance.
+// Computes the potential. Its closed form is used at any distance, because its rounding error grows
+// only in proportion to the distance.
 template <class Lanes>
 LOOMSTONE_INLINE void potential_kernel(SurfaceTables surface, const double* points, Index n,
                                        double* out) {
@@ -231,7 +230,7 @@ MeshMagnet::MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization)
   if (!mesh.closed())
     throw InvalidInput(
         "mesh must be closed to be a magnet, got a surface with open edges; close its holes");
-  // The tolerance 1e-12 is far below the volume of the thinnest sheet and far above rounding
+  // The tolerance 1e-12 is far below the volume of any practical sheet and far above rounding
   // errors.
   if (volume() < 1e-12 * std::pow(radius(), 3))
     fail<InvalidInput>(

@@ -3,16 +3,16 @@
 //
 // A face with charge density sigma contributes sigma/4pi [n Omega + sum over its edges of m L] to
 // the field. Omega is the solid angle of the face seen from the point, positive on the side of its
-// normal n. m is the outward normal of an edge in the plane of the face. An edge of length l with
-// distances r1, r2 to its ends has L = log((r1 + r2 + l) / (r1 + r2 - l)) [Wilton1984]. The
-// contributions of the two faces at an edge are added in advance, so edges between coplanar faces
-// drop out. The potential of a face is sigma/4pi [sum of (m.s) L - (n.r) Omega]. Here r points from
-// a corner to the point, and s from the point to an end of the edge.
+// normal n. m is the outward normal of an edge in the plane of the face. An edge of length l whose
+// ends are at distances r1, r2 from the point has L = log((r1 + r2 + l) / (r1 + r2 - l))
+// [Wilton1984]. The contributions of the two faces at an edge are added in advance, so edges
+// between coplanar faces drop out. The potential of a face is sigma/4pi [sum of (m.s) L - (n.r)
+// Omega]. Here r points from a corner to the point, and s from the point to an end of the edge.
 //
 // At points closer than 1e-12 radii to a face, the field is the limit from outside. The field is
 // infinite on an edge, so points closer than 1e-15 radii to an edge are evaluated at that distance.
-// Beyond 4 radii, a multipole expansion is used, because the closed form loses digits with
-// distance.
+// Beyond 4 radii, field and gradient are computed by a multipole expansion, because their closed
+// forms lose digits with distance.
 #pragma once
 
 #include <mutex>

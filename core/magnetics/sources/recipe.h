@@ -16,7 +16,7 @@ namespace loomstone {
 struct SourceRecipe {
   using Value = std::variant<double, Vec3, Points>;
 
-  std::string kind;  // constructor function in loomstone.magnetics; empty if there is none
+  std::string kind;  // name of a function of loomstone.magnetics; empty if there is none
   std::vector<std::pair<std::string, Value>> values;  // arguments of this function, in SI units
   std::shared_ptr<const TriangleMesh> mesh;           // mesh relative to its centre [m], or null
   std::shared_ptr<const SourceRecipe> of;             // magnet that is divided into cells, or null

@@ -18,9 +18,9 @@ namespace loomstone {
 // One row-major 3 x 3 matrix dB_i/dx_j per row (n x 9).
 using Gradients = Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor>;
 
-// A block consists of n points, stored as separate coordinate arrays x[n], y[n], z[n]; n is a
-// multiple of 8. Fields use the same layout. Symmetric gradients are stored as xx, xy, xz, yy, yz,
-// zz.
+// A block consists of n <= points_per_block points, stored as separate coordinate arrays x[n],
+// y[n], z[n]; n is a multiple of 8. Fields use the same layout. Symmetric gradients are stored as
+// xx, xy, xz, yy, yz, zz.
 inline constexpr Index points_per_block = 128;
 
 // B or mu0 H. Inside a magnet of polarisation J, B = mu0 H + J.
@@ -81,7 +81,7 @@ class Source {
   // Returns the panels that carry magnetic charge or current. Dipoles and induced bodies have none;
   // see dipoles() and charges().
   virtual std::vector<Panel> panels() const { return {}; }
-  // Returns the whole surface of a solid body, including panels without charge.
+  // Returns the whole surface of a solid body, including panels without charge; empty for a sphere.
   virtual std::vector<Panel> surface() const { return {}; }
   // Returns true for a body that an applied field magnetises. charges() then samples its surface
   // charge densely enough for integration; for other sources it is empty.
@@ -96,8 +96,8 @@ class Source {
   // Returns dipoles that produce the same field everywhere outside the source (one for a sphere),
   // or null if there are none.
   virtual const DipoleSet* dipoles() const { return nullptr; }
-  // charged_panels() and cell_magnet() return the source itself if it consists of uniformly charged
-  // panels or of dipole cells, and null otherwise.
+  // charged_panels() and cell_magnet() return the source itself if it consists of charged panels or
+  // of dipole cells, and null otherwise.
   virtual const ChargedPanels* charged_panels() const { return nullptr; }
   virtual const CellMagnet* cell_magnet() const { return nullptr; }
   // winding() has a value for loops and solenoids, and uniform_cuboid() for cuboids.

@@ -20,7 +20,7 @@ class SphericalHarmonics {
   explicit SphericalHarmonics(int degree);
   int degree() const { return degree_; }
   // size() is the number of coefficients: the real and the imaginary part of each (l, m) with l = 1
-  // ... degree and m = 0 ... l. slot() is the index of a real part.
+  // ... degree and m = 0 ... l. slot() is the index of a real part; the imaginary part follows it.
   Index size() const { return degree_ * (degree_ + 3); }
   static Index slot(int l, int m) { return (l - 1) * (l + 2) + 2 * m; }
 
@@ -33,12 +33,12 @@ class SphericalHarmonics {
   Vector values(const Vector& coefficients) const;
 
  private:
-  // Computes P_lm on a ring of points, indexed by triangle_place(l, m).
+  // Computes Y_lm at phi = 0 for a ring of points, indexed by triangle_place(l, m).
   void legendre(int ring, std::vector<double>& p) const;
 
   int degree_, turns_;
   Vector cosines_, weights_;
-  Eigen::MatrixXd waves_, sines_;  // cosine and sine of m times each azimuth (turns x degree + 1)
+  Eigen::MatrixXd waves_, sines_;  // cosine and sine of m times each azimuth (turns x m)
   Points points_;
   Vector shares_;
 };

@@ -12,8 +12,8 @@ namespace loomstone {
 
 namespace {
 
-// Returns a text that identifies a collision triangle in messages: its surface and its index in the
-// user's numbering.
+// Returns a string that identifies a collision triangle in messages: the name of its surface and
+// its index in the user's numbering.
 std::string place(const Model& model, Index triangle) {
   const CollisionSurface& surface =
       model.collision.surfaces[model.collision.surface_of_triangle[triangle]];
@@ -78,8 +78,8 @@ void check_inside(const Model& model, const Points& vertices) {
   }
 }
 
-// Throws InvalidInput if the scripted start positions of vertices are far from their actual start
-// positions, because the first step would then move these vertices far from their neighbours.
+// Throws InvalidInput if the script of a vertex starts more than the mean edge length away from the
+// vertex, because the first step would then move the vertex far from its neighbours.
 void check_scripts(const Model& model, const State& state) {
   Points start;
   pin_targets(model, state, 0.0, 1.0, start);

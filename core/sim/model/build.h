@@ -1,4 +1,4 @@
-// The functions that build() calls.
+// Functions by which build() fills the parts of the model and state and checks the start.
 #pragma once
 
 #include "core/base/find_by_name.h"
@@ -15,7 +15,8 @@ void build_cloth(const Scene& scene, Model& model, State& state);
 // Sets the surfaces and start poses of rigid bodies and obstacles, and the attachments.
 void build_bodies(const Scene& scene, Model& model, State& state);
 
-// Sets the magnets, coils and bearings, and the magnetic polarity at each vertex for rendering.
+// Sets the magnets, coils and bearings, and, for rendering, the magnetic polarity at each vertex of
+// bodies and obstacles.
 void build_magnetics(const Scene& scene, Model& model);
 // Checks magnets and circuits at the start positions.
 void check_magnetics(const Model& model, const State& state);

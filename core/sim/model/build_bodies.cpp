@@ -133,7 +133,8 @@ void add_cloth_surfaces(const Scene& scene, const std::vector<double>& thickness
   }
 }
 
-// Adds rigid bodies, then obstacles. Surfaces without a thickness of their own get `thickness` [m].
+// Adds the surfaces of bodies, then of obstacles. Those without a given thickness get `thickness`
+// [m].
 void add_body_surfaces(const Scene& scene, double thickness, Model& model) {
   const auto add = [&](const auto& each, std::size_t number, CollisionSurface surface) {
     surface.name = model.topology.body_names[number];
@@ -156,6 +157,7 @@ void add_body_surfaces(const Scene& scene, double thickness, Model& model) {
 }
 
 // Assigns each collision vertex its row in the implicit solve, or -1 if it belongs to an obstacle.
+// Also records the body to which each attached vertex is attached.
 void number_rows(Model& model) {
   CollisionModel& collision = model.collision;
   collision.rows.row.assign(collision.n_vertices, -1);

@@ -1,4 +1,5 @@
-// Builds the magnets, coils and bearings, and the magnetic polarity at each vertex for rendering.
+// Builds the magnets, coils and bearings, and, for rendering, the magnetic polarity at each vertex
+// of bodies and obstacles.
 #include "core/base/error.h"
 #include "core/sim/model/build.h"
 #include "core/sim/model/motion.h"

@@ -1,5 +1,5 @@
-// Tables of a checked scene, which are constant after build(). Model, State and the options of the
-// integrator determine all later steps.
+// Tables of a checked scene, which are constant after build(). Together with State and the options
+// of the integrator, they determine all later steps (see state.h).
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// Positions of pins and obstacles according to scripts, and surface vertices of rigid bodies.
+// Positions of pins and obstacles according to scripts or to the user's targets and poses, and
+// surface vertices of rigid bodies.
 #pragma once
 
 #include "core/sim/model/model.h"
@@ -25,8 +26,8 @@ RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, do
 void obstacle_vertices(const Model& model, const State& state, double time, double share,
                        Points& vertices);
 
-// These two functions return the obstacles for the rigid-body world. In rigid_obstacles(), `state`
-// is the state at `time`.
+// For the rigid-body world, rigid_obstacles() returns the obstacles at `time`, which must be the
+// time of `state`. obstacle_places() returns only the positions of the obstacles at `time`.
 std::vector<RigidObstacle> rigid_obstacles(const Model& model, const State& state, double time);
 ObstaclePlaces obstacle_places(const Model& model, const State& state, double time, double share);
 

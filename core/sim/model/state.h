@@ -1,5 +1,5 @@
-// The complete state of a simulation. Model, State and the options of the integrator determine all
-// later steps. A checkpoint contains the entire State.
+// The state of a simulation. After steps that allow a checkpoint, it is complete: Model, State and
+// the options of the integrator determine all later steps. A checkpoint contains the entire State.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@
 
 namespace loomstone {
 
-// Account of energy [J]. It begins with the first step, and again after the user has written
-// positions or velocities.
+// Account of energy [J]. It begins with the first step, and begins again with the next step after
+// the user has written positions or velocities.
 struct EnergyAccount {
   bool begun = false;
   double start = 0.0;              // energy when the account began, without that of contacts
@@ -23,10 +23,10 @@ struct EnergyAccount {
   double scripts = 0.0;            // work done by scripted motion
   // Work done by air, the user's forces, untangling, and impulses that restore gaps at events.
   double loads = 0.0;
-  double friction = 0.0;  // work done against friction of contacts in the solve
+  double friction = 0.0;  // work done against friction of contacts, in the solve or at events
   double damping = 0.0;   // work done against viscosity and bending damping
   double limits = 0.0;    // energy lost to strain limits after the solve
-  double withheld = 0.0;  // energy lost to motion that certification withheld
+  double withheld = 0.0;  // energy that cloth and bodies lost to certification
   double largest_kinetic = 0.0;
 };
 

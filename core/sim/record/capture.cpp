@@ -15,7 +15,8 @@ namespace loomstone {
 
 namespace {
 
-// Collective if `elasticity` is divided among ranks.
+// Returns the largest stretch and strains of the cloth. Collective if `elasticity` is divided among
+// ranks.
 StrainReport largest_strain(const Engines& engines, Elasticity& elasticity, const Points& x) {
   if (x.rows() == 0) return {};
   Points green;
@@ -48,8 +49,8 @@ StrainReport largest_strain(const Engines& engines, Elasticity& elasticity, cons
   return report;
 }
 
-// Sets the strain and stretch of each triangle, in the user's order. The positions `x` (n x 3) [m]
-// are in row order.
+// Sets the strain and stretch of each triangle, in the user's order, and the largest stretch in the
+// report. The positions `x` (n x 3) [m] are in row order.
 void capture_strain(const Engines& engines, const Points& x, Frame& frame) {
   const std::vector<Index>& triangle_of = engines.model.triangle_of;
   const Index m = static_cast<Index>(triangle_of.size());

@@ -1,4 +1,4 @@
-// Frames for output, and checkpoints for resuming a run.
+// Frames, measured values and magnetic forces for output, and checkpoints for resuming a run.
 #pragma once
 
 #include "core/base/checkpoint.h"
@@ -15,8 +15,9 @@ struct FrameTime {
   double share = 1.0;  // fraction of the step that has passed at this time [1]
 };
 // Captures a frame at a time within the last step. Positions are interpolated linearly within the
-// part of the step that contains this time, and strains follow from these positions. Velocities,
-// contacts and the report are those at the end of the step.
+// part of the step that contains this time. Strains, and the largest stretch in the report, follow
+// from these positions. Velocities, contacts and the rest of the report are those at the end of the
+// step.
 Frame capture(const State& state, const StepOutcome& outcome, const Engines& engines, FrameTime at);
 
 // Sets the energies, their account, the strains and the circuit values of a report for `state` at
@@ -24,7 +25,8 @@ Frame capture(const State& state, const StepOutcome& outcome, const Engines& eng
 void measure(const State& state, double time, const Engines& engines, Measuring how,
              StepReport& report);
 
-// Returns the magnetic force and torque on each body at `time` [s]. They are zero without magnets.
+// Returns the magnetic force and torque on each body at `time` [s]. They are zero if the scene has
+// neither magnets nor coils.
 std::vector<Wrench> magnetic_forces(const State& state, double time, const Engines& engines);
 
 Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutcome& outcome);

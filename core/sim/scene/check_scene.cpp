@@ -62,7 +62,7 @@ void check_vertices(const std::string& where, const std::vector<Index>& vertices
   }
 }
 
-// Checks the look of an obstacle or rigid body. Unlike cloth, it may have no uv.
+// Checks the look of an obstacle or body. Its mesh, unlike that of cloth, may have no uv.
 void check_body_look(const std::optional<Look>& look,
                      const std::shared_ptr<const TriangleMesh>& mesh, const std::string& where) {
   if (!look) return;
@@ -133,7 +133,7 @@ void check_names(const char* what, const List& list, std::set<std::string>& seen
             "{}: names of surfaces must be unique, got \"{}\" twice; rename one", what, each.name);
 }
 
-// Throws InvalidInput if the `body` of an entry of `list` is one of the surfaces `wrong`.
+// Throws InvalidInput if the `body` of an entry of `list` is the name of a surface in `wrong`.
 template <class List, class Names>
 void check_carriers(const char* what, const List& list, const Names& wrong, const char* kind,
                     const char* remedy) {

@@ -1,4 +1,4 @@
-// Checks the description of a scene. Makes the names of its parts for messages and reports.
+// Checks of the description of a scene, and names of its parts for messages and reports.
 #pragma once
 
 #include <string>

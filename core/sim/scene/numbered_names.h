@@ -1,4 +1,4 @@
-// Gives obstacles whose names are not chosen by the user different names.
+// Gives different names to obstacles whose names the user has not chosen.
 #pragma once
 
 #include "core/sim/scene/scene.h"
@@ -6,8 +6,8 @@
 namespace loomstone {
 
 // Appends the smallest free number >= 2, as in sphere_2, to the name of each obstacle that is
-// `numbered` and has the name of another surface. The names depend only on the scene, and a second
-// call changes nothing.
+// `numbered` and whose name is already taken. The names depend only on the scene, and a second call
+// changes nothing.
 void number_names(Scene& scene);
 
 }  // namespace loomstone

@@ -82,7 +82,7 @@ struct Cloth {
 // Description of an obstacle. It is static, moves by keyframes or deforms by a vertex sequence.
 struct Obstacle {
   std::string name;
-  bool numbered = false;  // its name gets a number if another surface has it
+  bool numbered = false;  // a number is appended to its name if another surface has this name
   std::shared_ptr<const TriangleMesh> mesh;
   double friction = 0.3;
   double thickness = 0.0;

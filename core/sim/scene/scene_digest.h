@@ -1,5 +1,5 @@
-// Hashes of the fields of a scene. A checkpoint stores them, so that a run cannot resume with
-// another scene.
+// Hashes of the fields of a scene and of the integrator's options. A checkpoint stores them, so
+// that a run cannot resume with another scene or integrator.
 #pragma once
 
 #include <map>

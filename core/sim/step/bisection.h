@@ -1,7 +1,8 @@
-// Divides a step into parts. A part that fails is repeated in two halves. It fails if the solver
-// finds no solution, if certification leaves impacts, or if certification or fallbacks withhold
-// much of the motion. It also fails if strain limits that are satisfied at its start are exceeded
-// at its end. A part whose error is too large is repeated with a length that the error allows.
+// Divides a step into parts. A part that fails is repeated in two halves, down to a least length.
+// It fails if the solver finds no solution, if certification leaves impacts, or if certification or
+// fallbacks withhold much of the motion. It also fails if strain limits that are satisfied at its
+// start are exceeded at its end. A part whose error is too large is repeated with a length that the
+// error allows.
 #pragma once
 
 #include <cstdint>

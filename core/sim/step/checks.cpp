@@ -11,7 +11,7 @@ namespace loomstone {
 
 namespace {
 
-// Returns whether all vertices have moved by at most `most` [m] and have finite velocities.
+// Returns whether the first n vertices have moved by at most `most` [m] and have finite velocities.
 bool all_within(const Points& x0, const ClothState& cloth, Index n, double most) {
   const double *a = x0.data(), *b = cloth.x.data(), *v = cloth.v.data();
   const double most2 = most * most;
@@ -56,8 +56,8 @@ void count_intersections(State& state, Engines& engines, StepOutcome& outcome) {
   const std::vector<std::array<Index, 2>> pairs = cloth_intersections(surfaces, x1);
   outcome.report.contacts.intersections = static_cast<std::int64_t>(pairs.size());
   // The state stays tangled until both cloth_intersections() and find_tangle() find nothing.
-  // cloth_intersections() skips triangles that share a vertex, so it misses an edge all of whose
-  // triangles share a vertex with the triangle that it pierces.
+  // cloth_intersections() skips pairs of triangles that share a vertex. It thus misses an edge that
+  // pierces a triangle if all triangles at this edge share a vertex with the pierced one.
   if (pairs.empty() && engines.collision->find_tangle(x1).empty()) state.tangled = 0;
   if (state.tangled != 2) return;
   outcome.forced = pairs;

@@ -1,4 +1,5 @@
-// Checks after a step: divergence, intersections and accelerations in contact.
+// Checks and measurements after a step: divergence, intersections, withheld motion, and
+// acceleration in contact.
 #pragma once
 
 #include "core/sim/step/engines.h"
@@ -12,11 +13,12 @@ void check_divergence(const Model& model, const Points& x0, const ClothState& cl
                       const char* stage);
 
 // Counts intersections, and clears state.tangled if there are none. If a step has ended with
-// unresolved impacts (state.tangled is 2), also lists the intersecting pairs in outcome.forced.
+// unresolved impacts (state.tangled is 2), also lists the intersecting pairs in outcome.forced and
+// marks their cloth vertices in outcome.contact.
 void count_intersections(State& state, Engines& engines, StepOutcome& outcome);
 
-// Reports the withheld motion of the whole step and the acceleration of vertices in contact. `step`
-// is the length of the step [s].
+// Reports the withheld fraction of the motion of the step, and the root mean square acceleration of
+// free vertices in contact. `step` is the length of the step [s].
 void measure_contacts(const Model& model, const State& state, double step, StepOutcome& outcome);
 
 }  // namespace loomstone

@@ -1,4 +1,4 @@
-// Computes the energies of a state.
+// Computes the energies of a state, and the circuit values of reports.
 #pragma once
 
 #include "core/base/report.h"
@@ -12,12 +12,12 @@ namespace loomstone {
 void measure_energies(const State& state, double time, const Engines& engines,
                       Elasticity& elasticity, StepReport& report);
 
-// Kinetic energy of cloth with the velocities v, and its elastic and gravitational energy at x [J].
-// potential_energy() is collective.
+// Return the kinetic energy of cloth with the velocities v, and its elastic and gravitational
+// energy at the positions x [J]. potential_energy() is collective.
 double kinetic_energy(const Engines& engines, const Points& v);
 double potential_energy(const Engines& engines, const Points& x);
 
-// Sets the energies of rigid bodies.
+// Sets the kinetic and gravitational energies of the bodies.
 void measure_bodies(const Model& model, const RigidState& rigid, EnergyReport& energy);
 
 }  // namespace loomstone

@@ -9,7 +9,7 @@ namespace loomstone {
 // Begins the account of a state at the start of a step, unless it already has one.
 void begin_account(const Engines& engines, State& state);
 
-// Changes of the cloth in a part of a step after its solve.
+// Causes of changes of energy in a part of a step after its solve.
 struct AfterSolve {
   double limited = 0.0;        // energy that strain limits removed from cloth [J]
   bool untangles = false;      // untangling forces acted
@@ -17,15 +17,16 @@ struct AfterSolve {
 };
 
 // Adds the work and the losses of a part. The energy that cloth and bodies lose after the solve is
-// attributed to certification, except for the energy that strain limits remove.
+// attributed to certification, except for the energy that strain limits remove. Energy gained after
+// the solve is attributed to untangling or to scripted motion.
 void add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
                     const Engines& engines, State& state);
 
 // Sets the account and the balances in a report whose energies are those of `state`.
 void report_account(const State& state, StepReport& report);
 
-// Returns the length to which the part must be shortened because contacts have created energy, or
-// the length of the part if they have not. Both lengths are in 64ths of the step (see StepPart).
+// Returns the length to which the part must be shortened if contacts have created more energy than
+// is tolerated, and the length of the part otherwise, in 64ths of the step (see StepPart).
 // Contacts create energy if surfaces approach each other within a part, because the contact force
 // begins only at the end of the part. By then, the surfaces may be much closer than their
 // thickness. The tolerated energy is a fraction of the largest kinetic energy so far. If the user

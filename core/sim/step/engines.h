@@ -41,13 +41,13 @@ struct Engines {
   Team team;
   std::vector<double> busy;  // (threads) time of each thread in collision loops of this step [s]
   Team collision_team;       // the same threads; their time is added to `busy`
-  std::unique_ptr<Elasticity> elasticity;  // elements of this rank
+  std::unique_ptr<Elasticity> elasticity;  // elements of this rank; all in asynchronous steps
   // Elements of all ranks, built when this rank measures alone for the first time.
   mutable std::unique_ptr<Elasticity> all_elements;
   Elasticity& elasticity_for(Measuring how) const;
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<CollisionStage> collision;  // null: nothing collides
-  // Energy of divided contacts at the end of the last part. The report of the step needs it again.
+  // Energy of contacts at the end of the last part, stored because the report of the step needs it.
   struct ContactEnergy {
     double time;           // [s]
     std::uint8_t tangled;  // State::tangled

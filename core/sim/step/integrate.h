@@ -1,5 +1,5 @@
 // Third stage of a part of a step: the integrator advances the cloth. An implicit solve includes
-// contacts, strain limits and attachments.
+// attachments and, depending on the options, contacts and strain limits.
 #pragma once
 
 #include "core/sim/step/near_contacts.h"
@@ -13,7 +13,7 @@ struct SolvedBodies {
   std::vector<RigidPose> poses;  // (b) poses at the end; empty unless the integrator moves bodies
 };
 
-// Advances the cloth of `state`. Throws SolverFailure.
+// Advances the cloth of `state`. Returns the solved motion of the bodies. Throws SolverFailure.
 SolvedBodies integrate(const StepContext& part, const Loads& loads, NearContacts& near,
                        State& state, Engines& engines, StepReport& report);
 

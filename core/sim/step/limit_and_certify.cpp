@@ -52,7 +52,8 @@ bool move_cloth(const StepContext& part, const Points& x1, ClothState& cloth) {
   return any;
 }
 
-// Sets the poses and velocities of the bodies. The rigid-body world reads them in its next step.
+// Sets the certified poses of the bodies, and adds the corrections, divided by the length of the
+// part, to their velocities. The rigid-body world reads both in its next step.
 void move_bodies_with(const StepContext& part, const FreeBodies& bodies, RigidState& rigid) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const FreeBody& body = bodies[i];

@@ -1,6 +1,7 @@
-// Fifth stage: enforces strain limits, then certifies that the motion has no impact and ends
-// without new intersections. No later stage moves vertices. Velocities change by the correction
-// divided by the length of the part, as in (3.16) of [Thomaszewski2010].
+// Fifth stage: enforces strain limits, then corrects the motion so that it has no impact and ends
+// without new intersections. Impacts that remain are counted. No later stage moves vertices.
+// Velocities change by the correction divided by the length of the part, as in (3.16) of
+// [Thomaszewski2010].
 #pragma once
 
 #include <optional>
@@ -15,7 +16,7 @@ struct Certified {
   PartResult result;
   bool moved = false;                 // limiting or certification moved cloth
   double limited = 0.0;               // energy that limiting removed from cloth [J]
-  std::optional<LimitReport> limits;  // after limiting; empty if vertices have moved after it
+  std::optional<LimitReport> limits;  // after limiting; empty if vertices may have moved since
 };
 
 Certified limit_and_certify(const StepContext& part, const Loads& loads, NearContacts& near,

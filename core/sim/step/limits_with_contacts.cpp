@@ -10,18 +10,18 @@ namespace loomstone {
 
 namespace {
 
-// Maximum number of certifications. Our choice. A second one is rare if contacts and limits are
-// both part of the solve.
+// Maximum number of certifications before fallbacks. Our choice. A second one is rare if contacts
+// and limits are both part of the solve.
 constexpr int max_rounds = 4;
 constexpr int max_fallbacks = 4;
 constexpr int max_passes = 16;    // passes over triangles per fallback
 constexpr double aimed_at = 0.9;  // target excess of a fallback, as a fraction of the margin
-// The step is taken in parts if fallbacks withhold more than this fraction of the motion. For a
+// A part of the step is divided if fallbacks withhold more than this fraction of its motion. For a
 // cloth thrown at a ball, one fallback can withhold most of the motion.
 constexpr double much_motion = 0.01;
 
-// A strain mode (weft, warp, shear) of a triangle: its strain minus the limit (negative: within the
-// limit) and the tolerated excess [1].
+// A strain mode (weft, warp, shear) of a triangle: the amount by which its strain exceeds the
+// nearer limit (negative: within the limit), and the tolerated excess [1].
 struct Mode {
   double excess, margin;
 };
@@ -80,8 +80,8 @@ class Constraining {
 
   MotionInputs motion() const { return {*in_.x0, *in_.inverse_mass, *in_.tangle}; }
 
-  // True if the limits of some cloth are satisfied at the start of the step (x0) but not at its end
-  // (x1).
+  // Returns whether the limits of some cloth are satisfied at the start of the part (x0) but not at
+  // its end (x1).
   bool breaks() {
     if (!in_.limiter || !in_.limits_hold) return false;
     if (limiting_held() && report_.touched.empty()) return false;
@@ -114,8 +114,8 @@ class Constraining {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
-  // True if the limits are satisfied after limiting and impulses do not resolve contacts. No check
-  // is then needed.
+  // Returns whether the limits are satisfied after limiting and no impulses change the positions.
+  // Until certification moves vertices, no check is then needed.
   bool limiting_held() const { return report_.limits.broken.empty() && !in_.repelled; }
 
   // Marks the cloths whose limits the sweeps did not satisfy, because scripted motion leaves no
@@ -174,7 +174,7 @@ class Constraining {
     ++report_.rounds;
   }
 
-  // Mode k (weft, warp, shear) of a triangle with this strain.
+  // Returns mode k (weft, warp, shear) of a triangle with this strain.
   Mode mode(const Vec3& strain, Index triangle, int k) const {
     const StrainLimit& limit = in_.cloth->strain_limits[in_.cloth->strain_limit_of[triangle]];
     const std::array<double, 3> most = {limit.weft, limit.warp, limit.shear};
@@ -201,7 +201,7 @@ class Constraining {
     return !beyond_.empty();
   }
 
-  // Moves the corners of triangles that exceed their limits back towards the start of the step
+  // Moves the corners of triangles that exceed their limits back towards the start of the part
   // until no triangle exceeds them, in at most max_passes passes. Returns false if no corner could
   // move.
   bool fall_back() {

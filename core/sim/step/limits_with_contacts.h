@@ -1,8 +1,8 @@
-// Enforces strain limits and contacts together at the end of a step. Limiting and certification
-// alternate: certification checks the limited motion, and limiting repairs strains that
+// Enforces strain limits and contacts together in a part of a step. Limiting and certification
+// alternate: certification corrects the limited motion, and limiting repairs strains that
 // certification causes. If no round satisfies both, the fallback moves cloth back towards the start
-// of the step, where both are satisfied. The fallback is a last resort, because the caller can take
-// the step in parts instead.
+// of the part, where both are usually satisfied. The fallback is a last resort, because the caller
+// can divide the part instead.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct ConstrainInputs {
   const Team* team = nullptr;
   const Team* collision_team = nullptr;
   const ClothModel* cloth = nullptr;
-  StrainLimiter* limiter = nullptr;  // null: strains have no limits
+  StrainLimiter* limiter = nullptr;  // null: strain limits are not enforced
   // false: strain is limited along edges (LimitMethod::Edges). These limits are enforced once,
   // before certification, and neither checked nor enforced again after it.
   bool limits_hold = true;
@@ -33,7 +33,7 @@ struct ConstrainInputs {
   std::uint64_t seed = 0;      // seed of the random order of sweeps
   double h = 0.0;              // length of the part [s]
   const Points* x0 = nullptr;  // (all vertices x 3) positions at the start of the part [m]
-  const Vector* inverse_mass = nullptr;  // (all vertices) 0: prescribed motion [1/kg]
+  const Vector* inverse_mass = nullptr;  // (all vertices) 0 unless free cloth vertex [1/kg]
   // Returns the energy of the cloth if the part ends at x1, without the energy of contacts [J].
   // Required with `limiter`.
   std::function<double(const Points& x1)> energy;

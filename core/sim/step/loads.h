@@ -1,5 +1,5 @@
-// First stage: positions and forces at the start of a part of a step, and scripted positions at its
-// end.
+// First stage: positions and forces at the start of a part of a step, and scripted positions and
+// predicted velocities of bodies at its end.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@ namespace loomstone {
 struct Loads {
   Points x0;              // (vertices x 3) collision vertices at the start [m]
   Points v0;              // (n x 3) velocities at the start [m/s]
-  Points target;          // (n x 3) positions of prescribed vertices at the end [m]
+  Points target;          // (n x 3) positions at the end, in rows of prescribed vertices [m]
   Points next_obstacles;  // (k x 3) obstacle vertices at the end [m]
   Points force;  // (n x 3) gravity, drag and user forces at the start, in rows of this rank [N]
   // Tables of 2 b rows have two rows for each of the b bodies: translation and rotation.

@@ -6,7 +6,7 @@ namespace loomstone {
 
 namespace {
 
-// Impulses and angular impulses on the bodies (b x 3 each).
+// Impulses [N s] and angular impulses [N m s] on the bodies (b x 3 each).
 struct BodyImpulses {
   Points linear, angular;
 };

@@ -1,5 +1,5 @@
-// Fourth stage: moves the rigid bodies under gravity, magnetic forces, impulses from the cloth, and
-// contacts with bodies and obstacles.
+// Fourth stage: moves the rigid bodies under gravity, magnetic forces, the user's forces, impulses
+// from the cloth, and contacts with bodies and obstacles.
 #pragma once
 
 #include "core/sim/step/integrate.h"
@@ -7,9 +7,10 @@
 namespace loomstone {
 
 // The impulses of the cloth follow from the difference between the velocities in `solved` and those
-// predicted in `loads`. If the integrator has moved the bodies, bodies without a contact keep the
-// poses that it computed. Attached vertices are then placed at their points on the bodies. Returns
-// the work that scripted obstacles do on bodies through contacts and magnets [J].
+// predicted in `loads`. If the integrator has also moved the bodies, attached vertices are placed
+// at their points on the bodies. Without magnets, coils and bearings, bodies without a contact then
+// keep the motion that the integrator computed. Returns the work that scripted obstacles do on
+// bodies through contacts and magnets [J].
 double move_bodies(const StepContext& part, const Loads& loads, const SolvedBodies& solved,
                    State& state, Engines& engines, StepReport& report);
 

@@ -54,8 +54,9 @@ void add_attachments(const Model& model, const State& state, ExtraTerms& terms) 
   }
 }
 
-// Elastic and external forces on cloth at the start of the part [N]; no rows if no contact is
-// pressed. Only the stiffness of contacts closer than half their thickness can depend on forces.
+// Returns the elastic and external forces on cloth at the start of the part (n x 3) [N], or no rows
+// if no contact is closer than half its thickness. Only the stiffness of such contacts can depend
+// on forces.
 Points pressing_forces(const Loads& loads, const ContactTotals& contacts, Engines& engines) {
   if (!contacts.pressed) return Points(0, 3);
   const Index n = engines.model.cloth.n_vertices;
@@ -93,7 +94,7 @@ void find_pressing_forces(const State& state, double time, const Engines& engine
 
 IndexRange owned_rows(const RowLayout& layout) { return {layout.begin(), layout.end()}; }
 
-// Registers the pairs that the integrator handles at events.
+// Finds and registers the pairs whose contacts the integrator handles at events.
 void register_events(const StepContext& part, const Loads& loads, const State& state,
                      Engines& engines, NearContacts& near, StepReport& report) {
   expect_motion(part, loads, state, engines, near);

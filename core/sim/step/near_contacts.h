@@ -29,8 +29,8 @@ struct NearContacts {
   // (vertices x 3) predicted velocities of all collision vertices [m/s]. They are set only if the
   // solve includes contacts or the integrator handles them at events.
   Points v0;
-  // (vertices x 3) change of velocity in the last step [m/s]. Contact terms assume the same change
-  // in this step, which reduces the lag of sliding contacts.
+  // (vertices x 3) change of velocity in the last part, scaled to the length of this part [m/s].
+  // Contact terms assume this change in this part, which reduces the lag of sliding contacts.
   Points last_change;
   GatherRoom work_room;
 };
@@ -42,8 +42,8 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
 // changes, contact_energies() and the next step then need no search.
 void know_contacts(const State& state, const Engines& engines);
 
-// Returns the energy [J] in `state` at `time` [s] of the contacts that the next part of the step
-// would find. If positions x0 are given, the motion from x0 to `state` is divided into `n_parts`
+// Returns the energy [J] of the contacts that the next part of the step would find in `state` at
+// `time` [s]. If positions x0 are given, the motion from x0 to `state` is divided into `n_parts`
 // intervals of equal length, and the result has the energy at the end of each interval. All of
 // these energies but the last are estimates. If contacts are not part of the solve, the energies
 // are 0. Slow unless know_contacts() was called for this state. Collective if `elasticity` is

@@ -15,8 +15,8 @@ struct StepContext {
   double t0 = 0.0;  // start of the part [s]
   double t1 = 0.0;  // end of the part [s]
   // Fraction of the remaining motion to the user's targets that the part covers [1]. It is the
-  // length of the part divided by the remaining time, which ends with the step or, in automatic
-  // steps, at the time of the targets.
+  // length of the part divided by the remaining time, but at most 1. The remaining time ends with
+  // the step or, in automatic steps, at the time of the targets.
   double share = 1.0;
   int length = 0;          // length of the part [1/64 step]
   bool automatic = false;  // true: part of an automatic step

@@ -1,5 +1,5 @@
-// Takes one step as a sequence of stages. Only State persists between steps, so a stepper can be
-// replaced by a new one.
+// Takes one step as a sequence of stages. After a step that allows a checkpoint, later results
+// depend on State alone, so the stepper can then be replaced by a new one.
 #pragma once
 
 #include "core/parallel/thread_choice.h"

@@ -24,7 +24,8 @@ class UserWrites {
   enum Kind { Nothing, Table, Velocities, Positions };
   void note(Kind kind) { written_ = std::max(written_, kind); }  // records a write by a call
 
-  // Throws InvalidInput for the first invalid entry.
+  // If watching(), throws InvalidInput for the first invalid entry. Otherwise, only setters have
+  // written, and they have checked their values.
   void check(const Model& model, const State& state) const;
   // If users have written anything, gathers every row from the rank that owns it, and broadcasts
   // overrides, poses, and the forces and torques on bodies from rank 0. Returns the Kind that

@@ -139,12 +139,12 @@ struct WorkOfContact {
   WorkOfContact() = default;
   Sum sum() const { return static_cast<Sum>(place % 2); }
 
-  std::uint64_t place = 0;  // sorts by contact and sum
+  std::uint64_t place = 0;  // sort key: contact, then sum
   double work = 0.0;
 };
 
-// Returns the work that scripted surfaces and prescribed vertices do through the contacts that
-// count on this rank, and the work done against their friction.
+// Returns the work that scripted surfaces and prescribed vertices do through the contacts that this
+// rank counts (ContactTerms::counts()), and the work done against the friction of these contacts.
 std::vector<WorkOfContact> work_of_terms(const StepContext& part, const NearContacts& near,
                                          const std::vector<std::array<Vec3, 2>>& terms,
                                          const Points& displacement, const Model& model) {
@@ -185,7 +185,7 @@ std::vector<WorkOfContact> gathered(std::vector<WorkOfContact> works, const RowL
 }
 
 // Returns the work that scripted surfaces and prescribed vertices do through contacts, the work
-// done against friction, and the work of forces that untangle. Changes the terms of contacts.
+// done against friction, and the work of untangling forces. Changes the terms of contacts.
 PartWork work_of_contacts(const StepContext& part, const Loads& loads, NearContacts& near,
                           const Solved& solved, const State& state, const Engines& engines) {
   PartWork work;

@@ -19,22 +19,22 @@ struct PartWork {
   double scripts = 0.0;  // work done by scripted motion [J]
   // Work done by air, the user's forces, untangling, and impulses that restore gaps at events [J]
   double loads = 0.0;
-  double friction = 0.0;  // work done against friction of contacts in the solve [J]
+  double friction = 0.0;  // work done against friction of contacts, in the solve or at events [J]
   double damping = 0.0;   // work done against viscosity and bending damping [J]
 };
 
 // Returns the work of a part [J]. Elastic forces are the means of those at the start and at the end
 // of the part. Viscous forces are those in the middle of the motion at its mean velocity, and
-// contact forces are those of the solve. The work on a prescribed vertex is the change of its
-// kinetic energy less the work of these forces on it. Sets the terms in `near` to the forces of the
-// solve.
+// contact forces are those of the solve. The work of the script on a prescribed vertex is the
+// change of its kinetic energy less the work of these forces on it. Sets the terms in `near` to the
+// forces of the solve.
 PartWork work_of_part(const StepContext& part, const Loads& loads, NearContacts& near,
                       const Solved& solved, const State& state, Engines& engines);
 
 // Sets the cloth motion and the energy of bodies in `solved` to those of `state`.
 void note_solved(const Engines& engines, const State& state, Solved& solved);
 
-// True if some scripted surface moves in the part.
+// Returns whether some obstacle moves in the part. Returns false if there is no cloth.
 bool surfaces_move(const Loads& loads);
 
 }  // namespace loomstone

@@ -81,7 +81,7 @@ def _explained(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _explain(owner: Any) -> None:
-    """Wraps the public functions and methods of the core, or the methods of one of its classes."""
+    """Wraps the public functions, methods and constructors of the core or of one of its classes."""
     for name, value in list(vars(owner).items()):
         if isinstance(value, type):
             if owner is _core:

@@ -35,7 +35,7 @@ def _libgomp_is_loaded() -> bool:
 
 
 def _load_core() -> str:
-    """Loads `_core` with our spin count if it can take effect; describes how threads wait."""
+    """Loads `_core`, if possible with our spin count, and returns how threads wait, as text."""
     for name in ("OMP_WAIT_POLICY", "GOMP_SPINCOUNT"):
         if name in os.environ:
             return f"{name}={os.environ[name]} (environment)"

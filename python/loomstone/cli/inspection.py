@@ -22,8 +22,8 @@ from ..simulation import Simulation
 
 __all__ = ["check_run", "check_scene", "describe", "print_source", "report_text"]
 
-# Names of losses of energy in text. Other losses are shown by their own names. Certification takes
-# energy where it resolves impacts, even if it withholds no motion.
+# Printed names of losses of energy. Losses that are not listed are printed under their own names.
+# Certification takes energy where it resolves impacts, even if it withholds no motion.
 LOSSES = {"withheld": "impacts and withheld motion"}
 
 
@@ -182,8 +182,8 @@ def event_lines(run: Run, summary: dict[str, Any]) -> list[str]:
 
     The first line compares the number of events with that for equal steps of all triangles.
 
-    If there is a checkpoint, further lines count triangles by the longest step that each may take
-    at the newest one.
+    If there are checkpoints, further lines count triangles by the longest step that each may take
+    at the time of the newest checkpoint.
     """
     if not summary.get("events"):
         return []

@@ -54,7 +54,7 @@ def new(
 
 
 def write_new_file(path: Path, text: str) -> None:
-    """Writes a text file. Raises CacheError if it exists or cannot be written."""
+    """Writes a new text file. Raises CacheError if the file exists or cannot be written."""
     try:
         with path.open("x") as file:
             file.write(text)

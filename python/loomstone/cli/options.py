@@ -24,7 +24,7 @@ __all__ = [
 
 
 def one_of(names: Iterable[str]) -> Callable[[str], list[str]]:
-    """Returns the function by which a shell completes an option that takes one of `names`."""
+    """Returns a function for completion in shells: it lists the `names` that begin with a text."""
     known = sorted(names)
 
     def matching(incomplete: str) -> list[str]:

@@ -52,15 +52,15 @@ def plot(
         float, typer.Option(help="largest distance [m]; 0: the second magnet's radius")
     ] = 0.0,
 ) -> None:
-    """Plots a run over time, or forces between magnets.
+    """Plots a run over time, the parallel work of runs, or forces between magnets.
 
     For a run, plots energy, stages, contacts, stretch, strain, iterations or step from its
     steps.csv. The plot of strain shows the largest strain in each direction, its excess over
-    limits, and the sweeps of strain limiting. The plot of parallel work compares runs of a scene on
-    several numbers of ranks, with the predictions of `loomstone replay`. It averages runs that have
-    the same number of ranks and the same decomposition. `force` plots the force of one magnet on
-    another against the gap between them. `torque` plots the torque against the angle by which one
-    of them is turned.
+    limits, and the sweeps of strain limiting. `--what parallel` compares runs of a scene on
+    different numbers of ranks, and shows the predictions of `loomstone replay`. It averages runs
+    that have the same number of ranks and the same decomposition. `force` plots the force of one
+    magnet on another against the gap between them. `torque` plots the torque against the angle by
+    which one of them is turned.
 
     \b
         loomstone plot out/drape --what stages
@@ -102,7 +102,7 @@ def field(
         str, typer.Option(help="plane of the slice, through the centre: xy | xz | yz")
     ] = "xz",
 ) -> None:
-    """Draws the field of a magnet of any shape.
+    """Draws the field of a uniformly polarized magnet of any shape.
 
     \b
         loomstone field horseshoe.obj --polarization 0,0,1 --lines 200 --slice slice.png
@@ -124,7 +124,7 @@ def field(
 
 
 def _only_run(runs: list[Path], what: str) -> Path:
-    """Returns the first run. Raises InvalidInput if there are others, but only one is plotted."""
+    """Returns the first run. Raises InvalidInput for several, unless `what` is "parallel"."""
     if len(runs) > 1 and what != "parallel":
         raise InvalidInput(f"only --what parallel plots several runs, got {len(runs)} for {what}")
     return runs[0]
@@ -138,7 +138,7 @@ def _plot_runs(runs: list[Path], what: str, target: Path) -> Path:
 
 
 def _title(directory: Path) -> str:
-    """Returns the directory of a run, with its scene and parameters if they are known."""
+    """Returns a title: the directory of a run, with its scene and parameters if they are known."""
     name = str(directory)
     try:
         made = Run(directory).metadata.get("scene_file")

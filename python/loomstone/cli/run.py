@@ -90,7 +90,8 @@ def run(
 ) -> None:
     """Simulates a scene.
 
-    Writes run.vtkhdf and bodies.vtkhdf (for ParaView), checkpoints, steps.csv and report.json.
+    Writes run.vtkhdf and, if there are bodies or obstacles, bodies.vtkhdf (both for ParaView).
+    Also writes checkpoints, steps.csv and report.json.
     --render adds frames/*.png and video.mp4. --verify adds frames.csv, and the exit code is 1 if
     triangles of cloth intersect. After Ctrl-C, SIGTERM, SIGUSR1 or a crash, `loomstone resume`
     continues the run with a bit-identical result. On several ranks: mpirun -n 2 loomstone run
@@ -194,7 +195,7 @@ class _Task:
 
 
 def _place(threads: int) -> str:
-    """Describes where this rank runs."""
+    """Returns a text with the host, threads and processors of this rank."""
     allowed, n_processors = sorted(os.sched_getaffinity(0)), os.cpu_count() or 1
     where = f"bound to processors {','.join(map(str, allowed))} of {n_processors}"
     if len(allowed) == n_processors:

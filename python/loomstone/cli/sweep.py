@@ -58,7 +58,7 @@ def sweep(
     """Runs a scene for all combinations of parameters.
 
     Each run has a directory of its own in --out. table.csv has the parameters of each finished run
-    and the figures of its report; figures.png plots some of these figures. If a sweep is
+    and numbers from its report; figures.png plots some of these numbers. If a sweep is
     interrupted, the same command continues it: finished runs are kept, and others are resumed. More
     values may be added. The exit code is 1 if a run fails; its log.txt says why. docs/cluster.md
     describes how to run a sweep on a cluster.

@@ -30,9 +30,9 @@ def view(
         Path | None, typer.Option(help="write a page that needs no server to this file, and end")
     ] = None,
 ) -> None:
-    """Shows a run, or a running simulation, on a web page.
+    """Shows a run on a web page, or simulates a scene there.
 
-    A run is played with a timeline; a run that is still in progress grows. A scene file is
+    A run is played with a timeline, which grows while the run is still in progress. A scene file is
     simulated as you watch: pull cloth, rigid bodies and obstacles with the left mouse button. To
     watch from another machine, first forward the port there: ssh -L 8080:localhost:8080 HOST.
 

@@ -17,7 +17,7 @@ class Words:
     """Prints the output of a command on rank 0, and nothing on other ranks.
 
     quiet : print no text except by insist()
-    as_json : print no text except by insist(), but one JSON object at the end
+    as_json : print no text except by insist(), but print the objects passed to json()
     """
 
     def __init__(self, rank: int = 0, *, quiet: bool = False, as_json: bool = False) -> None:

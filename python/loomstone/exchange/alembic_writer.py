@@ -1,7 +1,7 @@
 """Writes Alembic: deforming surfaces as samples of points, rigid ones as samples of transforms.
 
-Alembic has y up and clockwise faces, so points are rotated and faces are reversed. It holds no
-materials, so colours are stored as a parameter of the vertices: Cd, in linear RGB.
+Alembic has y up and clockwise faces, so points are rotated and faces are reversed. The files
+contain no materials. Colours are stored as a parameter of the vertices: Cd, in linear RGB.
 """
 
 from __future__ import annotations
@@ -84,7 +84,10 @@ class _Mesh:
         stored.set(geometry.OC3fGeomParamSample(colors, vertex))
 
     def add(self, index: int, positions: Floats) -> None:
-        """Adds a frame: the points of a deforming surface, or the pose of a moving rigid one."""
+        """Adds a frame: the points of a deforming surface, or the pose of a moving rigid one.
+
+        The first frame of a rigid surface also adds its points.
+        """
         motion = self._motion
         if not motion.rigid:
             self._add_points(positions, vertex_normals(positions, self.surface.triangles))
@@ -101,7 +104,7 @@ class _Mesh:
             self._pose.getSchema().set(sample)
 
     def _add_points(self, points: Floats, normals: Floats) -> None:
-        """Adds points, with normals of all vertices or of all corners."""
+        """Adds points with their normals, which are one per vertex or one per corner."""
         scope = self._geometry.GeometryScope
         per_corner = len(normals) != len(points)
         if per_corner:

@@ -23,10 +23,11 @@ def read_parts(
     """Reads the meshes of a USD or glTF file, and the times [s] at which their motion is sampled.
 
     rate : samples per second [1/s]; None: that of the file, or 60 for glTF
-    animation : names of animations (glTF only); an empty list: the only animation; None: at rest
+    animation : names of animations (glTF only); an empty list: the only animation, or the motion of
+        a USD file; None: only the rest pose (glTF) or the first frame (USD)
 
-    Raises CacheError if the file cannot be read, and InvalidInput if it has no meshes or no such
-    animation.
+    Raises CacheError if the file cannot be read, and InvalidInput if it has no visible mesh or no
+    such animation.
     """
     if not path.is_file():
         raise CacheError(f"{path}: cannot be read: there is no such file")
@@ -78,7 +79,7 @@ def mesh_at_rest(path: Path) -> TriangleMesh:
 def _welded(part: Part) -> Part:
     """Joins vertices that coincide in all frames, to single precision.
 
-    Triangles that lose a corner are left out, and so are vertices without triangles.
+    Triangles with two equal corners are left out, and so are vertices without triangles.
 
     Files repeat vertices where uv or normals differ, but adjacent triangles must share vertices.
     """

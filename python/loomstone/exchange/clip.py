@@ -51,8 +51,8 @@ class Clip:
     def largest_size(self) -> int:
         """Upper bound on the size [bytes] of a binary file with all surfaces and their normals.
 
-        The libraries for USD and Alembic do not report a full disk reliably, and alembic3d ends the
-        process, so space is reserved before they write.
+        The libraries for USD and Alembic do not report a full disk reliably, and alembic3d even
+        ends the process, so space is reserved before they write.
         """
         size = 2**20
         for surface, motion in zip(self.surfaces, self.motions, strict=True):

@@ -26,9 +26,9 @@ _EXTRAS = {
 
 
 def imported(module: str, what: object) -> Any:
-    """Returns a module; raises Unsupported, naming the extra, if its package is not installed.
+    """Imports and returns a module. Raises Unsupported if its package is not installed.
 
-    what : the file for which it is needed
+    what : the file for which the module is needed, for the message
     """
     try:
         return importlib.import_module(module)

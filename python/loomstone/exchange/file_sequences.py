@@ -1,4 +1,4 @@
-"""Writes each surface of a run to files of its own: a point cache, or one mesh file per frame."""
+"""Writes each surface of a run to files of its own: mesh files, or one with a point cache."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def write_point_caches(directory: Path, clip: Clip, suffix: str) -> list[Path]:
     """Writes each surface in the first frame as NAME.obj with its materials, and the motion of each
     surface that moves as NAME.pc2 or NAME.mdd.
 
-    The vertices of both files have the order of the run.
+    The vertices of both files have the order of the run. Returns the paths of all files.
     """
     written = []
     with ExitStack() as open_files:
@@ -44,7 +44,7 @@ def write_point_caches(directory: Path, clip: Clip, suffix: str) -> list[Path]:
 def write_meshes(directory: Path, clip: Clip, suffix: str) -> list[Path]:
     """Writes each surface that moves as NAME-00000.obj or NAME-00000.ply and so on, numbered like
     the frames of the run. Writes each other surface as one file, NAME.obj or NAME.ply. All OBJ
-    files of a surface share its materials.
+    files of a surface share its materials. Returns the paths of all files.
     """
     written = []
     if suffix == ".obj":
@@ -70,7 +70,7 @@ def _header(clip: Clip, suffix: str, points: int) -> bytes:
 def _write_mesh(path: Path, surface: Surface, positions: Floats) -> None:
     uv = surface.uv if len(surface.uv) else None
     if surface.texture is not None and path.suffix == ".obj":
-        uv = surface.texture_uv  # the materials refer to the image
+        uv = surface.texture_uv  # for the image that the materials name
     uv_triangles = surface.uv_triangles if len(surface.uv) else None
     try:
         mesh = TriangleMesh(positions, surface.triangles, uv, uv_triangles=uv_triangles)

@@ -1,4 +1,4 @@
-"""Animations of glTF 2.0: values of nodes at given times (specification, appendix C)."""
+"""Animations of glTF 2.0: properties of nodes at given times (specification, appendix C)."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def channels_of(file: GltfFile, names: list[str]) -> list[Channel]:
 
 
 def value_at(channel: Channel, time: float) -> Floats:
-    """Returns the value of a channel at a time [s], constant before and after its keyframes."""
+    """Returns the value of a channel at a time [s]; it is constant outside the keyframes."""
     times, values = channel.times, channel.values
     cubic = channel.interpolation == "CUBICSPLINE"
     i = int(np.clip(np.searchsorted(times, time, "right") - 1, 0, len(times) - 1))

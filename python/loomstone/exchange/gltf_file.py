@@ -1,4 +1,4 @@
-"""A glTF 2.0 file as plain arrays: accessors, nodes and their poses."""
+"""Access to a glTF 2.0 file: its items, arrays of its accessors, and transforms of its nodes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["GltfFile", "matrix"]
 
 _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-_KNOWN = (  # prefixes of extensions that may be required; they do not prevent reading geometry
+_KNOWN = (  # prefixes of the required extensions with which geometry can be read
     "KHR_materials_",
     "KHR_texture_",
     "KHR_lights_",
@@ -65,7 +65,8 @@ class GltfFile:
     def array(self, index: int, of: str) -> Floats:
         """Returns the values (count x columns) of an accessor.
 
-        Integers that the accessor marks as normalized are divided by the largest value of the type.
+        Integers that the accessor marks as normalized are divided by the largest value of the type,
+        and quotients below -1 are replaced by -1.
 
         of : what the values are, for messages
         """
@@ -115,7 +116,7 @@ class GltfFile:
 
 
 def matrix(node: Any, changed: dict[str, Floats]) -> Floats:
-    """Returns the pose (4 x 4) of a node relative to its parent.
+    """Returns the transform (4 x 4) of a node relative to its parent.
 
     changed : values of an animation that replace translation, rotation (x, y, z, w) or scale
     """

@@ -16,14 +16,14 @@ from .surfaces import Floats, Indices
 
 __all__ = ["read_gltf"]
 
-_RATE = 60.0  # samples of an animation per second [1/s]
+_RATE = 60.0  # default number of samples of an animation per second [1/s]
 _UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # rotates from y up to z up
 
 
 def read_gltf(
     path: Path, rate: float | None, animation: list[str] | None
 ) -> tuple[list[Part], Floats]:
-    """Returns the meshes of the default scene over an animation, and the times [s], from 0 on.
+    """Returns the meshes of the default scene over an animation, and the times [s] from its start.
 
     rate : samples per second [1/s]; None: 60
     animation : names of the animations; an empty list: the only one; None: the rest pose
@@ -98,7 +98,7 @@ class _Shape:
         return self.triangles[:, ::-1] if mirrored else self.triangles
 
     def _matrices(self, poses: dict[int, Floats]) -> Floats:
-        """Returns the matrix (4 x 4) to world space; with joints, one per vertex (n x 4 x 4)."""
+        """Returns the matrix (4 x 4) to world space; with a skin, one per vertex (n x 4 x 4)."""
         if self.skin is None:
             return poses[self.node]
         joints, inverse = self.skin
@@ -149,7 +149,7 @@ def _triangles(file: GltfFile, primitive: Any, name: str, points: int) -> Indice
 
 
 def _joints(file: GltfFile, attributes: Any, name: str) -> tuple[NDArray[np.int64], Floats]:
-    """Returns the joints (n x k) that move each vertex, and their weights (n x k) with sum 1."""
+    """Returns the joints (n x k) of each vertex, and their weights (n x k): of sum 1, or all 0."""
     joints, shares = [], []
     for number in range(8):
         index = getattr(attributes, f"JOINTS_{number}", None)
@@ -206,8 +206,8 @@ def _tree(file: GltfFile) -> list[tuple[int, int | None]]:
 def _pose(
     file: GltfFile, channels: list[Channel], time: float
 ) -> tuple[dict[int, Floats], dict[int, Floats]]:
-    """Returns the state of the default scene at `time` [s]: the poses (4 x 4) of its nodes in world
-    space, and the animated weights of morph targets. Both are dictionaries by index of the node.
+    """Returns the state of the default scene at `time` [s]: the transforms (4 x 4) of its nodes to
+    world space, and the animated weights of morph targets. Both are dictionaries by node index.
     """
     changed: dict[int, dict[str, Floats]] = {}
     for channel in channels:

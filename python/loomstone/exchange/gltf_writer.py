@@ -59,13 +59,13 @@ def _check_size(path: Path, clip: Clip) -> None:
 
 
 class _Document:
-    """A glTF document that is being filled."""
+    """A glTF document that is being built."""
 
     def __init__(self, gltf: Any) -> None:
         self._gltf = gltf
         self._made = gltf.GLTF2()
         self._made.asset = gltf.Asset(version="2.0", generator=f"loomstone {__version__}")
-        # Rotates from z up to y up.
+        # The rotation of the root node turns the z axis up to the y axis up.
         half = float(np.sqrt(0.5))
         root = gltf.Node(name="run", rotation=[-half, 0.0, 0.0, half], children=[])
         self._made.nodes = [root]
@@ -113,7 +113,7 @@ class _Document:
             self._deforming.append((surface, motion, source, node))
 
     def add_frames(self, clip: Clip) -> None:
-        """Adds the morph targets of all frames after the first."""
+        """Adds the morph targets of deforming surfaces for all frames after the first."""
         for index, frame in enumerate(clip):
             for surface, motion, source, node in self._deforming if index else ():
                 now = surface.positions(frame)
@@ -130,7 +130,7 @@ class _Document:
                     primitive.targets.append(target)
 
     def finished(self, clip: Clip) -> Any:
-        """Adds the animation and returns the document."""
+        """Adds the animation, if anything moves, and returns the document."""
         gltf, made, count = self._gltf, self._made, len(clip)
         if count > 1 and (self._deforming or self._rigid):
             animation = gltf.Animation(name="run", samplers=[], channels=[])
@@ -187,7 +187,7 @@ class _Document:
         made.bufferViews.append(
             gltf.BufferView(buffer=0, byteOffset=len(self._content), byteLength=len(content))
         )
-        self._content += content + bytes(-len(content) % 4)  # arrays start at multiples of 4
+        self._content += content + bytes(-len(content) % 4)  # arrays start at multiples of 4 bytes
         made.images.append(gltf.Image(bufferView=len(made.bufferViews) - 1, mimeType="image/png"))
         made.samplers = made.samplers or [gltf.Sampler(wrapS=_REPEAT, wrapT=_REPEAT)]
         made.textures.append(gltf.Texture(source=len(made.images) - 1, sampler=0))

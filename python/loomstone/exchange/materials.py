@@ -1,7 +1,7 @@
 """Writes the colours and textures of surfaces as materials of OBJ files (.mtl).
 
-The format does not define the space of its colours. They are written in linear RGB, as Blender
-writes and reads them.
+The format does not define a colour space. Colours are written in linear RGB, as Blender writes and
+reads them.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ class Motion:
     still: bool
     rigid: bool  # also True if still
     centre: Floats  # (3) mean of the vertices in the first frame [m]
-    rotations: Floats  # (f x 3 x 3) from the first frame to each frame; not used unless rigid
+    rotations: Floats  # (f x 3 x 3) rotations from the first frame; not used unless rigid
     centres: Floats  # (f x 3) place of `centre` in each frame [m]; not used unless rigid
 
     @property

@@ -1,4 +1,4 @@
-"""A mesh over time, as a file of another program holds it."""
+"""A mesh over time, read from a file of another program."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .surfaces import Floats, Indices
 
 __all__ = ["MALFORMED", "Part", "sample_times"]
 
-# Exceptions that malformed files cause in libraries, or when their content is converted.
+# Exceptions that libraries, or the conversion of content, raise for malformed files.
 MALFORMED = (
     KeyError,
     IndexError,
@@ -33,11 +33,11 @@ class Part:
 
     name: str
     triangles: Indices  # (m x 3)
-    frames: Floats  # (f x n x 3) [m]
+    frames: Floats  # (f x n x 3) vertices in each frame [m]
 
 
 def sample_times(path: Path, length: float, rate: float) -> Floats:
-    """Returns times from 0 to `length` [s] with `rate` samples per second.
+    """Returns times from 0 up to `length` [s] with `rate` samples per second.
 
     If this gives only the time 0 and `length` is not 0, `length` is added. Raises InvalidInput if
     `length` times `rate` exceeds 100,000.

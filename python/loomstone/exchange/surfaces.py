@@ -1,4 +1,4 @@
-"""The surfaces of a run: its cloths, rigid bodies and obstacles, one by one."""
+"""The surfaces of a run: each of its cloths, rigid bodies and obstacles."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ class Surface:
     is_cloth: bool
     vertices: slice  # its rows in the arrays of a frame
     triangles: Indices  # (m x 3) vertex indices, counted from its first vertex
-    uv: Floats  # (k x 2) rest coordinates [m]; no rows for bodies without a texture
+    uv: Floats  # (k x 2) uv at rest [m]; no rows for a body or obstacle without a texture
     uv_triangles: Indices  # (m x 3) indices into uv; no rows if uv has none
     colors: Floats  # (c x 3) linear RGB of its materials
     material: Indices  # (m) index into colors
     roughness: float  # [1]
     texture: Bytes | None  # (height x width x 3) sRGB image that replaces colors[0]; None: no image
-    texture_uv: Floats  # (k x 2) uv in units of the image's size; no rows without an image
+    texture_uv: Floats  # (k x 2) uv in units of the image's size; no rows if the look has no image
 
     def positions(self, frame: Frame) -> Floats:
         """Returns the vertices of the surface (n x 3) in a frame [m]."""
@@ -56,7 +56,11 @@ def surfaces_of(topology: FrameTopology) -> list[Surface]:
 
 
 def vertex_normals(points: Floats, triangles: Indices) -> Floats:
-    """Returns unit normals (n x 3) of vertices: area-weighted means over their triangles."""
+    """Returns unit normals (n x 3) of vertices.
+
+    Each has the direction of the area-weighted mean over the vertex's triangles, or (0, 0, 1) if
+    this mean vanishes.
+    """
     a, b, c = (points[triangles[:, k]] for k in range(3))
     faces = np.cross(b - a, c - a)
     normals = np.zeros(points.shape)
@@ -92,7 +96,7 @@ def linear_rgb(bytes_: Bytes) -> Floats:
 def texture_at_vertices(surface: Surface) -> Bytes | None:
     """Returns the colours (n x 3) of the texture at the vertices, or None without a texture.
 
-    A vertex on the border of the uv area has the colour just inside the border.
+    Colours at the border of the bounding box of uv are taken just inside the border.
     """
     if surface.texture is None:
         return None

@@ -1,7 +1,7 @@
 """Reads USD files in a separate process.
 
 usd-core prints warnings, and damaged files can crash the process that reads them. This module hides
-the warnings, and reports a crash by a CacheError of one sentence.
+the warnings, and reports a crash as a CacheError of one sentence.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _ERRORS: tuple[type[Error], ...] = (InvalidInput, Unsupported, CacheError)
 def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[list[Part], Floats]:
     """Reads a file as usd_reader.read_usd does, and raises the same errors.
 
-    Also raises CacheError if the library crashes.
+    Also raises CacheError if the process fails or crashes.
     """
     with tempfile.TemporaryDirectory() as scratch:
         result = Path(scratch) / "result.npz"
@@ -55,7 +55,7 @@ def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[lis
 
 
 def serve() -> None:
-    """Reads the USD file named in the last argument; writes its parts or the error to a file."""
+    """Reads the USD file that the last argument names; writes its parts or the error to a file."""
     from .usd_reader import read_usd
 
     path, shown, rate, moving, result = json.loads(sys.argv[-1])

@@ -60,7 +60,7 @@ def _times(path: Path, stage: Any, rate: float) -> Floats:
 
 
 def _visible(stage: Any) -> Any:
-    """Yields the prims that a picture shows, including those inside instances."""
+    """Yields all prims except invisible ones, guides and proxies; includes those in instances."""
     usd, geometry = imported("pxr.Usd", "usd"), imported("pxr.UsdGeom", "usd")
     hidden = (geometry.Tokens.guide, geometry.Tokens.proxy)
     for prim in usd.PrimRange(stage.GetPseudoRoot(), usd.TraverseInstanceProxies()):
@@ -94,9 +94,9 @@ def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
 
 
 def _check_skin(where: str, binding: Any, prim: Any, target: Any) -> None:
-    """Raises InvalidInput unless a skin has a skeleton that contains its joints and their poses.
+    """Raises InvalidInput unless a skin has a skeleton with its joints and one pose per joint.
 
-    The library reads the poses without these checks.
+    The library reads joints and poses without these checks.
     """
     skeleton = imported("pxr.UsdSkel", "usd").Skeleton(prim)
     if not skeleton:

@@ -2,7 +2,7 @@
 
 Each mode of deformation is described by a stiffness and, except bending, a limit: the strain at
 which the measured curve reaches a given load (usually 100-200 gf/cm; default 150 gf/cm). The
-stiffness is fitted to the curve below the limit, by least squares in closed form. The load P per
+stiffness is fitted to the curve up to the limit, by least squares in closed form. The load P per
 width, or the moment M per width, of the model in equilibrium is
 
     weft, warp:  P = E l (l^2 - 1) / 2,  l = 1 + strain   uniaxial, (2.23) with no transverse load
@@ -54,11 +54,11 @@ def fit(
         per width [N]. Arrays may carry units: (ls.units["%"] * strain, ls.units["gf/cm"] * load).
     density : [kg/m^2], or a quantity with a unit
     load : load that defines the limits [N/m], or a quantity with a unit
-    shear_limit : largest e12 [1], instead of that at `load`, a load that shear tests rarely reach
+    shear_limit : largest e12 [1], in place of that at `load`, because shear tests rarely reach it
 
     Raises InvalidInput for curves that cannot be fitted: values that are not finite numbers, strain
-    that does not increase, fewer than four points up to the limit, or a load that is never reached.
-    Without bending curves, the material keeps its default bending.
+    that does not increase, fewer than four points other than 0 up to the limit, or a load that is
+    never reached. Without bending curves, the material has the default bending rigidities.
 
     >>> import numpy as np
     >>> strain = np.linspace(0, 0.1, 40)
@@ -183,7 +183,7 @@ def _bending(fits: dict[str, ModeFit]) -> dict[str, float]:
 
 
 def _read(mode: str, curve: Any, x_unit: str, y_unit: str) -> tuple[Floats, Floats]:
-    """Checks a curve, and returns its strain and load columns in SI units."""
+    """Checks a curve; returns its strains (the tangents of shear angles) and loads in SI units."""
     if not isinstance(curve, (tuple, list)) and np.ndim(curve) == 2 and np.shape(curve)[1] == 2:
         curve = tuple(np.asarray(curve).T)
     if not isinstance(curve, (tuple, list)) or len(curve) != 2:

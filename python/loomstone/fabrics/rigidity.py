@@ -116,7 +116,7 @@ def strip_rigidity(material: ClothMaterial, *, angle_degrees: float = 0.0) -> fl
 
 
 def _hubers_twist(d11: float, d22: float, d12: float) -> float:
-    """Returns the twisting rigidity of an isotropic plate of rigidity sqrt(d11 d22) [N m]."""
+    """Returns the twisting rigidity D33 of Huber's orthotropic plate [N m]."""
     return 0.5 * (math.sqrt(d11 * d22) - d12)
 
 

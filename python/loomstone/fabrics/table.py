@@ -38,10 +38,10 @@ class Band:
 
 @dataclass(frozen=True)
 class Row:
-    """Numbers of one fabric, including its Poisson ratio nu12 [1] and density [kg/m^2].
+    """Description and numbers of a fabric, with its Poisson ratio nu12 [1] and density [kg/m^2].
 
     source, band : keys of SOURCES and BANDS; band is "" if no range is published
-    weft, warp : Young's modulus times thickness [N/m]
+    weft, warp : Young's modulus along weft and warp times thickness [N/m]
     shear : shear modulus times thickness, the load per engineering shear [N/m]
     bending : rigidities of strips cut along weft, along warp and on the bias [N m]
     limits : largest strain U - I along weft and warp, and largest e12 [1]; inf if unknown

@@ -58,9 +58,9 @@ def close_seams(
     ease : largest relative difference in length of sewn edges [1]
 
     Seams count as closed if no gap exceeds 1.5 contact distances, or if all gaps are at rest at no
-    more than half a mesh edge: where three panels meet, thickness keeps them apart. The vertices of
-    each pair are then welded halfway between them. Raises SolverFailure naming the widest seam if
-    seams stay open, and InvalidInput if the sewn garment would intersect itself.
+    more than half a mesh edge: where three panels meet, thickness keeps them apart. Joined vertices
+    are then welded at their mean position. Raises SolverFailure naming the widest seam if seams
+    stay open, and InvalidInput if the sewn garment would intersect itself.
     """
     for name, value in (("longest", longest), ("step", step)):
         if not (np.isfinite(value) and value > 0):
@@ -87,7 +87,7 @@ def close_seams(
     positions = _pulled(sim, pieces, index[pieces.pairs], masses, _Limits(step, longest, edge))
     sewn = joined(pieces, positions[index])
     faces = np.asarray(sewn.mesh.triangles, np.int64)
-    # Joining moves each vertex of a seam by half the gap. Relaxation smooths this distortion.
+    # Joining moves the vertices of a seam by about half the gap. Relaxation smooths the distortion.
     sewn = sewn.at(
         relaxed(np.asarray(sewn.mesh.vertices), faces, sewn.flat_corners(), iterations=20)
     )
@@ -135,8 +135,8 @@ def _pulled(
     a, b = pairs.T
     pair_mass = mass[a] * mass[b] / (mass[a] + mass[b])
     # A spring between the two vertices of each pair acts as an external force, outside the implicit
-    # solve. Its stiffness is a fifth of pair_mass / step^2, which keeps explicit integration
-    # stable, divided by the larger number of springs at its two vertices.
+    # solve. Its stiffness is pair_mass / (5 n step^2), which keeps explicit integration stable. n
+    # is the larger of the numbers of springs at the two vertices.
     meets = np.bincount(np.concatenate([a, b]), minlength=len(mass))
     stiffness = 0.2 * pair_mass / step**2 / np.maximum(meets[a], meets[b])
     least, since = np.inf, 0

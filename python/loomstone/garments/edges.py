@@ -181,7 +181,7 @@ def _edge(name: str, kind: str, points: Any) -> Edge:
 
 
 def _circle(points: Floats, name: str = "") -> tuple[Floats, float, float, float]:
-    """Returns centre, radius, first angle and signed sweep of the arc through three points."""
+    """Returns centre, radius [m], first angle and signed sweep [rad] of an arc by three points."""
     a, b, c = points
     system = 2.0 * np.array([b - a, c - a])
     determinant = float(np.linalg.det(system))

@@ -28,7 +28,7 @@ __all__ = ["read_garmentcode"]
 
 Floats = NDArray[np.float64]
 
-# Rotates the y axis, which points up in the file, to the z axis. The front then faces -y.
+# Rotates y, which points up in the file, to z. The front, which faces z in the file, faces -y.
 UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
@@ -121,7 +121,7 @@ def _edge(
 def _arc(name: str, start: Floats, end: Floats, radius: float, large: bool, right: bool) -> Edge:
     """Returns an arc defined by the flags of SVG arcs, but with y up.
 
-    If `right`, the arc runs counter-clockwise, and a small arc lies to the right of the chord.
+    If `right`, the arc runs counter-clockwise, and its middle lies to the right of the chord.
     """
     chord = end - start
     half = float(np.linalg.norm(chord)) / 2

@@ -1,4 +1,4 @@
-"""Flat panels of a pattern, with an outline and holes of named edges, a grain and a placement."""
+"""Flat panels of a pattern: outline and holes, made of named edges, grain and placement."""
 
 from __future__ import annotations
 
@@ -191,7 +191,7 @@ def _thinned(points: Floats, stride: int) -> Floats:
 def _check_crossings(panel: Panel) -> None:
     """Raises InvalidInput if parts of the outline or holes meet anywhere but at common corners."""
     curves = [[edge.curve() for edge in loop] for loop in panel.loops]
-    # Long curves are approximated by 64 to 127 chords.
+    # Curves of 128 chords or more are approximated by 64 to 96 chords.
     coarse = [[_thinned(c, max(1, (len(c) - 1) // 64)) for c in loop] for loop in curves]
     starts = np.concatenate([c[:-1] for loop in coarse for c in loop])
     ends = np.concatenate([c[1:] for loop in coarse for c in loop])

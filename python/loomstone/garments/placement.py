@@ -76,7 +76,7 @@ class Cylinder:
 @takes(apex="m", tip="m", slope="1", angle_degrees="degrees")
 @dataclass(frozen=True)
 class Cone:
-    """Placement on a vertical cone. Circles about the apex become horizontal circles.
+    """Placement on a vertical cone. Circles about the panel's apex become horizontal circles.
 
     apex : the cone's apex in the panel's plane [m]
     tip : the cone's apex in space [m]
@@ -114,7 +114,7 @@ class Ribbon:
     along `across`, which may vary along the path.
 
     path : (k x 3) points of the path [m]
-    across : (k x 3) direction of x at each of these points, which is normalised
+    across : (k x 3) direction of x at each of these points, of any length above 0
     """
 
     path: tuple[Vector, ...]

@@ -81,7 +81,8 @@ class Pattern:
         """Raises InvalidInput if the pattern cannot be sewn.
 
         This is the case if two panels have the same name, if edges are unknown or sewn twice, if
-        the lengths of sewn edges differ by more than `ease`, or if panels are not connected.
+        the lengths of sewn edges differ by more than the fraction `ease`, or if panels are not
+        connected.
         """
         if not (np.isfinite(ease) and 0 <= ease < 1):
             raise InvalidInput(f"ease must be in [0, 1), got {ease}")
@@ -150,7 +151,7 @@ def _check_connected(pattern: Pattern) -> None:
 
 
 def turned_panels(pattern: Pattern, reverse: Mapping[Seam, bool]) -> dict[str, bool]:
-    """Returns which panels must be turned over so that all outsides agree.
+    """Returns, by name, whether each panel must be turned over so that all outsides agree.
 
     Raises InvalidInput if this is impossible, as on a Moebius strip.
     """

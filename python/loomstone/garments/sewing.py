@@ -34,7 +34,7 @@ class Garment:
     groups : vertex indices by name: "panel" and "panel.edge" (in order along the edge)
     panel_names : names of the panels
     panel_of_triangle : (m) index of the panel of each triangle
-    seam_edges : (k x 2) edges of the mesh where panels meet
+    seam_edges : (k x 2) edges of the mesh along the seams
     cut : the panels before sewing, or None for a mesh that was already sewn
     """
 
@@ -129,12 +129,12 @@ def garment(
     ease : largest difference in length of two sewn edges, relative to the longer one [1]
     seed : seed of the interior points; equal input gives an equal garment
     relax : number of iterations that bring triangles closer to their rest shapes. With 0, joined
-        vertices meet halfway, and no other vertex moves.
+        vertices meet at their mean position, and no other vertex moves.
     allow_intersections : whether a garment that intersects itself is accepted
 
-    Raises InvalidInput if the garment intersects itself or the panels cannot be sewn, for instance
-    if an edge is unknown or sewn twice, the lengths of sewn edges differ by more than `ease`, or
-    panels are not connected.
+    Raises InvalidInput if the garment intersects itself, unless this is allowed, or if the panels
+    cannot be sewn: for instance if an edge is unknown or sewn twice, the lengths of sewn edges
+    differ by more than `ease`, or panels are not connected.
 
     >>> import loomstone as ls
     >>> names = ("hem", "right", "top", "left")
@@ -189,7 +189,7 @@ def edge_for(area: float, triangles: int) -> float:
 def joined(pieces: Cut, positions: Floats) -> Garment:
     """Welds the panels, whose vertices are at `positions` (n x 3) [m], along all seams.
 
-    Joined vertices meet halfway.
+    Joined vertices meet at their mean position.
     """
     index, mesh = welded(pieces, positions, pieces.pairs)
     groups = {name: index[members] for name, members in pieces.groups.items()}

@@ -20,7 +20,7 @@ __all__ = ["dress", "dress_pattern"]
 Floats = NDArray[np.float64]
 
 # Distances from the waist along the cloth: top of the side seam, strap joints, and lowest point of
-# the neckline [m].
+# the front neckline [m].
 SIDE, STRAP, NECK = 0.15, 0.25, 0.19
 # Width of a strap [m], and angle between its centre line and centre front or back [degrees].
 STRAP_WIDTH, STRAP_AT = 0.045, 34.0
@@ -42,7 +42,7 @@ def dress(
     triangles : total number of triangles, at least 200; the result may differ from it by up to 13
     bust, waist, hem : circumferences [m]; the bust is 0.2 m from the waist along the cloth
     skirt : length of the skirt along the cloth [m]
-    bar_radius : radius of the bar along the x axis, 4 mm below the straps [m]; 0.015 to 0.05
+    bar_radius : radius of the bar along x, at least 4 mm below the straps [m]; 0.015 to 0.05
     seed : seed of the triangulation
 
     Bodice and skirt start as cones, without strain. The front faces -y. Groups are "strap_left",
@@ -174,7 +174,7 @@ class _Cone:
 
 
 def _curve(name: str, cone: _Cone, distance: float, first: float, last: float) -> Edge:
-    """Returns a horizontal arc on a cone, at a given distance from the waist."""
+    """Returns an edge that is a horizontal arc on a cone, between two angles in space [degrees]."""
     return arc(
         name,
         cone.at(distance, first),
@@ -189,7 +189,7 @@ class _Shape:
 
     inner, outer : angles of a strap's two edges from centre front or back [degrees]
     armhole : distance of the armholes' control points from the waist along the cloth [m]
-    nape : likewise, distance of the lowest point and the control point of the back neckline [m]
+    nape : distance from the waist of the lowest and the control point of the back neckline [m]
     """
 
     inner: float
@@ -286,7 +286,7 @@ def _back(cone: _Cone, shape: _Shape, drop: float) -> Panel:
 
 
 def _strap(cone: _Cone, bar_radius: float, chord: float) -> tuple[Floats, Floats]:
-    """Returns the path of the right strap over the bar, and the directions across it."""
+    """Returns points along the right strap over the bar [m], and the direction across at each."""
     angle, radius = np.radians(STRAP_AT), cone.radius(STRAP)
     x, depth, rise = radius * np.sin(angle), radius * np.cos(angle), 0.13
     clear = bar_radius + 0.004

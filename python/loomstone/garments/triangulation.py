@@ -2,7 +2,7 @@
 
 Points of the outline and of the holes are fixed. Interior points start on a jittered hexagonal
 lattice. They first move to the centroids of their neighbouring triangles (Lloyd's iteration
-[Lloyd1982]), and then to positions where the smallest angle around them is larger.
+[Lloyd1982]). Points of triangles with small angles then move to where these angles are larger.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ __all__ = ["Boundary", "smallest_angles", "triangulated"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-CLEARANCE = 0.5  # smallest initial distance of points from the boundary, relative to spacing
+CLEARANCE = 0.5  # smallest initial distance from the boundary / spacing; less in narrow panels
 WANTED_DEGREES = 28.0  # triangles with a smaller angle are improved
 COMPASS = np.array([(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4])
 

@@ -23,8 +23,8 @@ def cells(body: MagneticBody, *, density: float, separation: float = 3.0) -> Mag
 
     The method is that of section 6.3.2. Pose and moment are kept. The bounding box is repeatedly
     bisected along its longest axis until the leaves reach `density` [1/m^3]. A leaf of volume v
-    is dropped if its centre lies outside the magnet, or closer to the magnet's surface than half of
-    the leaf's diameter v^(1/3). If no leaf remains, a single dipole is used. The moments of the
+    is dropped if its centre lies outside the magnet, or closer to the magnet's surface than
+    v^(1/3) / 2. If no leaf remains, a single dipole is used. The moments of the
     cells of each level add up to the moment of the magnet.
 
     Between two such bodies, force() and forces() sum over fronts of cells. A cell with longest edge

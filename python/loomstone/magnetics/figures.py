@@ -35,7 +35,7 @@ class ForceCurve(NamedTuple):
 
 
 def unit(axis: ArrayLike) -> Floats:
-    """Returns an axis (3) with length 1. Raises InvalidInput unless it is a vector other than 0."""
+    """Returns an axis (3), scaled to length 1. Raises InvalidInput if it is 0 or not finite."""
     along = np.asarray(axis, float)
     length = float(np.linalg.norm(along))
     if along.shape != (3,) or not np.isfinite(length) or length == 0:

@@ -1,4 +1,4 @@
-"""Fields and gradients as functions of arrays, with each source about the origin in its own axes.
+"""Fields and gradients of sources in their own axes, and dipole forces, as functions of arrays.
 
 `*_field` and `*_gradient` take observers (n, 3) [m]. `*_field` returns (n, 3): flux density B [T]
 or, with quantity="H", field strength H [A/m]. `*_gradient` returns (n, 3, 3), where [k, i, j] = mu0

@@ -1,4 +1,4 @@
-"""Forces, torques and energies between sources, and moments of magnetisable spheres."""
+"""Forces, torques, energies and inductances between sources, and moments induced in spheres."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def force(
     the estimate is between half and ten times the true error in nine of ten cases (for spheres, if
     the degree is at least 3). It is nan for meshes, which have only one grid.
 
-    engine "cells": represents both magnets by dipole cells of `density` [1/m^3]. The tolerance is
+    engine "cells" represents both magnets by dipole cells of `density` [1/m^3]. The tolerance is
     then ignored. The error is estimated by comparison with cells of an eighth of the density, and
     covers the torque divided by the body's radius. For many calls, build the cells once with
     `cells`; the error is then 0, because it refers to the sum over these cells only.

@@ -27,7 +27,7 @@ class LineEnd(IntEnum):
 
     seed = 0  # this end is the seed of a line traced in one direction only
     body = 1  # the line enters or leaves a magnet or a magnetised body
-    left = 2  # the line leaves the ball of radius `extent` about `centre`
+    left = 2  # the line enters or leaves the ball of radius `extent` about `centre`
     closed = 3  # the line returns to its start
     length = 4  # the line reaches the limit of its length or number of steps
     no_field = 5  # the field vanishes there
@@ -93,8 +93,9 @@ def field_lines(
 def curves_of(found: FieldLines, radius: float) -> Curves:
     """Returns field lines as tubes of a given radius [m] for the renderer.
 
-    Values for colouring range from 1 where a line leaves a magnet (red) through 0 far from magnets
-    (yellow) to -1 where it enters a magnet (blue).
+    Values for colouring are 1 (red) where a line leaves a magnet, or a seed if it is traced in one
+    direction; -1 (blue) where it enters a magnet; and 0 (yellow) at other ends and on closed lines.
+    They change linearly along a line.
     """
     values = []
     for points, begin, end in zip(found.lines, found.begins, found.ends, strict=True):
@@ -142,7 +143,7 @@ def _size(magnets: list[Any]) -> float:
 
 
 def _is_weak(magnets: list[Any]) -> bool:
-    """Returns whether the flux density beside every magnet is below WEAK."""
+    """Returns whether flux densities near every magnet are below WEAK, at two points of each."""
     directions = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
     beside = np.concatenate([m.position + 1.2 * m.radius * directions for m in magnets])
     return bool(np.abs(field(magnets, beside, threads=1)).max() < WEAK)

@@ -1,8 +1,8 @@
 """Bodies magnetised by the field around them: soft iron, para- and diamagnets, superconductors.
 
 `soft_sphere`, `soft_cuboid`, `soft_cylinder` and `soft_mesh` return a `SoftBody`, which has a pose
-like a magnet. `induce` computes their magnetisation in an applied field and in the field of one
-another, and returns them as magnets.
+like a magnet. `induce` computes how an applied field, magnets and the bodies themselves magnetise
+them, and returns them as magnets.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ __all__ = ["Induced", "induce", "soft_cuboid", "soft_cylinder", "soft_mesh", "so
 
 
 class Induced(NamedTuple):
-    """Magnetised bodies in the given order, with the relative residual and the number of iterations
-    of the linear system.
+    """Magnetised bodies in the given order, with the relative residual of the linear system and
+    the number of iterations of its solution.
     """
 
     bodies: list[MagneticBody]

@@ -1,6 +1,6 @@
 """Magnets and currents as objects with a pose.
 
-`cuboid`, `loop` and so on return a `MagneticBody` at the origin, its axes along the world axes.
+`cuboid`, `loop` and so on return a `MagneticBody` at the origin, with axes along the world axes.
 Meshes and polylines stay at the positions of their vertices. `body.moved(by)`, `body.rotated(by)`
 and `body.at(position, orientation)` return copies.
 """
@@ -36,13 +36,13 @@ Floats = NDArray[np.float64]
 Bodies = MagneticBody | Sequence[MagneticBody]
 
 
-# Polarizations above this value [T] are reported, because no material exceeds 2.5 T. The margin
-# allows for magnets that stand for windings.
+# Polarizations above this value [T] cause a warning, because no material exceeds 2.5 T. The margin
+# allows for magnets that represent windings.
 LARGEST_POLARIZATION = 5.0
 
 
 def as_list(bodies: Bodies) -> list[MagneticBody]:
-    """Returns one or several bodies as a list; raises TypeError if they are of another kind."""
+    """Returns one or several bodies as a list; raises TypeError unless each is a MagneticBody."""
     found = list(bodies) if isinstance(bodies, Iterable) else [bodies]
     for body in found:
         if isinstance(body, SoftBody):

@@ -18,8 +18,8 @@ __all__ = ["read", "write"]
 def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
     """Reads a TriangleMesh from a file; polygons are split into fans.
 
-    OBJ and PLY need no other package. From USD (extra `usd`) and glTF (extra `gltf`), all meshes
-    are read as one, at rest, in metres and with z up. Other formats need the package meshio.
+    OBJ and PLY need no other package. From USD (extra `usd`) and glTF (extra `gltf`), all visible
+    meshes are read as one, at rest, in metres and with z up. Other formats need the package meshio.
 
     with_uv : whether texture coordinates of OBJ and PLY are read; obstacles and bodies need
         them only for a texture

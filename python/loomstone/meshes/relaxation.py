@@ -25,6 +25,7 @@ def relaxed(
 ) -> TriangleMesh:
     """Returns an unstructured mesh within a convex outline.
 
+    outline : (b x 2) points that stay fixed: those of the outline, and possibly others inside [m]
     depth : function that returns the distance of points from the outline [m], positive inside
     box : width and height of the outline's bounding box [m]
     edge : target edge length [m]

@@ -1,9 +1,9 @@
 """Points that follow a deforming mesh: they move and turn with the surface next to them.
 
-Each point moves rigidly with a patch of triangles around it, to whose motion a rotation is fitted
-(the orthogonal Procrustes problem). The weights of the triangles change continuously with the
-point, so neighbouring points move and turn almost equally, even where different triangles are the
-closest to them.
+A displacement and a rotation are fitted to the motion of a patch of triangles around each point
+(the orthogonal Procrustes problem), and the point moves by them. The weights of the triangles
+change continuously with the point, so neighbouring points move and turn almost equally, even where
+different triangles are the closest to them.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ def follow(mesh: TriangleMesh, frames: ArrayLike, points: ArrayLike) -> Floats:
         (frames * n x 3), such as `vertex_positions` of an obstacle
     points : (points x 3) positions of the points next to `mesh` [m]
 
-    Each point moves rigidly with the 32 triangles whose centres are nearest to it: by the
-    displacement and rotation that fit their motion best. The weight of a triangle is its area times
-    a factor that decreases with its distance, almost to 0. If the mesh moves rigidly, all
-    distances between points are kept. If it bends, the points move as smoothly as the surface, and
-    keep their distance from it up to the deformation of the patch. Points beside different limbs
-    move apart with the limbs.
+    Each point moves rigidly with the 32 triangles (or all, if there are fewer) whose centres are
+    nearest to it: by the displacement and rotation that fit their motion best. The weight of a
+    triangle is its area times a factor that decreases with its distance, almost to 0. If the mesh
+    moves rigidly, all distances between points are kept. If it bends, the points move as smoothly
+    as the surface, and keep their distance from it up to the deformation of the patch. Points
+    beside different limbs move apart with the limbs.
 
     Raises InvalidInput if an array has another shape or contains values that are not finite.
 

@@ -43,8 +43,8 @@ def sequence(
         of mesh files, or one file of vertex positions [m]: .npy (frames x n x 3), .npz (`positions`
         and optionally `times` [s]), .pc2 or .mdd
     mesh : mesh that provides the triangles if `source` contains positions only
-    rate : frames per second [1/s]; default: that of the file (.npz with times, or .mdd)
-    start : time of the first frame [s]; default: that of the file, or else 0
+    rate : frames per second [1/s]; default: the times in the file (.npz with times, or .mdd)
+    start : time of the first frame [s]; default: that of the file, or 0 if `rate` is given
     name : name in reports and files
     friction : friction coefficient [1]
     thickness : contact distance [m], 0: that of the cloth
@@ -96,8 +96,9 @@ def _moments(
     step: float,
     start: float | None,
 ) -> Floats:
-    """Returns the times of the samples [s]: from the rate and the number of frames per sample if
-    the rate is given, or else from the file.
+    """Returns the times of the samples [s], shifted so that they begin at `start` if it is given.
+
+    They follow from the rate and the frames per sample, or without a rate from the file.
     """
     if rate is not None:
         if not (np.isfinite(rate) and rate > 0):

@@ -74,7 +74,7 @@ def mesh(
 
 
 def _named(surface: TriangleMesh, name: str | None, default: str, **settings: Any) -> Obstacle:
-    """Returns an obstacle with a default name, to which scenes append a number if it is taken."""
+    """Returns an obstacle. Scenes append a number to its default name if that is taken."""
     obstacle = mesh(surface, name=default if name is None else name, **settings)
     return obstacle.replace(numbered=name is None)
 
@@ -297,7 +297,7 @@ def floor(
 def _rotation_to(
     axis: np.ndarray[Any, np.dtype[np.float64]],
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Returns the rotation matrix that maps the z axis to the direction of `axis`."""
+    """Returns a rotation matrix that maps the z axis to the direction of `axis`."""
     from scipy.spatial.transform import Rotation
 
     if not axis.any():

@@ -61,7 +61,7 @@ def pictures_in(directory: Path) -> list[Path]:
 
 
 def drawn_with(directory: Path) -> RenderOptions | None:
-    """Returns the options of the pictures in a directory, or None if it has no options.json."""
+    """Returns the options of the pictures in a directory, or None without a valid options.json."""
     note = note_of(directory)
     return options_from_dict(note["options"]) if note else None
 
@@ -73,7 +73,7 @@ def claim(
 
     Returns the content of its options.json.
 
-    metadata : metadata of the run, as in its cache
+    metadata : text of the metadata that the run has stored
     again : whether existing pictures are deleted. Otherwise, pictures of another run or with other
         options cause an InvalidInput that ends with `advice`.
     """

@@ -98,7 +98,7 @@ def render_run(
 
 
 def framed(run: FramesOfRun, options: RenderOptions, frames: Sequence[int] | None) -> RenderOptions:
-    """Returns the options; a camera with `fit` has been fitted to the frames that are drawn.
+    """Returns the options, with the camera fitted to the frames that are drawn if it has `fit`.
 
     For single frames, the camera is that of pictures of the whole run with the same options, if
     such pictures exist.

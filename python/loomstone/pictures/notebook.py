@@ -33,7 +33,7 @@ def picture_of_frame(frame: Frame, topology: FrameTopology | None = None) -> byt
     options = RenderOptions(width=640, height=480, camera=Camera())
     try:
         pixels = Renderer(known, options).render(frame)
-    except Error:  # there is no OpenGL library; the notebook shows the text
+    except Error:  # for example without an OpenGL library; the notebook shows text
         return None
     with tempfile.TemporaryDirectory() as directory:
         path = Path(directory) / "picture.png"

@@ -24,7 +24,7 @@ def needs_all_frames(options: RenderOptions) -> bool:
 
 
 def is_fitted(options: RenderOptions) -> bool:
-    """Returns whether the camera is fitted to the frames."""
+    """Returns whether the camera must be fitted to the frames."""
     return options.camera.fit and not options.camera.times
 
 

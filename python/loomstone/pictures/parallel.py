@@ -24,7 +24,7 @@ PARTS = ("preprocessing", "integration", "collision handling", "other")
 
 @dataclass(frozen=True)
 class Replayed:
-    """Predicted collision searches on several ranks.
+    """Predicted acceleration of collision searches on several numbers of ranks.
 
     ranks : numbers of ranks, ascending
     acceleration : time on one rank divided by the time on each number of ranks [1]
@@ -41,11 +41,11 @@ class ParallelRun:
 
     name : name of its directory
     frames (f) : times of the frames after the first [s]
-    collision, collision_waiting (f) : wall time of collision handling in the steps from the
-        preceding frame to each of these, and the part of it in which a rank waits for others; means
-        over the ranks [s]
+    collision, collision_waiting (f) : for each of these frames, the wall time of collision handling
+        in the steps since the preceding frame, and the part of it in which a rank waits for others;
+        means over the ranks [s]
     parts : wall time of preprocessing, integration, collision handling and the rest [s]
-    waiting : fraction of the wall time of all steps that ranks spend waiting, on average [1]
+    waiting : time that a rank waits divided by the wall time of all steps; mean over the ranks [1]
     replayed : predictions for the recorded steps of this run
     """
 
@@ -88,9 +88,9 @@ def plot_parallel(
     """Draws how ranks share the work of runs of one scene; returns the path of the picture (PNG).
 
     Runs on the same number of ranks with the same decomposition are averaged. The upper row shows
-    collision handling over time: the share of time in which ranks compute, the time of a frame, and
-    its acceleration over the run on one rank. The lower row shows the time of all parts, the share
-    of communication, and accelerations, which are measured (filled) or replayed (open).
+    collision handling over time: the share of time in which ranks compute, the wall time per frame,
+    and its acceleration over the run on one rank. The lower row shows the time of all parts of a
+    run, the share of communication, and accelerations: measured (filled) or replayed (open).
 
     Raises InvalidInput if there are no runs, or if their numbers of frames differ.
     """

@@ -40,10 +40,10 @@ def write_passes(
     frames: Sequence[int] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> list[Path]:
-    """Writes OpenEXR files of 32-bit floats with what each pixel shows; returns their paths.
+    """Writes depths, normals or surface numbers of pixels as OpenEXR files; returns their paths.
 
     The files are depth-00000.exr, normal-00000.exr and id-00000.exr and so on; existing ones are
-    replaced. Every value is that at the middle of its pixel, without anti-aliasing.
+    replaced. Values are 32-bit floats, taken at the middle of each pixel without anti-aliasing.
 
     passes : any of the following
         depth (channel Z) : distance along the viewing direction [m]; infinity without a surface

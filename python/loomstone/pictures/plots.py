@@ -89,7 +89,7 @@ def _add_legend(figure: Any, axes: Any) -> None:
     """Adds a legend below the axes, where it covers no curve, and makes the figure higher for it.
 
     Constrained layout places it. A legend within the axes would cover curves, because plots of
-    energy have up to 15.
+    energy have up to 16.
     """
     series = len(axes.get_legend_handles_labels()[0])
     if series == 0:

@@ -34,13 +34,14 @@ class Renderer(_core.Renderer):
     def render(
         self, frame: Frame, curves: Curves | None = None, value_ranges: Any = None
     ) -> NDArray[np.uint8]:
-        """Renders a frame to (height x width x 3) bytes with rows from the top.
+        """Renders a frame to (height x width x 3) bytes, beginning with the top row.
 
-        With the background "none", pictures are (height x width x 4), with alpha.
+        Each field in color_by adds one `options.height` to the height. With the background "none",
+        pictures are (height x width x 4), with alpha.
 
         curves : drawn as tubes
-        value_ranges : (minimum, maximum) that automatic colours span, for each row of color_by; by
-            default the values of this frame
+        value_ranges : (minimum, maximum) that automatic colours span, for each field in color_by;
+            by default those of this frame
         """
         image = super().render(frame, curves, value_ranges)
         if all(row == "cloth" for row in self._rows):

@@ -14,7 +14,7 @@ __all__ = ["encode"]
 
 @takes(rate="1/s")
 def encode(directory: Path, target: Path, *, frames: int, rate: float = 25.0) -> str:
-    """Makes a video of the pictures in a directory with imageio-ffmpeg. Returns the video's path.
+    """Encodes the pictures of a directory as a video, by imageio-ffmpeg; returns the video's path.
 
     frames : number of pictures, which the directory must contain from index 0 on
     rate : pictures per second [1/s]

@@ -10,7 +10,7 @@ __all__ = ["of_air"]
 
 
 def of_air(scene: Scene) -> list[str]:
-    """Returns a sentence if wind has no effect, because drag or the density of the air is 0."""
+    """Returns a list with a sentence if wind has no effect, because drag or air density is 0."""
     air = scene.air
     if not scene.cloths or not np.any(air.wind):
         return []

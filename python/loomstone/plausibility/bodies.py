@@ -10,7 +10,7 @@ from .surfaces import Surface, item
 
 __all__ = ["of_overlaps", "of_reversed", "of_sizes", "reversed_obstacles"]
 
-# Largest plausible extent of a body or closed obstacle [m]. The value is our choice.
+# Largest plausible extent of a closed surface [m]. The value is our choice.
 LARGEST = 50.0
 # Largest number of overlaps that are listed.
 MOST_LISTED = 3

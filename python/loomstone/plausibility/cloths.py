@@ -19,14 +19,14 @@ LARGEST = 30.0  # largest extent of a cloth [m]
 GAP = 0.5  # smallest distance at the start, as a fraction of the contact distance
 AWAY = 0.1  # largest jump of a pin in the first step, as a fraction of the mean edge
 SPEED = 30.0  # largest speed of a scripted pin [m/s]
-LIMIT = 2.0  # largest strain limit [1]
+LIMIT = 2.0  # smallest implausible strain limit, if it is finite [1]
 PULLED = 1.1  # largest distance of adjacent scripted pins, relative to that at the start
 SCALES = {"centimetres": 0.01, "millimetres": 0.001}  # units of uv in patterns [m]
 
 
 @dataclass(frozen=True)
 class _Usual:
-    """Plausible values of a parameter of a material, and the unit that users often take instead."""
+    """Plausible values of a parameter of a material, and a unit often used by mistake."""
 
     least: float
     most: float
@@ -88,9 +88,10 @@ def of_attachments(scene: Scene) -> list[str]:
 
 
 def of_contacts(scene: Scene, simulation: Any) -> list[str]:
-    """Returns one sentence for each pair of surfaces that start too close to each other.
+    """Returns one sentence for each pair of surfaces, or cloth with itself, that start too close.
 
-    Their distance is less than GAP times the contact distance.
+    Their distance is less than GAP times the contact distance. Contacts in which all vertices of
+    cloth are pinned or attached do not count.
     """
     vertices, distances, thicknesses = simulation.near_contacts()
     close = distances < GAP * thicknesses

@@ -1,4 +1,4 @@
-"""Scripted motion that looks like a mistake: frame numbers instead of times, degrees."""
+"""Scripted motion that looks like a mistake: frame numbers as times, degrees as radians."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ __all__ = ["of_scripts"]
 
 Floats = NDArray[np.float64]
 
-# Whole numbers up to one of these values [s] look like numbers of frames. Both are our choice: the
-# first is a second of film, and holds for three times or more, because a slow motion between two
-# times may well take half a minute.
+# Times that are whole numbers and reach one of these values [s] look like numbers of frames. Both
+# are our choice. The first is a second of film, for three times or more. The second is for one or
+# two times, because a slow motion between two times may well take half a minute.
 FRAMES = 24.0
 FRAMES_OF_TWO = 100.0
-# Largest angle between two keyframes [rad], with room for rounding.
+# Half a turn, the most between two keyframes, and a full turn [rad], with room for rounding.
 HALF_TURN = np.pi * (1.0 + 1e-6)
 FULL_TURN = 2.0 * HALF_TURN
 
@@ -55,8 +55,8 @@ def _degrees(obstacle: Obstacle) -> str:
             f"its axis_angles reach {largest:.4g} rad; if {largest:.4g} degrees are meant, give"
             " np.radians(axis_angles)"
         )
-    # Rotation vectors of several programs jump by a full turn where they reach a half or full one,
-    # so angles of at most a full turn are told only if there are no others.
+    # Rotation vectors of several programs jump by a full turn where they reach a half or full one.
+    # Angles of at most a full turn are therefore accepted for three keyframes or more.
     if len(angles) > 2 and largest <= FULL_TURN:
         return ""
     turned = np.linalg.norm(np.diff(angles, axis=0), axis=1)

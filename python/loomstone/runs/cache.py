@@ -173,7 +173,7 @@ class Run:
         return read_scene(self.directory)
 
     def magnetic_scene(self) -> Scene | None:
-        """Returns the bodies, obstacles, magnets and coils of the scene.
+        """Returns the bodies, obstacles, magnets, coils, bearings and magnetic field of the scene.
 
         The result is None if there are neither magnets nor coils. It is read from stored numbers,
         so no program of the run is executed. Obstacles are at rest. Raises CacheError if these

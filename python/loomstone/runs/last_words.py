@@ -31,9 +31,9 @@ _PATIENCE = 0.5
 def last_words(sentence: str) -> Iterator[None]:
     """Prints a sentence to standard error if this process ends before the `with` block does.
 
-    It is also printed if the block outlasts a SIGTERM by half a second, or raises an error. It is
-    not printed after Interrupted and errors whose messages name the way to continue, or if it is
-    empty. Except after SIGTERM, it follows all other output of this process.
+    It is also printed if the block outlasts a SIGTERM by half a second, or raises an error. An
+    empty sentence is not printed. Nothing is printed after Interrupted, or after an error whose
+    message says how to continue. Except after SIGTERM, the sentence follows all other output.
     """
     speaker = _Speaker(sentence) if sentence else None
     try:

@@ -33,7 +33,7 @@ _FIELDS = ("obstacles", "bodies", "magnets", "coils", "bearings", "magnetic_fiel
 
 
 def magnets_to_record(scene: Scene) -> dict[str, Any] | None:
-    """Returns the magnetic part of a scene as values for JSON, or None if nothing is magnetic.
+    """Returns the magnetic part of a scene for JSON, or None if it has neither magnets nor coils.
 
     It consists of magnets, coils, bearings, the uniform field, bodies, and obstacles at rest.
     """

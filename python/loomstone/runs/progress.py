@@ -21,7 +21,7 @@ from .observer import Observer, Silence
 
 __all__ = ["observer"]
 
-# Longest time without a line of output while a frame is computed [s].
+# Time without a line of output [s] after which the next step prints one.
 LONGEST_SILENCE = 10.0
 
 
@@ -54,7 +54,7 @@ def overstrained(report: StepReport) -> str:
 
 
 class _Counts:
-    """Base class of the observers that print. Counts steps, keeps the last report and warns."""
+    """Base class of observers that print: it counts steps, keeps the last report and warns."""
 
     def __init__(self) -> None:
         self._began = self._last = time.perf_counter()
@@ -80,7 +80,7 @@ class _Counts:
         print(line, flush=True)
 
     def status(self, time_reached: float) -> str:
-        """Returns the state of the simulation in words; `time_reached` [s] is that of the line."""
+        """Returns `time_reached` [s], speed, contacts and stretch as text for a line of progress."""
         rate = self._steps / max(time.perf_counter() - self._began, 1e-9)
         report = self._report
         return (

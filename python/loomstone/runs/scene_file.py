@@ -9,10 +9,10 @@
                                                    # depend on time and state alone
     def check(run: ls.Run) -> None: ...            # optional: asserts claims about the frames
 
-`integrator` and `duration` may also be functions of the scene's parameters.
+Each of `duration`, `rate`, `integrator` and `render` may also be a function of the parameters.
 
 A scene file is a module: it can import modules in its directory. Relative paths in its code are
-relative to its directory. check() gets a run, which knows its own directory.
+relative to its directory. check() finds the directory of the run in run.directory.
 """
 
 from __future__ import annotations
@@ -210,7 +210,7 @@ class SceneFile:
     def metadata(
         self, duration: float, rate: float, integrator: Integrator, render: RenderOptions
     ) -> dict[str, Any]:
-        """Returns everything that is needed to resume the run."""
+        """Returns what the run stores about itself, so that it can be resumed from a checkpoint."""
         return {
             "loomstone": _core.__version__,
             "scene_file": {

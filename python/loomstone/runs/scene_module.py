@@ -53,8 +53,8 @@ def execute_module(path: Path, source: str) -> types.ModuleType:
 def in_directory_of(path: Path) -> Iterator[None]:
     """Makes the directory of a scene file the working directory of the `with` block.
 
-    If the directory does not exist, the working directory stays the same. Other threads wait until
-    the block ends.
+    If the directory does not exist, the working directory stays the same. Other threads that
+    call this function wait until the block ends.
     """
     with _directory:
         try:
@@ -71,7 +71,7 @@ def in_directory_of(path: Path) -> Iterator[None]:
 
 
 def absolute_files(parameters: dict[str, Any]) -> dict[str, Any]:
-    """Returns the parameters, with names of existing files that have a suffix made absolute.
+    """Returns the parameters. Names of existing files with a suffix become absolute paths.
 
     A parameter such as mesh=figure.obj is relative to the working directory of the command, but
     scene() runs in the directory of its file.
@@ -107,7 +107,7 @@ def _warn_of_misspelt_globals(path: Path, source: str) -> None:
 
 
 def _assigned(tree: ast.Module) -> dict[str, int]:
-    """Returns the names that a module defines at its top level, with their lines."""
+    """Returns the functions and variables at the top level of a module, with their lines."""
     names: dict[str, int] = {}
     for node in tree.body:
         targets: list[ast.expr] = []

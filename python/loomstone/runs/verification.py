@@ -1,4 +1,4 @@
-"""Exact count of intersecting triangles in every frame, independent of the collision handling."""
+"""Exact counts of intersecting triangle pairs in frames, independent of collision handling."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ MOST_BROKEN = 20  # largest number of rows per step in the table BROKEN
 def append_rows(
     path: Path, columns: Sequence[str], step: int, rows: Iterable[Sequence[object]]
 ) -> None:
-    """Appends the rows of a step. Cloth triangles are numbered first, then all others."""
+    """Appends the rows of a step. Triangle numbers count cloth first, then bodies and obstacles."""
     new = not path.exists()
     with path.open("a", newline="") as file:
         table = csv.writer(file)

@@ -152,7 +152,7 @@ class Writer(NoWriter):
         )
 
     def draw_rest(self, stop: Callable[[], bool]) -> bool:
-        """Draws the missing pictures from the cache; returns False if drawing was stopped."""
+        """Draws missing pictures from the stored frames; returns False if drawing was stopped."""
         options = self._options.render
         if options is None or not self._draws():
             return True
@@ -304,7 +304,7 @@ def _check_rate(directory: Path, rate: float) -> None:
 
 
 def _remove_run(directory: Path) -> None:
-    """Removes the files that a run writes, and the whole directory frames/, but no other files."""
+    """Removes the files that a run writes, and frames/ unless it is a link, but no other files."""
     for name in (
         "run.vtkhdf",
         "bodies.vtkhdf",

@@ -91,7 +91,7 @@ def _spaced(name: str, text: str) -> list[Any]:
 
 
 def points_of(values: dict[str, list[Any]], scene: Path, out: Path) -> list[Point]:
-    """Returns all combinations of values; raises InvalidInput if a value does not suit scene()."""
+    """Returns all combinations. Raises InvalidInput for too many, or values unfit for scene()."""
     n_points = int(np.prod([len(each) for each in values.values()], dtype=float))
     if n_points > MOST_POINTS:
         raise InvalidInput(

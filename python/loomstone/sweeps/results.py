@@ -1,6 +1,6 @@
 """The table of a sweep, and plots of its figures over a parameter.
 
-A figure is a number in the report of a run.
+A figure is a number, a Boolean value or a string in the report of a run.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ FIGURES = ("wall_seconds", "largest_stretch", "most_contacts", "linear_iteration
 def write_table(points: Sequence[Point], path: Path) -> list[dict[str, Any]]:
     """Writes a table (CSV) with one row per finished run; returns its rows.
 
-    The columns are the directory, the parameters, and the figures of report.json.
+    The columns are the name of the run's directory, the parameters, and the figures of report.json.
+    Raises CacheError if the file cannot be written.
     """
     rows = []
     for point in points:
@@ -51,7 +52,7 @@ def _cell(value: Any) -> Any:
 
 
 def _flat(report: dict[str, Any], taken: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Returns the entries of a report by paths such as energy_at_end.kinetic.
+    """Returns the figures of a report by dotted names such as energy_at_end.kinetic.
 
     A figure that has the name of a parameter gets the prefix "report.".
     """
@@ -84,7 +85,8 @@ def plot_figures(
     """Plots figures of the table over the numeric parameter with the most values.
 
     Each combination of the other parameters is a line. Returns the path of the picture (PNG), or
-    None if no numeric parameter has several values or no run is finished.
+    None if no numeric parameter has several values or no run is finished. Raises Unsupported if
+    matplotlib is not installed, and CacheError if the picture cannot be written.
     """
     numeric = [name for name, each in values.items() if len(each) > 1 and all(map(_number, each))]
     if not rows or not numeric:

@@ -29,9 +29,11 @@ def play(
     host: str = "127.0.0.1",
     port: int = 8080,
 ) -> Player:
-    """Serves a page that plays a run, and returns at once. A run in progress grows on the page.
+    """Serves a page that plays a run, and returns at once.
 
-    camera : Camera at the start; None: one that shows all of the first frame but floors
+    New frames of a run in progress appear on the page.
+
+    camera : Camera at the start; None: one that shows all of the first frame except floors
     host, port : address of the page. If the port is taken, the next free one is used.
 
     The result has `page.url`, `wait()` and `stop()`. Raises Unsupported if viser is not installed
@@ -57,14 +59,15 @@ def live(
 ) -> Live:
     """Serves a page with a running simulation, and returns at once.
 
-    On the page, cloth, rigid bodies and obstacles are pulled with the left mouse button. Cloth and
-    rigid bodies are pulled by a force, and collisions and strain limits act as always. Obstacles
-    follow the mouse. Simulated time keeps up with real time where the machine is fast enough.
+    On the page, the left mouse button pulls cloth, rigid bodies and obstacles. Cloth and rigid
+    bodies are pulled by a force, and collisions and strain limits act as always. Obstacles follow
+    the mouse, except floors and obstacles that deform. Simulated time keeps up with real time where
+    the machine is fast enough.
 
     integrator, threads : as in Simulation
     control : function called before every step, as in Simulation.run
     title : title of the page
-    camera : Camera at the start; None: one that shows all of the scene but floors
+    camera : Camera at the start; None: one that shows all of the scene except floors
     paused : whether the simulation waits until the user starts it
     field_lines : number of magnetic field lines at the start
     host, port : address of the page. If the port is taken, the next free one is used.

@@ -26,13 +26,13 @@ def write_html(
 ) -> Path:
     """Writes a page that plays a run, as one HTML file that needs no server, and returns its path.
 
-    camera : Camera at the start; None: one that shows all of the first frame but floors
+    camera : Camera at the start; None: one that shows all of the first frame except floors
     color_by : cloth | stretch | strain_weft | strain_warp | strain_shear | contact
-    limits : values at the two ends of the colours [1]
+    limits : values at the two ends of the colour scale [1]
     every : only every n-th frame is stored
 
-    Raises InvalidInput for other values, CacheError if the run has no frames, and Unsupported if
-    viser is not installed.
+    Raises InvalidInput for another `color_by` or if `every` < 1, CacheError if the run has no
+    frames, and Unsupported if viser is not installed.
     """
     source = run if isinstance(run, Run) else Run(run)
     if color_by not in FIELDS:

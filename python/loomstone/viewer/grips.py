@@ -28,7 +28,7 @@ _PULL = 80.0
 # the force would move the part by the whole distance in one step. With less, the part would
 # overshoot.
 _REACTION = 1.5
-# Time constant with which a hand balances the weight that it carries [s].
+# Time constant of the integral term, by which a hand balances the weight that it carries [s].
 _SETTLING = 0.3
 # Largest speed of a gripped obstacle [m/s].
 _SPEED = 1.0
@@ -76,7 +76,7 @@ class ClothGrip:
     def __init__(
         self, sim: Simulation, vertices: NDArray[np.int64], mass: Floats, point: ArrayLike
     ) -> None:
-        """`vertices` are those of the cloth, and `mass` [kg] holds the masses of all vertices."""
+        """`vertices` are those of the cloth; `mass` [kg] has an entry for every cloth vertex."""
         distance = np.linalg.norm(sim.positions[vertices] - np.asarray(point), axis=1)
         order = vertices[np.argsort(distance, kind="stable")]
         whole = float(mass[order].sum())

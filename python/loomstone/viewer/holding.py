@@ -34,7 +34,10 @@ class Holder:
         self._body_of_vertex = topology.body_of_vertex
 
     def can_hold(self, body: int) -> bool:
-        """Returns whether a body or obstacle can be held: it does not deform and is not a floor."""
+        """Returns whether a body or obstacle can be held. Floors and deforming obstacles cannot.
+
+        `body` is an index among the rigid bodies, followed by the obstacles.
+        """
         if body < len(self._scene.bodies):
             return True
         obstacle = self._scene.obstacles[body - len(self._scene.bodies)]

@@ -22,8 +22,8 @@ __all__ = ["Live"]
 
 # Maximum number of pictures shown per second [1/s].
 _RATE = 30.0
-# Largest number of updates of the field lines per second [1/s]; tracing them takes longer than a
-# step.
+# Largest number of updates of the field lines per second [1/s]. Tracing the lines can take longer
+# than a step.
 _LINE_RATE = 4.0
 # If the simulation lags behind real time by more than this [s], it is shown in slow motion. For
 # smaller delays, pictures are skipped.
@@ -90,7 +90,7 @@ class Live:
     def rates(self) -> tuple[float, float]:
         """Returns the pictures per second [1/s] and the ratio of simulated to elapsed time [1].
 
-        Both are means over the last 10 s.
+        Both are means over at most the last 10 s, and 0 before the second picture.
         """
         pictures = list(self._pictures)
         if len(pictures) < 2:
@@ -110,7 +110,7 @@ class Live:
         self.page.stop()
 
     def wait(self) -> None:
-        """Waits until the page is closed."""
+        """Waits until stop() closes the page."""
         self._stopped.wait()
 
     def _add_controls(self, paused: bool) -> None:

@@ -25,7 +25,7 @@ class Page:
 
     title : shown at the top of the page
     topology : topology of the frames
-    first : first frame; a camera with fit=True shows all of it but floors
+    first : first frame; a camera with fit=True shows all of it except floors
     camera : camera at the start; the user turns it with the mouse
     host, port : address at which the server listens. If the port is taken, the next free one is
         used.
@@ -119,7 +119,10 @@ class Page:
 
 
 def _ball(topology: FrameTopology, frame: Frame) -> tuple[NDArray[np.float64], float]:
-    """Returns centre and radius of a ball around all surfaces but floors, or around lone floors."""
+    """Returns centre and radius [m] of a ball around all surfaces except floors.
+
+    If there are only floors, the ball encloses them.
+    """
     seen = ~topology.body_is_floor.astype(bool)[topology.body_of_vertex]
     points = np.concatenate([frame.positions, frame.body_vertices[seen]])
     if not len(points):

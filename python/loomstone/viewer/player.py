@@ -18,7 +18,7 @@ _LOOK = 1.0
 
 
 class Player:
-    """A page that plays a run. A run that is still in progress grows on the page.
+    """A page that plays a run. New frames of a run in progress are added to its timeline.
 
     Attributes: page (Page).
     """
@@ -52,7 +52,7 @@ class Player:
         self.page.stop()
 
     def wait(self) -> None:
-        """Waits until the page is closed."""
+        """Waits until stop() closes the page."""
         self._stopped.wait()
 
     def _loop(self) -> None:

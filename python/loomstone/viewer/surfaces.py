@@ -124,13 +124,13 @@ class Surfaces:
 
 
 def _vertex_colors(surface: Surface) -> Bytes | None:
-    """Returns the colours (n x 4) of the texture at the vertices, or None without a texture."""
+    """Returns the texture's colours and alpha (n x 4) at the vertices; None without a texture."""
     colors = texture_at_vertices(surface)
     return None if colors is None else np.pad(colors, ((0, 0), (0, 1)), constant_values=255)
 
 
 def _colors(values: Floats, limits: tuple[float, float]) -> Bytes:
-    """Returns the colours of values (n x 4), with alpha."""
+    """Returns the sRGB colours of values, with alpha (n x 4)."""
     low, high = limits
     place = np.clip((values - low) / max(high - low, 1e-12), 0.0, 1.0)
     colors = color_table("viridis")[0][np.rint(255.0 * place).astype(int)]

@@ -1,4 +1,4 @@
-// Times of the block product and of the linear solvers on a square cloth of 7,396 vertices or more.
+// Times of the block product and of the linear solvers on square cloths (default: 7,396 vertices).
 // Usage: benchmark_linalg [threads] [side ...], or --smoke (tiny). Each time is the minimum of many
 // repetitions. Results of different machines can be compared by the ratio of a time to that of the
 // block product in the same run. Reference for 7,396 vertices (one thread, AVX-512): a product
@@ -61,8 +61,8 @@ std::vector<std::pair<Index, Index>> ordered_couplings(Index side) {
   return couplings;
 }
 
-// Unit masses and springs along (1, 0, 0), (0, 1, 0) and (1, 1, 0). A spring's transverse stiffness
-// is a tenth of `stiffness`.
+// Unit masses, and springs whose directions are (1, 0, 0), (0, 1, 0) and (1, 1, 0) in turn. A
+// spring's transverse stiffness is a tenth of `stiffness`.
 BlockMatrix cloth_like(Index side, double stiffness) {
   const auto couplings = ordered_couplings(side);
   BlockMatrix matrix(side * side, couplings);

@@ -25,7 +25,7 @@ using namespace loomstone;
 namespace {
 
 // Returns the wall time if there are several threads [s]. For one thread, returns the processor
-// time [s], which other processes do not affect.
+// time [s], which other processes hardly affect.
 double now(int threads = 1) {
   timespec t;
   clock_gettime(threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &t);
@@ -160,7 +160,7 @@ void threads() {
   }
 }
 
-// Error of the positions after 50 steps, compared with a direct solver.
+// Prints the largest error of the positions after 50 steps, compared with a direct solver.
 void accuracy() {
   std::printf(
       "# cells  h [ms]  bending   element   tolerance  iterations  largest error after 50 steps "

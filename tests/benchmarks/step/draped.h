@@ -1,4 +1,4 @@
-// Cloth for the measurements of the implicit step: the square of the drape scene, at rest on a
+// Cloth for the measurements of the implicit step: the square of the drape scene, draped over a
 // sphere of radius 0.15 m. Edge 0.5 m, weft and warp stiffness 300 N/m, shear stiffness 150 N/m,
 // density 0.3 kg/m^2, bending stiffness 1e-5 N m.
 #pragma once
@@ -7,7 +7,7 @@
 
 namespace loomstone {
 
-// The square of `cells` x `cells` cells at rest. A simulation with collisions on a coarse mesh
+// The draped square of `cells` x `cells` cells. A simulation with collisions on a coarse mesh
 // gives the shape, bicubic interpolation in uv transfers it to the fine mesh, and a few more steps
 // there let the fine mesh form its own strains and folds.
 struct Draped {

@@ -60,8 +60,8 @@ Points noise(Index n, double size, unsigned seed) {
 
 namespace {
 
-// Mesh of diamonds. The lattice points (i, j) h / 2 with even i + j are vertices. Those with odd
-// i + j are centres of diamonds; diamonds at the boundary are cut in half.
+// Mesh of diamonds. Points (i, j) of a lattice, half a diagonal apart, are vertices for even i + j
+// and centres of diamonds for odd i + j. Diamonds at the boundary are cut in half.
 Strip diamond_strip(bool along, double length, double width, Index across) {
   const Index ny = 2 * across,
               nx = static_cast<Index>(std::lround(ny * length / width)) / 2 * 2 + 2, clamp = 2;
@@ -86,10 +86,10 @@ Strip diamond_strip(bool along, double length, double width, Index across) {
       };
       const Index w = at(i - 1, j), e = at(i + 1, j), s = at(i, j - 1), n = at(i, j + 1);
       const bool whole = w >= 0 && e >= 0 && s >= 0 && n >= 0;
-      if (n < 0 || s < 0 || (whole && along && i != clamp)) {  // edge w-e divides the diamond
+      if (n < 0 || s < 0 || (whole && along && i != clamp)) {  // w-e divides or bounds the diamond
         if (n >= 0) triangles.push_back({w, e, n});
         if (s >= 0) triangles.push_back({w, s, e});
-      } else {  // edge s-n divides it; this edge may lie on the clamp line
+      } else {  // s-n divides or bounds it, and may lie on the clamp line
         if (e >= 0) triangles.push_back({s, e, n});
         if (w >= 0) triangles.push_back({s, n, w});
       }

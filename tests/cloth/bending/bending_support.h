@@ -9,7 +9,7 @@
 namespace loomstone::test {
 
 Mat3 isotropic(double b, double nu);  // rigidity D for (kxx, kyy, 2 kxy) [N m]
-Mat3 some_rigidity();                 // full orthotropic matrix with coupling terms [N m]
+Mat3 some_rigidity();                 // anisotropic rigidity without zeros [N m]
 
 // Setup of a flat mesh in z = 0. The material axes are rotated by `angle` [rad] from x.
 BendingSetup flat_setup(const Points& vertices, const Triangles& triangles, const Mat3& rigidity,

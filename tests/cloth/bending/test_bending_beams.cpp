@@ -98,8 +98,8 @@ TEST_CASE("an orthotropic strip sags by its compliance along the strip") {
   CAPTURE(pattern);
   Mat3 d = Mat3::Zero();
   d.diagonal() << 1.0, 9.0, 0.8;
-  // Free edges carry no moment, so the flexural rigidity of the strip is the reciprocal of the
-  // first entry of the inverse of D.
+  // Free edges carry no moment, so the flexural rigidity of the strip is the reciprocal of a
+  // diagonal entry of D^-1: the first along weft, the second along warp.
   CHECK(deflection_ratio({"midedge", pattern, 8, d}, 1.0) == Approx(1.0).epsilon(0.02));
   CHECK(deflection_ratio({"midedge", pattern, 8, d, -M_PI / 2}, 9.0) == Approx(1.0).epsilon(0.02));
   d(0, 1) = d(1, 0) = 0.3;

@@ -13,9 +13,9 @@ using namespace loomstone::test;
 
 namespace {
 
-// Tip height of an inextensible cantilever under dead load w per unit length. Solves
-// B theta'' = -w (L - s) cos(theta) by shooting, with B = L = 1. Here theta is the slope angle at
-// the arc length s from the clamp.
+// Returns the tip height of an inextensible cantilever under dead load w per unit length. Writes
+// the tip's x to tip_x. Solves B theta'' = -w (L - s) cos(theta) by shooting, with B = L = 1. Here
+// theta is the downward slope angle at the arc length s from the clamp.
 double elastica_tip(double w, double& tip_x) {
   double low = 0.0, high = 20.0;
   double x = 0.0, z = 0.0;

@@ -1,5 +1,5 @@
-// Tests of bending in extreme cases: threads and row ranges, folds, triangles without area,
-// and invalid input.
+// Tests of bending in extreme cases: threads and row ranges, folds, slivers, triangles without
+// area, and invalid input.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -89,7 +89,7 @@ TEST_CASE("a completely closed fold gives only finite numbers") {
 
 TEST_CASE("a fold that passes through itself comes back from the other side") {
   // Angles are not continued beyond pi, where the two triangles have passed through each other.
-  // Collisions prevent such folds. Without collisions, the cloth then unfolds in the shorter
+  // Collision handling prevents such folds. Without it, the cloth then unfolds in the shorter
   // direction, because the energy depends only on the current shape.
   const std::string element = GENERATE("hinge", "midedge");
   CAPTURE(element);

@@ -14,7 +14,7 @@ LimitPhase phase_of(Sheet& s, const StrainLimit& limit) {
   return LimitPhase(s.membrane, {limit}, std::vector<Index>(s.mesh.n_triangles(), 0));
 }
 
-// Limits, both upper and lower, that about half of the modes of the deformed sheet exceed.
+// Upper and lower limits, which about half of the strain components of the deformed sheet exceed.
 StrainLimit exceeded() {
   StrainLimit limit;
   limit.weft = 0.15, limit.warp = 0.15, limit.shear = 0.05;

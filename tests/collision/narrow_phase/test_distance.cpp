@@ -53,7 +53,7 @@ TEST_CASE("closest points agree with a fine sampling, and the weights reproduce 
     FourPoints p;
     for (Vec3& point : p) point = random_vector(random, 1.0);
     if (trial % 4 == 1)
-      p[3] = p[2] + 1e-9 * random_vector(random, 1.0);      // edge or triangle side of zero length
+      p[3] = p[2] + 1e-9 * random_vector(random, 1.0);      // side of almost zero length
     if (trial % 4 == 2) p[3] = p[2] + (p[1] - p[0]) * 0.7;  // parallel edges
     if (trial % 4 == 3) p[3] = 0.5 * (p[1] + p[2]) + 1e-10 * random_vector(random, 1.0);  // sliver
     check_against_sampling(p, true);
@@ -90,7 +90,7 @@ TEST_CASE("edges that move less than the bound do not come closest inside both e
     if (trial % 4 == 0) p[3] = p[2] + 0.7 * (p[1] - p[0]) + random_vector(random, 1e-3);
     const double motion = motion_to_cross(p, thickness);
     if (closest_edge_edge(p).interior) {
-      CHECK(motion < 1e-12);  // rounding
+      CHECK(motion < 1e-12);  // zero up to rounding
       continue;
     }
     bounded += motion > 0.01;
@@ -110,8 +110,8 @@ TEST_CASE("edges that move less than the bound do not come closest inside both e
   }
   CHECK(bounded > 1000);
   CHECK(crossed > 1000);  // longer motions do cross
-  // The first edge begins at a distance g from the line of the second one, so that they cross after
-  // a motion of g.
+  // Seen from above, the first edge begins at a distance g from the second one, so that they cross
+  // after a motion of g.
   const double g = 0.05;
   const FourPoints apart = {Vec3(g, 0, 0.1), Vec3(1, 0, 0.1), Vec3(0, -1, 0), Vec3(0, 1, 0)};
   CHECK(motion_to_cross(apart, thickness) <= g);

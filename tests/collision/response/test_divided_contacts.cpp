@@ -17,7 +17,7 @@ using test::on_ranks;
 
 namespace {
 
-// Two sheets on a table, whose faces are part of a smooth surface on request.
+// Two sheets on a table. If `smooth` is true, the table's faces are part of a smooth surface.
 TestScene sheets_on_table(bool smooth) {
   TestScene scene = make_scene(
       {{grid_cells(0.2, 0.2, 12, 12), Kind::Cloth, 4e-3},
@@ -29,8 +29,8 @@ TestScene sheets_on_table(bool smooth) {
 
 struct Results {
   std::vector<double> numbers;               // the same on all ranks
-  std::vector<std::array<double, 9>> terms;  // of the rows of this rank, which begin the entries
-  std::size_t kept = 0, found = 0;           // numbers of contacts on this rank and on all ranks
+  std::vector<std::array<double, 9>> terms;  // of the rows of this rank; the row comes first
+  std::size_t kept = 0, found = 0;           // contacts on this rank and on all, over all steps
 
   void add(const ContactTotals& totals) {
     numbers.insert(numbers.end(), {1.0 * static_cast<double>(totals.n), 1.0 * totals.pressed,
@@ -47,7 +47,7 @@ struct Results {
     for (const Contact& contact : contacts)
       numbers.insert(numbers.end(), {1.0 * contact.a, 1.0 * contact.b, contact.distance});
   }
-  // Adds a term for each row in `rows` on which it acts.
+  // Adds each term once for every row in `rows` on which it acts.
   void add(const ExtraTerms& made, IndexRange rows) {
     for (const ExtraTerm& term : made)
       for (int e = 0; e < term.n_entries; ++e)
@@ -89,7 +89,7 @@ Results results(const TestScene& scene, const std::shared_ptr<const Communicator
     for (const BinnedSum& energy : energies) all.numbers.push_back(energy.value());
     all.add(stage.all_contacts(Team{}, x, {}));
     all.add(stage.totals());
-    all.add(stage.all_contacts(Team{}, x1, {}));  // not those of the last search
+    all.add(stage.all_contacts(Team{}, x1, {}));  // those at x1, not those of the last search
     x = x1;
   }
   return all;
@@ -108,7 +108,7 @@ TEST_CASE("ranks that keep the contacts of their rows find the bits of one rank"
       std::vector<std::array<double, 9>> terms;
       std::size_t most = 0;
       for (const Results& each : found) {
-        CHECK((each.numbers == alone.numbers));  // vectors would be printed whole
+        CHECK((each.numbers == alone.numbers));  // parentheses: Catch does not print the vectors
         terms.insert(terms.end(), each.terms.begin(), each.terms.end());
         most = std::max(most, each.kept);
       }

@@ -53,7 +53,7 @@ Points assembled_product(const ExtraTerms& terms, const Points& direction) {
   return sum;
 }
 
-// Returns an anchor for each contact. Some of the contacts stick, and others will slip.
+// Returns an anchor for each contact. Some of the contacts will stick, and others will slip.
 ContactState anchored(const std::vector<Contact>& contacts) {
   ContactState state;
   for (const Contact& c : contacts)

@@ -35,7 +35,7 @@ TEST_CASE(
   CHECK(distance({5.0, 0.3, 0.2}) == Approx(3.0));
   CHECK(distance({5.0, 8.0, 0.0}) == Approx(5.0));
   CHECK(distance({4.0, 7.0, 12.0}) == Approx(7.0));
-  // Half the angle of a rotation by 45 degrees about z, which turns a corner towards the other box.
+  // Half the angle of a rotation by 45 degrees about z, which turns an edge towards the other box.
   const double turn = 0.125 * 3.14159265358979323846;
   CHECK(distance({6.0, 0.0, 0.0}, {std::cos(turn), 0, 0, std::sin(turn)}) ==
         Approx(5.0 - 3.0 / std::sqrt(2.0)));

@@ -84,7 +84,7 @@ Wrench all_forces(const PlacedCharges& on, const PlacedCharges& by) {
   return sum;
 }
 
-// Parallel and tilted poses with gaps of 0.1 to 2 heights of the cuboid.
+// Parallel and tilted poses of two flat cuboids, with gaps of 0.1 to 1 times their height.
 const std::vector<RigidPose> poses = {{Vec3(0, 0, 0.44), Vec4(1, 0, 0, 0)},
                                       {Vec3(0.3, -0.2, 0.5), Vec4(1, 0, 0, 0)},
                                       {Vec3(2.1, 0.4, 1.1), Vec4(0.8, 0.2, 0.4, -0.4)},

@@ -1,4 +1,4 @@
-"""Rules for the structure of the sources: allowed includes, the only files that include each
+"""Rules for the structure of the sources: includes between modules, the files that may include an
 external library, and the size of files and folders.
 """
 

@@ -1,4 +1,4 @@
-"""Arguments of public functions have units; misspelt keywords are refused with a suggestion."""
+"""Numbers that public functions take have units; a misspelt keyword causes a suggestion."""
 
 import dataclasses
 import importlib
@@ -92,6 +92,6 @@ def test_functions_of_the_core_name_the_function_that_reads_meshes():
     with pytest.raises(TypeError, match=r"SpatialQuery\('a.obj'\) has .* loomstone.meshes.read\("):
         ls.meshes.SpatialQuery("a.obj")
     mesh = ls.grid(cells=(2, 2))
-    with pytest.raises(TypeError) as told:  # a mesh was given
+    with pytest.raises(TypeError) as told:  # no path in place of a mesh
         mesh.moved((0, 0, 0), 1, scale="a")
     assert "meshes.read" not in str(told.value)

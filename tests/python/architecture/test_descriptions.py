@@ -1,4 +1,4 @@
-"""Descriptions are frozen, compare by value, and refuse invalid values with a reason."""
+"""Descriptions, such as ls.Cloth, are frozen, compare by value, and name invalid values."""
 
 from pathlib import Path
 

@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[3]
 SPACK = ROOT / "scripts" / "spack" / "packages" / "loomstone" / "package.py"
 CONTENTS = runpy.run_path(str(ROOT / "tests" / "wheel" / "contents.py"))
 LICENSES = runpy.run_path(str(ROOT / "scripts" / "wheel_licenses.py"))
-# Libraries that CMake looks for, by the names of their packages in Spack.
+# Maps libraries that CMake looks for to the specs of their Spack packages.
 OF_CMAKE = {
     "Eigen3 3.4": "eigen@3.4:3",
     "fmt 9": "fmt@9:",
@@ -27,8 +27,8 @@ OF_CMAKE = {
 }
 
 
-# Dependencies that are neither libraries of core/dependencies.cmake nor Python packages, each
-# with a pattern and the file that needs them.
+# Maps the specs of the other dependencies, except Python packages, to a pattern and a file. The
+# pattern must occur in the file, which shows that the dependency is needed.
 OF_OTHERS = {
     "c": (r"LANGUAGES C CXX", "CMakeLists.txt"),
     "cxx": (r"LANGUAGES C CXX", "CMakeLists.txt"),
@@ -46,7 +46,7 @@ SPEC = r"[a-z][a-z0-9-]*(@(\d+(\.\d+)*)?(:(\d+(\.\d+)*)?)?|[+~][a-z]+)*"
 
 @pytest.fixture(scope="module")
 def recipe(tmp_path_factory):
-    """What the recipe declares, by directive, and its class, read without Spack."""
+    """Returns the specs in the recipe by directive, all specs with options, and the class."""
     said = {"version": [], "depends_on": [], "options": []}
     package = types.ModuleType("spack.package")
 

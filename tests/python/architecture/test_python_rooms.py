@@ -49,7 +49,7 @@ PUBLIC = ["", "collision", "fabrics", "fabrics.measurements", "garments", "limit
 
 
 def imports(module: str) -> set[str]:
-    """Returns which modules of loomstone a module imports, at its top or inside functions."""
+    """Returns the modules of loomstone that a module imports, at its top or inside functions."""
     path = MODULES[module]
     package = module.split(".") if path.name == "__init__.py" else module.split(".")[:-1]
     package = [part for part in package if part]

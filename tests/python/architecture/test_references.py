@@ -1,4 +1,6 @@
-"""Everything that comments and documents cite exists: works, links, pictures, and files."""
+"""Everything that comments and documents cite exists: works, links, pictures, and files. Web
+addresses are not checked.
+"""
 
 import re
 import subprocess
@@ -79,7 +81,7 @@ def test_files_that_comments_and_documents_name_exist() -> None:
     absent = []
     for name, text in texts().items():
         if name.endswith("test_architecture.py"):
-            continue  # skips this file, which contains patterns of paths
+            continue  # contains patterns that look like paths
         for found in PATH.finditer(text):
             before = text[: found.start()].rsplit(None, 1)[-1] if found.start() else ""
             if not BUILT.search(before) and not (ROOT / found[1]).exists():

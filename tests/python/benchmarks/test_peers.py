@@ -1,4 +1,4 @@
-"""The comparison with other programs runs their scripts and evaluates what these have written."""
+"""The comparison with other programs runs their scripts and evaluates the files that they write."""
 
 import json
 import runpy

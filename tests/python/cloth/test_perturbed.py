@@ -1,4 +1,4 @@
-"""Cloth whose start is perturbed by a micrometre has other contacts but still does not intersect.
+"""Perturbing initial positions by a micrometre changes contacts and causes no intersection.
 
 tests/benchmarks/certify.py tests the same at full size.
 """

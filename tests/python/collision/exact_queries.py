@@ -213,7 +213,8 @@ def exact_verdict(kind: str, query: np.ndarray) -> Fraction | None:
         start = [a - b for a, b in zip(points[i], points[j], strict=True)]
         end = [a - b for a, b in zip(points[4 + i], points[4 + j], strict=True)]
         corners.append([trimmed([s, e - s]) for s, e in zip(start, end, strict=True)])
-    # There is no contact if one coordinate of all corners, or their triple product, keeps its sign.
+    # There is no contact if a coordinate has one sign for all corners, or the triple product has
+    # one sign, at all times.
     for k in range(3):
         ends = [
             s for corner in corners for s in (sign_at(corner[k], 0, 0), sign_at(corner[k], 1, 0))
@@ -253,8 +254,8 @@ FAMILIES = (
 
 
 def degenerate_queries(random: np.random.Generator, kind: str, family: str, n: int) -> np.ndarray:
-    """Returns n queries (n x 8 x 3) of a family. A third of them are off by one unit in the last
-    place of one coordinate. A third are scaled, mostly by extreme factors.
+    """Returns n queries (n x 8 x 3) of a family. About a third of them are off by one unit in the
+    last place of one coordinate. About a third are scaled, mostly by extreme factors.
     """
     size = int(random.integers(2, 6))
     q = random.integers(-size, size + 1, size=(n, 8, 3)).astype(float)

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from loomstone import collision
 
-hypothesis = pytest.importorskip("hypothesis")  # a test requirement
+hypothesis = pytest.importorskip("hypothesis")  # in the extra `test` of pyproject.toml
 st = hypothesis.strategies
 
 
 @st.composite
 def scenes(draw):
-    """Generates integer coordinates, so that boxes often touch and features often coincide.
+    """Generates scenes on a lattice, so that boxes often touch and features often coincide.
 
     Triangles may be degenerate or identical.
     """

@@ -28,7 +28,7 @@ def test_verdicts_of_degenerate_queries_are_exact_and_times_are_not_late(kind, f
 def test_verdicts_are_those_of_rational_arithmetic(kind):
     random = np.random.default_rng(3)
     queries = random.integers(-2, 3, size=(90, 8, 3)).astype(float)
-    queries[::5, :, 2] = 0.0  # within one plane
+    queries[::5, :, 2] = 0.0  # these queries lie in a plane
     hit, _ = collision.continuous(kind, queries)
     truth = [exact_verdict(kind, query) is not None for query in queries]
     assert 20 < sum(truth) < 80

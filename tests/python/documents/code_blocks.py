@@ -39,7 +39,7 @@ SAVED = re.compile(r"\b[Ss]ave\b[^`]*`([\w.]+)`[^`]*:\s*\Z")
 
 @dataclass(frozen=True)
 class Block:
-    line: int  # number of the line of the page at which its code begins
+    line: int  # line of the page at which the code begins, counted from 1
     language: str
     code: str
     remark: str  # "not run", "runs nightly", "output" or empty

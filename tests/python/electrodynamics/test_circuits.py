@@ -127,7 +127,7 @@ def test_a_changing_given_current_drives_a_nearby_circuit():
     wave = 2 / 400 * (current * np.exp(-2j * np.pi * frequency * time)).sum()
     omega = 2 * np.pi * frequency
     wanted = -1j * omega * MUTUAL / (0.5 + 1j * omega * 4e-3) * -1j
-    assert abs(wave - wanted) < 2e-3 * abs(wanted)  # steps of h: errors of order (omega h)^2
+    assert abs(wave - wanted) < 2e-3 * abs(wanted)  # errors of order (omega h)^2 for a step h
     assert abs(balance(sim)) < 1e-12
 
 
@@ -192,8 +192,9 @@ RADIUS, TURNS, MOMENT, SPEED = 0.02, 50, 0.5, 3.0
 
 
 def scripted(**what) -> ls.Scene:
-    """A dipole and a loop, each on its own stand. One of the stands is moved by script. A distant
-    weight, on which no force acts, is the only rigid body.
+    """A dipole and a loop, each on its own stand. One of the stands is moved by script. A uniform
+    `magnetic_field` replaces the dipole. A distant weight, on which no force acts, is the only
+    rigid body.
     """
     stands = {"magnet": {}, "loop": {}} | what.pop("scripts")
     obstacles = [

@@ -124,7 +124,7 @@ def test_free_magnets_keep_their_momenta_over_ten_thousand_steps():
             1e-5 * (np.linalg.norm(torque, axis=1) + 0.03 * np.linalg.norm(force, axis=1)).sum()
         )
     linear, angular = total_momenta(sim, scene)
-    # The tolerances are relative to the exchanged momentum.
+    # The tolerances are relative to the exchanged linear and angular momentum.
     assert np.linalg.norm(linear - linear0) < 1e-12 * impulse
     assert np.linalg.norm(angular - angular0) < 1e-12 * twist
 

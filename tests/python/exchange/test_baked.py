@@ -22,7 +22,7 @@ ANGLES = np.array([0.0, 0.3, 0.9])  # turns of the second joint (at y = 1) about
 
 
 def bent(angle):
-    """Linear blend skinning of the tube, y up."""
+    """Returns the vertices of the tube after linear blend skinning, with y up."""
     hinge = np.array([0.0, 1.0, 0.0])
     turned = Rotation.from_rotvec([0, 0, angle]).apply(RINGS - hinge) + hinge
     return SHARES[:, :1] * RINGS + SHARES[:, 1:] * turned
@@ -34,7 +34,7 @@ def z_up(points):
 
 @pytest.fixture
 def gltf(tmp_path):
-    """Path of a skinned tube with an animation; its vertices are repeated for each triangle."""
+    """Path of a glTF file: an animated skinned tube with three vertices for each triangle."""
     return write_gltf(tmp_path / "tube.glb")
 
 
@@ -100,7 +100,7 @@ def test_a_skin_of_gltf_is_baked_to_vertices(gltf):
     tube = ls.obstacles.baked(gltf, rate=2.0, start=0.25, friction=0.7)
     assert tube.name == "tube" and tube.friction == 0.7
     assert tube.times == pytest.approx([0.25, 0.75, 1.25])
-    assert tube.mesh.n_vertices == 12 and tube.mesh.n_triangles == 16  # equal ones are joined
+    assert tube.mesh.n_vertices == 12 and tube.mesh.n_triangles == 16  # equal vertices are joined
     frames = tube.vertex_positions.reshape(3, 12, 3)
     for angle, frame in zip(ANGLES, frames, strict=True):
         wanted = z_up(bent(angle))
@@ -109,8 +109,8 @@ def test_a_skin_of_gltf_is_baked_to_vertices(gltf):
         assert distance.max() < 1e-6 and len(np.unique(np.round(frame, 4), axis=0)) == 12
     between = ls.obstacles.baked(gltf, rate=4.0).vertex_positions.reshape(5, 12, 3)[1]
     distance = np.linalg.norm(between[:, None] - z_up(bent(0.15))[None], axis=2).min(1)
-    assert distance.max() < 1e-6  # rotations are interpolated on the sphere
-    assert len(ls.obstacles.baked(gltf).times) == 61  # 60 samples per second
+    assert distance.max() < 1e-6  # spherical interpolation of rotations
+    assert len(ls.obstacles.baked(gltf).times) == 61  # by default, 60 samples per second
 
 
 def test_the_mesh_of_gltf_at_rest_is_read_with_z_up(gltf):
@@ -121,7 +121,9 @@ def test_the_mesh_of_gltf_at_rest_is_read_with_z_up(gltf):
 
 
 def write_usd(path, change=lambda *_: None):
-    """A skinned tube of quads in centimetres with y up, below a moving parent, and a still box."""
+    """Writes a file in centimetres with y up: a skinned tube of quads below a moving parent, and a
+    static box. Returns the path.
+    """
     pytest.importorskip("pxr")
     from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 

@@ -68,7 +68,7 @@ def run(tmp_path_factory):
 
 
 def expected(run, name, frame):
-    """Returns the vertices of a cloth or body in a frame."""
+    """Returns the vertices of a cloth, body or obstacle in a frame."""
     t = run.topology
     if name in t.cloth_names:
         return frame.positions[t.cloth_of_vertex == t.cloth_names.index(name)]
@@ -373,7 +373,7 @@ def test_a_missing_or_truncated_run_is_one_sentence(run, tmp_path):
 
 @pytest.fixture(scope="module")
 def textured(tmp_path_factory):
-    """A run of one frame: a sheet with an image of 2 x 1 pixels, half of it transparent."""
+    """A run of one frame: a green ball, and a sheet with a texture that is half transparent."""
     out = tmp_path_factory.mktemp("textured") / "out"
     image = np.array([[[255, 0, 0, 255], [0, 0, 0, 0]]], np.uint8)
     look = ls.Look(texture=image, color=(0, 0, 1), roughness=0.25, texture_width=0.05)

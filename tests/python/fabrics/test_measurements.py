@@ -118,8 +118,8 @@ def test_strips_along_weft_and_warp_hang_out_as_the_elastica_of_their_rigidity(n
 
 
 def test_strips_on_the_bias_hang_out_as_plate_theory_says_in_the_limit_of_no_width():
-    """The clamp prevents twisting and thereby stiffens strips in proportion to their width (5 % at
-    25 mm).
+    """The clamp prevents twisting and thereby stiffens strips. The effect is 5 % at a width of
+    25 mm and vanishes with the width.
     """
     wide, narrow = (
         cantilever(ls.fabrics["t-shirt"], angle_degrees=45, width=width).error
@@ -201,8 +201,8 @@ def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_clo
 
 
 def test_conforming_triangles_do_not_lock_at_limits_of_a_hundredth_in_stretch_and_compression():
-    # At limits of 0.1 % instead of 1 %, triangles lock, and the drape coefficient exceeds 65 %
-    # instead of about 30 %.
+    # At limits of 1 %, the drape coefficient is about 30 %, as without limits. At limits of 0.1 %,
+    # triangles lock, and it exceeds 65 %.
     # tests/benchmarks/locking.py compares both limits at several mesh sizes.
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
     hundredth = ls.StrainLimit(0.01, 0.01, 0.01, weft_min=-0.01, warp_min=-0.01)

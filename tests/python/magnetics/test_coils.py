@@ -120,8 +120,8 @@ def test_motors_follow_the_table(case):
     assert found["angle"] < 2e-3 * max(case["theta"])
     assert found["speed"] < 5e-3 * np.abs(case["omega"]).max()
     assert found["place"] < 1e-12, "the bearing holds it"
-    # Each kick satisfies the balance to rounding. Between kicks, the torque turns by a few
-    # hundredths of a radian, and the relative error is the square of this angle.
+    # Each kick satisfies the balance to rounding. Between kicks, the rotor turns by a few
+    # hundredths of a radian. The relative error is of the order of the square of this angle.
     assert found["missing"] < 5e-3 * found["turned over"]
 
 

@@ -33,7 +33,7 @@ def test_lines_round_a_wire_are_circles_that_close():
     found = m.field_lines(wire, seeds=[[0.01, 0, 0]], extent=0.1, tolerance=1e-7)
     radii = np.linalg.norm(found.lines[0][:, :2], axis=1)
     assert found.ends == [m.LineEnd.closed]
-    # The other sides of the rectangular wire, at least 50 m away, change the field by 1e-4 of it.
+    # The other sides of the rectangular wire, at least 50 m away, change the field by 0.02 %.
     assert radii == pytest.approx(0.01, rel=1e-3)
     assert np.linalg.norm(np.diff(found.lines[0], axis=0), axis=1).sum() == pytest.approx(
         2 * np.pi * 0.01, rel=2e-3

@@ -89,7 +89,7 @@ def test_bodies_of_the_wrong_kind_are_named():
         M.induce([iron, magnet])
 
 
-@pytest.mark.parametrize("value", [1200.0, -9.5e5])  # in mT, in A/m
+@pytest.mark.parametrize("value", [1200.0, -9.5e5])  # in mT or A/m instead of T
 def test_a_polarization_that_no_material_has_is_reported(value):
     for make in (
         lambda: M.cuboid(size=(1, 1, 1), polarization=(0, 0, value)),

@@ -12,7 +12,7 @@ CUBE = dict(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
 
 
 def lattice(n):
-    """Returns the cells of a 1 cm cube of 1 T: positions [m] and moments [A m^2], n^3 rows each."""
+    """Returns positions [m] and moments [A m^2] of the n^3 cells of a cube of 1 cm and 1 T."""
     line = (np.arange(n) + 0.5) / n * 0.01 - 0.005
     x, y, z = np.meshgrid(line, line, line, indexing="ij")
     points = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
@@ -108,10 +108,9 @@ def test_every_level_carries_the_whole_moment_and_leaves_keep_their_margin():
         else:
             depth = np.minimum(0.01 - rho, 0.01 - np.abs(leaves[:, 2]))
             depth = np.minimum(depth, rho - 0.005) if name == "ring" else depth
-        # The centre of a leaf lies at least half its diameter (the cube root of its volume) below
-        # the surface. The last subdivision is a bisection, so leaves have up to twice the given
-        # density, and the bound uses 1e8.
-        slack = 1e-12 if name != "mesh" else 2e-4  # the mesh lies inside its sphere
+        # The centre of a leaf of volume v lies at least v^(1/3) / 2 below the surface. The last
+        # subdivision is a bisection, so leaves have up to twice the given density of 5e7.
+        slack = 1e-12 if name != "mesh" else 2e-4  # the mesh approximates the sphere
         assert depth.min() >= 0.5 * (1 / 1e8) ** (1 / 3) - slack, name
 
 

@@ -11,7 +11,7 @@ from magnet_tables import cases, each_case
 
 
 def relative(found, expected):
-    """Largest relative error of a row."""
+    """Returns the largest of the relative errors of the rows."""
     found, expected = np.atleast_2d(found), np.atleast_2d(expected)
     return (np.linalg.norm(found - expected, axis=-1) / np.linalg.norm(expected, axis=-1)).max()
 
@@ -150,7 +150,7 @@ def test_gradients_are_derivatives_of_fields(name, scale):
 
 @pytest.mark.parametrize("name", ["cuboid", "cylinder", "ring", "mesh"])
 def test_far_fields_lose_no_digits(name):
-    """Compares fields with those of dipoles that fill the volume, at 12 Gauss points per axis."""
+    """Compares fields and gradients with those of dipoles at quadrature points in the volume."""
     body = sources()[name]
     nodes, weights = np.polynomial.legendre.leggauss(12)
     nodes, weights = (nodes + 1) / 2, weights / 2
@@ -178,8 +178,8 @@ def test_far_fields_lose_no_digits(name):
         share = np.tile(share, 32) / 32
         volume = np.pi * (0.01**2 - inner**2) * 0.013
     moments = share[:, None] * volume * np.array(J) / M.MU0
-    # The distances are 3 to 1e4 times the size of the body. Between 3.7 and 7 radii, sources switch
-    # to a formula for distant points.
+    # The points are at 1 to 1e4 times the size of the body. Meshes switch to a multipole expansion
+    # at 4 radii, and cylinders have another formula for distant points and near the axis.
     for distance in (
         0.05,
         0.1,

@@ -9,7 +9,7 @@ from loomstone import magnetics as M
 from magnet_tables import cases
 
 TOLERANCES = [1e-4, 1e-8]
-# Numbers of cells of a cuboid and their tolerance, which is three times the measured error.
+# Maps numbers of cells of a cuboid to tolerances, which are three times the measured errors.
 GRIDS = {
     12: 1e-3,
     20: 1e-4,

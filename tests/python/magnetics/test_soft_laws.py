@@ -21,7 +21,7 @@ def away(found, wanted):
 
 
 def lift(soft, magnet, height):
-    """Returns the force on a magnet at (0, 0, height) [m] that magnetises `soft`."""
+    """Returns force and torque on a magnet at (0, 0, height) [m] that magnetises `soft`."""
     there = magnet.at((0, 0, height), magnet.orientation)
     (induced,) = M.induce(soft, by=there, tolerance=1e-10).bodies
     return M.force(on=there, by=induced)
@@ -155,7 +155,7 @@ def stiffness_sum(bodies_at, place, step=1e-5):
 
 def test_hard_magnets_have_no_stable_place_and_superconductors_do():
     """Earnshaw's theorem: div F = 0 between hard magnets, so no position is stable in all
-    directions. A superconductor has div F < 0.
+    directions. Above a superconductor, div F < 0.
     """
     ball = M.sphere(radius=0.003, polarization=(1.2, 0, 0))
     place = np.array((0.001, 0.0005, 0.012))

@@ -43,7 +43,7 @@ def test_points_beside_a_rigidly_moving_body_move_with_it():
         for turn, shift in zip(turns, shifts, strict=True)
     ]
     expected = [turn.apply(points) + shift for turn, shift in zip(turns, shifts, strict=True)]
-    # Rounding of lengths of a few metres.
+    # The tolerance covers rounding of lengths of a few metres.
     assert ls.obstacles.follow(BODY, frames, points) == pytest.approx(np.array(expected), abs=1e-13)
 
 
@@ -62,8 +62,8 @@ def test_points_beside_a_bent_body_move_with_its_cross_sections(curvature):
     points = waist(400)
     followed = ls.obstacles.follow(BODY, [bent(BODY.vertices, curvature)], points)[0]
     expected = bent(points, curvature)
-    # A patch reaches over 0.04 m, where a bent axis deviates from its tangent by up to 0.0008 m
-    # times the curvature. The fit averages over the patch, with less weight at its border.
+    # A patch reaches 0.04 m from its centre. There, a bent axis deviates from its tangent by
+    # 0.0008 m^2 times the curvature. The fit averages over the patch and weights its border less.
     assert np.abs(followed - expected).max() < 2e-4 * curvature
     # The points are ten times closer to each other than the vertices of the body.
     assert spacing(followed) == pytest.approx(spacing(expected), rel=0.02 * curvature)

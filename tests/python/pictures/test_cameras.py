@@ -1,4 +1,4 @@
-"""Cameras are fitted to what is drawn, turn about it, and are given on the command line."""
+"""Cameras are fitted to what is drawn, turn about it, and can be given on the command line."""
 
 import json
 
@@ -10,7 +10,7 @@ from loomstone.pictures import fitted_camera, read_camera, turntable
 from PIL import Image
 from typer.testing import CliRunner
 
-MARGIN = 0.92  # fraction of the picture that a fitted view fills
+MARGIN = 0.92  # fraction of the width or height of the picture that a fitted view fills
 
 
 @pytest.fixture(scope="module")

@@ -33,7 +33,7 @@ def made(ranks, collision, waiting=0.0, decomposition="predicted", **changed):
 
 @pytest.fixture
 def drawn(monkeypatch):
-    """Returns the matplotlib figures that are made."""
+    """Returns a list to which new matplotlib figures are added."""
     figures = []
 
     class Kept(matplotlib.figure.Figure):
@@ -95,7 +95,7 @@ def test_runs_of_different_lengths_are_refused(tmp_path):
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    """A run that is long enough for three frames, with recorded tasks."""
+    """Directory of a run of three frames after the initial one, with recorded tasks."""
     out = tmp_path_factory.mktemp("finished") / "run"
     mesh = ls.grid(size=(0.2, 0.2), cells=(6, 6)).moved((0, 0, 0.104))
     scene = ls.Scene(cloths=[ls.Cloth(mesh=mesh)], obstacles=[ls.sphere(radius=0.1)])

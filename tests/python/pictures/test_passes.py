@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 OpenEXR = pytest.importorskip("OpenEXR", reason="passes need the package OpenEXR")
 
-# Looks down at a square of 0.5 m from a distance of 1 m.
+# The camera looks down at a square of 0.5 m from a distance of 1 m.
 OPTIONS = ls.RenderOptions(
     width=64, height=64, camera=ls.Camera(fit=False, eye=(0, 0, 1), up=(0, 1, 0))
 )

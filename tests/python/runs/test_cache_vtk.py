@@ -26,7 +26,7 @@ STEPS_PER_FRAME = 4
 
 
 def find_program() -> str | None:
-    """Returns the C++ test program from the environment or from the usual build folder."""
+    """Returns the C++ test program of the environment or of the build folder, or None."""
     built = pathlib.Path(__file__).parents[3] / "build" / "tests" / "cache" / "test_cache"
     return os.environ.get("LOOMSTONE_TEST_CACHE") or shutil.which(str(built))
 
@@ -59,9 +59,9 @@ def open_file(path: pathlib.Path) -> "vtk.vtkHDFReader":
 
 
 def expected(count: int, components: int, frame: int, phase: float) -> np.ndarray:
-    """Values of the C++ example: sin(phase + 0.37 frame + 0.011 i).
+    """Returns the values of the C++ example: sin(phase + 0.37 frame + 0.011 i).
 
-    The last bit may differ between libm and numpy.
+    The C++ program may round the last bits differently.
     """
     i = np.arange(count * components, dtype=float)
     values = np.sin(phase + 0.37 * frame + 0.011 * i)
@@ -110,7 +110,7 @@ def test_vtk_reads_every_step_bit_for_bit(run: pathlib.Path) -> None:
                 name,
                 frame,
             )
-        # Two implementations of sin differ by up to 4 units in the last place of 1.
+        # The tolerance, 4 units in the last place of 1, covers the different rounding of sines.
         for name, components, phase in (
             ("Points", 3, 0),
             ("PointData/velocity", 3, 1),

@@ -263,7 +263,7 @@ def test_every_plot_can_be_drawn(run, kind):
 
 @pytest.fixture
 def drawn(monkeypatch):
-    """Returns the matplotlib figures that are made."""
+    """Returns a list to which new matplotlib figures are added."""
     figures = []
 
     class Kept(matplotlib.figure.Figure):

@@ -41,7 +41,7 @@ def check(run):
 
 @pytest.fixture
 def loomstone(capsys):
-    """Runs the command in this process and returns its exit code and output."""
+    """Function that runs loomstone in this process and returns its exit code and output."""
 
     def call(*arguments):
         with pytest.raises(SystemExit) as end:

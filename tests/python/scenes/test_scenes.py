@@ -12,9 +12,9 @@ from loomstone.runs.verification import count_intersections
 
 SCENES = Path(__file__).parents[3] / "scenes"
 
-# Parameters, simulated time [s] and largest stretch of cloth [1]. The time includes the main event
-# of each scene: twist is packed tight, the knot is closed, the stack is shaken, the boxes lie in
-# the cloth, or the layers lie on one another.
+# Parameters, simulated time [s] and largest allowed stretch of cloth [1]. The time includes the
+# main event of each scene: twist is packed tight, the knot is closed, the stack is shaken, the
+# boxes lie in the cloth, or the layers lie on one another.
 SMALL = {
     "bending": ({"triangles": 128}, 0.4, 1.2),
     "bin": ({"triangles": 96, "towels": 4}, 0.6, 1.3),
@@ -41,8 +41,7 @@ SMALL = {
     "twist": ({"triangles": 450}, 1.2, 1.3 * 1.75),
 }
 
-# Parameters, simulated time [s] and largest stretch [1] of the scenes that disable collisions. The
-# test enables them.
+# The same for scenes that disable collisions. The test enables collisions.
 APART = {
     "limit_scaling": ({"triangles": 200}, 0.6, 1.3),
     "swing": ({"columns": 11, "rows": 14}, 1.0, 1.2),
@@ -96,7 +95,7 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
                 "a ball on the table below the bowl has its centre at 0"
             )
     assert sim.report.magnets.substeps >= 1
-    if name == "motor":  # the supply becomes heat, motion and L I^2 / 2, L = 5e-4 H
+    if name == "motor":  # supply = heat + motion + work on the bearing + L I^2 / 2, L = 5e-4 H
         turning = sim.report.energy.body_kinetic + sim.bearing_work + 0.25e-3 * sim.current**2
         assert turning + sim.circuit_heat == pytest.approx(sim.circuit_supply, rel=5e-3)
         assert sim.state.body_angular_velocities[0, 2] > 50
@@ -165,8 +164,8 @@ def test_asynchronous_steps_keep_the_energy_of_the_swing_for_four_seconds():
         e = sim.report.energy
         total.append(e.kinetic + e.membrane + e.bending + e.gravity)
         kinetic = max(kinetic, e.kinetic)
-    # Semi-implicit Euler at 1 ms loses 0.56 of `kinetic`. The mean over a tenth of the run
-    # averages oscillations.
+    # Semi-implicit Euler at 1 ms loses 0.56 of `kinetic`. Oscillations average out in the mean over
+    # the last tenth of the run.
     assert np.mean(total[-len(total) // 10 :]) - total[0] == pytest.approx(0.0, abs=0.02 * kinetic)
 
 

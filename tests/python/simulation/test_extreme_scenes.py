@@ -11,10 +11,11 @@ from loomstone.runs.verification import count_intersections
 
 
 def gives_way(cells: int, hung: bool, start: int) -> bool:
-    """Returns whether the curtain slides over the pins, instead of hooking into them.
+    """Returns whether the curtain slides over the pins, instead of hooking into them, and no solve
+    takes many more iterations than the median.
 
-    The start is slightly perturbed, except for 0. Raises AssertionError if surfaces intersect, or
-    if too much motion is withheld.
+    The initial positions are slightly perturbed unless `start` is 0. Raises AssertionError if
+    surfaces intersect, or if too much motion is withheld.
     """
     sim = ls.Simulation(perturbed(curtains(cells, hung), start), threads=1)
     recovered = 0.0

@@ -272,7 +272,7 @@ def scene(cells: int = 4, fabric: str = "silk"):
 
 @pytest.fixture
 def loomstone(tmp_path, monkeypatch, capsys):
-    """Runs the command in this process and returns its exit code and output."""
+    """Function that runs loomstone in this process and returns its exit code and output."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.py").write_text(GOOD)
 

@@ -83,7 +83,7 @@ def test_numbered_obstacles_are_found_by_their_names():
     )
 
     def with_magnet_on(name):
-        there = magnet.moved((0.1, 0, -0.1))  # obstacles without times have the frame of the world
+        there = magnet.moved((0.1, 0, -0.1))  # the obstacle's frame is that of the world
         magnets = [ls.Magnet(body="coin", source=magnet), ls.Magnet(body=name, source=there)]
         scene = ls.Scene(bodies=[ball], obstacles=balls(2), magnets=magnets)
         return ls.Simulation(scene, threads=1)

@@ -47,12 +47,12 @@ def in_reversed_box():
 
 
 def ball(**fields):
-    """A sphere below the cloth, which moves by keyframes."""
+    """A sphere below the cloth. `fields` may contain keyframes of its motion."""
     return ls.sphere(radius=0.05, centre=(0, 0, -0.5), **fields)
 
 
 def turning(angles):
-    """A cloth above a ball whose rotation vectors point along z."""
+    """A cloth above a ball that turns about z to the given angles [rad], 25 of them per second."""
     vectors = [(0, 0, angle) for angle in angles]
     times = np.arange(len(vectors)) / 25
     return scene(cloth(), obstacles=[ball(times=times, axis_angles=vectors)])

@@ -239,7 +239,7 @@ def test_a_body_falls_as_fast_as_gravity_says():
     )
     for _ in range(100):
         sim.step()
-    # The tolerance is the first-order error of one step.
+    # The tolerance is twice the first-order error g t h / 2 of the position.
     assert sim.body_centres[0, 2] == pytest.approx(1 - 9.81 / 2 * 0.04, abs=9.81 * 0.2 * 2e-3)
 
 

@@ -52,7 +52,7 @@ def test_views_stay_good_over_restore_failure_and_assignment(hanging):
     sim.restore(start)
     assert np.array_equal(x[sim.vertex_order], hanging.cloths[0].mesh.vertices)
     sim.positions = sim.positions + 1.0
-    sim.state.positions += 1.0  # also assigns the attribute
+    sim.state.positions += 1.0  # `+=` also assigns the attribute
     assert np.array_equal(x[sim.vertex_order], hanging.cloths[0].mesh.vertices + 2.0)
 
 

@@ -32,7 +32,7 @@ def run(tmp_path_factory):
 
 
 def lead(sim, grip, duration):
-    """Steps while the grip acts. Returns the largest number of intersecting pairs after a step."""
+    """Simulates `duration` [s] with the grip. Returns the largest number of intersecting pairs."""
     end, most = sim.time + duration, 0
     while sim.time < end:
         begun = sim.time
@@ -181,7 +181,7 @@ def test_a_drag_in_a_browser_moves_cloth(tmp_path):
 
 
 def _compare_with_renderer(shown, camera, picture):
-    """Tests that the browser draws the cloth and the ball at the same pixels as the renderer."""
+    """Tests that browser and renderer draw the cloth and the ball at nearly the same pixels."""
     options = ls.RenderOptions(width=400, height=300, camera=camera, shadows=False)
     drawn = ls._core.Renderer(shown._sim.topology, options).render(shown.frame).astype(float)
     masks = []

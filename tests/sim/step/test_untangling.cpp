@@ -74,8 +74,8 @@ TEST_CASE("layers that start intersecting come apart and stay apart") {
       Simulation sim(scene, step_of(4e-3), 1);
       INFO("response " << response << ", pairs at the start " << sim.intersecting_pairs().size());
       REQUIRE(sim.intersecting_pairs().size() > 20);
-      // The deepest point is 30 mm, about 16 thicknesses, beyond the other layer. At the target
-      // speed of untangling, 100 thicknesses per second, it needs 40 steps.
+      // In `slope`, the deepest point is 30 mm, about 16 thicknesses, beyond the other layer. At
+      // the target speed of untangling, 100 thicknesses per second, it needs 40 steps.
       REQUIRE(come_apart(sim, 300) > 0);
       for (int i = 0; i < 25; ++i) {
         sim.step();

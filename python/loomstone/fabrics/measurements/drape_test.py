@@ -143,7 +143,7 @@ def cusick(
 def drape_scene(
     material: ClothMaterial, mesh: TriangleMesh, strain_limit: StrainLimit | None = None
 ) -> Scene:
-    """Returns the scene: a flat specimen, clamped within a radius of 9 cm, over the pedestal."""
+    """Returns a flat specimen, clamped within a radius of 9 cm, over a pedestal and a floor."""
     held = np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2], axis=1) < DISC + 1e-9)
     pedestal = obstacles.mesh(
         _pedestal(DISC - 1.5e-3, 0.12), name="pedestal", centre=(0.0, 0.0, -1.5e-3)
@@ -206,7 +206,7 @@ def count_folds(mesh: TriangleMesh, positions: Floats) -> int:
     rim = np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2], axis=1) > SPECIMEN - 1e-6)
     rim = rim[np.argsort(np.arctan2(mesh.vertices[rim, 1], mesh.vertices[rim, 0]))]
     radius = np.linalg.norm(positions[rim, :2], axis=1)
-    start = int(radius.argmin())  # not on a peak, which would be split there
+    start = int(radius.argmin())  # the minimum: a peak at the start would be split
     peaks, _ = find_peaks(np.append(np.roll(radius, -start), radius[start]), prominence=3e-3)
     return len(peaks)
 

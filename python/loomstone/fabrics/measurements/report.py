@@ -44,7 +44,7 @@ class FabricReport:
 
     @property
     def spread(self) -> float:
-        """Half the difference between the specimens' extreme drape coefficients [%]."""
+        """Half the range of the specimens' drape coefficients [percentage points]."""
         return float(np.ptp([drape.drape_coefficient for drape in self.drapes])) / 2
 
     @property
@@ -55,7 +55,7 @@ class FabricReport:
 
     @property
     def in_band(self) -> bool | None:
-        """Whether the mean drape coefficient lies in the published range; None if there is none."""
+        """Whether the mean drape coefficient lies in the published range; None without a range."""
         band = self.fabric.band
         return None if band is None else band.low <= self.drape_coefficient <= band.high
 
@@ -139,7 +139,7 @@ def report_fabrics(
     names : names of fabrics, or None: all
     out : directory for report.json and drape.png, or None: nothing is written
     triangles : number of triangles of a draped specimen
-    specimens : number of specimens, each with its own mesh
+    specimens : number of draped specimens, each with its own mesh
     done : function called with the report on each fabric when it is complete
 
     Raises InvalidInput for an unknown fabric, CacheError if `out` cannot be written, and

@@ -48,10 +48,12 @@ def bring_to_rest(
 ) -> Rest:
     """Advances until the kinetic energy and the displacement of every vertex stay small.
 
-    longest : largest simulated time [s]
+    Stops after `longest` at the latest.
+
+    longest : largest simulated time of this call [s]
     ratio : kinetic energy allowed in a window of time, relative to the largest since the start [1]
     drift : displacement of a vertex allowed over a window [m]
-    window : length of a window [s]; at least three steps are used
+    window : length of a window [s]; extended to three steps if it is shorter
 
     Raises InvalidInput unless these values are positive.
     """
