@@ -112,6 +112,7 @@ class BodyGrip:
         self.body, self._mass = body, mass
         self._spring = _Spring(mass, mass, sim.step_size)
         self._arm = np.asarray(point) - sim.body_centres[body]
+        self._before = sim.external_body_forces[body].copy()
         self.goal = np.array(point, float)
 
     def lead(self, sim: Simulation, length: float) -> None:
@@ -125,7 +126,7 @@ class BodyGrip:
 
     def _set(self, sim: Simulation, force: Floats) -> None:
         forces = sim.external_body_forces
-        forces[self.body] = force
+        forces[self.body] = self._before + force
         sim.external_body_forces = forces
 
 
