@@ -151,8 +151,8 @@ bool same(const FrameTopology& a, const FrameTopology& b) {
          a.cloth_names == b.cloth_names && same_matrix(a.body_triangles, b.body_triangles) &&
          a.body_of_triangle == b.body_of_triangle && a.body_of_vertex == b.body_of_vertex &&
          a.body_names == b.body_names && a.body_is_floor == b.body_is_floor &&
-         same_looks(a.cloth_looks, b.cloth_looks) && same_looks(a.body_looks, b.body_looks) &&
-         same_matrix(a.body_corner_uv, b.body_corner_uv);
+         same_bits(a.body_pole, b.body_pole) && same_looks(a.cloth_looks, b.cloth_looks) &&
+         same_looks(a.body_looks, b.body_looks) && same_matrix(a.body_corner_uv, b.body_corner_uv);
 }
 
 namespace {
