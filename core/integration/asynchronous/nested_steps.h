@@ -6,21 +6,10 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
-#include <vector>
 
 #include "core/base/types.h"
 
 namespace loomstone {
-
-// Level k has the step interval / (base 2^k).
-struct NestedSteps {
-  Index base = 1;
-  std::vector<std::uint8_t> level;  // (m) level of each element
-
-  double step(double interval, int level) const {
-    return interval / (static_cast<double>(base) * static_cast<double>(Index{1} << level));
-  }
-};
 
 inline constexpr int finest_level = 16;
 
