@@ -49,7 +49,7 @@ double longest_edge(const ClothRun& run) {
 
 struct Swing {
   double stretch = 0.0, edge = 0.0;  // largest stretch of triangles and of edges
-  double gain = 0.0;  // mean energy gain in the last tenth / largest kinetic energy
+  double gain = 0.0;                 // mean energy gain in the last tenth / largest kinetic energy
 };
 
 // Simulates 4 s of a square sheet of 2 m that is pinned at two corners and released flat.
