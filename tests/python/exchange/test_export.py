@@ -1,4 +1,4 @@
-"""What an export writes is read back by libraries of other programs and compared with the run."""
+"""Exported files are read back by libraries of other programs and compared with the run."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""What the command prints, the example files that it writes, and where it writes runs."""
+"""Output of the command, example files that it writes, and directories of its runs."""
 
 import json
 import shutil

@@ -45,7 +45,7 @@ def test_a_curtain_gives_way_to_pins_that_jump_through_it(cells: int, hung: bool
 
 
 def test_a_fine_hung_curtain_gives_way_from_most_starts() -> None:
-    # Of nine starts, two hook into the pins (docs/known_limits.md).
+    # Two of nine starts hook into the pins (docs/known_limits.md).
     assert sum(gives_way(20, True, start) for start in range(3)) >= 2
 
 
