@@ -11,7 +11,7 @@ namespace loomstone {
 // Material of a surface, as the shaders use it.
 struct Material {
   Eigen::Vector3f front = Eigen::Vector3f::Zero(), back = Eigen::Vector3f::Zero();  // linear RGB
-  bool own_color = false;  // whether the look of a body has a colour or texture
+  bool own_color = false;  // whether the look has a colour or texture; false for cloth
   float roughness = 0.0f;
   float pattern_size = 1.0f;  // edge of a square with the area of the cloth's uv box [m]
   GLuint texture = 0;         // 0: none

@@ -232,7 +232,7 @@ Image SurfacePass::read(bool with_alpha) const {
   const std::size_t channels = with_alpha ? 4 : 3;
   Image image{width_, height_, static_cast<int>(channels), {}};
   image.pixels.resize(channels * width * height);
-  for (std::size_t row = 0; row < height; ++row) {  // OpenGL stores rows from the bottom
+  for (std::size_t row = 0; row < height; ++row) {  // OpenGL stores rows from bottom to top
     const std::uint8_t* from = rgba.data() + 4 * (height - 1 - row) * width;
     std::uint8_t* to = image.pixels.data() + channels * row * width;
     for (std::size_t column = 0; column < width; ++column, from += 4, to += channels) {

@@ -6,9 +6,9 @@ namespace loomstone {
 
 namespace {
 
-// Number of fixed-point iterations in a kick. The iteration is needed because the wrenches between
-// moving circuits depend on their currents. Each iteration multiplies the error by about the
-// relative change of a current in the kick.
+// Number of fixed-point iterations in a kick if circuits interact directly or through magnetised
+// bodies. Their wrenches per ampere then depend on the currents. Each iteration multiplies the
+// error by about the relative change of a current in the kick.
 constexpr int rounds = 4;
 
 // Wrenches per ampere of each circuit: `felt` determines the back-EMF, `exerted` acts on the

@@ -18,8 +18,8 @@
 namespace loomstone {
 
 struct LinearSystem {
-  // Cloth rows 0 to n - 1, mass plus stiffness. Each rank needs only the rows that it owns. If the
-  // pattern changes between two solves with the same memory, it must change on all ranks.
+  // Matrix A of the cloth rows: mass plus stiffness. Each rank needs only the rows that it owns. If
+  // the pattern changes between two solves with the same SolveMemory, it must change on all ranks.
   const BlockMatrix* matrix = nullptr;
   // Diagonal blocks of the body rows, which follow the cloth rows (2 blocks per body). May be null.
   const std::vector<Mat3>* body_blocks = nullptr;

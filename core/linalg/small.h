@@ -31,8 +31,8 @@ inline Vec2 symmetric_eigenvalues(const Mat2& a) {
   return {mean + radius, mean - radius};
 }
 
-// Returns a symmetric 2x2 matrix with its negative eigenvalues replaced by zero. If the eigenvalues
-// are l > 0 and m < 0, the projector on the eigenvector of l is (A - m I) / (l - m).
+// Returns the symmetric matrix A = `a` with its negative eigenvalues replaced by zero. If the
+// eigenvalues are l > 0 and m < 0, the projector on the eigenvector of l is (A - m I) / (l - m).
 inline Mat2 positive_part(const Mat2& a) {
   const Vec2 eigenvalues = symmetric_eigenvalues(a);
   if (eigenvalues[1] >= 0.0) return a;

@@ -71,7 +71,8 @@ def shown(run: ls.Run, to: str, frame: int, settings: argparse.Namespace) -> str
 def largest_distance(frame: ls.Frame, topology: ls.FrameTopology, path: str) -> float:
     """Returns the largest distance [m] of a cloth vertex in Blender from its position in a frame.
 
-    Blender keeps the order of the vertices and appends the vertices that glTF repeats.
+    Blender keeps the order of the vertices, and those that glTF repeats follow all others. The mesh
+    of a cloth is the one whose vertices are closest.
     """
     with np.load(path) as arrays:
         found = [arrays[name] for name in sorted(arrays, key=int)]

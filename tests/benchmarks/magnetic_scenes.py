@@ -52,9 +52,9 @@ def load(name: str) -> ModuleType:
 
 
 def with_cells(scene: ls.Scene, density: float) -> ls.Scene:
-    """Replaces hard magnets with dipole cells of the given density, and soft spheres with dipoles.
+    """Replaces hard magnets with dipole cells, and soft spheres with induced dipoles (degree 1).
 
-    Bodies with the explicit response get cells of this density, too.
+    The cells have the given density. Bodies with the explicit response get such cells, too.
     """
 
     def in_cells(magnet: ls.Magnet) -> ls.Magnet:

@@ -5,11 +5,11 @@
         --out out/two
     python tests/benchmarks/step_model.py out/one out/two [--ranks 1 2 12 64 --first 10]
 
-On n ranks, each part of a step takes the time a + b / n outside communication. The parts are
-collision handling and everything else. The numbers a and b are fitted to the runs, which must have
-different numbers of ranks. A collective operation takes one message in each of log2(n) rounds, and
-every rank receives the bytes that all ranks send. Times are means over the steps from --first on,
-so the machine must be otherwise idle.
+On n ranks, collision handling and the rest of a step each take the time a + b / n outside
+communication. Both pairs of numbers a and b are fitted to the runs, which must have different
+numbers of ranks. A collective operation takes one message in each of log2(n) rounds, and every rank
+receives the bytes that all ranks send. Times are means, not minima, over the steps from --first on,
+so other programs on the machine would distort them.
 """
 
 from __future__ import annotations

@@ -214,7 +214,7 @@ TEST_CASE("the queue keeps the energy of a swinging sheet better than intervals 
   };
   const double queue = error(Schedule::Queue), refill = error(Schedule::Refill);
   CAPTURE(queue, refill);
-  CHECK(queue < 0.05);  // error of velocities that lag behind positions by half a step
+  CHECK(queue < 0.05);  // first-order error: velocities lag behind positions by half a step
   CHECK(refill > 2.0 * queue);
 }
 

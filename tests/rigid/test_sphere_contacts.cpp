@@ -132,7 +132,8 @@ TEST_CASE("balls that come at 3 m/s, 3 mm in a step, do not enter floors or one 
       run(world, state, 1e-3, 1, 1);
       CHECK(state.positions(0, 2) > radius - 1e-6);
     }
-    // The ball keeps its velocity along the floor, which has no friction and no obstructing edges.
+    // The ball has no friction and does not catch on the edges between the floor's triangles, so it
+    // keeps its velocity along the floor.
     CHECK(state.velocities(0, 0) == Approx(towards.x()).epsilon(1e-9).margin(1e-12));
     CHECK(state.positions(0, 2) < radius + 1e-4);
   }

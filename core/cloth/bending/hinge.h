@@ -38,7 +38,8 @@ struct HingeValues {
 struct HingeRange {
   Index begin = -1, end = -1;
   std::vector<Index> batches;
-  std::vector<Index> chunk_start, hinges;  // hinges of each chunk, ascending
+  // Start of each chunk in `hinges`, and the hinges of each chunk, ascending.
+  std::vector<Index> chunk_start, hinges;
   // (hinges x 4) row of each vertex within the chunk; rows_per_block if the vertex lies outside it.
   std::vector<std::uint8_t> places;
 

@@ -116,7 +116,7 @@ struct Element {
 // Numbers of values and of gradients in an Element. The gradients come first.
 inline constexpr int element_numbers = 13, element_gradients = 4;
 
-// Polar decomposition F = R U.
+// Polar decomposition F = R U: F, U and their invariants. rotation() computes R from them.
 template <class Real>
 struct Polar {
   Space<Real> f1, f2, normal;  // columns of F; normal = f1 x f2

@@ -202,9 +202,8 @@ void ClusterTree::form(const Points& x) {
   order_by_halves(centres, order.data(), n);
   for (Index i = 0; i < n; ++i) cluster_of_face[order[i]] = i / slab_lanes;
 
-  // Assigns each edge, and each vertex that is not foreign, to the cluster of one of its faces. Of
-  // these clusters, chooses the one with the fewest edges or vertices so far, which leaves few
-  // lanes empty.
+  // Assigns each edge, and each vertex that is not foreign, to one of the clusters that contain its
+  // faces: the one with the fewest edges (or vertices) so far, which leaves few lanes empty.
   const Index first = n > 0 ? triangles_.minCoeff() : 0,
               n_vertices = n > 0 ? triangles_.maxCoeff() - first + 1 : 0;
   std::vector<Index> start(n_vertices + 2, 0),

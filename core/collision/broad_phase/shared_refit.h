@@ -33,7 +33,7 @@ class SharedRefit {
  private:
   struct Surface {
     ClusterMembers members;
-    int version = 0;                 // version of the tree in the last refit()
+    int version = 0;                 // version of the tree at the end of the last refit()
     std::vector<Index> vertices;     // vertices of the clusters whose boxes this rank computes
     std::vector<PackedSlabs> boxes;  // scratch: boxes of all clusters
     std::size_t bytes() const { return bytes_of(members, vertices, boxes); }

@@ -28,9 +28,9 @@ double distance_within(bool vertex_face, const FourPoints& points, double reach)
 
 // Both functions return the unit normal from b to a. If the distance is at most 1e-14 times the
 // extent of the four points, the closest points define no direction. The result is then the face
-// normal or the common perpendicular of the edges, oriented towards `side`. This is a vector from b
-// to a at an earlier time, or zero. If the perpendicular vanishes, the result is the direction of
-// `side`, or else z.
+// normal or the common perpendicular of the edges, oriented towards `side`, which is a vector from
+// b to a at an earlier time, or zero. If the face normal or the perpendicular vanishes, the result
+// is the direction of `side`, or z if `side` is zero.
 Vec3 contact_normal_vertex_face(const FourPoints& points, const ClosestPair& closest,
                                 const Vec3& side);
 Vec3 contact_normal_edge_edge(const FourPoints& points, const ClosestPair& closest,

@@ -13,14 +13,14 @@ namespace loomstone {
 struct RetractedMotion {
   Points acceleration{0, 3};  // (n x 3) acceleration of each vertex [m/s^2]
   // (n x 3) Velocity that each vertex of a retracted surface would have at the end of the step if
-  // the surface were rigid. For all other vertices, it is the velocity at the start of the step
-  // [m/s].
+  // the surface were rigid. For all other vertices, it is the given velocity [m/s].
   Points velocity{0, 3};
 };
 
-// Computes the motion from the positions x (n x 3) [m] and `velocity` (n x 3) [m/s] at the start of
-// the step. `inverse_mass` (n) [1/kg] is 0 for prescribed vertices. `step` is the length of the
-// step [s].
+// Computes the motion from the positions x (n x 3) [m] at the start of the step and the velocities
+// `velocity` (n x 3) [m/s] without retraction: those at the start, or the mean velocities of a
+// motion that is to be corrected. `inverse_mass` (n) [1/kg] is 0 for prescribed vertices. `step` is
+// the length of the step [s].
 RetractedMotion retracted_motion(const CollisionModel& model, const Tangle& tangle,
                                  const Vector& inverse_mass, const Points& x,
                                  const Points& velocity, double step);

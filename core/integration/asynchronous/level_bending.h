@@ -67,9 +67,10 @@ Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& me
 // neighbours with a different step.
 Vector mean_of_patches(const Vector& steps);
 
-// Groups of all bending parts by the level of their triangles. Undamped groups also include the
-// triangles of finer levels, so that one group per mesh acts in an event and evaluates angles once.
-// The forces of these triangles are multiplied by the ratio of their step to that of the group.
+// Groups of the triangles of all bending meshes, by level. Groups of undamped meshes also include
+// the triangles of finer levels, so that only one group per mesh acts in an event and evaluates the
+// angles once. The forces of these triangles are multiplied by the ratio of their step to that of
+// the group.
 class LevelGroups {
  public:
   LevelGroups() = default;

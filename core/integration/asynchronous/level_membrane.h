@@ -47,7 +47,7 @@ class LevelMembrane {
   }
 
  private:
-  // `order` lists the triangles of the batches.
+  // `order` lists the triangles in the order of the batches, as sort_by_level() returns it.
   LevelMembrane(const ClothModel& model, const ElementSteps& steps, std::vector<Index> order,
                 const std::vector<std::uint8_t>& levels);
 
@@ -59,7 +59,7 @@ class LevelMembrane {
   void find_rates(const Team& team, int level, const Points& x, double step);
 
   Membrane membrane_;
-  std::vector<Index> order_;      // triangles of the batches
+  std::vector<Index> order_;      // triangles in the order of the batches
   std::vector<Index> batches_;    // 0, 1, 2, ...
   std::vector<Index> batch_end_;  // (levels) end of the batches of a level; the finest comes first
   std::vector<Index> slot_start_;

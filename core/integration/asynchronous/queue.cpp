@@ -238,8 +238,8 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   std::vector<Index> group_of_;     // (m) group that acts at the events of each triangle; -1: none
   std::vector<double> group_step_;  // steps of the groups with events of their own [s]
 
-  // Within an interval: state, time to which each vertex and each body has moved, and steps of the
-  // elements [s].
+  // Within an interval: the state, the times that vertices and bodies have reached, and the steps
+  // of the elements [s].
   ClothState* state_ = nullptr;
   Vector time_, body_time_, element_step_;
   std::vector<Index> corners_;

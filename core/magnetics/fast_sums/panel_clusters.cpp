@@ -15,7 +15,7 @@ namespace {
 // of forces and fluxes is about 1e-6 (docs/experiments/magnetics.md).
 constexpr int n_nodes = 6;
 constexpr double opening = 0.5;
-constexpr int points_a_direction = 3;  // sample points in each direction of a panel
+constexpr int points_a_direction = 3;  // number of sample points in each direction of a panel
 constexpr Index leaf_panels = 32;
 // Clusters interact by nodes if there are at most this many pairs of nodes per pair of panels. A
 // pair of nodes is evaluated in every iteration of GMRES, and a pair of panels only once.

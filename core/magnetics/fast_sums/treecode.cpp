@@ -39,7 +39,7 @@ constexpr double spare = 0.75;  // safety factor, as other dipole sets can have 
 // minimum is twice this number.
 constexpr Index worth_a_look = 200000;
 
-// Returns marks (cells): 1 for the cells that contain any of the rows.
+// Returns a mark for each cell (cells): 1 if it contains any of the given rows, otherwise 0.
 std::vector<std::uint8_t> cells_of(const PointTree& tree, const std::vector<Index>& rows) {
   std::vector<std::uint8_t> wanted(tree.order.size(), 0), cells(tree.cells.size(), 0);
   for (const Index row : rows) wanted[row] = 1;

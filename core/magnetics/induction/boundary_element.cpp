@@ -22,10 +22,12 @@ double log_below(double r, double u, double rest) {
   return std::log(std::max(u > 0.0 ? rest / (r + u) : r - u, 1e-300));
 }
 
-// Integrals of the normal component of the field over two rectangles [Akoun1984]. u, v and w are
-// coordinate differences between two corners. For parallel rectangles, w is along their normal, and
-// the component is w / r^3. For perpendicular rectangles, u is along the normal of the rectangle
-// that receives the flux, v is along their common edge direction, and the component is u / r^3.
+// Antiderivatives for the integrals of the normal component of the field over two rectangles
+// [Akoun1984]. They are summed over all pairs of corners with alternating signs (rectangle_flux).
+// u, v and w are coordinate differences between two corners. For parallel rectangles, w is along
+// their normal, and the component is w / r^3. For perpendicular rectangles, u is along the normal
+// of the rectangle that receives the flux, v is along their common edge direction, and the
+// component is u / r^3.
 double parallel_kernel(double u, double v, double w) {
   const double r = std::sqrt(u * u + v * v + w * w);
   return -u * w * log_below(r, u, v * v + w * w) - v * w * log_below(r, v, u * u + w * w) +

@@ -67,7 +67,8 @@ SoftShapePtr soft_sphere(double radius, double susceptibility, int degree);
 // on a sphere has about the relative error `tolerance`. The nearest source is at `distance` from
 // the sphere's centre.
 int sphere_degree(double radius, double distance, double tolerance);
-// Returns this degree for the force between two soft spheres whose centres are `distance` apart.
+// Returns this degree for a sphere of radius `radius`, if the force is that of another soft sphere,
+// of radius `other_radius`, whose centre is at `distance` from its own.
 int sphere_degree(double radius, double other_radius, double distance, double tolerance);
 
 // Returns a cuboid. Richardson extrapolation combines its responses on three grids of panels. The

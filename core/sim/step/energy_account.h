@@ -30,9 +30,9 @@ void report_account(const State& state, StepReport& report);
 // Contacts create energy if surfaces approach each other within a part, because the contact force
 // begins only at the end of the part. By then, the surfaces may be much closer than their
 // thickness. The tolerated energy is a fraction of the largest kinetic energy so far. If the user
-// has chosen the step and scripted surfaces move, the length is at least a quarter of the step. In
-// shorter parts, impacts between cloth and scripted surfaces that close on it quickly remain
-// unresolved. Computes contacts again unless know_contacts() was called.
+// has chosen the step and scripted surfaces move, no part is shortened to less than a quarter of
+// the step. In shorter parts, impacts between cloth and scripted surfaces that close on it quickly
+// remain unresolved. know_contacts() should have been called; otherwise contacts are found again.
 int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
                         const Engines& engines, const State& state);
 

@@ -56,8 +56,8 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
 // Collective. know_contacts() must have been called.
 double energy_at_end(const State& state, double time, const Engines& engines);
 
-// Returns the contacts in the present state, sorted by (kind, a, b); empty if nothing collides. All
-// ranks must call this function.
+// Returns the contacts in the present state, sorted by (kind, a, b); empty if the scene has no
+// collision handling. All ranks must call this function.
 std::vector<Contact> present_contacts(const State& state, const Engines& engines);
 
 // Evaluates the terms for an iterate of Newton's method, after cloth and bodies have moved by

@@ -15,7 +15,8 @@ from .._core import InvalidInput, TriangleMesh
 __all__ = ["converted", "triangles_of_cells"]
 
 _FACES = ("triangle", "quad", "polygon")
-# Cells without area, which Gmsh writes for its physical groups.
+# Cells that the error message does not name: those without area, which Gmsh writes for its physical
+# groups.
 _IGNORED = ("vertex", "line", "line3")
 
 

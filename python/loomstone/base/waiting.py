@@ -2,9 +2,9 @@
 
 A thread that only spins takes processor time from other programs. A thread that sleeps at once
 takes tens of microseconds to wake. OpenMP's run-time library (libgomp) reads its settings from the
-environment once, when it is loaded. This module therefore loads `_core`, which loads libgomp, and
-must be the first import of the package. OMP_WAIT_POLICY or GOMP_SPINCOUNT, if set by the user,
-takes precedence.
+environment once, when it is loaded. This module therefore sets GOMP_SPINCOUNT while it loads
+`_core`, which loads libgomp, and must be the first import of the package. If the user sets
+OMP_WAIT_POLICY or GOMP_SPINCOUNT, the user's setting is kept.
 """
 
 from __future__ import annotations

@@ -103,7 +103,7 @@ def _simulation(scene: Scene, step: float, threads: int) -> Simulation:
 
 
 def _closed_already(pieces: Cut, distance: float) -> NDArray[np.bool_]:
-    """Returns, for each pair, whether its whole seam is closed in the initial placement."""
+    """Returns, for each pair, whether its seam initially has no gap larger than `distance` [m]."""
     gap = np.linalg.norm(
         pieces.placed[pieces.pairs[:, 0]] - pieces.placed[pieces.pairs[:, 1]], axis=1
     )

@@ -112,8 +112,8 @@ def _body(chest: float, length: float, neck_depth: float) -> tuple[Edge, ...]:
 def _sleeve(armhole: float, length: float) -> tuple[Edge, ...]:
     """Returns the edges of a sleeve.
 
-    Each half of the sleeve cap has the length `armhole` [m] of one armhole edge. The width of the
-    sleeve that gives this length is found by bisection.
+    Each half of the sleeve cap has the length `armhole` [m] of one armhole edge. The half width
+    of the sleeve that gives this length is found by bisection.
     """
     high = 0.10
 

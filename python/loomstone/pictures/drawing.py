@@ -116,7 +116,8 @@ def _claim_all(
 ) -> None:
     """Reserves a directory for the pictures of a whole run.
 
-    Existing pictures with other automatic colours or another fitted camera are deleted.
+    Existing pictures are deleted if `again`, or if the range of automatic colours or the fitted
+    camera differs from theirs.
     """
     note = claim(directory, options, run.metadata_text, again=again, advice=_ADVICE)
     if any(note.get(name) != value for name, value in found.items()):

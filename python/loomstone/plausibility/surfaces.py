@@ -79,7 +79,7 @@ def overlapping_pairs(surfaces: list[Surface]) -> list[tuple[int, int]]:
         for extreme in (np.min, np.max)
     )
     free = np.array([surface.free for surface in surfaces])
-    near = np.zeros(len(surfaces), bool)  # box overlaps that of another; one of the two is free
+    near = np.zeros(len(surfaces), bool)  # box overlaps that of another; one or both are free
     pairs = set()
     for a, surface in enumerate(surfaces):
         boxes = np.all((low <= high[a]) & (high >= low[a]), axis=1) & (free | surface.free)

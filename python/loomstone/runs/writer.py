@@ -253,7 +253,9 @@ def check_room(directory: Path, overwrite: bool) -> None:
 
 
 def _make_room(directory: Path, options: RunOptions, metadata: str, overwrite: bool) -> None:
-    """Prepares the directory of a new run."""
+    """Prepares the directory of a new run: checks it, removes an earlier run, creates the
+    directory, and reserves the directory of the pictures.
+    """
     check_room(directory, overwrite)
     if (directory / "run.vtkhdf").exists():
         _remove_run(directory)

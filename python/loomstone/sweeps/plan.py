@@ -39,7 +39,8 @@ def parse_values(items: Sequence[str]) -> dict[str, list[Any]]:
 
     Values are separated by commas. first:last:count gives equally spaced values, which are integers
     if all of them are whole and the text has no decimal point. Raises InvalidInput unless each item
-    is name=values and each name is given once.
+    is name=values, each name is given once, the values of a name differ, and ranges have finite
+    ends and a count of at least 2.
 
     >>> parse_values(["triangles=800,3200", "friction=0.1:0.5:5"])
     {'triangles': [800, 3200], 'friction': [0.1, 0.2, 0.3, 0.4, 0.5]}

@@ -52,7 +52,7 @@ class Player:
         self.page.stop()
 
     def wait(self) -> None:
-        """Waits until stop() closes the page."""
+        """Waits until stop() is called."""
         self._stopped.wait()
 
     def _loop(self) -> None:

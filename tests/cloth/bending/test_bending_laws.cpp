@@ -225,7 +225,8 @@ TEST_CASE(
   const auto curved = make_bending(element, setup);
   CHECK(curved->energy(team, rolled) == 0.0);
   const double scale = forces(*curved, mesh.vertices()).cwiseAbs().maxCoeff();
-  // The tolerance covers the rounding of sin(rest / 2), which occurs twice.
+  // The tolerance covers rounding: the hinge element subtracts two values of sin(rest / 2), one
+  // computed from the rest angle and one from the positions.
   CHECK(forces(*curved, rolled).cwiseAbs().maxCoeff() <= 1e-14 * scale);
   // Flattening the curved mesh costs as much energy as rolling the flat one, but with the hinge
   // element, the two energies differ by the fraction r^2 / 24 for hinge angles r = 0.125 rad.

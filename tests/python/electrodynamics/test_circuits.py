@@ -192,9 +192,9 @@ RADIUS, TURNS, MOMENT, SPEED = 0.02, 50, 0.5, 3.0
 
 
 def scripted(**what) -> ls.Scene:
-    """A dipole and a loop, each on its own stand. One of the stands is moved by script. A uniform
-    `magnetic_field` replaces the dipole. A distant weight, on which no force acts, is the only
-    rigid body.
+    """A dipole and a loop, each on its own stand. `scripts` moves one of the stands. If
+    `magnetic_field` is given, this uniform field replaces the dipole. The only rigid body is a
+    distant weight, on which no force acts.
     """
     stands = {"magnet": {}, "loop": {}} | what.pop("scripts")
     obstacles = [

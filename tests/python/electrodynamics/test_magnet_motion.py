@@ -370,7 +370,7 @@ def test_iron_balls_that_stick_to_a_magnet_come_to_rest_in_few_sub_steps(scene):
 
 
 def magnetised_ball() -> ls.magnetics.MagneticBody:
-    """Returns a soft ball as magnetised by `induce`."""
+    """Returns a soft ball in the magnetised state that `induce` returns."""
     ball = M.soft_sphere(radius=0.005, susceptibility=10.0)
     return M.induce(ball, field=(0, 0, 1)).bodies[0]
 

@@ -26,7 +26,7 @@ def test_a_grid_counts_its_vertices_row_by_row():
     assert mesh.n_triangles == 24 and mesh.n_vertices == 20
     assert np.allclose(mesh.vertices[2 * 5 + 1], (-0.1, 0.05, 0))  # column 1, row 2
     assert np.isclose(area(mesh).sum(), 0.12) and mesh.flat and not mesh.closed
-    assert len(mesh.edges) == mesh.n_vertices + mesh.n_triangles - 1  # Euler's formula of a disc
+    assert len(mesh.edges) == mesh.n_vertices + mesh.n_triangles - 1  # V - E + F = 1 for a disc
     assert ls.grid(triangles=14476).n_triangles == pytest.approx(14476, rel=0.01)
 
 

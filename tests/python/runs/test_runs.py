@@ -453,7 +453,7 @@ def test_a_signal_does_not_wait_long_for_a_step_that_can_be_saved(tmp_path, monk
 def test_a_damaged_table_of_steps_is_reported_with_its_line(run):
     path = run / "steps.csv"
     whole = path.read_text()
-    path.write_text(whole[:-40])  # as if the run had been killed while it wrote a line
+    path.write_text(whole[:-40])  # as if the run had been killed while it was writing a line
     assert len(read_steps(run)["step"]) == 29
     lines = whole.splitlines()
     for content, said in [
