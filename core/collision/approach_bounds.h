@@ -11,9 +11,9 @@ namespace loomstone {
 
 // Allowance for velocities that change within a step. Our choice: two features are assumed to
 // approach by no more than 1.5 times their speed of approach times the time, plus the smaller of
-// 0.3 m/s times the time and 120 m/s^2 times the square of the time. The few pairs that approach
-// faster are left to certification. Both allowances are equal after 2.5 ms.
-inline constexpr double faster_approach = 1.5, added_approach = 0.3, added_acceleration = 240.0;
+// 0.3 m/s times the time and 60 m/s^2 times the square of the time. The few pairs that approach
+// faster are left to certification. Both allowances are equal after 5 ms.
+inline constexpr double faster_approach = 1.5, added_approach = 0.3, added_acceleration = 120.0;
 
 // Returns the largest speed at which a corner of feature a approaches a corner of feature b along
 // the contact normal [m/s]. At constant velocities, the distance along the normal decreases at most
