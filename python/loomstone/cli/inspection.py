@@ -256,12 +256,17 @@ def energy_lines(summary: dict[str, Any]) -> list[str]:
         lines.append(f"work: {listed(work)}")
     lines.append(f"losses: {listed(account) or '0 J'}")
     lines.append(
-        f"rise of energy minus work: at most {summary['largest_energy_balance']:.2%}"
-        f" ({summary['largest_contact_balance']:.2%} with contacts),"
-        f" {summary['energy_balance_at_end']:.2%} at the end, relative to the largest kinetic"
+        f"rise of energy minus work: at most {_ratio(summary['largest_energy_balance'])}"
+        f" ({_ratio(summary['largest_contact_balance'])} with contacts),"
+        f" {_ratio(summary['energy_balance_at_end'])} at the end, relative to the largest kinetic"
         f" energy, {summary['largest_kinetic_energy']:.3g} J"
     )
     return lines
+
+
+def _ratio(value: float) -> str:
+    """Returns a ratio in per cent, or as a multiple if its magnitude is 10 or more."""
+    return f"{value:.2%}" if abs(value) < 10.0 else f"{value:,.0f} times"
 
 
 def _gain_lines(report: dict[str, Any]) -> list[str]:

@@ -113,6 +113,8 @@ def test_a_run_describes_its_account_of_energy(falling, euler, tmp_path, capsys)
     assert "rise of energy minus work: at most" in text and "losses: " in text
     gained = {**report, "largest_contact_balance": 0.06}
     assert "(including that of contacts) minus work rose by 6 %" in inspection.report_text(gained)
+    calm = inspection.energy_lines({**report, "energy_balance_at_end": -1323.6})
+    assert "-1,324 times at the end" in calm[-1]
 
 
 def test_energy_lost_to_impacts_is_not_called_withheld_motion(tmp_path):
