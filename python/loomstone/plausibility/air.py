@@ -10,13 +10,16 @@ __all__ = ["of_air"]
 
 
 def of_air(scene: Scene) -> list[str]:
-    """Returns a list with a sentence if wind has no effect, because drag or air density is 0."""
+    """Returns a sentence for each reason for which wind has no effect: no density, no drag."""
     air = scene.air
     if not scene.cloths or not np.any(air.wind):
         return []
-    if air.density > 0.0 and (air.normal_drag > 0.0 or air.tangential_drag > 0.0):
-        return []
+    missing = []
+    if not air.density > 0.0:
+        missing.append(("density is", "a density of 1.2 kg/m^3"))
+    if not (air.normal_drag > 0.0 or air.tangential_drag > 0.0):
+        missing.append(("normal_drag and tangential_drag are", "a normal_drag of about 1"))
     return [
-        "scene.air: its wind has no effect, because normal_drag and tangential_drag are 0; give a"
-        " normal_drag of about 1"
+        f"scene.air: its wind has no effect, because {zero} 0; give {remedy}"
+        for zero, remedy in missing
     ]

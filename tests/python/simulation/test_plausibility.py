@@ -127,6 +127,10 @@ MISTAKES = {
         scene(cloth(), air=ls.Air(wind=(5, 0, 0))),
         r"scene.air: its wind has no effect, .* give a normal_drag of about 1",
     ),
+    "wind without air": (
+        scene(cloth(), air=ls.Air(density=0, wind=(5, 0, 0), normal_drag=1)),
+        r"scene.air: its wind has no effect, because density is 0; give a density of 1.2 kg/m\^3",
+    ),
     "a mesh of cloth in millimetres": (
         scene(cloth(mesh=GRID.moved(scale=1000))),
         r"cloths\[0\] .* is 200 m long; if its file is in millimetres, scale it by 0.001",
