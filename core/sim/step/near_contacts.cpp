@@ -54,19 +54,33 @@ void add_attachments(const Model& model, const State& state, ExtraTerms& terms) 
   }
 }
 
+// Cloth rows of this rank if `elasticity` is divided among ranks, otherwise all.
+Rows cloth_rows(const Engines& engines, const Elasticity& elasticity) {
+  const Index n = engines.model.cloth.n_vertices;
+  if (!elasticity.divided()) return {0, n};
+  return {std::min(engines.layout.begin(), n), std::min(engines.layout.end(), n)};
+}
+
+// Adds the elastic forces on cloth at x to `forces` (n x 3) [N]. Collective if `elasticity` is
+// divided among ranks.
+void add_elastic_forces(const Points& x, const Engines& engines, Elasticity& elasticity,
+                        Points& forces) {
+  const Rows rows = cloth_rows(engines, elasticity);
+  const Points still = Points::Zero(x.rows(), 3);
+  elasticity.add_implicit_forces(engines.team, x, nullptr, rows.begin, rows.end, forces);
+  elasticity.add_explicit_bending(engines.team, x, still, rows.begin, rows.end, forces);
+  if (elasticity.divided()) gather_rows(engines.layout, forces);
+}
+
 // Returns the elastic and external forces on cloth at the start of the part (n x 3) [N], or no rows
 // if no contact is closer than half its thickness. Only the stiffness of such contacts can depend
 // on forces.
 Points pressing_forces(const Loads& loads, const ContactTotals& contacts, Engines& engines) {
   if (!contacts.pressed) return Points(0, 3);
-  const Index n = engines.model.cloth.n_vertices;
-  const Index begin = std::min(engines.layout.begin(), n), end = std::min(engines.layout.end(), n);
-  const Points x = loads.x0.topRows(n), none = Points::Zero(n, 3);
-  Points force = loads.force;
-  engines.elasticity->add_implicit_forces(engines.team, x, nullptr, begin, end, force);
-  engines.elasticity->add_explicit_bending(engines.team, x, none, begin, end, force);
-  gather_rows(engines.layout, force);
-  return force;
+  const Points x = loads.x0.topRows(engines.model.cloth.n_vertices);
+  Points forces = loads.force;
+  add_elastic_forces(x, engines, *engines.elasticity, forces);
+  return forces;
 }
 
 // Returns whether some rank has terms of contacts. Collective.
@@ -80,16 +94,8 @@ bool any_terms(const NearContacts& near, const Engines& engines) {
 // `elasticity` is divided among ranks.
 void find_pressing_forces(const State& state, double time, const Engines& engines,
                           Elasticity& elasticity, Points& forces) {
-  const Index n = engines.model.cloth.n_vertices;
-  const RowLayout& layout = engines.layout;
-  const bool divided = elasticity.divided();
-  const Rows rows =
-      divided ? Rows{std::min(layout.begin(), n), std::min(layout.end(), n)} : Rows{0, n};
-  find_cloth_forces(time, state, engines, rows, forces);
-  const Points &x = state.cloth.x, still = Points::Zero(x.rows(), 3);
-  elasticity.add_implicit_forces(engines.team, x, nullptr, rows.begin, rows.end, forces);
-  elasticity.add_explicit_bending(engines.team, x, still, rows.begin, rows.end, forces);
-  if (divided) gather_rows(layout, forces);
+  find_cloth_forces(time, state, engines, cloth_rows(engines, elasticity), forces);
+  add_elastic_forces(state.cloth.x, engines, elasticity, forces);
 }
 
 IndexRange owned_rows(const RowLayout& layout) { return {layout.begin(), layout.end()}; }
