@@ -67,8 +67,17 @@ def parse_values(items: Sequence[str]) -> dict[str, list[Any]]:
 
 
 def _pieces(text: str) -> list[str]:
-    """Splits a text at the commas that are not inside brackets."""
-    return [piece for piece in re.split(r",(?![^\[\](){}]*[\])}])", text) if piece] or [""]
+    """Splits a text at the commas that are not inside brackets. Returns no empty piece, unless all
+    are empty.
+    """
+    pieces, depth = [""], 0
+    for character in text:
+        depth = max(0, depth + (character in "([{") - (character in ")]}"))
+        if character == "," and depth == 0:
+            pieces.append("")
+        else:
+            pieces[-1] += character
+    return [piece for piece in pieces if piece] or [""]
 
 
 def _spaced(name: str, text: str) -> list[Any]:

@@ -149,6 +149,7 @@ def test_values_are_lists_ranges_and_literals():
         "c": [0, 2, 4],
         "d": [0.0, 0.5, 1.0],
     }
+    assert parse_values(["e=[[1,2],[3,4]],[5,[6]]"]) == {"e": [[[1, 2], [3, 4]], [5, [6]]]}
     with pytest.raises(InvalidInput, match="must be given once"):
         parse_values(["a=1", "a=2"])
 
