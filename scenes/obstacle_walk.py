@@ -136,7 +136,7 @@ def relaxed(points: Floats, faces: NDArray[np.int64]) -> Floats:
 
 
 def projected(points: Floats, bones: dict[str, Bone]) -> Floats:
-    """Moves points to the surface around the bones by a step of Newton's method."""
+    """Moves points towards the surface around the bones by one step of Newton's method."""
     small = 1e-4 * np.eye(3)
     slope = np.stack(
         [(blended(points + e, bones) - blended(points - e, bones)) / 2e-4 for e in small], axis=1

@@ -20,7 +20,7 @@ class SharedSearch;
 struct CollisionRecord {
   std::vector<CollisionSurface> surfaces;
   Triangles triangles;
-  double gap_floor = 0.0;  // largest gap that certification keeps open [m]; see CollisionModel
+  double gap_floor = 0.0;  // upper bound of gap_floor() [m], see CollisionModel
   Points x0, x1;           // [m]
 };
 

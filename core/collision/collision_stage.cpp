@@ -111,8 +111,8 @@ struct CollisionStage::Data {
   std::unique_ptr<BroadPhase> own_broad_phase;  // performs all ranks' tasks; made at first use
   // Positions x0 of the last call of proximity(), and the contacts at x0. A part of a step begins
   // where the preceding one ended, so contacts found there are used again. `known` also contains
-  // the contacts that proximity() omits because of a tangle. If contacts are not divided, both
-  // members are the same on all ranks.
+  // the contacts that proximity() omits because of a tangle. If each rank keeps all contacts,
+  // `known_x` and `known` are the same on all ranks.
   Points known_x;
   ContactSet known;
   KnownStrengths strengths;                   // of the contacts in `known`

@@ -98,8 +98,8 @@ class EventContacts {
   EventWork work_;
   std::vector<Event> events_;
   std::vector<double> next_;  // scratch: time of the next evaluation of each pair [ticks]
-  Points placed_;             // scratch: positions of all vertices at the current tick [m]
-  bool all_placed_ = false;   // placed_ is set for the current tick or event
+  Points placed_;  // scratch: positions of all vertices at the current tick [m], if all_placed_
+  bool all_placed_ = false;  // placed_ is set for the current tick
   std::vector<PlacedBody> bodies_;
   std::int64_t n_evaluated_ = 0, n_impulses_ = 0;
 };

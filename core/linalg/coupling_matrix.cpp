@@ -54,10 +54,10 @@ LOOMSTONE_INLINE MaskOf<Lanes> scalar_lanes(const Lanes r[9]) {
   return scalar;
 }
 
-// Copies the blocks of a slice to `values`. Writes the row sums R to `out`; each R is the diagonal
-// block in `sums` plus the copied blocks of the row. An R that is nearly a multiple of the identity
-// becomes one, whatever the other rows of the slice are. Returns true if this applies to all rows.
-// In this case, `out` contains only the factors.
+// Copies the blocks of a slice to `values`. The sum R of each row is its diagonal block in `sums`
+// plus its copied blocks. If R is a multiple of the identity up to rounding to Scalar, exactly such
+// a multiple replaces it, independently of the other rows. If this applies to all rows, writes only
+// the factors of the identity to `out` and returns true. Otherwise writes R and returns false.
 template <class Lanes, class Scalar>
 LOOMSTONE_INLINE bool copy_slice(Index n, const Index* sources, const double* matrix,
                                  const double* sums, Scalar* values, Scalar* out) {

@@ -14,7 +14,8 @@ namespace {
 using Corners = HullOnTriangles::Corners;
 
 constexpr std::size_t most_planes = 4;  // largest number of contact planes of a pair
-constexpr btScalar same_plane = 0.9;    // least n1 . n2 for normals of one plane in two steps
+// Least cosine of the angle between normals in consecutive steps that count as one plane.
+constexpr btScalar same_plane = 0.9;
 
 bool is_triangle(const btCollisionObjectWrapper& object) {
   return object.getCollisionShape()->getShapeType() == TRIANGLE_SHAPE_PROXYTYPE;

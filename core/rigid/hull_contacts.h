@@ -52,8 +52,8 @@ class HullOnTriangles {
   };
   // Returns the unit normal of a triangle, pointing to the side on which the hull is.
   Vec3 facing_normal(const Query& query, const Corners& triangle) const;
-  // Returns true if no triangle that has the corners `among` (a bit mask) of `triangle` extends
-  // farther along `direction`.
+  // Returns true if no triangle that shares the corners `among` (a bit mask) of `triangle` extends
+  // beyond them along `direction`.
   bool reaches_farthest(const Vec3& direction, const Corners& triangle, unsigned among) const;
   // Returns the corner, among those of all triangles, that is farthest along a direction. Returns
   // `from` if no corner is farther than `from`.

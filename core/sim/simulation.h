@@ -54,7 +54,7 @@ class Simulation {
     std::size_t bytes;
   };
   std::vector<MemoryPart> memory() const;
-  Decomposition decomposition() const;  // division of collision handling
+  Decomposition decomposition() const;  // how ranks divide the search for contacts and impacts
   const StepReport& report() const;     // report of the last step
   // Returns whether a checkpoint can be taken: there are no bodies, or the number of completed
   // steps is a multiple of Scene::rigid_rebuild_interval, so the rigid-body world was just rebuilt.
@@ -120,8 +120,8 @@ class Simulation {
   // room. Every step updates the list until the cloth is free of intersections.
   std::vector<std::array<Index, 2>> forced_pairs() const;
 
-  // Returns the triangles (user numbering, all cloths concatenated) that exceed a strain limit by
-  // more than limit_margin() after the last step, in descending order of excess.
+  // Returns the triangles (user numbering, all cloths concatenated) and modes whose strain exceeds
+  // its limit by more than limit_margin() after the last step, in descending order of excess.
   std::vector<BrokenLimit> broken_limits() const;
 
   // Returns the pairs of triangles (user numbering, all surfaces concatenated) that intersect in

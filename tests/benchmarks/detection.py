@@ -34,7 +34,10 @@ def milliseconds(threads: int) -> float:
 
 
 def least(threads: int, seconds: float, *functions: Callable[[], object]) -> list[float]:
-    """Minimum time of each function [ms]. Calls alternate, so that all run under the same load."""
+    """Minimum time of each function [ms]. Calls alternate, so that all run under the same load.
+
+    The first call of each is not counted.
+    """
     times: list[list[float]] = [[] for _ in functions]
     end = time.perf_counter() + seconds
     while time.perf_counter() < end or len(times[0]) < 4:

@@ -73,7 +73,7 @@ def with_cells(scene: ls.Scene, density: float) -> ls.Scene:
 
 
 def least(function: object, repeats: int = 5, inner: int = 20) -> float:
-    """Minimum processor time of a call [ms]."""
+    """Processor time of a call [ms]: the smallest of `repeats` means over `inner` calls."""
     best = np.inf
     for _ in range(repeats):
         start = time.process_time()

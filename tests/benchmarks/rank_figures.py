@@ -2,10 +2,10 @@
 
     python tests/benchmarks/rank_figures.py [--figures 5.1 5.4 5.5 5.6 --out out/figures]
 
-5.1: layers of cloth that lie on one another; 5.4: a dress decomposed into 12 partitions; 5.5 and
-5.6: the scenes table_cloth and wave_bar (above), and their partitions (below). Partitions are the
-parts of the mesh that 12 ranks own. Neighbours have different colours. All figures take five
-minutes on one core.
+Partitions are here the parts of the mesh that 12 ranks own; neighbouring ones have different
+colours. 5.1: layers of cloth that lie on one another; 5.4: a dress decomposed into 12 partitions;
+5.5 and 5.6: the scenes table_cloth and wave_bar (above), and their partitions (below). All figures
+take five minutes on one core.
 """
 
 import argparse

@@ -7,9 +7,9 @@
 
 On n ranks, collision handling and the rest of a step each take the time a + b / n outside
 communication. Both pairs of numbers a and b are fitted to the runs, which must have different
-numbers of ranks. A collective operation takes one message in each of log2(n) rounds, and every rank
-receives the bytes that all ranks send. Times are means, not minima, over the steps from --first on,
-so other programs on the machine would distort them.
+numbers of ranks. A collective operation takes one message in each of log2(n) rounds (rounded up),
+and every rank receives the bytes that all ranks send. Times are means, not minima, over the steps
+from --first on, so other programs on the machine would distort them.
 """
 
 from __future__ import annotations
@@ -62,7 +62,10 @@ def measured(directory: Path, first: int) -> Measured:
 
 
 def fitted(runs: list[Measured], part: str) -> tuple[float, float]:
-    """Returns a and b of the time a + b / n of a part [s]. Neither is negative."""
+    """Returns a and b [s] of the time a + b / n of "collision" or "other" on n ranks.
+
+    Neither is negative.
+    """
     shares = np.array([[1.0, 1.0 / run.ranks] for run in runs])
     times = np.array([getattr(run, part) for run in runs])
     a, b = np.linalg.lstsq(shares, times, rcond=None)[0]

@@ -55,7 +55,8 @@ def test_a_run_tells_where_its_ranks_are_and_how_long_they_wait(scene, tmp_path)
         rows = 17 * 17
         for i in range(1, len(steps["step"])):
             stages = sum(steps[name][i] for name in steps if name.startswith("seconds."))
-            # The stages are parts of the step of rank 0; the sum is rounded.
+            # The stages are parts of the step of rank 0, so their sum exceeds the wall time by no
+            # more than rounding errors.
             wall = steps["ranks.most_computing"][i] + steps["ranks.most_waiting"][i]
             assert wall > stages * (1 - 1e-9)
             assert steps["ranks.most_computing"][i] >= steps["ranks.computing"][i] > 0

@@ -93,7 +93,8 @@ TEST_CASE(
           return a.gap < b.gap;
         })->gap == Approx(-1e-4).margin(1e-12));
 
-  // The ridges of two roofs cross each other.
+  // Two cubes are turned by 45 degrees, so that an edge of the hull crosses an edge of the mesh at
+  // a right angle.
   const TriangleMesh roof = box(1.0, 1.0, 1.0).moved(Vec3::Zero(), about(Vec3::UnitX(), M_PI / 4));
   const auto cross =
       contacts_on(roof, cube, Vec3(0.1, 0.001, std::sqrt(0.5) + 0.01 * std::sqrt(2.0) - 1e-4),

@@ -62,9 +62,9 @@ struct Tables {
   const double* rigidity;
 };
 
-// Computes the moments (batches x 9 x 8) C^T W C (difference + beta rate) of each triangle [N m].
-// C, W and beta are those of Tables. `difference` and `rate` are those of hinge::Output; `rate` may
-// be null.
+// Computes the moments (batches x 9 x 8) C^T W C (difference + beta rate) of each triangle in the n
+// given `batches` [N m]; `out` has room for all batches. C, W and beta are those of Tables.
+// `difference` and `rate` are those of hinge::Output; `rate` may be null.
 void moments(const Tables& tables, const Index* batches, Index n, const double* difference,
              const double* rate, double* out);
 

@@ -155,7 +155,9 @@ Builder::Slope Builder::slope(Index e) const {
   const Mat3 to_second = across(first, second, h.edge);
   std::vector<Index> near;
   std::vector<Row3> angles;  // angles of the hinges in `near`
-  std::vector<Row3> free;    // moments at boundary edges, which must vanish
+  // Directions of the moments at boundary edges, as rows that act on curvatures. The moments must
+  // vanish.
+  std::vector<Row3> free;
   for (const Index triangle : {first, second}) {
     const Mat3 axes = triangle == first ? Mat3(Mat3::Identity()) : to_second;
     for (int i = 0; i < 3; ++i) {

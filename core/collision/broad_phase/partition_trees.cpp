@@ -39,7 +39,8 @@ void each_side(const Triangles& triangles, Index t, Visit&& visit) {
 // Returns for each edge the lowest partition of its triangles.
 std::vector<Index> part_of_edges(const CollisionModel& model,
                                  const std::vector<Index>& part_of_triangle, Index n_parts) {
-  std::vector<Index> first_edge(model.n_vertices + 1, 0);  // edges are sorted by vertex
+  // First edge of each vertex. Edges are sorted by their smaller vertex.
+  std::vector<Index> first_edge(model.n_vertices + 1, 0);
   for (Index e = 0; e < model.edges.rows(); ++e) ++first_edge[model.edges(e, 0) + 1];
   for (Index v = 0; v < model.n_vertices; ++v) first_edge[v + 1] += first_edge[v];
   std::vector<Index> part(model.edges.rows(), n_parts);

@@ -48,7 +48,7 @@ struct CollisionModel {
   // Attached vertices, and the edges and faces that contain one, do not collide with that surface.
   std::vector<Index> attached_surface;
   double contact_stiffness = 1000.0;  // stiffness k in the force law of contacts [N/m]
-  // Largest gap that certification keeps open, see gap_floor() in narrow_phase/continuous.h [m].
+  // Upper bound of gap_floor() (narrow_phase/continuous.h), the gap that certification keeps [m].
   double gap_floor = 1e-5;
 
   std::size_t bytes() const {

@@ -25,7 +25,7 @@ struct ContactLaw {
   double limit;                // largest friction force, mu N [N]
   double normal_stiffness;     // stiffness in the normal direction times the share [N/m]
   double steepest;             // largest slope of the normal force [N/m]
-  Index contact;               // index of the contact
+  Index contact;               // index in the list of contacts from which the terms were made
   bool counts;                 // true: sums of this rank include it; see ContactTerms::counts()
 };
 

@@ -97,7 +97,7 @@ class TangleFinder {
   const CollisionModel& model_;
   EdgeTable topology_;  // built when first needed
   Incidence edges_of_vertex_;
-  std::vector<int> component_;  // (n) connected surface of each vertex
+  std::vector<int> component_;  // (n) index of the connected component of each vertex
 };
 
 }  // namespace loomstone

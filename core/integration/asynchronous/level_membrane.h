@@ -68,8 +68,8 @@ class LevelMembrane {
   std::vector<double> forces_;
   Points known_x_;  // positions at which the forces of all levels were last computed together
   std::vector<std::uint8_t> entered_;  // see membrane::Tables; empty without limits
-  // Only if the membrane is viscous: the vertices of the triangles of each level, and their
-  // positions at the last event of this level.
+  // Used only if the membrane is viscous: the vertices of the triangles of each level, their
+  // positions at the last event of that level, and (n x 3) mean velocities since then [m/s].
   std::vector<std::vector<Index>> vertices_of_;
   std::vector<Points> last_;
   Points rates_;

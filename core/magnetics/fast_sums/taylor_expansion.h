@@ -5,8 +5,8 @@
 //          = sum_n L_n (x - b)^n / n!,    L_n = sum_m M_m D_{n+m}(b - a),     near b.
 // The sums are truncated at |n| < order and |n| + |m| <= order. For dipoles, this truncation is
 // symmetric in the two cells, so the forces between them are equal and opposite at any order
-// [Dehnen2002]. Because 1/r is harmonic, a moment with a z exponent of at least 2 can be subtracted
-// from two other moments. In these, the z exponent is lower by 2, and the x or the y exponent is
+// [Dehnen2002]. Because 1/r is harmonic, a moment with a z exponent of at least 2 can be replaced:
+// it is subtracted from the two moments whose z exponent is lower by 2 and whose x or y exponent is
 // higher by 2. All of L follows from its components with a z exponent of at most 1. This leaves
 // (order + 1)^2 numbers, as many as in a spherical-harmonic expansion.
 #pragma once

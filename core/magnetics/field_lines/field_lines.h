@@ -55,8 +55,8 @@ LineSeeds flux_seeds(const Team& team, const std::vector<MagneticBody>& bodies, 
 // Returns the centre and radius [m] of a bounding sphere of all bodies.
 std::pair<Vec3, double> bounding_ball(const std::vector<MagneticBody>& bodies);
 
-// Returns the depth of each point below the surface of solid bodies (n) [m]. It is the largest over
-// all bodies, negative outside, and minus infinity if there are no solid bodies.
+// Returns the depth (n) of each point below the surfaces of solid bodies [m]: the largest over all
+// bodies, negative outside, minus infinity if there are none.
 Vector magnetic_depth(const std::vector<MagneticBody>& bodies, const ConstPointsRef& points);
 
 }  // namespace loomstone

@@ -41,7 +41,8 @@ struct GridWrenches {
     }
   }
 
-  // Adds the forces that near leaves of `by` exert on the panels of a leaf of `on`.
+  // Adds the forces and torques that the leaves `near` of `by` exert on the panels of the leaf `to`
+  // of `on`.
   void add_near(const PanelCluster& to, const std::vector<Index>& near) {
     const PanelSet& set = on.panels();
     const Mat3 rotation = rotation_matrix(pose.orientation);

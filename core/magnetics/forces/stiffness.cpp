@@ -83,8 +83,8 @@ double yielding(const Carrier& carrier, const Vec3& point) {
 }
 
 // Returns the largest restoring stiffness of two dipoles with constant moments, times r^5 / (3
-// mu0/4pi). It is the largest eigenvalue of the Hessian of their energy, which is traceless. n is
-// the unit vector from one dipole to the other.
+// mu0/4pi). It is the largest eigenvalue of the Hessian of their energy; the Hessian is traceless.
+// n is the unit vector from one dipole to the other.
 double driving_back(const Vec3& m, const Vec3& other, const Vec3& n) {
   const double a = m.dot(n), b = other.dot(n), product = m.dot(other);
   const Mat3 crossed = m * other.transpose(), turned = (a * other + b * m) * n.transpose();

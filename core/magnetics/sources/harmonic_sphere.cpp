@@ -84,7 +84,7 @@ LOOMSTONE_INLINE void evaluate(Series series, const double* points, Index n, dou
     last = last < highest ? last : highest;
     Lanes sum[components];
     for (Lanes& s : sum) s = Lanes{};
-    Lanes real[2][top + 1], imaginary[2][top + 1];  // values of degrees l and l - 1
+    Lanes real[2][top + 1], imaginary[2][top + 1];  // harmonics of degrees l and l - 1 in the loop
     real[0][0] = lanes_sqrt(inverse);
     imaginary[0][0] = Lanes{};
     p.x *= inverse;

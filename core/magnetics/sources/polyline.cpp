@@ -52,7 +52,7 @@ struct Wire {
   const double* vertices;
   Index segments;
   double scale;    // mu0 I / 2 pi [T m]
-  double nearest;  // smallest distance from the wire at which the field is evaluated [m]
+  double nearest;  // lower bound of the distance from the wire in the denominators [m]
 };
 
 template <class Lanes>

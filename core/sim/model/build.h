@@ -15,8 +15,8 @@ void build_cloth(const Scene& scene, Model& model, State& state);
 // Sets the surfaces and start poses of rigid bodies and obstacles, and the attachments.
 void build_bodies(const Scene& scene, Model& model, State& state);
 
-// Sets the magnets, coils and bearings, and, for rendering, the magnetic polarity at each vertex of
-// bodies and obstacles.
+// Sets the uniform magnetic field, magnets, coils and bearings. If there are magnets, also sets the
+// polarity at each vertex of bodies and obstacles, for rendering.
 void build_magnetics(const Scene& scene, Model& model);
 // Checks magnets and circuits at the start positions.
 void check_magnetics(const Model& model, const State& state);

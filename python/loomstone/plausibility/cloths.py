@@ -20,7 +20,7 @@ GAP = 0.5  # smallest distance at the start, as a fraction of the contact distan
 AWAY = 0.1  # largest jump of a pin in the first step, as a fraction of the mean edge
 SPEED = 30.0  # largest speed of a scripted pin [m/s]
 LIMIT = 2.0  # smallest implausible strain limit, if it is finite [1]
-PULLED = 1.1  # largest distance of adjacent scripted pins, relative to that at the start
+PULLED = 1.1  # largest distance between adjacent scripted pins, as a multiple of that at the start
 SCALES = {"centimetres": 0.01, "millimetres": 0.001}  # units of uv in patterns [m]
 
 

@@ -107,7 +107,7 @@ def _warn_of_misspelt_globals(path: Path, source: str) -> None:
 
 
 def _assigned(tree: ast.Module) -> dict[str, int]:
-    """Returns the functions and variables at the top level of a module, with their lines."""
+    """Returns the names of functions and variables at the top level of a module and their lines."""
     names: dict[str, int] = {}
     for node in tree.body:
         targets: list[ast.expr] = []

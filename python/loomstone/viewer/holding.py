@@ -16,7 +16,7 @@ __all__ = ["Holder"]
 
 
 class Holder:
-    """Makes grips for the parts of a scene."""
+    """Makes grips on the cloths, bodies and obstacles of a scene."""
 
     def __init__(self, scene: Scene, sim: Simulation) -> None:
         self._scene = scene

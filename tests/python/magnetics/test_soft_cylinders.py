@@ -107,8 +107,9 @@ def test_weak_magnetisation_has_the_demagnetising_factors_of_uniform_cylinders(s
             polarizability(M.soft_cylinder(radius=1, height=2 * t, susceptibility=c), volume, axis)
             for c in (chi, -chi)
         ]
-        # The moment is chi (1 - N chi + ...) with the demagnetising factor N. In the sum over both
-        # signs of chi, only the term of second order remains.
+        # The polarizability is chi (1 - N chi + ...) with the demagnetising factor N. In the sum
+        # over both signs of chi, the odd orders cancel. The term of second order is -2 N chi^2, and
+        # higher orders are negligible.
         assert -sum(both) / (2 * chi * chi) == pytest.approx(factor, rel=2e-3)
 
 

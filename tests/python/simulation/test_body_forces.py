@@ -90,8 +90,8 @@ def test_a_force_on_an_attached_body_pulls_the_cloth_along():
     of_cloth = 0.1 * 0.2 * 0.2
     mean = sim.velocities.mean(0)
     momentum = MASS * np.array(sim.state.body_velocities)[0] + of_cloth * mean
-    # The cloth has 1/125 of the mass of the body. Its mean velocity ignores that masses of vertices
-    # differ. The error of its momentum is therefore less than 1 % of the total momentum.
+    # `mean` is the unweighted mean over vertices, although their masses differ. The cloth has 1/125
+    # of the mass of the body, so the error of the total momentum is less than 1 %.
     assert np.allclose(momentum, FORCE * sim.time, rtol=0.01, atol=1e-4)
     assert np.linalg.norm(mean) > 0.01 * np.linalg.norm(sim.state.body_velocities)
 

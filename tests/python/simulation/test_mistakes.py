@@ -1,4 +1,4 @@
-"""Every mistake of a user causes one clear sentence; none is silently accepted."""
+"""Every mistake of a user is reported in one clear sentence; none is silently accepted."""
 
 import os
 
