@@ -66,7 +66,7 @@ class Kept : public PairSink {
 
 BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                        TaskShare share)
-    : model_(model), pairs_(pairs), vertex_slabs_(model.n_vertices), share_(share) {
+    : model_(model), pairs_(pairs), share_(share) {
   std::vector<std::vector<Index>> edges_of_surface(model.surfaces.size());
   for (Index e = 0; e < model.edges.rows(); ++e)
     edges_of_surface[model.surface_of_edge[e]].push_back(e);
@@ -82,6 +82,7 @@ BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePai
 
 void BroadPhase::refit(const Team& team, Index s, const Sweep& sweep) {
   const CollisionSurface& surface = model_.surfaces[s];
+  vertex_slabs_.resize(model_.n_vertices);
   parallel_for(
       team, surface.n_vertices,
       [&](Index i) {

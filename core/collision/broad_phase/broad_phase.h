@@ -82,7 +82,7 @@ class BroadPhase {
   const CollisionModel& model_;
   const std::vector<SurfacePair>& pairs_;
   std::vector<ClusterTree> trees_;  // one for each surface
-  std::vector<PackedSlabs> vertex_slabs_;
+  std::vector<PackedSlabs> vertex_slabs_;  // empty before the first search for feature pairs
   TaskShare share_;
 };
 

@@ -150,15 +150,16 @@ void NeighbourLists::search(const Team& team, const Points& x1, bool may_rebuild
   ++n_searches_;
   settled_ = false;
   distribute();
-  from_ = x_;
-  to_ = x_ + steps_ahead * (x1 - x_);
+  from_ = own_rows(x_);
+  to_ = own_rows(x_) + steps_ahead * (own_rows(x1) - own_rows(x_));
+  still_at_x_.clear();
   const std::vector<std::uint8_t> formed = refit_.refit(
       team, x_,
       [&](Index s, Index v) {
-        const std::size_t at = 3 * static_cast<std::size_t>(v);
-        return packed(slabs_of(from_.data() + at, to_.data() + at, inflation_[s] + margin_[s]));
+        const Eigen::RowVector3d to = x_.row(v) + steps_ahead * (x1.row(v) - x_.row(v));
+        return packed(slabs_of(x_.row(v).data(), to.data(), inflation_[s] + margin_[s]));
       },
-      may_rebuild || n_searches_ % 8 == 0);
+      may_rebuild || n_searches_ % 8 == 0, still_);
   for (std::size_t s = 0; s < formed.size(); ++s) {
     if (formed[s]) motions_[s].resize(refit_.members(static_cast<Index>(s)).n_clusters());
     marked_[s].assign(motions_[s].size(), 0);

@@ -89,15 +89,16 @@ LOOMSTONE_INLINE unsigned overlapping_lanes(const SlabGroup& group, const AnyBox
 
 // Groups of features of one kind that belong to one cluster.
 struct Run {
-  const SlabGroup* slabs;
+  const SlabGroup* first;  // boxes of group `begin`
   const Index* corners;
   Index begin, end;
 
   Run(const ClusterTree::Features& features, Index cluster)
-      : slabs(features.slabs.data()),
+      : first(features.slabs.data() + features.first_slab[cluster]),
         corners(features.corners.data()),
         begin(features.group[cluster]),
         end(features.group[cluster + 1]) {}
+  const SlabGroup& boxes(Index group) const { return first[group - begin]; }
 };
 
 // The vertices of one cluster and their boxes.
@@ -160,7 +161,7 @@ LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const Mask
     const Index group = groups.group[j];
     if (upper && group < own.group) continue;
     MaskOf<Floats> meet = different<Floats>(run.corners + group * 2 * slab_lanes, own.ends);
-    for (int k = 0; k < n_slabs; ++k) meet &= meeting_slab<Floats>(run.slabs[group], own.box, k);
+    for (int k = 0; k < n_slabs; ++k) meet &= meeting_slab<Floats>(run.boxes(group), own.box, k);
     unsigned found = lanes_bits(meet) & groups.mask[j];
     if (upper && group == own.group) found &= ~((2u << own.box.lane) - 1u);
     for (; found != 0; found &= found - 1)
@@ -181,16 +182,16 @@ LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& r
     MaskedGroups groups;
     for (Index j = first; j < std::min(first + MaskedGroups::most, other.end); ++j) {
       groups.group[groups.n] = j;
-      groups.mask[groups.n] = overlapping_lanes<Floats>(other.slabs[j], box_a);
+      groups.mask[groups.n] = overlapping_lanes<Floats>(other.boxes(j), box_a);
       groups.n += groups.mask[groups.n] != 0;
     }
     if (groups.n == 0) continue;
     for (Index i = own.begin; i < own.end; ++i) {
-      unsigned lanes = overlapping_lanes<Floats>(own.slabs[i], box_b);
+      unsigned lanes = overlapping_lanes<Floats>(own.boxes(i), box_b);
       if (lanes == 0) continue;
       SlabGroup wide;
-      if (reach.axis > 0.0f) widen<Floats>(own.slabs[i], reach, wide);
-      const SlabGroup& boxes = reach.axis > 0.0f ? wide : own.slabs[i];
+      if (reach.axis > 0.0f) widen<Floats>(own.boxes(i), reach, wide);
+      const SlabGroup& boxes = reach.axis > 0.0f ? wide : own.boxes(i);
       const Index* const ends = own.corners + i * 2 * slab_lanes;
       for (; lanes != 0; lanes &= lanes - 1) {
         const int lane = __builtin_ctz(lanes);
@@ -238,7 +239,7 @@ LOOMSTONE_INLINE void meeting_vertices_faces(const VertexRun& a, const Run& b,
         return lanes_load<MaskOf<Floats>>(b.corners + (group * 3 + l) * slab_lanes);
       };
       MaskOf<Floats> meet = (corner(0) != vertex) & (corner(1) != vertex) & (corner(2) != vertex);
-      for (int k = 0; k < n_slabs; ++k) meet &= meeting_slab<Floats>(b.slabs[group], box, k);
+      for (int k = 0; k < n_slabs; ++k) meet &= meeting_slab<Floats>(b.boxes(group), box, k);
       for (unsigned found = lanes_bits(meet); found != 0; found &= found - 1)
         out.emplace_back(vertex, slab_lanes * group + __builtin_ctz(found));
     }
