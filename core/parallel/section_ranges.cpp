@@ -31,8 +31,8 @@ std::vector<std::vector<std::size_t>> groups(const std::vector<float>& costs,
   return found;
 }
 
-// Returns the cuts of a group of sections at its start, between its ranges, and at its end. They are
-// numbers of pieces before the cut, counted over the group.
+// Returns the cuts of a group of sections at its start, between its ranges, and at its end. They
+// are numbers of pieces before the cut, counted over the group.
 std::vector<std::size_t> cuts_of(const std::vector<std::size_t>& group, const SectionStarts& first,
                                  const SectionRanges& ranges) {
   std::vector<std::size_t> cuts(ranges.front().size(), 0);
@@ -45,8 +45,8 @@ std::vector<std::size_t> cuts_of(const std::vector<std::size_t>& group, const Se
 // mean cost of a range.
 void keep_close(const std::vector<float>& costs, const std::vector<std::size_t>& present,
                 double tolerance, std::vector<std::size_t>& cuts) {
-  const double most = tolerance * sum_between(costs, 0, costs.size()) /
-                      static_cast<double>(cuts.size() - 1);
+  const double most =
+      tolerance * sum_between(costs, 0, costs.size()) / static_cast<double>(cuts.size() - 1);
   for (std::size_t r = 1; r + 1 < cuts.size(); ++r) {
     const auto [begin, end] = std::minmax(cuts[r], present[r]);
     if (sum_between(costs, begin, end) <= most) cuts[r] = present[r];

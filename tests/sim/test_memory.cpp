@@ -95,7 +95,7 @@ TEST_CASE("the memory of elements, matrix and solver falls with the number of ra
     CHECK(static_cast<double>(two[part]) < 0.64 * static_cast<double>(one[part]));
     CHECK(static_cast<double>(four[part]) < 0.42 * static_cast<double>(one[part]));
   }
-  // A rank stores the boxes of the features in its neighbour lists. Every rank stores the rest.
+  // A rank stores the boxes of the features that it searches. Every rank stores the rest.
   for (const char* part : {"hierarchies", "neighbour_lists"}) {
     CAPTURE(part, one[part], two[part], four[part]);
     CHECK(static_cast<double>(two[part]) < 1.0 * static_cast<double>(one[part]));

@@ -82,7 +82,7 @@ BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePai
 
 void BroadPhase::refit(const Team& team, Index s, const Sweep& sweep) {
   const CollisionSurface& surface = model_.surfaces[s];
-  vertex_slabs_.resize(model_.n_vertices);
+  vertex_boxes();
   parallel_for(
       team, surface.n_vertices,
       [&](Index i) {
@@ -91,7 +91,13 @@ void BroadPhase::refit(const Team& team, Index s, const Sweep& sweep) {
             packed(slabs_of(sweep.x0.data() + 3 * v, sweep.x1.data() + 3 * v, sweep.inflation));
       },
       2048);
-  trees_[s].refit(team, sweep.x0, vertex_slabs_, sweep.inflation, sweep.may_rebuild);
+  trees_[s].refit_nodes(team, sweep.x0, vertex_slabs_, sweep.inflation, sweep.may_rebuild);
+}
+
+std::vector<PackedSlabs>& BroadPhase::vertex_boxes() {
+  ++n_uses_;
+  vertex_slabs_.resize(model_.n_vertices);
+  return vertex_slabs_;
 }
 
 bool BroadPhase::attached(ContactKind kind, PairKey key) const {
@@ -167,11 +173,33 @@ std::vector<PairKey> BroadPhase::cluster_pairs(const Team& team, Index surface_p
   return found;
 }
 
+// Returns the cluster pairs of each task whose boxes overlap, and refits the features of these
+// clusters.
+std::vector<std::vector<PairKey>> BroadPhase::clusters_of(const Team& team,
+                                                          const std::vector<Task>& tasks) {
+  std::vector<std::vector<PairKey>> found(tasks.size());
+  parallel_tasks(team, static_cast<Index>(tasks.size()), [&](Index i) {
+    tasks[i].search.clusters(tasks[i].nodes, all_clusters,
+                             [&](Index a, Index b) { found[i].push_back(pair_key(a, b)); });
+  });
+  std::vector<std::vector<std::uint8_t>> marked;
+  for (const ClusterTree& tree : trees_) marked.emplace_back(tree.n_clusters(), 0);
+  for (std::size_t i = 0; i < tasks.size(); ++i)
+    for (const PairKey clusters : found[i]) {
+      marked[pairs_[tasks[i].pair].a][first_of(clusters)] = 1;
+      marked[pairs_[tasks[i].pair].b][second_of(clusters)] = 1;
+    }
+  for (std::size_t s = 0; s < trees_.size(); ++s)
+    trees_[s].refit_features_of(team, marked[s], vertex_slabs_);
+  return found;
+}
+
 void BroadPhase::search(const Team& team, const std::vector<Index>& which, PairSink& sink) {
   std::vector<Task> tasks = deal_out(which, all_clusters);
   std::size_t n_own = 0;
   for (std::size_t i = share_.rank; i < tasks.size(); i += share_.size) tasks[n_own++] = tasks[i];
   tasks.erase(tasks.begin() + static_cast<std::ptrdiff_t>(n_own), tasks.end());
+  const std::vector<std::vector<PairKey>> clusters = clusters_of(team, tasks);
   sink.prepare(static_cast<Index>(tasks.size()));
   parallel_tasks(team, static_cast<Index>(tasks.size()), [&](Index i) {
     const Index pair = tasks[i].pair;
@@ -182,14 +210,18 @@ void BroadPhase::search(const Team& team, const std::vector<Index>& which, PairS
       sink.take(i, pair, kind, keys);
       keys.clear();
     };
-    tasks[i].search.run(tasks[i].nodes, [&](ContactKind kind, Index a, Index b) {
+    const auto take = [&](ContactKind kind, Index a, Index b) {
       const PairKey key = pair_key(a, b);
       if (attached(kind, key)) return;
       std::vector<PairKey>& keys =
           kind == ContactKind::VertexFace ? batch.vertex_face : batch.edge_edge;
       keys.push_back(key);
       if (keys.size() == batch_size) send(kind, keys);
-    });
+    };
+    PairSearch::Slots slots;
+    for (const PairKey pair_of_clusters : clusters[i])
+      tasks[i].search.features(first_of(pair_of_clusters), second_of(pair_of_clusters), 0.0, slots,
+                               take);
     if (!batch.vertex_face.empty()) send(ContactKind::VertexFace, batch.vertex_face);
     if (!batch.edge_edge.empty()) send(ContactKind::EdgeEdge, batch.edge_edge);
   });

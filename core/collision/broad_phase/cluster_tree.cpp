@@ -329,6 +329,23 @@ void ClusterTree::refit(const Team& team, const Points& x, const std::vector<Pac
   set_area(refit_all(team, vertices), inflation);
 }
 
+void ClusterTree::refit_nodes(const Team& team, const Points& x,
+                              const std::vector<PackedSlabs>& vertices, double inflation,
+                              bool may_rebuild) {
+  if (empty()) return;
+  std::vector<PackedSlabs> boxes(n_slots(), empty_packed());
+  const bool is_new = !formed();
+  if (is_new) form(x);
+  find_boxes(team, vertices, 0, n_clusters_, boxes);
+  const bool grown = !is_new && may_rebuild && has_grown(boxes, inflation);
+  if (grown) {
+    form(x);
+    find_boxes(team, vertices, 0, n_clusters_, boxes);
+  }
+  if (is_new || grown) set_area(boxes, inflation);
+  set_nodes(team, boxes);
+}
+
 void ClusterTree::refit_features_of(const Team& team, const std::vector<std::uint8_t>& marked,
                                     const std::vector<PackedSlabs>& vertices) {
   vertex_boxes_ = vertices.data();

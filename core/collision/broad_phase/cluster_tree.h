@@ -60,6 +60,9 @@ class ClusterTree {
   bool has_grown(const std::vector<PackedSlabs>& boxes, double inflation) const;
   // Recomputes the boxes of all nodes from those of all clusters.
   void set_nodes(const Team& team, const std::vector<PackedSlabs>& boxes);
+  // Like refit(), but recomputes only the boxes of nodes.
+  void refit_nodes(const Team& team, const Points& x, const std::vector<PackedSlabs>& vertices,
+                   double inflation, bool may_rebuild);
   // Recomputes the boxes of marked clusters and of their features, and forgets those of all other
   // clusters. `vertices` has the same meaning as in refit().
   void refit_features_of(const Team& team, const std::vector<std::uint8_t>& marked,
@@ -77,9 +80,7 @@ class ClusterTree {
   Slabs root() const;
   Index n_clusters() const { return n_clusters_; }
   // Returns the box that encloses all features of a cluster. The last refit must have included it.
-  const PackedSlabs& box(Index cluster) const {
-    return cluster_boxes_[faces_.first_slab[cluster]];
-  }
+  const PackedSlabs& box(Index cluster) const { return cluster_boxes_[faces_.first_slab[cluster]]; }
   // Returns the vertex boxes, of all surfaces, that the last refit received.
   const PackedSlabs* vertex_boxes() const { return vertex_boxes_; }
 

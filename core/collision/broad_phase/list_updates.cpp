@@ -64,8 +64,7 @@ bool NeighbourLists::as_expected(const Team& team, const Points& start, const Po
 bool NeighbourLists::covered(const Points& x) const {
   const IndexRange share = own_vertices();
   const auto n = static_cast<std::size_t>(3 * (share.end - share.begin));
-  return n == 0 ||
-         std::memcmp(x.row(share.begin).data(), covered_.data(), sizeof(double) * n) == 0;
+  return n == 0 || std::memcmp(x.row(share.begin).data(), covered_.data(), sizeof(double) * n) == 0;
 }
 
 void NeighbourLists::update(const Team& team, const Points& x) {

@@ -286,10 +286,10 @@ class NeighbourLists {
   bool uncovered_ = false;    // the ranks have not gathered the passes of a cover
   Cover cover_ = Cover::Gap;  // of the last begin_cover()
   GatherRoom contact_room_;
-  // Box of each vertex at its position in x_, without motion. Only the boxes of the vertices in
-  // `still_at_x_` are up to date. search() uses the others as scratch.
-  std::vector<PackedSlabs> still_;
+  // Vertices whose boxes in BroadPhase::vertex_boxes() are those of their positions in x_, without
+  // motion, unless BroadPhase::n_uses() has changed.
   VertexSet still_at_x_;
+  std::int64_t n_uses_ = 0;
   VertexSet vertices_;
   // Clusters of each surface in the lists of this rank, and the motion of each cluster.
   std::vector<std::vector<Index>> used_;
