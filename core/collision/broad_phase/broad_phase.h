@@ -79,7 +79,8 @@ class BroadPhase {
   std::size_t bytes() const;  // memory of trees and vertex boxes [bytes]
 
  private:
-  void refit(const Team& team, Index surface, const Sweep& sweep);
+  bool compares_all(const std::vector<Index>& which) const;
+  void refit(const Team& team, Index surface, const Sweep& sweep, bool features);
   struct Task;
   std::vector<Task> deal_out(const std::vector<Index>& which, IndexRange first) const;
   std::vector<std::vector<PairKey>> clusters_of(const Team& team, const std::vector<Task>& tasks);
