@@ -31,26 +31,70 @@ std::vector<std::vector<std::size_t>> groups(const std::vector<float>& costs,
   return found;
 }
 
-}  // namespace
+// Returns the cuts of a group of sections at its start, between its ranges, and at its end. They
+// are numbers of pieces before the cut, counted over the group.
+std::vector<std::size_t> cuts_of(const std::vector<std::size_t>& group, const SectionStarts& first,
+                                 const SectionRanges& ranges) {
+  std::vector<std::size_t> cuts(ranges.front().size(), 0);
+  for (const std::size_t s : group)
+    for (std::size_t r = 0; r < cuts.size(); ++r) cuts[r] += ranges[s][r] - first[s];
+  return cuts;
+}
 
-SectionRanges section_ranges(const std::vector<float>& costs, const SectionStarts& first,
-                             int n_ranges) {
+// Replaces cuts by the present ones if the cost between the two is at most `tolerance` times the
+// mean cost of a range.
+void keep_close(const std::vector<float>& costs, const std::vector<std::size_t>& present,
+                double tolerance, std::vector<std::size_t>& cuts) {
+  const double most =
+      tolerance * sum_between(costs, 0, costs.size()) / static_cast<double>(cuts.size() - 1);
+  for (std::size_t r = 1; r + 1 < cuts.size(); ++r) {
+    const auto [begin, end] = std::minmax(cuts[r], present[r]);
+    if (sum_between(costs, begin, end) <= most) cuts[r] = present[r];
+    cuts[r] = std::max(cuts[r], cuts[r - 1]);
+  }
+}
+
+// Divides the sections of each group by `cut`, which gets the group and the costs of its pieces.
+template <class Cut>
+SectionRanges ranges_of_groups(const std::vector<float>& costs, const SectionStarts& first,
+                               Cut&& cut) {
   SectionRanges ranges(first.size() - 1);
   for (const std::vector<std::size_t>& group : groups(costs, first)) {
     std::vector<float> joined;
     for (const std::size_t s : group)
       joined.insert(joined.end(), costs.begin() + static_cast<std::ptrdiff_t>(first[s]),
                     costs.begin() + static_cast<std::ptrdiff_t>(first[s + 1]));
-    const std::vector<std::size_t> cut = contiguous_ranges(joined, n_ranges);
+    const std::vector<std::size_t> cuts = cut(group, joined);
     std::size_t begin = 0;  // start of the section in `joined`
     for (const std::size_t s : group) {
       const std::size_t end = begin + first[s + 1] - first[s];
-      for (const std::size_t start : cut)
+      for (const std::size_t start : cuts)
         ranges[s].push_back(first[s] + std::clamp(start, begin, end) - begin);
       begin = end;
     }
   }
   return ranges;
+}
+
+}  // namespace
+
+SectionRanges section_ranges(const std::vector<float>& costs, const SectionStarts& first,
+                             int n_ranges) {
+  return ranges_of_groups(costs, first, [&](const auto&, const std::vector<float>& of_group) {
+    return contiguous_ranges(of_group, n_ranges);
+  });
+}
+
+SectionRanges section_ranges(const std::vector<float>& costs, const SectionStarts& first,
+                             const SectionRanges& present, double tolerance) {
+  if (present.empty()) return {};
+  const int n_ranges = static_cast<int>(present.front().size()) - 1;
+  const auto cut = [&](const std::vector<std::size_t>& group, const std::vector<float>& of_group) {
+    std::vector<std::size_t> cuts = contiguous_ranges(of_group, n_ranges);
+    keep_close(of_group, cuts_of(group, first, present), tolerance, cuts);
+    return cuts;
+  };
+  return ranges_of_groups(costs, first, cut);
 }
 
 double imbalance(const std::vector<float>& costs, const SectionStarts& first,

@@ -19,6 +19,12 @@ using SectionRanges = std::vector<std::vector<std::size_t>>;
 SectionRanges section_ranges(const std::vector<float>& costs, const SectionStarts& first,
                              int n_ranges);
 
+// Returns section_ranges() for the number of `present` ranges, but keeps each present boundary that
+// is close to the new one. The cost between the two boundaries is then at most `tolerance` times
+// the mean cost of the ranges that are cut together.
+SectionRanges section_ranges(const std::vector<float>& costs, const SectionStarts& first,
+                             const SectionRanges& present, double tolerance);
+
 // Returns the imbalance of ranges [1]: A / B. A adds up the cost of the most expensive range in
 // each group of sections that are cut together, and B is the mean cost per rank. The imbalance of
 // equally expensive ranges is 1.

@@ -136,6 +136,28 @@ TEST_CASE("expensive sections are cut one by one, and cheap ones together") {
   CHECK(imbalance({}, {0}, section_ranges({}, {0}, 3)) == 1.0);
 }
 
+TEST_CASE("a new cut of sections keeps the boundaries that are close to their best places") {
+  // An expensive section with a mean cost of 4 per range, and two cheap ones that are cut together.
+  std::vector<float> costs(16, 1.0f);
+  const SectionStarts first = {0, 16, 18, 20};
+  costs.insert(costs.end(), 4, 0.0625f);
+  const SectionRanges best = section_ranges(costs, first, 4);
+  CHECK(best == SectionRanges{{0, 4, 8, 12, 16}, {16, 17, 18, 18, 18}, {18, 18, 18, 19, 20}});
+  const SectionRanges present = {{0, 5, 8, 10, 16}, {16, 17, 18, 18, 18}, {18, 18, 18, 18, 20}};
+  CHECK(section_ranges(costs, first, present, 0.0) == best);
+  // The cost between the boundaries 5 and 4 is 1, and that between 10 and 12 is 2.
+  CHECK(section_ranges(costs, first, present, 0.25) ==
+        SectionRanges{{0, 5, 8, 12, 16}, {16, 17, 18, 18, 18}, {18, 18, 18, 19, 20}});
+  CHECK(section_ranges(costs, first, present, 1.0) == present);
+  // The first section becomes cheap, and the last one expensive. The present boundaries of the
+  // first two sections, which are then cut together, are 6, 10 and 12.
+  std::fill(costs.begin(), costs.begin() + 16, 0.0f);
+  costs[19] = 8.0f;
+  CHECK(section_ranges(costs, first, present, 0.05) ==
+        SectionRanges{{0, 6, 16, 16, 16}, {16, 16, 17, 17, 18}, {18, 18, 18, 20, 20}});
+  CHECK(section_ranges({}, {0}, SectionRanges{}, 0.05).empty());
+}
+
 TEST_CASE("sorted runs are merged in order, and equal elements keep the order of the runs") {
   const auto before = [](const std::array<int, 2>& a, const std::array<int, 2>& b) {
     return a[0] < b[0];

@@ -67,7 +67,7 @@ class Kept : public PairSink {
 
 BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                        TaskShare share)
-    : model_(model), pairs_(pairs), vertex_slabs_(model.n_vertices), share_(share) {
+    : model_(model), pairs_(pairs), share_(share) {
   std::vector<std::vector<Index>> edges_of_surface(model.surfaces.size());
   for (Index e = 0; e < model.edges.rows(); ++e)
     edges_of_surface[model.surface_of_edge[e]].push_back(e);
@@ -81,8 +81,17 @@ BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePai
   }
 }
 
-void BroadPhase::refit(const Team& team, Index s, const Sweep& sweep) {
+// Returns whether a search compares nearly all clusters: this rank finds all self-collisions.
+bool BroadPhase::compares_all(const std::vector<Index>& which) const {
+  return share_.size == 1 && std::any_of(which.begin(), which.end(), [&](Index pair) {
+           return pairs_[pair].a == pairs_[pair].b;
+         });
+}
+
+// Refits a tree, or only its nodes if the search refits the features that it compares.
+void BroadPhase::refit(const Team& team, Index s, const Sweep& sweep, bool features) {
   const CollisionSurface& surface = model_.surfaces[s];
+  vertex_boxes();
   parallel_for(
       team, surface.n_vertices,
       [&](Index i) {
@@ -91,7 +100,16 @@ void BroadPhase::refit(const Team& team, Index s, const Sweep& sweep) {
             packed(slabs_of(sweep.x0.data() + 3 * v, sweep.x1.data() + 3 * v, sweep.inflation));
       },
       2048);
-  trees_[s].refit(team, sweep.x0, vertex_slabs_, sweep.inflation, sweep.may_rebuild);
+  if (features)
+    trees_[s].refit(team, sweep.x0, vertex_slabs_, sweep.inflation, sweep.may_rebuild);
+  else
+    trees_[s].refit_nodes(team, sweep.x0, vertex_slabs_, sweep.inflation, sweep.may_rebuild);
+}
+
+std::vector<PackedSlabs>& BroadPhase::vertex_boxes() {
+  ++n_uses_;
+  vertex_slabs_.resize(model_.n_vertices);
+  return vertex_slabs_;
 }
 
 bool BroadPhase::attached(ContactKind kind, PairKey key) const {
@@ -167,11 +185,35 @@ std::vector<PairKey> BroadPhase::cluster_pairs(const Team& team, Index surface_p
   return found;
 }
 
+// Returns the cluster pairs of each task whose boxes overlap, and refits the features of these
+// clusters.
+std::vector<std::vector<PairKey>> BroadPhase::clusters_of(const Team& team,
+                                                          const std::vector<Task>& tasks) {
+  std::vector<std::vector<PairKey>> found(tasks.size());
+  parallel_tasks(team, static_cast<Index>(tasks.size()), [&](Index i) {
+    tasks[i].search.clusters(tasks[i].nodes, all_clusters,
+                             [&](Index a, Index b) { found[i].push_back(pair_key(a, b)); });
+  });
+  std::vector<std::vector<std::uint8_t>> marked;
+  for (const ClusterTree& tree : trees_) marked.emplace_back(tree.n_clusters(), 0);
+  for (std::size_t i = 0; i < tasks.size(); ++i)
+    for (const PairKey clusters : found[i]) {
+      marked[pairs_[tasks[i].pair].a][first_of(clusters)] = 1;
+      marked[pairs_[tasks[i].pair].b][second_of(clusters)] = 1;
+    }
+  for (std::size_t s = 0; s < trees_.size(); ++s)
+    trees_[s].refit_features_of(team, marked[s], vertex_slabs_);
+  return found;
+}
+
 void BroadPhase::search(const Team& team, const std::vector<Index>& which, PairSink& sink) {
   std::vector<Task> tasks = deal_out(which, all_clusters);
   std::size_t n_own = 0;
   for (std::size_t i = share_.rank; i < tasks.size(); i += share_.size) tasks[n_own++] = tasks[i];
   tasks.erase(tasks.begin() + static_cast<std::ptrdiff_t>(n_own), tasks.end());
+  const bool at_once = compares_all(which);  // all features have been refitted
+  const std::vector<std::vector<PairKey>> clusters =
+      at_once ? std::vector<std::vector<PairKey>>() : clusters_of(team, tasks);
   sink.prepare(static_cast<Index>(tasks.size()));
   parallel_tasks(team, static_cast<Index>(tasks.size()), [&](Index i) {
     const Index pair = tasks[i].pair;
@@ -182,14 +224,22 @@ void BroadPhase::search(const Team& team, const std::vector<Index>& which, PairS
       sink.take(i, pair, kind, keys);
       keys.clear();
     };
-    tasks[i].search.run(tasks[i].nodes, [&](ContactKind kind, Index a, Index b) {
+    const auto take = [&](ContactKind kind, Index a, Index b) {
       const PairKey key = pair_key(a, b);
       if (attached(kind, key)) return;
       std::vector<PairKey>& keys =
           kind == ContactKind::VertexFace ? batch.vertex_face : batch.edge_edge;
       keys.push_back(key);
       if (keys.size() == batch_size) send(kind, keys);
-    });
+    };
+    PairSearch::Slots slots;
+    const auto compare = [&](Index a, Index b) {
+      tasks[i].search.features(a, b, 0.0, slots, take);
+    };
+    if (at_once)
+      tasks[i].search.clusters(tasks[i].nodes, all_clusters, compare);
+    else
+      for (const PairKey both : clusters[i]) compare(first_of(both), second_of(both));
     if (!batch.vertex_face.empty()) send(ContactKind::VertexFace, batch.vertex_face);
     if (!batch.edge_edge.empty()) send(ContactKind::EdgeEdge, batch.edge_edge);
   });
@@ -213,7 +263,8 @@ void BroadPhase::near_pairs(const Team& team, const Points& x, const std::vector
     for (const Index s : {pairs_[pair].a, pairs_[pair].b})
       inflation[s] = std::max(inflation[s], 0.5 * reach[pair]);
   for (std::size_t s = 0; s < trees_.size(); ++s)
-    if (inflation[s] >= 0.0) refit(team, static_cast<Index>(s), {x, x, inflation[s]});
+    if (inflation[s] >= 0.0)
+      refit(team, static_cast<Index>(s), {x, x, inflation[s]}, compares_all(which));
   Kept kept([&](Index pair, ContactKind kind, std::vector<PairKey>& keys) {
     std::erase_if(keys, [&](PairKey key) {
       const std::array<Index, 4> v = pair_vertices(model_, kind, key);
@@ -231,7 +282,7 @@ void BroadPhase::swept_pairs(const Team& team, const Sweep& sweep, const std::ve
   std::vector<std::uint8_t> needed(trees_.size(), 0);
   for (const Index pair : which) needed[pairs_[pair].a] = needed[pairs_[pair].b] = 1;
   for (std::size_t s = 0; s < trees_.size(); ++s)
-    if (needed[s]) refit(team, static_cast<Index>(s), sweep);
+    if (needed[s]) refit(team, static_cast<Index>(s), sweep, compares_all(which));
   search(team, which, sink);
 }
 

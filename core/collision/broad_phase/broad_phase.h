@@ -3,6 +3,7 @@
 // without cloth, and self-pairs of cloths without self-collision.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -66,6 +67,10 @@ class BroadPhase {
   std::vector<PairKey> cluster_pairs(const Team& team, Index surface_pair, IndexRange first,
                                      std::size_t most) const;
   ClusterTree& tree(Index surface) { return trees_[surface]; }
+  // Memory for the boxes of all vertices. Searches for feature pairs and others use it in turn. A
+  // user whose boxes must last compares the number of uses with that after its own.
+  std::vector<PackedSlabs>& vertex_boxes();
+  std::int64_t n_uses() const { return n_uses_; }
   // Returns whether an attachment ties a vertex of one feature to the surface of the other feature.
   bool attached(ContactKind kind, PairKey key) const;
 
@@ -74,15 +79,18 @@ class BroadPhase {
   std::size_t bytes() const;  // memory of trees and vertex boxes [bytes]
 
  private:
-  void refit(const Team& team, Index surface, const Sweep& sweep);
+  bool compares_all(const std::vector<Index>& which) const;
+  void refit(const Team& team, Index surface, const Sweep& sweep, bool features);
   struct Task;
   std::vector<Task> deal_out(const std::vector<Index>& which, IndexRange first) const;
+  std::vector<std::vector<PairKey>> clusters_of(const Team& team, const std::vector<Task>& tasks);
   void search(const Team& team, const std::vector<Index>& which, PairSink& sink);
 
   const CollisionModel& model_;
   const std::vector<SurfacePair>& pairs_;
   std::vector<ClusterTree> trees_;  // one for each surface
   std::vector<PackedSlabs> vertex_slabs_;
+  std::int64_t n_uses_ = 0;  // of vertex_slabs_
   TaskShare share_;
 };
 

@@ -10,6 +10,9 @@ namespace {
 // Ranges are cut again if their imbalance() exceeds this value. Each cut moves lists to other
 // ranks, which must make these lists again. Our choice.
 constexpr double worth_a_cut = 1.1;
+// A boundary between two ranges stays in place if the cost between it and its best place is at most
+// this multiple of the mean cost of a range. Our choice.
+constexpr double close_enough = 0.05;
 
 }  // namespace
 
@@ -19,7 +22,8 @@ ClusterOwners::ClusterOwners(const std::vector<Index>& n_clusters, const Communi
       rotates_(ranks.size() > 1 && std::getenv("LOOMSTONE_ROTATE_OWNERS") != nullptr),
       part_(ranks.rank()) {
   for (const Index n : n_clusters) first_.push_back(first_.back() + n);
-  cut_by(std::vector<float>(first_.back(), 1.0f));
+  starts_ = section_ranges(std::vector<float>(first_.back(), 1.0f), first_, ranks_.size());
+  find_own_first();
 }
 
 void ClusterOwners::find_own_first() {
@@ -42,11 +46,8 @@ void ClusterOwners::cut(const std::vector<float>& own_costs) {
       std::copy(next, end, costs.begin() + static_cast<std::ptrdiff_t>(starts[part]));
       next = end;
     }
-  if (imbalance(costs, first_, starts_) > worth_a_cut) cut_by(costs);
-}
-
-void ClusterOwners::cut_by(const std::vector<float>& costs) {
-  starts_ = section_ranges(costs, first_, ranks_.size());
+  if (imbalance(costs, first_, starts_) <= worth_a_cut) return;
+  starts_ = section_ranges(costs, first_, starts_, close_enough);
   find_own_first();
 }
 

@@ -33,7 +33,8 @@ class ClusterOwners {
   std::size_t bytes() const { return bytes_of(first_, starts_, own_first_); }
 
   // Collective. `own_costs` has one entry for each first cluster of this rank. Cuts the first
-  // clusters into new ranges if the costs of the present ranges differ too much.
+  // clusters into new ranges if the costs of the present ranges differ too much. Boundaries near
+  // their best places stay, because lists that change their owner are made again.
   void cut(const std::vector<float>& own_costs);
   // Returns true if the environment variable LOOMSTONE_ROTATE_OWNERS is set and there are several
   // ranks. Tests set it to change the owners in every search.
@@ -47,7 +48,6 @@ class ClusterOwners {
             static_cast<Index>(starts_[pair][part + 1] - first_[pair])};
   }
   Index n_pairs() const { return static_cast<Index>(starts_.size()); }
-  void cut_by(const std::vector<float>& costs);
   void find_own_first();
 
   const Communicator& ranks_;

@@ -76,8 +76,8 @@ struct FeatureGroups {
   Index begin, end;
 };
 
-// Computes the boxes of features (`slabs`) and of whole groups (`of_group`) from vertex boxes.
-// Either output may be null.
+// Computes the boxes of features (`slabs`) and of whole groups (`of_group`) from vertex boxes. The
+// first entry of each output is that of the first group. Either output may be null.
 template <class Lanes>
 LOOMSTONE_INLINE void refit_features(const PackedSlabs* vertices, const FeatureGroups& groups,
                                      SlabGroup* slabs, PackedSlabs* of_group) {
@@ -94,8 +94,8 @@ LOOMSTONE_INLINE void refit_features(const PackedSlabs* vertices, const FeatureG
         for (int k = 1; k < n_corners; ++k)
           include<Floats>(item[lane], vertices[corner[k * slab_lanes + lane]]);
     }
-    if (slabs) write_group<Floats>(item, slabs[g]);
-    if (of_group) of_group[g] = all_of<Floats>(item);
+    if (slabs) write_group<Floats>(item, slabs[g - groups.begin]);
+    if (of_group) of_group[g - groups.begin] = all_of<Floats>(item);
   }
 }
 
@@ -108,6 +108,14 @@ LOOMSTONE_INLINE void refit_groups(const PackedSlabs* below, Index begin, Index 
     write_group<FloatLanes<Lanes>>(below + slab_lanes * g, slabs[g]);
     of_group[g] = all_of<FloatLanes<Lanes>>(below + slab_lanes * g);
   }
+}
+
+// Makes room for at least n boxes, and no more than that if there was less. May discard all boxes.
+template <class Boxes>
+void make_room(Boxes& boxes, std::size_t n) {
+  if (boxes.size() >= n) return;
+  boxes = Boxes();
+  boxes.resize(n);
 }
 
 double area(const PackedSlabs& s, double inflation) {
@@ -154,7 +162,6 @@ ClusterTree::ClusterTree(Triangles triangles, Index first_triangle, Edges edges,
     n = std::max<Index>(1, (n + slab_lanes - 1) / slab_lanes);
     levels_.emplace_back(n);
   } while (n > 1);
-  cluster_boxes_.resize(n_clusters_);
 }
 
 Slabs ClusterTree::root() const {
@@ -176,7 +183,8 @@ void ClusterTree::assign(Features& features, const std::vector<Index>& cluster_o
     next[c] = slab_lanes * features.group[c];
   }
   const std::size_t n_groups = features.group[n_clusters_];
-  if (n_corners > 1) features.slabs.resize(n_groups);
+  features.slabs.clear();
+  if (n_corners > 1) features.first_slab.assign(n_clusters_, 0);
   features.id.assign(slab_lanes * n_groups, -1);
   features.n_corners = n_corners;
   features.corners.assign(slab_lanes * n_groups * n_corners, -1);
@@ -256,7 +264,8 @@ void ClusterTree::find_boxes(const Team& team, const std::vector<PackedSlabs>& v
     // A cluster has exactly one group of faces, so cluster indices are also group indices.
     const FeatureGroups groups = {faces_.corners.data(), faces_.n_corners, begin + first,
                                   begin + last};
-    LOOMSTONE_WIDEST(refit_features)(vertices.data(), groups, nullptr, boxes.data());
+    LOOMSTONE_WIDEST(refit_features)
+    (vertices.data(), groups, nullptr, boxes.data() + groups.begin);
   });
 }
 
@@ -292,11 +301,14 @@ std::vector<PackedSlabs> ClusterTree::refit_all(const Team& team,
                                                 const std::vector<PackedSlabs>& vertices) {
   std::vector<PackedSlabs> boxes(n_slots(), empty_packed());
   const auto refit = [&](Features& of, PackedSlabs* of_group) {
-    parallel_ranges(
-        team, static_cast<Index>(of.slabs.size()), refit_grain, [&](Index begin, Index end) {
-          const FeatureGroups groups = {of.corners.data(), of.n_corners, begin, end};
-          LOOMSTONE_WIDEST(refit_features)(vertices.data(), groups, of.slabs.data(), of_group);
-        });
+    const Index n = of.group[n_clusters_];
+    make_room(of.slabs, n);
+    std::copy_n(of.group.begin(), n_clusters_, of.first_slab.begin());
+    parallel_ranges(team, n, refit_grain, [&](Index begin, Index end) {
+      const FeatureGroups groups = {of.corners.data(), of.n_corners, begin, end};
+      LOOMSTONE_WIDEST(refit_features)
+      (vertices.data(), groups, of.slabs.data() + begin, of_group ? of_group + begin : nullptr);
+    });
   };
   refit(edge_features_, nullptr);
   refit(faces_, boxes.data());  // each cluster has exactly one group of faces
@@ -317,19 +329,48 @@ void ClusterTree::refit(const Team& team, const Points& x, const std::vector<Pac
   set_area(refit_all(team, vertices), inflation);
 }
 
+void ClusterTree::refit_nodes(const Team& team, const Points& x,
+                              const std::vector<PackedSlabs>& vertices, double inflation,
+                              bool may_rebuild) {
+  if (empty()) return;
+  std::vector<PackedSlabs> boxes(n_slots(), empty_packed());
+  const bool is_new = !formed();
+  if (is_new) form(x);
+  find_boxes(team, vertices, 0, n_clusters_, boxes);
+  const bool grown = !is_new && may_rebuild && has_grown(boxes, inflation);
+  if (grown) {
+    form(x);
+    find_boxes(team, vertices, 0, n_clusters_, boxes);
+  }
+  if (is_new || grown) set_area(boxes, inflation);
+  set_nodes(team, boxes);
+}
+
 void ClusterTree::refit_features_of(const Team& team, const std::vector<std::uint8_t>& marked,
                                     const std::vector<PackedSlabs>& vertices) {
   vertex_boxes_ = vertices.data();
-  const auto refit = [&](Features& features, Index begin, Index end, PackedSlabs* of_group) {
-    const FeatureGroups groups = {features.corners.data(), features.n_corners, begin, end};
-    LOOMSTONE_WIDEST(refit_features)(vertices.data(), groups, features.slabs.data(), of_group);
+  Index n_faces = 0, n_edges = 0;  // groups of the marked clusters
+  for (Index c = 0; c < n_clusters_; ++c) {
+    if (!marked[c]) continue;
+    faces_.first_slab[c] = n_faces++;  // each cluster has exactly one group of faces
+    edge_features_.first_slab[c] = n_edges;
+    n_edges += edge_features_.group[c + 1] - edge_features_.group[c];
+  }
+  make_room(faces_.slabs, n_faces);
+  make_room(edge_features_.slabs, n_edges);
+  make_room(cluster_boxes_, n_faces);
+  const auto refit = [&](Features& features, Index cluster, PackedSlabs* of_group) {
+    const FeatureGroups groups = {features.corners.data(), features.n_corners,
+                                  features.group[cluster], features.group[cluster + 1]};
+    LOOMSTONE_WIDEST(refit_features)
+    (vertices.data(), groups, features.slabs.data() + features.first_slab[cluster], of_group);
   };
   parallel_for(
       team, n_clusters_,
       [&](Index c) {
         if (!marked[c]) return;
-        refit(edge_features_, edge_features_.group[c], edge_features_.group[c + 1], nullptr);
-        refit(faces_, c, c + 1, cluster_boxes_.data());  // group c contains the faces of cluster c
+        refit(edge_features_, c, nullptr);
+        refit(faces_, c, cluster_boxes_.data() + faces_.first_slab[c]);
       },
       64);
 }
@@ -337,8 +378,7 @@ void ClusterTree::refit_features_of(const Team& team, const std::vector<std::uin
 std::size_t ClusterTree::bytes() const {
   std::size_t n = 0;
   for (const Features* const f : {&faces_, &edge_features_, &vertices_})
-    n += f->slabs.capacity() * sizeof(SlabGroup) +
-         (f->id.capacity() + f->group.capacity() + f->corners.capacity()) * sizeof(Index);
+    n += bytes_of(f->slabs, f->first_slab, f->id, f->group, f->corners);
   for (const auto& level : levels_) n += level.capacity() * sizeof(SlabGroup);
   n += cluster_boxes_.capacity() * sizeof(PackedSlabs);
   return n + bytes_of(triangles_, edges_, edge_ids_, foreign_);

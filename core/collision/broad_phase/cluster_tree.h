@@ -18,8 +18,11 @@ class ClusterTree {
   // group[c + 1] - 1. The last lanes of a cluster can be empty.
   struct Features {
     std::vector<Index> group;
-    std::vector<Index> id;         // (8 x groups) -1 in empty lanes; empty for vertices
-    std::vector<SlabGroup> slabs;  // empty for vertices
+    std::vector<Index> id;  // (8 x groups) -1 in empty lanes; empty for vertices
+    // Boxes of the clusters that the last refit included. Those of cluster c begin at
+    // slabs[first_slab[c]]. Both are empty for vertices.
+    std::vector<SlabGroup> slabs;
+    std::vector<Index> first_slab;
     int n_corners = 0;
     std::vector<Index> corners;  // (groups x n_corners x 8) vertex ids; -1 in empty lanes
   };
@@ -57,8 +60,11 @@ class ClusterTree {
   bool has_grown(const std::vector<PackedSlabs>& boxes, double inflation) const;
   // Recomputes the boxes of all nodes from those of all clusters.
   void set_nodes(const Team& team, const std::vector<PackedSlabs>& boxes);
-  // Recomputes only the boxes of marked clusters and of their features. `vertices` has the same
-  // meaning as in refit().
+  // Like refit(), but recomputes only the boxes of nodes.
+  void refit_nodes(const Team& team, const Points& x, const std::vector<PackedSlabs>& vertices,
+                   double inflation, bool may_rebuild);
+  // Recomputes the boxes of marked clusters and of their features, and forgets those of all other
+  // clusters. `vertices` has the same meaning as in refit().
   void refit_features_of(const Team& team, const std::vector<std::uint8_t>& marked,
                          const std::vector<PackedSlabs>& vertices);
 
@@ -73,8 +79,8 @@ class ClusterTree {
   }
   Slabs root() const;
   Index n_clusters() const { return n_clusters_; }
-  // Returns the box that encloses all features of a cluster.
-  const PackedSlabs& box(Index cluster) const { return cluster_boxes_[cluster]; }
+  // Returns the box that encloses all features of a cluster. The last refit must have included it.
+  const PackedSlabs& box(Index cluster) const { return cluster_boxes_[faces_.first_slab[cluster]]; }
   // Returns the vertex boxes of all surfaces, as passed to the last refit.
   const PackedSlabs* vertex_boxes() const { return vertex_boxes_; }
 
@@ -100,7 +106,7 @@ class ClusterTree {
   Features faces_, edge_features_, vertices_;
   std::vector<std::vector<SlabGroup>> levels_;  // node boxes by level
   SlabGroup root_;                              // box of the root in lane 0
-  std::vector<PackedSlabs> cluster_boxes_;
+  std::vector<PackedSlabs> cluster_boxes_;      // in the order of the boxes of faces
   int version_ = 0;
   const PackedSlabs* vertex_boxes_ = nullptr;
 };

@@ -42,15 +42,16 @@ bool NeighbourLists::as_expected(const Team& team, const Points& start, const Po
     parallel_ranges(team, last - first, 2048, [&](Index begin, Index end) {
       bool near = true;
       for (Index v = first + begin; v < first + end; ++v) {
-        const Eigen::RowVector3d along = to_.row(v) - from_.row(v);
+        const Index own = v - share.begin;
+        const Eigen::RowVector3d along = to_.row(own) - from_.row(own);
         const double length2 = std::max(along.squaredNorm(), 1e-300);
         const auto expected = [&](const Eigen::RowVector3d& offset) {
           const double share_of_motion = std::clamp(offset.dot(along) / length2, 0.0, 1.0);
           return (offset - share_of_motion * along).squaredNorm() <= most2;
         };
-        near &= expected(x.row(v) - from_.row(v));
+        near &= expected(x.row(v) - from_.row(own));
         if (ahead > 0.0)
-          near &= expected(x.row(v) + ahead * (x.row(v) - start.row(v)) - from_.row(v));
+          near &= expected(x.row(v) + ahead * (x.row(v) - start.row(v)) - from_.row(own));
       }
       if (!near) all = false;
     });
@@ -63,8 +64,7 @@ bool NeighbourLists::as_expected(const Team& team, const Points& start, const Po
 bool NeighbourLists::covered(const Points& x) const {
   const IndexRange share = own_vertices();
   const auto n = static_cast<std::size_t>(3 * (share.end - share.begin));
-  return n == 0 || std::memcmp(x.row(share.begin).data(), covered_.row(share.begin).data(),
-                               sizeof(double) * n) == 0;
+  return n == 0 || std::memcmp(x.row(share.begin).data(), covered_.data(), sizeof(double) * n) == 0;
 }
 
 void NeighbourLists::update(const Team& team, const Points& x) {
@@ -193,10 +193,7 @@ NeighbourLists::Pass NeighbourLists::pass_to(const Team& team, const Points& x1)
   pass.unexpected = unlisted().size() < pairs_.size() && !as_expected(team, x_, x1, 0.0);
   if (ranks_.size() == 1 || cover_ == Cover::Reach) return pass;
   pass.due = pass.unexpected || retries_within(2) || !as_expected(team, x_, x1, 1.0);
-  const IndexRange share = own_vertices();
-  covered_.resize(model_.n_vertices, 3);
-  covered_.middleRows(share.begin, share.end - share.begin) =
-      x1.middleRows(share.begin, share.end - share.begin);
+  covered_ = own_rows(x1);
   return pass;
 }
 

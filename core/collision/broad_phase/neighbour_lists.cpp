@@ -65,7 +65,6 @@ NeighbourLists::NeighbourLists(const CollisionModel& model, const std::vector<Su
       owners_(n_first_clusters(pairs, broad_phase), ranks),
       inflation_(model.surfaces.size(), 0.0),
       margin_(model.surfaces.size(), std::numeric_limits<double>::infinity()),
-      still_(model.n_vertices),
       still_at_x_(model.n_vertices),
       vertices_(model.n_vertices),
       used_(model.surfaces.size()),
@@ -152,15 +151,15 @@ void NeighbourLists::search(const Team& team, const Points& x1, bool may_rebuild
   ++n_searches_;
   settled_ = false;
   distribute();
-  from_ = x_;
-  to_ = x_ + steps_ahead * (x1 - x_);
+  from_ = own_rows(x_);
+  to_ = own_rows(x_) + steps_ahead * (own_rows(x1) - own_rows(x_));
   const std::vector<std::uint8_t> formed = refit_.refit(
       team, x_,
       [&](Index s, Index v) {
-        const std::size_t at = 3 * static_cast<std::size_t>(v);
-        return packed(slabs_of(from_.data() + at, to_.data() + at, inflation_[s] + margin_[s]));
+        const Eigen::RowVector3d to = x_.row(v) + steps_ahead * (x1.row(v) - x_.row(v));
+        return packed(slabs_of(x_.row(v).data(), to.data(), inflation_[s] + margin_[s]));
       },
-      may_rebuild || n_searches_ % 8 == 0);
+      may_rebuild || n_searches_ % 8 == 0, broad_phase_.vertex_boxes());
   for (std::size_t s = 0; s < formed.size(); ++s) {
     if (formed[s]) motions_[s].resize(refit_.members(static_cast<Index>(s)).n_clusters());
     marked_[s].assign(motions_[s].size(), 0);
@@ -272,6 +271,9 @@ void NeighbourLists::make_ended(const Team& team) {
     if (ended_[i]) which.push_back(static_cast<Index>(i));
   if (which.empty()) return;
   n_made_ += static_cast<std::int64_t>(which.size());
+  if (broad_phase_.n_uses() != n_uses_) still_at_x_.clear();
+  std::vector<PackedSlabs>& still = broad_phase_.vertex_boxes();
+  n_uses_ = broad_phase_.n_uses();
   const std::size_t n_known = still_at_x_.vertices().size();
   const auto mark = [&](Index surface, Index cluster) {
     if (marked_[surface][cluster]) return;
@@ -289,12 +291,12 @@ void NeighbourLists::make_ended(const Team& team) {
       [&](Index i) {
         const Index v = vertices[n_known + i];
         const double* const at = x_.data() + 3 * static_cast<std::size_t>(v);
-        still_[v] = packed(slabs_of(at, at, 0.0));
+        still[v] = packed(slabs_of(at, at, 0.0));
       },
       2048);
   for (std::size_t s = 0; s < marked_.size(); ++s) {
     ClusterTree& tree = broad_phase_.tree(static_cast<Index>(s));
-    tree.refit_features_of(team, marked_[s], still_);
+    tree.refit_features_of(team, marked_[s], still);
     std::fill(marked_[s].begin(), marked_[s].end(), 0);
   }
   constexpr Index at_once = 32;
@@ -330,7 +332,7 @@ std::vector<FeaturePairs> NeighbourLists::unlisted_near_pairs(const Team& team) 
 
 std::size_t NeighbourLists::bytes() const {
   return bytes_of(refit_, owners_, base_, most_slack_, inflation_, x_, before_, from_, to_,
-                  still_) +
+                  covered_) +
          bytes_of(still_at_x_, vertices_, used_, motions_, marked_, lists_, ended_, unlisted_,
                   n_lists_, upkeep_);
 }

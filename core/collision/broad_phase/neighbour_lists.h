@@ -227,6 +227,11 @@ class NeighbourLists {
   IndexRange own_vertices() const {
     return even_share(model_.n_vertices, ranks_.rank(), ranks_.size());
   }
+  // Returns the rows of own_vertices().
+  auto own_rows(const Points& x) const {
+    const IndexRange own = own_vertices();
+    return x.middleRows(own.begin, own.end - own.begin);
+  }
   bool as_expected(const Team& team, const Points& start, const Points& x, double ahead) const;
   bool covered(const Points& x) const;
   void find_bases();
@@ -274,18 +279,18 @@ class NeighbourLists {
   // Distance from their expected motion that the vertices of each surface may reach [m].
   std::vector<double> margin_;
   Points x_, before_;  // positions of the last update() and of the one before it
-  Points from_, to_;   // expected motion in the last search for cluster pairs
-  // End of the motion of the last cover(). Only the rows of own_vertices() are set.
-  Points covered_;
+  // For own_vertices(): the expected motion in the last search for cluster pairs, and the end of
+  // the motion of the last cover().
+  Points from_, to_, covered_;
   bool settled_ = false;      // the ranks agree that an update at covered_ needs no search
   bool unchecked_ = false;    // the ranks have not gathered the passes of the last update
   bool uncovered_ = false;    // the ranks have not gathered the passes of the last cover
   Cover cover_ = Cover::Gap;  // of the last begin_cover()
   GatherRoom contact_room_;
-  // Box of each vertex at its position in x_, without motion. Only the boxes of the vertices in
-  // `still_at_x_` are up to date.
-  std::vector<PackedSlabs> still_;
+  // Vertices whose boxes in BroadPhase::vertex_boxes() are those of their positions in x_, without
+  // motion, unless BroadPhase::n_uses() has changed.
   VertexSet still_at_x_;
+  std::int64_t n_uses_ = 0;
   VertexSet vertices_;
   // Clusters of each surface in the lists of this rank, and the motion of each cluster.
   std::vector<std::vector<Index>> used_;

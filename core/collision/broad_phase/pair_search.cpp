@@ -87,17 +87,21 @@ LOOMSTONE_INLINE unsigned overlapping_lanes(const SlabGroup& group, const AnyBox
   return lanes_bits(meet);
 }
 
-// Groups of features of one kind that belong to one cluster.
+// Groups of features of one kind that belong to one cluster. They are numbered from 0.
 struct Run {
   const SlabGroup* slabs;
   const Index* corners;
-  Index begin, end;
+  Index n;           // number of groups
+  Index first_slot;  // slot of the first lane of group 0
 
   Run(const ClusterTree::Features& features, Index cluster)
-      : slabs(features.slabs.data()),
-        corners(features.corners.data()),
-        begin(features.group[cluster]),
-        end(features.group[cluster + 1]) {}
+      : slabs(features.slabs.data() + features.first_slab[cluster]),
+        n(features.group[cluster + 1] - features.group[cluster]),
+        first_slot(slab_lanes * features.group[cluster]) {
+    corners =
+        features.corners.data() + static_cast<std::ptrdiff_t>(first_slot) * features.n_corners;
+  }
+  Index slot(Index group, int lane) const { return first_slot + slab_lanes * group + lane; }
 };
 
 // The vertices of one cluster and their boxes.
@@ -130,9 +134,8 @@ struct Side {
 struct Edge {
   Index group;
   Lane box;
+  Index slot;
   std::array<Index, 2> ends;
-
-  Index slot() const { return slab_lanes * group + box.lane; }
 };
 
 // Groups of edges, with a bit mask of the lanes to test in each group.
@@ -164,7 +167,7 @@ LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const Mask
     unsigned found = lanes_bits(meet) & groups.mask[j];
     if (upper && group == own.group) found &= ~((2u << own.box.lane) - 1u);
     for (; found != 0; found &= found - 1)
-      out.emplace_back(own.slot(), slab_lanes * group + __builtin_ctz(found));
+      out.emplace_back(own.slot, run.slot(group, __builtin_ctz(found)));
   }
 }
 
@@ -177,15 +180,15 @@ LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& r
   const Run own = a.edges, other = b.edges;
   const Widening widening(reach);
   const Bounds box_a = widened<Floats>(a.box, widening), box_b = widened<Floats>(b.box, widening);
-  for (Index first = other.begin; first < other.end; first += MaskedGroups::most) {
+  for (Index first = 0; first < other.n; first += MaskedGroups::most) {
     MaskedGroups groups;
-    for (Index j = first; j < std::min(first + MaskedGroups::most, other.end); ++j) {
+    for (Index j = first; j < std::min(first + MaskedGroups::most, other.n); ++j) {
       groups.group[groups.n] = j;
       groups.mask[groups.n] = overlapping_lanes<Floats>(other.slabs[j], box_a);
       groups.n += groups.mask[groups.n] != 0;
     }
     if (groups.n == 0) continue;
-    for (Index i = own.begin; i < own.end; ++i) {
+    for (Index i = 0; i < own.n; ++i) {
       unsigned lanes = overlapping_lanes<Floats>(own.slabs[i], box_b);
       if (lanes == 0) continue;
       SlabGroup wide;
@@ -194,8 +197,9 @@ LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& r
       const Index* const ends = own.corners + i * 2 * slab_lanes;
       for (; lanes != 0; lanes &= lanes - 1) {
         const int lane = __builtin_ctz(lanes);
-        meeting_groups<Floats>(Edge{i, {&boxes, lane}, {ends[lane], ends[slab_lanes + lane]}},
-                               other, groups, upper, out);
+        meeting_groups<Floats>(
+            Edge{i, {&boxes, lane}, own.slot(i, lane), {ends[lane], ends[slab_lanes + lane]}},
+            other, groups, upper, out);
       }
     }
   }
@@ -233,14 +237,14 @@ LOOMSTONE_INLINE void meeting_vertices_faces(const VertexRun& a, const Run& b,
     const PackedSlabs& own = a.boxes[vertex];
     if (!within<Floats>(own, limits)) continue;
     const Bounds box = widened<Floats>(own, widening);
-    for (Index group = b.begin; group < b.end; ++group) {
+    for (Index group = 0; group < b.n; ++group) {
       const auto corner = [&](int l) LOOMSTONE_INLINE_LAMBDA {
         return lanes_load<MaskOf<Floats>>(b.corners + (group * 3 + l) * slab_lanes);
       };
       MaskOf<Floats> meet = (corner(0) != vertex) & (corner(1) != vertex) & (corner(2) != vertex);
       for (int k = 0; k < n_slabs; ++k) meet &= meeting_slab<Floats>(b.slabs[group], box, k);
       for (unsigned found = lanes_bits(meet); found != 0; found &= found - 1)
-        out.emplace_back(vertex, slab_lanes * group + __builtin_ctz(found));
+        out.emplace_back(vertex, b.slot(group, __builtin_ctz(found)));
     }
   }
 }

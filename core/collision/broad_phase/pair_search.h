@@ -66,15 +66,6 @@ class PairSearch {
     }
   }
 
-  // Calls visit(kind, a, b) for every overlapping pair of features below `start`. The ids a and b
-  // are a vertex and a face, or two edges.
-  template <class Visit>
-  void run(const Nodes& start, Visit&& visit) const {
-    Slots slots;
-    const IndexRange all{0, a_->n_clusters()};
-    clusters(start, all, [&](Index a, Index b) { features(a, b, 0.0, slots, visit); });
-  }
-
   // Calls visit(kind, first, second) for each pair of features of clusters a and b that share no
   // vertex and whose boxes are within `reach` [m] of each other.
   template <class Visit>

@@ -14,7 +14,6 @@ SharedRefit::SharedRefit(const CollisionModel& model, BroadPhase& broad_phase,
     : broad_phase_(broad_phase),
       ranks_(ranks),
       surfaces_(model.surfaces.size()),
-      vertices_(model.n_vertices),
       set_(model.n_vertices) {}
 
 bool SharedRefit::other_trees() const {
@@ -51,17 +50,17 @@ void SharedRefit::form(Index surface, const Points& x) {
 
 // Finds the boxes of all clusters of the surfaces `which`.
 void SharedRefit::find_boxes(const Team& team, const std::vector<Index>& which,
-                             const VertexBox& box) {
+                             const VertexBox& box, std::vector<PackedSlabs>& vertices) {
   results_of_ranks(ranks_, [&] {
     for (const Index s : which) {
       const ClusterTree& tree = broad_phase_.tree(s);
       Surface& own = surfaces_[s];
       parallel_for(
           team, static_cast<Index>(own.vertices.size()),
-          [&](Index i) { vertices_[own.vertices[i]] = box(s, own.vertices[i]); }, 1024);
+          [&](Index i) { vertices[own.vertices[i]] = box(s, own.vertices[i]); }, 1024);
       const IndexRange clusters = share(s, ranks_.rank());
       own.boxes.resize(tree.n_slots(), empty_packed());
-      tree.find_boxes(team, vertices_, clusters.begin, clusters.end, own.boxes);
+      tree.find_boxes(team, vertices, clusters.begin, clusters.end, own.boxes);
     }
     return true;
   });
@@ -75,7 +74,8 @@ void SharedRefit::find_boxes(const Team& team, const std::vector<Index>& which,
 }
 
 std::vector<std::uint8_t> SharedRefit::refit(const Team& team, const Points& x,
-                                             const VertexBox& moving, bool may_rebuild) {
+                                             const VertexBox& moving, bool may_rebuild,
+                                             std::vector<PackedSlabs>& vertices) {
   const VertexBox still = [&](Index, Index v) {
     const double* const at = x.data() + 3 * static_cast<std::size_t>(v);
     return packed(slabs_of(at, at, 0.0));
@@ -91,7 +91,7 @@ std::vector<std::uint8_t> SharedRefit::refit(const Team& team, const Points& x,
       find_members(s);
   }
   if (may_rebuild) {
-    find_boxes(team, all, still);
+    find_boxes(team, all, still, vertices);
     for (const Index s : all) {
       const bool is_new = std::find(formed.begin(), formed.end(), s) != formed.end();
       if (is_new || !broad_phase_.tree(s).has_grown(surfaces_[s].boxes, 0.0)) continue;
@@ -99,14 +99,15 @@ std::vector<std::uint8_t> SharedRefit::refit(const Team& team, const Points& x,
     }
   }
   if (!formed.empty()) {
-    find_boxes(team, formed, still);
+    find_boxes(team, formed, still, vertices);
     for (const Index s : formed) broad_phase_.tree(s).set_area(surfaces_[s].boxes, 0.0);
   }
-  find_boxes(team, all, moving);
+  find_boxes(team, all, moving, vertices);
   std::vector<std::uint8_t> changed(surfaces_.size(), 0);
   for (const Index s : all) {
     ClusterTree& tree = broad_phase_.tree(s);
     tree.set_nodes(team, surfaces_[s].boxes);
+    surfaces_[s].boxes = {};
     changed[s] = tree.version() != surfaces_[s].version;
     surfaces_[s].version = tree.version();
   }

@@ -21,21 +21,21 @@ class SharedRefit {
   // Collective. Recomputes the node boxes of all trees from the vertex boxes that `moving` returns.
   // Forms clusters at x in trees without clusters and, if `may_rebuild`, in trees whose boxes at x
   // have grown too much. Returns for each surface 1 if its clusters have changed since the last
-  // call, and 0 otherwise.
+  // call, and 0 otherwise. `vertices` (n) is scratch for vertex boxes.
   std::vector<std::uint8_t> refit(const Team& team, const Points& x, const VertexBox& moving,
-                                  bool may_rebuild);
+                                  bool may_rebuild, std::vector<PackedSlabs>& vertices);
   // Returns whether the clusters of any surface have changed since the last refit().
   bool other_trees() const;
 
   const ClusterMembers& members(Index surface) const { return surfaces_[surface].members; }
-  std::size_t bytes() const { return bytes_of(surfaces_, vertices_, set_); }
+  std::size_t bytes() const { return bytes_of(surfaces_, set_); }
 
  private:
   struct Surface {
     ClusterMembers members;
     int version = 0;                 // version of the tree at the end of the last refit()
     std::vector<Index> vertices;     // vertices of the clusters whose boxes this rank computes
-    std::vector<PackedSlabs> boxes;  // scratch: boxes of all clusters
+    std::vector<PackedSlabs> boxes;  // boxes of all clusters, within refit()
     std::size_t bytes() const { return bytes_of(members, vertices, boxes); }
   };
 
@@ -43,13 +43,13 @@ class SharedRefit {
   IndexRange share(Index surface, int rank) const;
   void form(Index surface, const Points& x);
   void find_members(Index surface);
-  void find_boxes(const Team& team, const std::vector<Index>& which, const VertexBox& box);
+  void find_boxes(const Team& team, const std::vector<Index>& which, const VertexBox& box,
+                  std::vector<PackedSlabs>& vertices);
 
   BroadPhase& broad_phase_;
   const Communicator& ranks_;
   std::vector<Surface> surfaces_;
-  std::vector<PackedSlabs> vertices_;  // scratch: boxes of the vertices in Surface::vertices
-  VertexSet set_;                      // scratch
+  VertexSet set_;  // scratch
 };
 
 }  // namespace loomstone

@@ -44,10 +44,10 @@ double edge_share(const Contact& contact, const Points& x0) {
 
 // Returns the normal interpolated from the vertices of the face, oriented like the flat normal.
 // Returns the flat normal if the interpolation degenerates.
-Vec3 rounded_normal(const Points& normals, const std::array<Index, 4>& v,
+Vec3 rounded_normal(const SmoothNormals& normals, const std::array<Index, 4>& v,
                     const ClosestPair& closest, const Vec3& flat) {
   Vec3 sum = Vec3::Zero();
-  for (int k = 1; k < 4; ++k) sum -= closest.weights[k] * normals.row(v[k]).transpose();
+  for (int k = 1; k < 4; ++k) sum -= closest.weights[k] * normals.of(v[k]).transpose();
   const double length = sum.norm(), along = sum.dot(flat);
   return length > 0.5 && along != 0.0 ? Vec3(sum / std::copysign(length, along)) : flat;
 }
@@ -199,7 +199,7 @@ class ContactFinder {
     std::vector<Contact> contacts;
     contacts.reserve(found.size());
     for (const FoundContact& each : found) contacts.push_back(each.contact(model_, pairs_));
-    if (normals_.rows() > 0) keep_nearest_on_smooth(model_, contacts);
+    if (!normals_.empty()) keep_nearest_on_smooth(model_, contacts);
     return contacts;
   }
 
@@ -212,7 +212,7 @@ class ContactFinder {
   const CollisionModel& model_;
   const std::vector<SurfacePair>& pairs_;
   const Points& x_;
-  const Points& normals_;              // vertex normals of smooth surfaces
+  const SmoothNormals& normals_;
   ContactSelection* const selection_;  // null: this rank keeps all contacts
 };
 

@@ -77,30 +77,28 @@ ContactSelection::ContactSelection(const CollisionModel& model, IndexRange rows)
 
 std::vector<FoundContact> ContactSelection::kept(const CollisionModel& model,
                                                  const Gathered<FoundContact>& found) {
-  const std::size_t n = found.elements.size();
   const bool first_row = rows_.contains(0);
-  std::vector<std::uint8_t> keeps(n, 0);
-  std::vector<Index> grouped;
-  std::size_t n_kept = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const FoundContact& contact = found.elements[i];
+  const auto acts = [&](const FoundContact& contact) {
     const std::array<Index, 4> v = pair_vertices(model, contact.kind, contact.key);
     const std::uint8_t moves = moves_[v[0]] | moves_[v[1]] | moves_[v[2]] | moves_[v[3]];
-    keeps[i] = (moves & WithOwnRow) != 0 || (first_row && moves == 0);
-    n_kept += keeps[i];
-    if (keeps[i] && contact.kind == ContactKind::VertexFace && !group_[v[0]]) {
-      group_[v[0]] = 1;
-      grouped.push_back(v[0]);
-    }
+    return (moves & WithOwnRow) != 0 || (first_row && moves == 0);
+  };
+  std::vector<Index> grouped;
+  for (const FoundContact& contact : found.elements) {
+    if (contact.kind != ContactKind::VertexFace) continue;
+    const Index vertex = first_of(contact.key);
+    if (group_[vertex] || !acts(contact)) continue;
+    group_[vertex] = 1;
+    grouped.push_back(vertex);
   }
   std::vector<const FoundContact*> order;
-  order.reserve(n_kept + n_kept / 8);
+  order.reserve(found.elements.size());
   std::vector<std::size_t> starts = {0};
   for (std::size_t run = 0; run + 1 < found.start.size(); ++run) {
     for (std::size_t i = found.start[run]; i < found.start[run + 1]; ++i) {
       const FoundContact& contact = found.elements[i];
-      if (keeps[i] || (contact.kind == ContactKind::VertexFace && group_[first_of(contact.key)]))
-        order.push_back(&contact);
+      const bool face = contact.kind == ContactKind::VertexFace;
+      if (face ? group_[first_of(contact.key)] != 0 : acts(contact)) order.push_back(&contact);
     }
     starts.push_back(order.size());
   }

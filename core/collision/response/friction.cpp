@@ -1,7 +1,10 @@
 #include "core/collision/response/friction.h"
 
 #include <algorithm>
-#include <tuple>
+#include <cstdint>
+#include <utility>
+
+#include "core/collision/model/feature_pairs.h"
 
 namespace loomstone {
 
@@ -21,18 +24,49 @@ bool neighbours(const CollisionModel& model, ContactKind kind, Index first, Inde
   return false;
 }
 
-bool by_a(const Anchor& x, const Anchor& y) {
-  return std::tie(x.kind, x.a, x.b) < std::tie(y.kind, y.a, y.b);
-}
+bool in_pair_order(const Anchor& x, const Anchor& y) { return pair_order(x) < pair_order(y); }
 
-// Returns the anchors of edge pairs as (second edge, index of the anchor), in ascending order.
-std::vector<std::pair<Index, Index>> by_second_edge(const std::vector<Anchor>& anchors) {
-  std::vector<std::pair<Index, Index>> order;
-  for (std::size_t i = 0; i < anchors.size(); ++i)
-    if (anchors[i].kind == ContactKind::EdgeEdge)
-      order.push_back({anchors[i].b, static_cast<Index>(i)});
-  std::sort(order.begin(), order.end());
-  return order;
+// The anchors of edge pairs as (second edge, index of the anchor), in ascending order. Contains
+// only anchors whose second edge is that of one of the given contacts.
+class BySecondEdge {
+ public:
+  BySecondEdge(const std::vector<Anchor>& anchors, const std::vector<Contact>& contacts,
+               const std::vector<std::size_t>& which, Index n_edges) {
+    std::vector<std::uint8_t> wanted;  // (edges)
+    for (const std::size_t c : which)
+      if (contacts[c].kind == ContactKind::EdgeEdge) {
+        if (wanted.empty()) wanted.resize(n_edges, 0);
+        wanted[contacts[c].b] = 1;
+      }
+    if (wanted.empty()) return;
+    for (std::size_t i = 0; i < anchors.size(); ++i)
+      if (anchors[i].kind == ContactKind::EdgeEdge && wanted[anchors[i].b])
+        order_.push_back({anchors[i].b, static_cast<Index>(i)});
+    std::sort(order_.begin(), order_.end());
+  }
+
+  // Calls use(index of the anchor) for the anchors with a given second edge.
+  template <class Use>
+  void each(Index edge, Use&& use) const {
+    auto i = std::lower_bound(order_.begin(), order_.end(), std::pair<Index, Index>(edge, -1));
+    for (; i != order_.end() && i->first == edge; ++i) use(i->second);
+  }
+
+ private:
+  std::vector<std::pair<Index, Index>> order_;
+};
+
+// Returns the anchor of each contact, or null if the contact has none. Both are sorted by pairs.
+std::vector<const Anchor*> own_anchors(const std::vector<Contact>& contacts,
+                                       const std::vector<Anchor>& anchors) {
+  std::vector<const Anchor*> found(contacts.size(), nullptr);
+  auto next = anchors.begin();
+  for (std::size_t c = 0; c < contacts.size() && next != anchors.end(); ++c) {
+    const std::uint64_t place = pair_order(contacts[c]);
+    while (next != anchors.end() && pair_order(*next) < place) ++next;
+    if (next != anchors.end() && pair_order(*next) == place) found[c] = &*next;
+  }
+  return found;
 }
 
 }  // namespace
@@ -79,36 +113,28 @@ std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const Col
   const std::vector<Anchor>& anchors = state.anchors;
   std::vector<Vec3> slips(contacts.size(), Vec3::Zero());
   if (anchors.empty()) return slips;
-  std::vector<std::pair<Index, Index>> turned;  // built when first needed
-  auto exact = anchors.begin();  // both lists are sorted, so one pass finds equal pairs
-  for (std::size_t c = 0; c < contacts.size(); ++c) {
+  std::vector<const Anchor*> found = own_anchors(contacts, anchors);
+  std::vector<std::size_t> others;  // contacts without an anchor
+  for (std::size_t c = 0; c < contacts.size(); ++c)
+    if (!found[c]) others.push_back(c);
+  const BySecondEdge turned(anchors, contacts, others, model.edges.rows());
+  for (const std::size_t c : others) {
     const Contact& contact = contacts[c];
-    const Anchor key{contact.kind, contact.a, contact.b, Vec3::Zero(), 0.0};
-    while (exact != anchors.end() && by_a(*exact, key)) ++exact;
-    const Anchor* found = nullptr;
-    if (exact != anchors.end() && !by_a(key, *exact)) {
-      found = &*exact;
-    } else {
-      // Selects the neighbour with the largest normal force, or the first of several such
-      // neighbours.
-      const auto consider = [&](const Anchor& anchor, Index theirs, Index ours) {
-        if (found && anchor.normal_force <= found->normal_force) return;
-        if (neighbours(model, contact.kind, theirs, ours)) found = &anchor;
-      };
-      const Anchor first{contact.kind, contact.a, -1, Vec3::Zero(), 0.0};
-      auto from = std::lower_bound(anchors.begin(), anchors.end(), first, by_a);
-      for (; from != anchors.end() && from->kind == contact.kind && from->a == contact.a; ++from)
-        consider(*from, from->b, contact.b);
-      if (contact.kind == ContactKind::EdgeEdge) {
-        if (turned.empty()) turned = by_second_edge(anchors);
-        auto other =
-            std::lower_bound(turned.begin(), turned.end(), std::pair<Index, Index>(contact.b, -1));
-        for (; other != turned.end() && other->first == contact.b; ++other)
-          consider(anchors[other->second], anchors[other->second].a, contact.a);
-      }
-    }
-    if (found) slips[c] = found->slip - contact.normal * contact.normal.dot(found->slip);
+    // Selects the neighbour with the largest normal force, or the first of several such neighbours.
+    const auto consider = [&](const Anchor& anchor, Index theirs, Index ours) {
+      if (found[c] && anchor.normal_force <= found[c]->normal_force) return;
+      if (neighbours(model, contact.kind, theirs, ours)) found[c] = &anchor;
+    };
+    const Anchor first{contact.kind, contact.a, 0, Vec3::Zero(), 0.0};
+    auto from = std::lower_bound(anchors.begin(), anchors.end(), first, in_pair_order);
+    for (; from != anchors.end() && from->kind == contact.kind && from->a == contact.a; ++from)
+      consider(*from, from->b, contact.b);
+    if (contact.kind == ContactKind::EdgeEdge)
+      turned.each(contact.b, [&](Index i) { consider(anchors[i], anchors[i].a, contact.a); });
   }
+  for (std::size_t c = 0; c < contacts.size(); ++c)
+    if (const Anchor* const anchor = found[c])
+      slips[c] = anchor->slip - contacts[c].normal * contacts[c].normal.dot(anchor->slip);
   return slips;
 }
 

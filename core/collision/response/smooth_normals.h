@@ -9,12 +9,16 @@ namespace loomstone {
 
 class SmoothNormals {
  public:
-  // Returns area-weighted unit vertex normals of smooth surfaces at x. Rows of other vertices are
-  // unused. Without smooth surfaces, there are no rows. The reference is valid until the next call.
-  const Points& at(const CollisionModel& model, const Points& x);
+  // Finds the area-weighted unit vertex normals of smooth surfaces at x, and returns this object.
+  const SmoothNormals& at(const CollisionModel& model, const Points& x);
+  bool empty() const { return normals_.rows() == 0; }  // there is no smooth surface
+  // Returns the normal of a vertex of a smooth surface.
+  auto of(Index vertex) const { return normals_.row(vertex - first_); }
   std::size_t bytes() const { return bytes_of(x_, normals_); }
 
  private:
+  // Both tables begin with the first vertex of a smooth surface.
+  Index first_ = 0;
   Points x_;  // positions for which the normals were computed [m]
   Points normals_;
 };

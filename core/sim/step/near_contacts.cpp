@@ -10,6 +10,8 @@ namespace loomstone {
 
 namespace {
 
+// Sets near.v0 and near.last_change. In rows of cloth, they are needed for the vertices of contacts
+// only, unless there are events or a tangle.
 void expect_motion(const StepContext& part, const Loads& loads, const State& state,
                    const Engines& engines, NearContacts& near) {
   const Model& model = engines.model;
@@ -18,13 +20,21 @@ void expect_motion(const StepContext& part, const Loads& loads, const State& sta
   near.last_change.resize(loads.x0.rows(), 3);
   const bool has_change = state.cloth.last_change.rows() == model.n_rows();
   const double scale = state.cloth.change_scale(part.h);
-  parallel_for(engines.team, n, [&](Index i) {
+  const auto expect = [&](Index i) {
     near.v0.row(i) = state.cloth.v.row(i);
     if (model.cloth.prescribed[i])
       near.v0.row(i) = (loads.target.row(i) - loads.x0.row(i)) / part.h;
     near.last_change.row(i).setZero();
     if (has_change) near.last_change.row(i) = scale * state.cloth.last_change.row(i);
-  });
+  };
+  if (engines.event_contacts || !near.tangle.empty() ||
+      4 * near.contacts.size() > static_cast<std::size_t>(n)) {
+    parallel_for(engines.team, n, expect);
+  } else {
+    for (const Contact& contact : near.contacts)
+      for (const Index vertex : contact.vertices)
+        if (vertex < n) expect(vertex);
+  }
   near.last_change.bottomRows(loads.x0.rows() - n).setZero();
   for (std::size_t b = 0; b < model.bodies.size(); ++b)
     for (Index i = 0; i < model.bodies[b].local.rows(); ++i) {

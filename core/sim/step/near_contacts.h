@@ -26,11 +26,13 @@ struct NearContacts {
   ContactTerms contact_terms;  // evaluates the terms of contacts during the solve
   double energy = 0.0;         // of all contacts at the start, known after certification [J]
   Tangle tangle;               // intersections at the start
-  // (vertices x 3) predicted velocities of all collision vertices [m/s]. They are set only if the
-  // solve includes contacts or the integrator handles them at events.
+  // (vertices x 3) predicted velocities of collision vertices [m/s]. They are set only if the solve
+  // includes contacts or the integrator handles them at events. Those of cloth vertices without
+  // contacts may not be set.
   Points v0;
-  // (vertices x 3) change of velocity in the last part, scaled to the length of this part [m/s].
-  // Contact terms assume this change in this part, which reduces the lag of sliding contacts.
+  // (vertices x 3) change of velocity in the last part, scaled to the length of this part, set like
+  // v0 [m/s]. Contact terms assume this change in this part, which reduces the lag of sliding
+  // contacts.
   Points last_change;
   GatherRoom work_room;
 };

@@ -110,3 +110,39 @@ TEST_CASE("a tree built at other positions finds the same pairs") {
     }
   }
 }
+
+TEST_CASE("ranks that share a search find each pair once, and refit only what they compare") {
+  const TestScene scene = make_scene(
+      {{grid_cells(0.3, 0.3, 40, 40)}, {grid_cells(0.2, 0.2, 30, 30).moved(Vec3(0.05, 0, 0.002))}});
+  const std::vector<SurfacePair> pairs = surface_pairs(scene.model);
+  const Points x0 = shaken(scene.x, 0.005, 41), x1 = shaken(x0, 0.002, 42);
+  const auto keep = [](ContactKind, std::vector<PairKey>&) {};  // keeps all pairs
+  BroadPhase whole(scene.model, pairs);
+  // All surface pairs; then those of different surfaces, without self-collisions.
+  for (const bool self : {true, false}) {
+    std::vector<Index> which;
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      if (self || pairs[i].a != pairs[i].b) which.push_back(static_cast<Index>(i));
+    std::vector<FeaturePairs> all, part, joined(pairs.size());
+    whole.swept_pairs(Team{1}, {x0, x1, 1e-4}, which, keep, all);
+    const int n_ranks = 7;
+    for (int rank = 0; rank < n_ranks; ++rank) {
+      BroadPhase own(scene.model, pairs, {rank, n_ranks});
+      own.swept_pairs(Team{2}, {x0, x1, 1e-4}, which, keep, part);
+      if (self) CHECK(own.bytes() < whole.bytes());
+      for (const Index i : which) {
+        joined[i].vertex_face.insert(joined[i].vertex_face.end(), part[i].vertex_face.begin(),
+                                     part[i].vertex_face.end());
+        joined[i].edge_edge.insert(joined[i].edge_edge.end(), part[i].edge_edge.begin(),
+                                   part[i].edge_edge.end());
+      }
+    }
+    for (const Index i : which) {
+      std::sort(joined[i].vertex_face.begin(), joined[i].vertex_face.end());
+      std::sort(joined[i].edge_edge.begin(), joined[i].edge_edge.end());
+      CHECK(joined[i].vertex_face == all[i].vertex_face);
+      CHECK(joined[i].edge_edge == all[i].edge_edge);
+      CHECK(all[i].vertex_face.size() + all[i].edge_edge.size() > 1000);
+    }
+  }
+}
