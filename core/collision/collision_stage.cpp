@@ -20,15 +20,6 @@ namespace loomstone {
 // to move. Plates whose gap closed to a twentieth of the thickness in one step needed up to ten.
 constexpr int clean_up_rounds = 10;
 
-namespace {
-
-// Compares pairs by kind, then by a and b.
-constexpr auto in_pair_order = [](const auto& a, const auto& b) {
-  return pair_order(a) < pair_order(b);
-};
-
-}  // namespace
-
 struct CollisionStage::Data {
   Data(const CollisionModel& given, Decomposition decomposition,
        std::shared_ptr<const Communicator> shared_by)
@@ -179,7 +170,7 @@ const std::vector<Contact>& CollisionStage::all_contacts(const Team& team, const
   if (!d.selection || !d.all_know(x0)) return proximity_alone(team, x0, tangle);
   const std::vector<Contact> own =
       d.counted(tangle.empty() ? d.known.contacts : d.without_ignored(d.known.contacts, tangle));
-  d.returned.contacts = merged(gather_from_ranks(d.ranks, [&] { return own; }), in_pair_order);
+  d.returned.contacts = merged(gather_from_ranks(d.ranks, [&] { return own; }), place_of_pair);
   d.returned.all = totals_of(d.model, d.returned.contacts);
   d.totals = &d.returned.all;
   return d.returned.contacts;
@@ -255,7 +246,7 @@ double CollisionStage::update_anchors(const std::vector<Contact>& contacts,
     energy = made.energy();
     return made.anchors(d.model, contacts, x0, x1);
   });
-  state.anchors = merged(std::move(all.gathered), in_pair_order);
+  state.anchors = merged(std::move(all.gathered), place_of_pair);
   BinnedSum energy;
   for (const BinnedSum& of_rank : all.notes) energy.add(of_rank);
   return energy.value();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -44,23 +45,33 @@ std::vector<std::size_t> ascending_runs(const std::vector<Element>& elements) {
   return starts;
 }
 
+// An element, and a number that determines its place among others.
+template <class Element>
+struct Placed {
+  std::uint64_t place;
+  const Element* element;
+};
+
+inline constexpr auto by_place = [](const auto& a, const auto& b) { return a.place < b.place; };
+
 // Returns copies of elements in the given order.
 template <class Element>
-std::vector<Element> copies(const std::vector<const Element*>& order) {
+std::vector<Element> copies(const std::vector<Placed<Element>>& order) {
   std::vector<Element> copied;
   copied.reserve(order.size());
-  for (const Element* const element : order) copied.push_back(*element);
+  for (const Placed<Element>& each : order) copied.push_back(*each.element);
   return copied;
 }
 
-// Returns the elements of all ranks in order. Those of each rank must be sorted.
-template <class Element, class Before>
-std::vector<Element> merged(Gathered<Element> all, Before before) {
+// Returns the elements of all ranks in ascending order of `place_of(element)`. Those of each rank
+// must be sorted.
+template <class Element, class PlaceOf>
+std::vector<Element> merged(Gathered<Element> all, PlaceOf place_of) {
   if (all.start.size() <= 2) return std::move(all.elements);
-  std::vector<const Element*> order;
+  std::vector<Placed<Element>> order;
   order.reserve(all.elements.size());
-  for (const Element& element : all.elements) order.push_back(&element);
-  merge_runs(order, all.start, [&](const Element* a, const Element* b) { return before(*a, *b); });
+  for (const Element& element : all.elements) order.push_back({place_of(element), &element});
+  merge_runs(order, all.start, by_place);
   return copies(order);
 }
 

@@ -39,6 +39,9 @@ std::uint64_t pair_order(const Pair& pair) {
   return pair_order(pair.kind, pair_key(pair.a, pair.b));
 }
 
+// pair_order() as a function object.
+inline constexpr auto place_of_pair = [](const auto& pair) { return pair_order(pair); };
+
 struct FeaturePairs {  // both lists in ascending order
   std::vector<PairKey> vertex_face, edge_edge;
 };

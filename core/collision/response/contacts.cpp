@@ -172,7 +172,7 @@ class ContactFinder {
   // Returns the contacts of all ranks that exert forces and that this rank keeps, and the totals of
   // all contacts. The contacts of each rank must be sorted.
   ContactSet finish(Gathered<FoundContact> found) const {
-    if (!selection_) return whole(merged(std::move(found), before));
+    if (!selection_) return whole(merged(std::move(found), place_of_pair));
     return {chosen(selection_->kept(model_, found)),
             selection_->totals(model_, pairs_, found.elements)};
   }

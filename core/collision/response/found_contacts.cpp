@@ -29,11 +29,10 @@ Contact FoundContact::contact(const CollisionModel& model,
 }
 
 std::vector<FoundContact> in_order(const std::vector<FoundContact>& contacts) {
-  std::vector<const FoundContact*> order;
+  std::vector<Placed<FoundContact>> order;
   order.reserve(contacts.size());
-  for (const FoundContact& contact : contacts) order.push_back(&contact);
-  std::sort(order.begin(), order.end(),
-            [](const FoundContact* a, const FoundContact* b) { return before(*a, *b); });
+  for (const FoundContact& contact : contacts) order.push_back({pair_order(contact), &contact});
+  std::sort(order.begin(), order.end(), by_place);
   return copies(order);
 }
 
@@ -91,20 +90,20 @@ std::vector<FoundContact> ContactSelection::kept(const CollisionModel& model,
     group_[vertex] = 1;
     grouped.push_back(vertex);
   }
-  std::vector<const FoundContact*> order;
+  std::vector<Placed<FoundContact>> order;
   order.reserve(found.elements.size());
   std::vector<std::size_t> starts = {0};
   for (std::size_t run = 0; run + 1 < found.start.size(); ++run) {
     for (std::size_t i = found.start[run]; i < found.start[run + 1]; ++i) {
       const FoundContact& contact = found.elements[i];
       const bool face = contact.kind == ContactKind::VertexFace;
-      if (face ? group_[first_of(contact.key)] != 0 : acts(contact)) order.push_back(&contact);
+      if (face ? group_[first_of(contact.key)] != 0 : acts(contact))
+        order.push_back({pair_order(contact), &contact});
     }
     starts.push_back(order.size());
   }
   for (const Index vertex : grouped) group_[vertex] = 0;
-  merge_runs(order, std::move(starts),
-             [](const FoundContact* a, const FoundContact* b) { return before(*a, *b); });
+  merge_runs(order, std::move(starts), by_place);
   return copies(order);
 }
 

@@ -26,8 +26,8 @@ struct FoundContact {
   Contact contact(const CollisionModel& model, const std::vector<SurfacePair>& pairs) const;
 };
 
-inline bool before(const FoundContact& a, const FoundContact& b) {
-  return pair_order(a.kind, a.key) < pair_order(b.kind, b.key);
+inline std::uint64_t pair_order(const FoundContact& contact) {
+  return pair_order(contact.kind, contact.key);
 }
 
 // Returns the contacts sorted by (kind, a, b).
