@@ -85,7 +85,7 @@ def test_a_grip_moves_a_body_and_keeps_it_there():
     grip = Holder(made, sim).hold(sim, "body", 0, (0, 0, 0.3))
     assert isinstance(grip, BodyGrip)
     grip.goal = np.array([0.2, 0.1, 0.4])
-    lead(sim, grip, 2.0)
+    lead(sim, grip, 3.0)
     assert np.linalg.norm(sim.body_centres[0] - grip.goal) < 1e-3
     grip.release(sim)
     np.testing.assert_array_equal(sim.external_body_forces, wind)
