@@ -91,19 +91,19 @@ bool BroadPhase::compares_all(const std::vector<Index>& which) const {
 // Refits a tree, or only its nodes if the search refits the features that it compares.
 void BroadPhase::refit(const Team& team, Index s, const Sweep& sweep, bool features) {
   const CollisionSurface& surface = model_.surfaces[s];
-  vertex_boxes();
+  std::vector<PackedSlabs>& boxes = vertex_boxes();
   parallel_for(
       team, surface.n_vertices,
       [&](Index i) {
         const std::size_t v = surface.first_vertex + i;
-        vertex_slabs_[v] =
+        boxes[v] =
             packed(slabs_of(sweep.x0.data() + 3 * v, sweep.x1.data() + 3 * v, sweep.inflation));
       },
       2048);
   if (features)
-    trees_[s].refit(team, sweep.x0, vertex_slabs_, sweep.inflation, sweep.may_rebuild);
+    trees_[s].refit(team, sweep.x0, boxes, sweep.inflation, sweep.may_rebuild);
   else
-    trees_[s].refit_nodes(team, sweep.x0, vertex_slabs_, sweep.inflation, sweep.may_rebuild);
+    trees_[s].refit_nodes(team, sweep.x0, boxes, sweep.inflation, sweep.may_rebuild);
 }
 
 std::vector<PackedSlabs>& BroadPhase::vertex_boxes() {

@@ -334,15 +334,13 @@ void ClusterTree::refit_nodes(const Team& team, const Points& x,
                               bool may_rebuild) {
   if (empty()) return;
   std::vector<PackedSlabs> boxes(n_slots(), empty_packed());
-  const bool is_new = !formed();
-  if (is_new) form(x);
-  find_boxes(team, vertices, 0, n_clusters_, boxes);
-  const bool grown = !is_new && may_rebuild && has_grown(boxes, inflation);
-  if (grown) {
+  const auto find = [&] { find_boxes(team, vertices, 0, n_clusters_, boxes); };
+  if (formed()) find();
+  if (!formed() || (may_rebuild && has_grown(boxes, inflation))) {
     form(x);
-    find_boxes(team, vertices, 0, n_clusters_, boxes);
+    find();
+    set_area(boxes, inflation);
   }
-  if (is_new || grown) set_area(boxes, inflation);
   set_nodes(team, boxes);
 }
 
