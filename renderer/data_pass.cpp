@@ -96,7 +96,7 @@ SurfaceImages DataPass::read(const View& view) const {
   images.normal.reserve(3 * width * height);
   images.id.reserve(width * height);
   const Eigen::Matrix3f to_world = view.view().topLeftCorner<3, 3>().transpose();
-  for (std::size_t row = height; row-- > 0;) {  // OpenGL stores rows from the bottom
+  for (std::size_t row = height; row-- > 0;) {  // OpenGL returns rows from the bottom up
     for (std::size_t at = row * width; at < (row + 1) * width; ++at) {
       const std::int32_t id = static_cast<std::int32_t>(number[at]);
       const Eigen::Vector3f normal = to_world * Eigen::Vector3f(&surface[4 * at]);

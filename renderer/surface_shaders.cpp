@@ -211,8 +211,8 @@ float hash(vec2 p) {
 }
 
 // Brightness of a plain weave. At each crossing, the upper thread is darker at its sides and at its
-// ends. The mean is 1, and the pattern fades to that mean where threads are narrower than two
-// pixels.
+// ends. The mean is 1. The pattern fades to that mean as the width of the threads falls from 4.5 to
+// 2 pixels.
 float crossings(vec2 t, float pixel) {
   float strength = 1.0 - smoothstep(0.22, 0.5, pixel);
   if (strength == 0.0) return 1.0;

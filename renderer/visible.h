@@ -10,8 +10,8 @@
 
 namespace loomstone {
 
-// Returns the topology without the triangles of hidden bodies. Their vertices remain, so that
-// frames still match it. Hidden floors no longer count as floors.
+// Returns the topology without the triangles of hidden bodies and obstacles. Their vertices remain,
+// so that frames still match it. Hidden floors no longer count as floors.
 FrameTopology shown(const FrameTopology& topology, const RenderOptions& options);
 
 // Returns the vertices of the bodies' triangles, without those of floors, in ascending order.

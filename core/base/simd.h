@@ -27,8 +27,8 @@ using FloatLanes =
     std::conditional_t<std::is_same_v<Lanes, Lanes128>, Halves<HalfFloats>, Floats256>;
 
 enum class InstructionSet { baseline, v3, v4 };
-// The widest of these instruction sets that the processor supports. The environment variable
-// LOOMSTONE_INSTRUCTIONS can restrict it to x86-64 or x86-64-v3.
+// The widest of these instruction sets that the build and the processor support. The environment
+// variable LOOMSTONE_INSTRUCTIONS can restrict it to x86-64 or x86-64-v3.
 extern const InstructionSet instruction_set;
 // Throws InvalidInput if the environment variable LOOMSTONE_INSTRUCTIONS has an unknown value.
 void check_instruction_set();
@@ -110,7 +110,8 @@ LOOMSTONE_INLINE void lanes_store(Number* p, const Lanes& a) {
     __builtin_memcpy(p, &a, sizeof(Lanes));
 }
 
-// Returns a vector whose lane l contains value(l). The function `value` is inlined.
+// Returns a vector whose lane l contains value(first + l). Callers leave `first` at 0, and mark
+// `value` with LOOMSTONE_INLINE_LAMBDA.
 template <class Lanes, class Value>
 LOOMSTONE_INLINE Lanes lanes_of(const Value& value, int first = 0) {
   if constexpr (in_halves<Lanes>) {

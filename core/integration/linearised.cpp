@@ -22,7 +22,7 @@ namespace {
 
 // Relative error of friction that is accepted without a second solve. Our choice: with this value,
 // sliding sheets need a second solve when they start to slide and when contacts change, but not in
-// steady sliding or at rest. One second solve is enough for the documented accuracy of friction.
+// steady sliding or at rest. There is no third solve.
 constexpr double friction_tolerance = 0.1;
 // Tolerance of the first solve, which predicts the motion of contacts. Our choice: friction may
 // have an error of a tenth, so a tolerance of a hundredth is accurate enough. A drape of 14,450

@@ -50,8 +50,8 @@ LOOMSTONE_INLINE double smoothed_dots(Index first, Index last, const float* r, c
   return quad_sum(sum);
 }
 
-// Calls body(first, last) on ranges that consist of whole chunks of [begin, end). Only the last
-// chunk may be shorter.
+// Divides [begin, end) into chunks, of which only the last may be shorter, and calls
+// body(first, last) on ranges of whole chunks.
 template <class Body>
 void in_chunks(const Team& team, Index begin, Index end, Index chunk, Body&& body,
                Index least_a_task = chunks_a_task) {

@@ -49,7 +49,8 @@ class Preconditioner {
   bool has_correction() const { return uses_levels_; }
   // Returns the correction to add to z, with four numbers per slot, or null if there is none.
   const float* correction() const { return uses_levels_ ? levels_.correction() : nullptr; }
-  const Index* slots() const { return slots_.data(); }  // (slices x 8) slots of the correction
+  // (slices x 8) slot of each row in correction().
+  const Index* slots() const { return slots_.data(); }
 
   // Sums the residual r of slices [first, last) into the residual of the coarse levels. The slices
   // must form one block of rows.

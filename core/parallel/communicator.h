@@ -18,7 +18,7 @@ namespace loomstone {
 
 // Communication of a rank since its communicator was made.
 struct Traffic {
-  double waiting = 0.0;         // time spent in communication [s]
+  double waiting = 0.0;         // time spent waiting for other ranks [s]
   std::int64_t bytes = 0;       // data that this rank sent or contributed [bytes]
   std::int64_t operations = 0;  // number of collective operations, including exchanges of halos
 };

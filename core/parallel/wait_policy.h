@@ -5,8 +5,8 @@
 
 namespace loomstone {
 
-// Returns true if waiting threads sleep at once (OMP_WAIT_POLICY=passive). Every parallel loop then
-// takes about 40 us longer.
+// Returns whether OMP_WAIT_POLICY is passive. Waiting threads then sleep at once, and every
+// parallel loop takes about 40 us longer.
 bool threads_sleep();
 
 }  // namespace loomstone

@@ -61,7 +61,7 @@ TEST_CASE(
     CHECK(stretch_error(mesh, t, corners) < rounding * 10);
     for (int c = 1; c < 3; ++c) {
       const Vec2 expected = (uv.row(mesh.triangles()(t, c)) - uv.row(mesh.triangles()(t, 0))) / 5.0;
-      // Slivers amplify rounding slightly.
+      // The direction of weft comes from differences of coordinates, which amplify rounding.
       CHECK((Vec2(corners.row(c) - corners.row(0)) - expected).norm() < 1e-12);
     }
   }

@@ -118,7 +118,7 @@ TEST_CASE("the parts of the memory add up to what the simulation has allocated")
   const double used = allocated() - before;
   CAPTURE(counted, used);
   // The parts add up to 0.97 of what is allocated. Small objects and the copy of the scene are not
-  // counted. Nothing can be counted that is not allocated.
+  // counted. All that is counted has been allocated.
   CHECK(counted > 0.95 * used);
   CHECK(counted <= used);
 }

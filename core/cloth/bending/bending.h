@@ -98,7 +98,7 @@ class Bending {
   // Number of hinges that exert no force because one of their triangles has zero area at x.
   virtual Index degenerate_hinges(const Team& team, const Points& x) const = 0;
 
-  virtual std::size_t bytes() const = 0;  // memory of tables and scratch memory [bytes]
+  virtual std::size_t bytes() const = 0;  // size of the tables and of the scratch memory [bytes]
 };
 
 // The hinge element of [Thomaszewski2010] with the stiffness k = 4 B for flexural rigidity B.

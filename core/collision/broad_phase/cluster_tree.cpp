@@ -125,8 +125,8 @@ double area(const PackedSlabs& s, double inflation) {
   return side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
 }
 
-// Orders items so that each node is compact: bisects them recursively along the longest axis. The
-// first half of each bisection fills whole nodes.
+// Orders items so that each node is compact: bisects them recursively along the longest axis of
+// the box around their centres. The first half of each bisection fills whole nodes.
 void order_by_halves(const Points& centres, Index* items, Index n) {
   if (n <= slab_lanes) return;
   Eigen::RowVector3d low = centres.row(items[0]), high = low;

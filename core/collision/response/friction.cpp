@@ -56,7 +56,8 @@ class BySecondEdge {
   std::vector<std::pair<Index, Index>> order_;
 };
 
-// Returns the anchor of each contact, or null if the contact has none. Both are sorted by pairs.
+// Returns the anchor of each contact, or null if the contact has none. `contacts` and `anchors`
+// are sorted by pairs.
 std::vector<const Anchor*> own_anchors(const std::vector<Contact>& contacts,
                                        const std::vector<Anchor>& anchors) {
   std::vector<const Anchor*> found(contacts.size(), nullptr);

@@ -71,9 +71,9 @@ struct GridPair {
 // multiplied by weights of up to 3.6.
 std::vector<GridPair> interacting_grids(const PanelSet& one, const PanelSet& other);
 
-// For each cluster of `on`, `far` lists the clusters of `by` with which it interacts by nodes. For
-// each leaf of `on`, `near` lists the leaves of `by` with which it interacts panel by panel. `pose`
-// is the pose of `on` in the axes of `by`.
+// For each cluster of `on`, `far` lists the clusters of `by` with which it interacts through
+// Chebyshev nodes. For each leaf of `on`, `near` lists the leaves of `by` with which it interacts
+// panel by panel. `pose` is the pose of `on` in the axes of `by`.
 struct ClusterPairs {
   std::vector<std::vector<Index>> far, near;
   ClusterPairs(const PanelClusters& on, const RigidPose& pose, const PanelClusters& by);

@@ -110,8 +110,9 @@ int sphere_degree(double radius, double distance, double tolerance) {
 }
 
 int sphere_degree(double radius, double other, double distance, double tolerance) {
-  // The series of repeated images converges at a rate given by the bispherical coordinate of the
-  // surface.
+  // Repeated images accumulate at the distance radius exp(-eta) from the centre of this sphere,
+  // where eta = acosh(cosine) is the bispherical coordinate of its surface. Terms of degree l
+  // therefore decay as exp(-2 eta l).
   const double cosine =
       (distance * distance + radius * radius - other * other) / (2.0 * radius * distance);
   return degree_of(std::max(2.0 * std::acosh(std::max(cosine, 1.0)), 1e-3), tolerance);

@@ -89,7 +89,7 @@ struct Obstacle {
   std::vector<double> times;  // times of keyframes, ascending [s]
   Points positions;           // (times x 3) positions of the mesh's origin [m]
   Points axis_angles;         // (times x 3) rotation vectors [rad]; empty: no rotation
-  Points vertex_positions;    // (times * n x 3) vertex positions that replace keyframes [m]
+  Points vertex_positions;    // (times * n x 3) vertex positions [m], in place of keyframes
   bool floor = false;         // rendered as ground
   std::optional<Look> look;
 

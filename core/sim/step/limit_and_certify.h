@@ -14,9 +14,10 @@ namespace loomstone {
 
 struct Certified {
   PartResult result;
-  bool moved = false;                 // limiting or certification moved cloth
-  double limited = 0.0;               // energy that limiting removed from cloth [J]
-  std::optional<LimitReport> limits;  // after limiting; empty if vertices may have moved since
+  bool moved = false;    // limiting or certification moved cloth
+  double limited = 0.0;  // energy that limiting removed from cloth [J]
+  // After limiting; empty without a limiter or if vertices may have moved since.
+  std::optional<LimitReport> limits;
 };
 
 Certified limit_and_certify(const StepContext& part, const Loads& loads, NearContacts& near,

@@ -14,8 +14,8 @@ from .surfaces import Surface, overlapping_pairs
 __all__ = ["of_magnets"]
 
 # A magnet may protrude from the mesh of its body by this fraction of its own size without a
-# warning. The value is our choice. If a body has few facets, a round magnet of the same radius
-# protrudes slightly from it.
+# warning, because a round magnet with the radius of its body protrudes slightly from a mesh with
+# few facets. The value is our choice.
 REACH = 0.1
 # Largest number of points of a magnet that are compared with the mesh of its body.
 MOST_TESTED = 200

@@ -62,7 +62,7 @@ Results results(const TestScene& scene, const std::shared_ptr<const Communicator
   CollisionStage stage(scene.model, Decomposition::Predicted, ranks);
   const Index n = scene.model.surfaces[2].first_vertex;
   IndexRange own = even_share(n, ranks->rank(), ranks->size());
-  // With eight ranks, those with an odd number have no rows.
+  // If there are eight ranks, ranks 1, 3, 5 and 7 have no rows.
   if (ranks->size() == 8) own = even_share(n, ranks->rank() / 2, 4);
   if (ranks->size() == 8 && ranks->rank() % 2 == 1) own.begin = own.end;
   if (ranks->size() > 1) stage.divide(own);

@@ -1,0 +1,98 @@
+"""Measures how many of the pairs that the broad phase finds are culled in an asynchronous step.
+
+    python tests/benchmarks/culling.py --intervals 2.5e-3 1e-3
+
+The scene `ribbon` runs once for each interval. At each sample, the rows show the number of pairs of
+features whose 18-DOPs overlap over the next interval (overlap), those that come within reach of
+each other (reach), those that are registered for events (registered), and the part of the first
+that is not registered (culled). The 18-DOPs enclose the motion that the search assumes: 1.5 times
+the velocity, with the allowance for velocities that change. "constant" counts the pairs whose
+18-DOPs overlap at constant velocity, without the allowance. The last row has the sums. The exit
+status is 1 if less than half of the overlapping pairs are culled in total, which is what
+[Thomaszewski2010], figure 4.5, reports for its ribbon.
+"""
+
+from __future__ import annotations
+
+import argparse
+import warnings
+
+import loomstone as ls
+import numpy as np
+from loomstone.runs.scene_file import SceneFile
+from smoke import SCENES, parsed
+
+COLUMNS = ("overlap", "constant", "reach", "registered")
+FASTER = 1.5  # assumed speed, in parts of the speed at the start (core/collision/approach_bounds.h)
+
+
+def allowance(step: float) -> float:
+    """Returns the distance that velocities which change may add in a step [m]."""
+    return min(0.3 * step, 60.0 * step**2)
+
+
+def edges_of(triangles: np.ndarray) -> np.ndarray:
+    return np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)), axis=0)
+
+
+def overlapping(sim: ls.Simulation, step: float, factor: float, margin: float) -> int:
+    """Counts the pairs with a vertex of cloth whose 18-DOPs overlap over the next step."""
+    frame, topology = sim.frame(), sim.topology
+    x = np.vstack([frame.positions, frame.body_vertices])
+    n_cloth = len(frame.positions)
+    triangles = np.vstack([topology.triangles, topology.body_triangles + n_cloth])
+    v = np.vstack([sim.velocities, np.zeros((len(x) - n_cloth, 3))])  # obstacles are at rest
+    vertex_face, edge_edge = ls.collision.candidates(
+        x, x + factor * step * v, triangles, 0.5 * margin, threads=1
+    )
+    of_cloth = (vertex_face[:, 0] < n_cloth) | (triangles[vertex_face[:, 1], 0] < n_cloth)
+    edges_of_cloth = (edges_of(triangles)[edge_edge, 0] < n_cloth).any(axis=1)
+    return int(of_cloth.sum() + edges_of_cloth.sum())
+
+
+def measure(scene: ls.Scene, step: float, times: np.ndarray) -> np.ndarray:
+    """Prints a row for each of the times [s]. Returns the sums of the columns."""
+    mesh = scene.cloths[0].mesh
+    sides = np.diff(mesh.vertices[mesh.triangles][:, [0, 1, 2, 0]], axis=1)
+    thickness = 0.1 * np.linalg.norm(sides, axis=2).mean()  # the default of Cloth
+    sim = ls.Simulation(scene, integrator=ls.Asynchronous(step=step), threads=1)
+    rows = []
+    for at in times:
+        while sim.time < at - 0.5 * step:
+            sim.step()
+        overlap = overlapping(sim, step, FASTER, thickness + allowance(step))
+        constant = overlapping(sim, step, 1.0, thickness)
+        sim.step()
+        contacts = sim.report.contacts
+        rows.append((overlap, constant, contacts.candidates, contacts.registered))
+        show(f"{step:<9g} {at:6.2f}", rows[-1])
+    return np.sum(rows, axis=0)
+
+
+def show(name: str, row: tuple[int, ...] | np.ndarray) -> None:
+    culled = 1.0 - row[3] / max(row[0], 1)
+    print(f"{name:16}" + "".join(f" {n:11}" for n in row) + f" {culled:8.2f}", flush=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--triangles", type=int, default=8000)
+    parser.add_argument("--intervals", type=float, nargs="+", default=[2.5e-3, 1e-3], help="[s]")
+    parser.add_argument("--duration", type=float, default=5.0, help="[s]")
+    parser.add_argument("--every", type=float, default=0.1, help="time between samples [s]")
+    options = parsed(parser, triangles=400, intervals=[2.5e-3], duration=0.6, every=0.1)
+    scene = SceneFile.open(SCENES / "ribbon.py", {"triangles": options.triangles}).scene()
+    times = np.arange(options.every, options.duration + 1e-9, options.every)
+    print("interval  time [s]" + "".join(f" {name:>11}" for name in COLUMNS) + "   culled")
+    little = False
+    for step in options.intervals:
+        total = measure(scene, step, times)
+        show(f"{step:<9g}    sum", total)
+        little |= 1.0 - total[3] / max(total[0], 1) < 0.5
+    raise SystemExit(little and not options.smoke)
+
+
+if __name__ == "__main__":
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        main()
