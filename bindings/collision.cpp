@@ -245,7 +245,9 @@ void bind_detector(py::module_& m) {
           "counts.")
       .def(
           "forget_trees", [](BoundDetector& self) { self.detector.forget_trees(); },
-          "Makes the next query build the tree again. This affects speed only, not results.")
+          "Makes the next query build the tree again. This affects its time and the order of "
+          "unsorted "
+          "candidates only.")
       .def_property_readonly(
           "edges",
           [](const py::object& self) {

@@ -47,7 +47,8 @@ class Detector {
   // InvalidInput under the same conditions as candidates().
   Collisions collisions(const Team& team, const Points& x0, const Points& x1);
 
-  void forget_trees();  // the next query rebuilds the trees; results do not change
+  // The next query rebuilds the trees. This can change only the order of unsorted candidates.
+  void forget_trees();
   std::size_t tree_bytes() const;
 
  private:

@@ -357,7 +357,7 @@ class NewtonIntegrator final : public Integrator {
   Iterate now_, trial_;
   ExtraTerms secant_;
   double best_ = 0.0;    // smallest residual so far
-  double length_ = 1.0;  // factor of correction_ in the last Newton step that was tried
+  double length_ = 1.0;  // factor of correction_ in the current Newton step
   Points x_, cloth_, force_;
 };
 

@@ -68,7 +68,7 @@ inline EigenPair separate_eigenpair(const Mat3& a) {
   return {value, longest / length};
 }
 
-// Returns a symmetric 3x3 matrix with its negative eigenvalues replaced by zero. Treats the
+// Returns the symmetric 3x3 matrix `a` with its negative eigenvalues replaced by zero. Treats the
 // eigenpair of separate_eigenpair() first, and then a 2x2 problem in the plane perpendicular to its
 // eigenvector.
 inline Mat3 positive_part(const Mat3& a) {

@@ -3502,7 +3502,7 @@ class Detector:
         """
     def forget_trees(self) -> None:
         """
-        Makes the next query build the tree again. This affects speed only, not results.
+        Makes the next query build the tree again. This affects its time and the order of unsorted candidates only.
         """
     @property
     def edges(self) -> numpy.typing.NDArray[numpy.int32]:

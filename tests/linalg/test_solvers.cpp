@@ -98,7 +98,8 @@ TEST_CASE("a solver used before gives the same bits as a new one") {
     solve(other, first);
     solve(system, again);
     CHECK(same_bits(again, solved(system, {method, 1e-5, 2000})));
-    // The matrix is the same, but fewer terms change the pattern. The solver must notice this.
+    // The matrix is the same, but the joint pattern of matrix and terms is not, because there are
+    // fewer terms. The solver must notice this.
     RandomSystem changed = random_system(20, 2, 60);
     changed.terms.resize(17);
     solve(changed, fewer);

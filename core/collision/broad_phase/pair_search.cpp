@@ -69,7 +69,7 @@ LOOMSTONE_INLINE void widen(const SlabGroup& group, const Reach& reach, SlabGrou
   }
 }
 
-// Returns a mask of the boxes of a group that overlap one box along slab k.
+// Returns a mask of the boxes of `group` whose slab k overlaps that of `box`.
 template <class Floats, class AnyBox>
 LOOMSTONE_INLINE MaskOf<Floats> meeting_slab(const SlabGroup& group, const AnyBox& box, int k) {
   return (lanes_load<Floats>(group.low[k]) <= box.high(k)) &

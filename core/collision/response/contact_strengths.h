@@ -47,7 +47,7 @@ class KnownStrengths {
  private:
   bool known_at_x_ = false;
   ContactStrengths known_;
-  // Inputs of the known stiffness and slips.
+  // Forces and anchors from which the stiffness and slips in known_ were computed.
   Points forces_;
   std::vector<ContactState::Anchor> anchors_;
 };

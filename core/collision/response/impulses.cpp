@@ -86,8 +86,8 @@ void Impulses::solve(std::vector<ImpulseContact>& contacts, const Points& x0, Po
       Vec3 impulse = (pressed - c.pressed) * c.normal;
       c.pressed = pressed;
 
-      // Coulomb friction: the tangential impulse stops the relative motion, but is at most mu times
-      // the normal impulse.
+      // Coulomb friction: the tangential impulse is the one that stops the relative motion, limited
+      // to mu times the normal impulse.
       const Vec3 moved = end - start;
       Vec3 dragged = c.dragged - c.tangential_mass * moved;
       const double size = dragged.norm(), limit = c.friction * c.pressed;

@@ -142,8 +142,9 @@ def soft_mesh(
 
     susceptibility: chi = mu_r - 1 >= -1 [1].
 
-    The triangles are bisected until there are at least `panels` (at most 8000). The linear system
-    is factored here once, for all poses and fields. The error is proportional to 1 / panels. The
+    The triangles are bisected until there are at least `panels` of them. Raises InvalidInput if
+    `panels` or the number of triangles of the mesh exceeds 8000. The linear system is factored here
+    once, for all poses and fields. The error is proportional to 1 / panels. The
     centre of the body is the centroid of its volume. saturation: mu0 M_s [T], 0: none; see
     `induce`.
     """

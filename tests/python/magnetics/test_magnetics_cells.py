@@ -144,7 +144,7 @@ def test_figure_6_7_cells_converge_to_the_exact_force_from_a_distance():
             forces, _ = M.dipole_forces(
                 points + (0, 0, 0.01 + 1e-3 * gap), moments, points, moments
             )
-            # The force between the smallest cells agrees with the lattice sum.
+            # The force between the leaves agrees with the sum over two lattices of dipoles.
             assert found.force[2] == pytest.approx(forces[:, 2].sum(), rel=1e-11)
         assert errors[3] < errors[2] < errors[1] and errors[3] < 5e-3, (gap, errors)
     # If the magnets touch, the force of the cells does not converge. It is 40 % too large for any
