@@ -165,8 +165,8 @@ void bind_ranks(py::class_<S>& c) {
   c.def_property_readonly("decomposition", &S::decomposition,
                           "How collision handling is divided among ranks and threads.");
   c.def_property_readonly("hierarchy_bytes", &S::hierarchy_bytes,
-                          "Memory of the bounding-volume hierarchies, which every rank stores "
-                          "whole [bytes].");
+                          "Memory of the bounding-volume hierarchies that this rank stores "
+                          "[bytes].");
   c.def_property_readonly(
       "memory_bytes",
       [](const S& self) {

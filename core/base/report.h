@@ -56,13 +56,13 @@ struct RankReport {
     using R = RankReport;
     return std::make_tuple(
         field("computing", &R::computing, "s", unlimited(),
-              "time outside communication, mean of the ranks"),
+              "time not spent waiting for other ranks, mean of the ranks"),
         field("most_computing", &R::most_computing, "s", unlimited(),
-              "time outside communication, largest of the ranks"),
+              "time not spent waiting for other ranks, largest of the ranks"),
         field("waiting", &R::waiting, "s", unlimited(),
-              "time in communication, mean of the ranks; it includes waiting for other ranks"),
+              "time spent waiting for other ranks, mean of the ranks"),
         field("most_waiting", &R::most_waiting, "s", unlimited(),
-              "time in communication, largest of the ranks"),
+              "time spent waiting for other ranks, largest of the ranks"),
         field("collision_computing", &R::collision_computing, "s", unlimited(),
               "part of `computing` in the stages proximity and certify"),
         field("collision_waiting", &R::collision_waiting, "s", unlimited(),

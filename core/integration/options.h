@@ -92,9 +92,10 @@ struct ImplicitOptions : IntegratorCommon {
         field("jacobian", &O::jacobian, "Jacobian of the membrane's forces"),
         field("bending", &O::bending, "treatment of bending forces"),
         field("linear_solver", &O::linear_solver, "solver of the linear system"),
-        field("tolerance", &O::tolerance, "1", positive(),
-              "tolerance of the linear solver relative to the change of momentum in the step or to "
-              "that by gravity, if this is larger"),
+        field(
+            "tolerance", &O::tolerance, "1", positive(),
+            "tolerance of the linear solver relative to the change of momentum in the step or to a "
+            "tenth of that by gravity, if this is larger"),
         field("max_iterations", &O::max_iterations, "1", between(1, 1e9),
               "largest number of iterations of the linear solver"),
         field("accuracy", &O::accuracy, "1", positive(),

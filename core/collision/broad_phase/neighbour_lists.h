@@ -153,12 +153,12 @@ class NeighbourLists {
   template <class Work>
   void each_list(const Team& team, Work&& work) {
     const Index n = static_cast<Index>(lists_.size());
-    parallel_ranges(team, n, most_at_once, [&](Index first, Index last) {
-      for (Index begin = first; begin < last; begin += most_at_once)
-        work_on(
-            std::min(last - begin, most_at_once),
-            [&](Index i) -> NeighbourList& { return lists_[begin + i]; },
-            [&](NeighbourList& list) { work(list, begin / most_at_once); });
+    parallel_tasks(team, static_cast<Index>(n_ranges()), [&](Index range) {
+      const Index begin = range * most_at_once;
+      work_on(
+          std::min(n - begin, most_at_once),
+          [&](Index i) -> NeighbourList& { return lists_[begin + i]; },
+          [&](NeighbourList& list) { work(list, range); });
     });
   }
   std::size_t n_ranges() const { return (lists_.size() + most_at_once - 1) / most_at_once; }
