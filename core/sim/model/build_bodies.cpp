@@ -275,8 +275,8 @@ void build_collision(const Scene& scene, Model& model) {
   for (Index e = 0; e < collision.edges.rows(); ++e)
     collision.surface_of_edge.push_back(collision.surface_of_vertex[collision.edges(e, 0)]);
   number_rows(model);
-  // The factor 3 is our choice. With stiffer contacts, the solver needs more iterations; with softer
-  // ones, surfaces come closer.
+  // The factor 3 is our choice. With stiffer contacts, the solver needs more iterations. With
+  // softer ones, surfaces come closer.
   collision.contact_stiffness = scene.contact_stiffness > 0.0
                                     ? scene.contact_stiffness
                                     : 3.0 * mean_membrane_stiffness(scene);

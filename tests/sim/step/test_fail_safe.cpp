@@ -190,8 +190,8 @@ TEST_CASE(
     Scene scene = press(1e-4, 0.02, true, 0.02);
     scene.gravity = Vec3(0, 0, -9.81);
     if (body) {
-      // The ball rolls on a corner of the lower plate. Therefore, Bullet keeps contacts between
-      // steps.
+      // The ball falls from above. In the fourth step, it meets the upper plate, which has opened
+      // again.
       scene.bodies.push_back(ball(0.02, 500.0, Vec3(0.12, 0.1, 0.1), Vec3(0.1, 0.2, 0)));
       scene.rigid_rebuild_interval = 2;
     }
