@@ -60,10 +60,10 @@ struct ExtraTerm {
 };
 
 // Ways to evaluate terms after the rows have moved. Derivative: the gradient and H are derivatives
-// of the potential. Secant: H is the curvature of a paraboloid that touches the potential from
-// above, so that Newton steps are never too long. NewLimits: like Derivative, but with new friction
-// limits. These limits stay constant until the next NewLimits request, so that the terms have a
-// potential.
+// of the potential. Secant: like Derivative, but the friction in H is the curvature of a paraboloid
+// that touches the potential of friction from above. NewLimits: like Derivative, but with new
+// friction limits. These limits stay constant until the next NewLimits request, so that the terms
+// have a potential.
 enum class TermRequest { Derivative, Secant, NewLimits };
 
 // Terms of contacts are sorted by (kind, a, b) of their Contact (core/collision/model/contact.h).
