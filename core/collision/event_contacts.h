@@ -54,7 +54,7 @@ class EventContacts {
     std::array<Index, 4> vertices;
     std::array<double, 4> weights;
     Vec3 normal;
-    double distance, inverse_mass;  // [m], [1/kg]; a pair without an impulse has inverse mass 0
+    double distance, inverse_mass;  // [m], [1/kg]; inverse mass 0: the pair gets no impulse
     Index body;                     // body in the pair; -1: none
     Vec3 touched;                   // contact point on the body [m]
     bool at_end;                    // two edges, and an end of one of them is closest

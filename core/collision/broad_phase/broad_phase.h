@@ -31,7 +31,7 @@ struct Sweep {
   const Points& x0;
   const Points& x1;
   double inflation;          // [m]
-  bool may_rebuild = false;  // rebuild trees whose boxes have grown too much; affects speed only
+  bool may_rebuild = false;  // rebuild trees whose boxes have grown too much; finds the same pairs
 };
 
 // The tasks of a search that a rank performs: every `size`-th task, beginning with task `rank`.
@@ -39,7 +39,8 @@ struct TaskShare {
   int rank = 0, size = 1;
 };
 
-// Broad phase with one tree for each surface. The shape of the trees affects speed, not results.
+// Broad phase with one tree for each surface. The shape of the trees does not affect which pairs
+// are found.
 class BroadPhase {
  public:
   // near_pairs() and swept_pairs() find only the pairs that belong to the tasks in `share`.
