@@ -4,8 +4,8 @@
 // this pattern alone, so a rebuilt solver gives bitwise identical results.
 //
 // The factorisation is simplicial by default. It uses only modules of CHOLMOD under the LGPL and no
-// BLAS, so its results do not depend on the installed libraries. The supernodal factorisation uses
-// dense blocks and BLAS. Its module of CHOLMOD is under the GPL, and libraries may lack it.
+// BLAS, so its results do not depend on the installed BLAS. The supernodal factorisation uses dense
+// blocks and BLAS. Its module of CHOLMOD is under the GPL, and libraries may lack it.
 #include <cholmod.h>
 #include <dlfcn.h>
 

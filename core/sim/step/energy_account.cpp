@@ -73,7 +73,7 @@ void add_to_account(const PartWork& work, const Solved& solved, const AfterSolve
   account.friction += work.friction, account.damping += work.damping;
   account.limits += after.limited;
   const double lost = lost_after_solve(solved, engines, state) - after.limited;
-  // Energy can increase after the solve only by untangling forces or by scripted motion.
+  // Untangling forces or scripted motion, if there are any, account for an increase of the energy.
   if (lost < 0.0 && after.untangles)
     account.loads -= lost;
   else if (lost < 0.0 && after.surfaces_move)
