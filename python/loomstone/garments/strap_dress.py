@@ -45,8 +45,8 @@ def dress(
     bar_radius : radius of the bar along x, at least 4 mm below the straps [m]; 0.015 to 0.05
     seed : seed of the triangulation
 
-    Bodice and skirt start as cones, without strain. The front faces -y. Groups are "strap_left",
-    "front.neckline", "gore_1.hem" and so on.
+    Bodice and skirt start as cones, with little strain. The front faces -y. Groups are
+    "strap_left", "front.neckline", "gore_1.hem" and so on.
 
     >>> len(dress(1500).panel_names)
     13
@@ -188,7 +188,7 @@ class _Shape:
     """Joints of the straps with the bodice, and control points of the bodice's curves.
 
     inner, outer : angles of a strap's two edges from centre front or back [degrees]
-    armhole : distance of the armholes' control points from the waist along the cloth [m]
+    armhole : distance from the waist of the control points of the front and back armholes [m]
     nape : distance from the waist of the lowest and the control point of the back neckline [m]
     """
 
