@@ -177,8 +177,8 @@ def induce(
 
     response "explicit": the method of [Thomaszewski2010]. Dipole cells of `density` [1/m^3] respond
     to `by` and `field` alone, as isolated spheres do; those of a superconductor respond with M = -B
-    / mu0. For chi >> 1, the force of a cube magnet on an equal cube is 12 % too large at a gap of one
-    edge, and 37 % at a quarter.
+    / mu0. For chi >> 1, the force of a cube magnet on an equal cube is 12 % too large at a gap of
+    one edge, and 37 % at a quarter.
 
     threads 0: all processors; the result does not depend on it. Raises InvalidInput if bodies
     overlap, and SolverFailure if no equilibrium is found.
