@@ -68,8 +68,8 @@ class BroadPhase {
   std::vector<PairKey> cluster_pairs(const Team& team, Index surface_pair, IndexRange first,
                                      std::size_t most) const;
   ClusterTree& tree(Index surface) { return trees_[surface]; }
-  // Memory for the boxes of all vertices. Searches for feature pairs and others use it in turn. A
-  // user whose boxes must last compares the number of uses with that after its own.
+  // Returns memory for the boxes of all vertices, which all callers share. n_uses() counts the
+  // calls. If it has changed, a later caller may have overwritten the boxes.
   std::vector<PackedSlabs>& vertex_boxes();
   std::int64_t n_uses() const { return n_uses_; }
   // Returns whether an attachment ties a vertex of one feature to the surface of the other feature.

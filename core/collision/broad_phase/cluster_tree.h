@@ -20,7 +20,7 @@ class ClusterTree {
     std::vector<Index> group;
     std::vector<Index> id;  // (8 x groups) -1 in empty lanes; empty for vertices
     // Boxes of the features of clusters that the last refit included. Those of cluster c begin at
-    // slabs[first_slab[c]]. Both are empty for vertices.
+    // slabs[first_slab[c]]. For vertices, `slabs` and `first_slab` are empty.
     std::vector<SlabGroup> slabs;
     std::vector<Index> first_slab;
     int n_corners = 0;

@@ -270,7 +270,7 @@ TEST_CASE(
     const double measured = std::abs(make_hinge_bending(setup)->rest_angles()[0]);
     worst = std::max(worst, std::abs(measured - std::abs(angle)) / std::max(1e-3, std::abs(angle)));
   }
-  CHECK(worst < 1e-14);  // reached near pi by rounding errors of the normals
+  CHECK(worst < 1e-14);  // rounding errors of the normals
 }
 
 TEST_CASE(
