@@ -90,7 +90,7 @@ def force(
     fine = _force(on, by, tolerance, engine, density)
     if density is None:
         return fine
-    # Halving the width of the cells usually halves the error at least. The difference between the two
+    # Halving the width of the cells usually halves the error at least. The difference of the two
     # results therefore estimates the error of the finer one. The factor of two below is a margin.
     coarse = _force(on, by, tolerance, engine, density / 8)
     force_error = np.linalg.norm(fine.force - coarse.force)
