@@ -144,9 +144,10 @@ def soft_mesh(
 
     The triangles are bisected until there are at least `panels` of them. Raises InvalidInput if
     `panels` or the number of triangles of the mesh exceeds 8000. The linear system is factored here
-    once, for all poses and fields. The error is proportional to 1 / panels. The
-    centre of the body is the centroid of its volume. saturation: mu0 M_s [T], 0: none; see
-    `induce`.
+    once, for all poses and fields. The error of round bodies is about proportional to 1 / panels.
+    With sharp edges it decreases more slowly: the moment of a cube with 1,600 panels has an error
+    of 1.5 %. The centre of the body is the centroid of its volume. saturation: mu0 M_s [T], 0:
+    none; see `induce`.
     """
     return _core.soft_mesh(
         mesh, susceptibility=susceptibility, saturation=saturation, panels=panels, threads=threads
