@@ -182,7 +182,7 @@ def induced_moments(
     one sphere in a uniform field, and for spheres whose distances are large compared with their
     radii. The linear system is solved to a relative residual of `tolerance`. threads 0: all
     processors; the result does not depend on it. Raises InvalidInput for values out of range.
-    Raises SolverFailure if spheres overlap so deeply that there is no equilibrium.
+    Raises SolverFailure if the solution does not converge, as can happen if spheres overlap deeply.
 
     >>> import loomstone as ls
     >>> iron = {"radii": [0.01], "susceptibilities": [float("inf")]}
