@@ -99,7 +99,7 @@ def _write_file(path: Path, clip: Clip, to: Format) -> Path:
         from .gltf_writer import write_gltf as write
     else:
         from .alembic_writer import write_alembic as write
-    text = path.suffix.lower() in (".usda", ".gltf")  # text files are about four times as long
+    text = path.suffix.lower() in (".usda", ".gltf")  # text files: up to about four times as long
     with unfinished(path, size=clip.largest_size * (4 if text else 1)) as partial:
         write(partial, clip)
     return path
