@@ -62,8 +62,9 @@ struct Argument {
   const char* unit;
 };
 
-// Converts quantities of any Pint registry, such as loomstone.units, to plain numbers in `unit`.
-// Returns other values unchanged. `where` is the name of the value in error messages.
+// Converts quantities of any Pint registry, such as loomstone.units, to plain numbers in `unit`,
+// also in lists and tuples. Returns other values unchanged. `where` is the name of the value in
+// error messages.
 inline py::object in_unit(const py::object& value, const char* unit, const std::string& where) {
   return py::module_::import("loomstone.base.quantities").attr("in_unit")(value, unit, where);
 }

@@ -1,5 +1,5 @@
-// Converts the enums of core/base/choice.h to and from Python strings. In Python signatures, their
-// type is Literal[...].
+// Converts enums with named values (core/base/choice.h) to and from Python strings. In Python
+// signatures, their type is Literal[...].
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 // Binds calls of hypot to its first symbol version on x86-64, which every glibc has. glibc 2.35
-// added a symbol version that differs only in errno. A wheel that uses the new version cannot run
-// with an older glibc.
+// added a symbol version that differs only in its handling of errors. A wheel that uses the new
+// version cannot run with an older glibc.
 extern "C" {
 
 double hypot_of_any_glibc(double x, double y);

@@ -13,7 +13,8 @@ void bind_method(py::module_& m, const char* name, const char* meaning) {
   c.attr("method") = py::str(Method::name.data(), Method::name.size());
 }
 
-// Binds the base class of all integrators, with `step` only. Each derived class binds all fields.
+// Binds the base class of all integrators. `step` is its only field. Each derived class binds all
+// of its fields.
 void bind_common(py::module_& m) {
   py::class_<IntegratorCommon> c(
       m, "Integrator",

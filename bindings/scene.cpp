@@ -8,8 +8,8 @@ namespace loomstone {
 
 namespace {
 
-// Length of the list in argument `name`, or `of_field` if this argument is not given. Returns 0 if
-// the argument is not a list.
+// Number of entries of argument `name`, or `of_field` if this argument is not given. Returns 0 if
+// the argument has no length.
 std::size_t length(const py::kwargs& arguments, const char* name, std::size_t of_field) {
   if (!arguments.contains(name)) return of_field;
   const auto n = PyObject_Size(py::object(arguments[name]).ptr());

@@ -69,8 +69,8 @@ void widen(Framing& framing) {
   }
 }
 
-// Eye and target at a time. Between key frames, each moves along a cubic spline through the key
-// frames (E. Catmull, R. Rom, "A class of local interpolating splines", 1974).
+// Eye and target at a time. Each of the two that has key frames moves along a cubic spline through
+// them (E. Catmull, R. Rom, "A class of local interpolating splines", 1974).
 struct Sight {
   Vec3 eye, target;
 };

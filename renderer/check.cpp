@@ -1,5 +1,5 @@
-// Checks the input of the renderer. Messages say what must hold, what was given and where, and in
-// most cases what to do.
+// Checks the input of the renderer. Messages say what must hold and where, and in most cases what
+// was given and what to do.
 #include "renderer/check.h"
 
 #include <algorithm>

@@ -1,6 +1,5 @@
-// Writes PNG files with libpng's simplified interface and fast compression. Compared with the
-// default compression, rendered pictures are written in a third of the time, and their files are 10
-// % larger.
+// Writes PNG files with libpng's simplified interface and fast compression, which takes less time
+// than the default compression but makes larger files.
 #include <unistd.h>
 
 #include <cstdio>

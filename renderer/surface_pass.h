@@ -1,8 +1,8 @@
 // Last pass, at full size. The backdrop and the floor have no visible edges and are drawn with one
 // sample per pixel. Bodies, cloth and wireframe are drawn over them with several samples per pixel,
 // only inside their bounding rectangle in the picture. Where OpenGL has only one sample per pixel
-// (softpipe), they are drawn once per sample, shifted by the position of the sample in the pixel.
-// In both cases, shading is evaluated at the centre of the pixel.
+// (softpipe), four drawings replace several samples, each shifted by the position of its sample in
+// the pixel. In both cases, shading is evaluated at the centre of the pixel.
 #pragma once
 
 #include <vector>
@@ -17,7 +17,7 @@ namespace loomstone {
 struct SurfaceOptions {
   ClothPattern pattern;
   bool wireframe;
-  bool transparent;  // no backdrop, and floors show only shadows
+  bool transparent;  // no backdrop; floors without a colour or texture show only shadows
   bool colored;      // colours of the cloth show its values, mapped from `range`
   ColorRange range;
   std::vector<double> split;  // (cloths) column [pixels] right of which the second value is
@@ -43,7 +43,8 @@ struct SurfaceThings {
 
 class SurfacePass {
  public:
-  // If `separate`, there is one drawing for each sample, otherwise one with all samples.
+  // If `separate`, there is one drawing for each of four samples. Otherwise, one drawing has
+  // `per_pixel` samples.
   struct Samples {
     int per_pixel;
     bool separate;

@@ -3,9 +3,9 @@
 swapped. C has edge-based strain limits, and D has no limits.
 
 Strain stays small along weft in A and along warp in B, although the cloth stretches in the other
-direction. With a single limit for all edges (C), strain is the same in all directions. Without
-limits (D), strain concentrates over the sphere. The commands below reproduce figure 3.7 of the
-thesis.
+direction. With a single limit for all edges (C), strain is limited equally in all directions.
+Without limits (D), strain concentrates over the sphere. The commands below reproduce figure 3.7 of
+the thesis.
 
     loomstone run scenes/disc.py --out out/disc --render
     loomstone render out/disc --color-by strain_split+strain_shear --color-map diverging \

@@ -4,8 +4,8 @@
 The magnet comes down over the tray. One after another the figures jump to it out of the balls and
 hang on it or on one another, by head or foot. The balls stay in the tray. Red is north and blue is
 south. By default the surface charges of the figures respond to one another. `-p response=explicit`
-uses the dipole cells of the thesis instead, each of which is magnetised independently. This takes a
-quarter of the time.
+uses the dipole cells of the thesis instead, each of which is magnetised independently. This takes
+less time.
 """
 
 import loomstone as ls
@@ -111,8 +111,8 @@ def scene(
     """response: mutual | explicit, the way in which the figures are magnetised; polarization:
     polarization of the block magnet [T].
 
-    resolution: number of panels per figure if the response is mutual. The relative error of forces
-    is a fifth with 64 panels and a tenth with 150.
+    resolution: number of panels per figure if the response is mutual. The relative error of the
+    force between block and figure is a quarter with 64 panels and an eighth with 150.
     """
     man = figure()
     volume = ls.meshes.mass_properties(man, 1.0).mass

@@ -1,7 +1,8 @@
 """A handkerchief hangs from two corners.
 
-The free edge sags into a curve between the pins and swings back and forth once. This is the first
-scene to read and to copy: it consists of a mesh and pins, with the default material.
+The edge between the pins sags into a curve. The cloth swings to the other side and nearly back.
+This is the first scene to read and to copy: it consists of a mesh and pins, with the default
+material.
 """
 
 import loomstone as ls

@@ -1,5 +1,5 @@
 """A superconductor floats over a magnetised ring (example 6.5 of [Thomaszewski2010]). It is a ball
-or, with `shape="cube"`, the cube of the thesis, whose simulation takes a minute and a half.
+or, with `shape="cube"`, the cube of the thesis.
 
 The superconductor is released beside and above its equilibrium, oscillates about it and never
 touches the ring. The field vanishes at a point on the axis, and the superconductor is driven

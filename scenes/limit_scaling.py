@@ -1,9 +1,9 @@
 """A cloth pinned at two corners swings for a second, with a selectable method of strain limiting.
 It serves to measure how the cost of limits grows with the number of triangles.
 
-All methods give the same motion, except for "none", which sets no limits, and "edges", which cannot
-distinguish shear from stretch. With this scene, tests/benchmarks/limits.py reproduces table 3.1 of
-[Thomaszewski2010], including wall times and the excess that each method leaves.
+All methods enforce the same limits, except for "none", which sets no limits, and "edges", which
+cannot distinguish shear from stretch. With this scene, tests/benchmarks/limits.py reproduces table
+3.1 of [Thomaszewski2010], including the times and the excess that each method leaves.
 
     loomstone run scenes/limit_scaling.py -p triangles=3600 -p method=jacobi -p in_solve=no
 """

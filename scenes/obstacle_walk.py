@@ -2,8 +2,8 @@
 
 The figure is a closed surface over a skeleton of 21 bones, which takes two steps per second. Its
 feet stand still while they bear weight. The dress moves by asynchronous steps. Example 4.3 of
-[Thomaszewski2010] (figures 4.8 and 4.9) has the same number of triangles; figure, course and dress
-are our own.
+[Thomaszewski2010] (figures 4.8 and 4.9) has about as many triangles; figure, course and dress are
+our own.
 
     loomstone run scenes/obstacle_walk.py --integrator semi-implicit-euler --step 1e-3
 """
@@ -37,7 +37,7 @@ HURDLES, HURDLE = (0.72, 1.72), (0.04, 1.0, 0.18)  # x coordinates and box size 
 PLACES = (0.0, 0.0, 0.4, 0.9, 1.4, 1.9, 2.4, 2.78, 3.13, 3.48, 3.83)
 BALL = np.array((0.10, 0.0, -0.08))  # ball of the foot relative to the ankle [m]
 SHOULDER = 1.437  # height of the shoulders in the initial pose [m]
-REACH = 0.822  # longest distance from hip to ankle [m]
+REACH = 0.822  # distance from hip to ankle, as seen from the side, that limits the pelvis [m]
 END = 4.6  # x coordinate of the end of the stairs [m]
 
 
@@ -266,7 +266,7 @@ def walk(times: Floats, bones: dict[str, Bone]) -> dict[str, Motion]:
     # The hips shift towards the foot that bears the weight.
     hips[:, 1] = 0.03 * (left.stands - right.stands)
     hips = gaussian_filter1d(hips, 0.1 * SAMPLES, axis=0, mode="nearest")
-    # The pelvis is as high as the reach of both legs permits.
+    # The pelvis is about as high as the reach of both legs permits.
     highest = np.full(len(times), np.inf)
     for moves in feet.values():
         ankle = moves.ball - turn(1, moves.pitch) @ BALL

@@ -56,7 +56,8 @@ struct EventMotion {
   Points &x, &v;  // (n x 3) positions [m] and velocities [m/s] of the cloth vertices
   std::vector<EventBody>& bodies;
   // Times of nested steps [s]. For each level, `step` is the time between two events and `ahead`
-  // the time from now to the next event. Positions and poses are those at the next event.
+  // the time from now to the next event, or 0 if an event is due now. Positions and poses are those
+  // at this event.
   struct Levels {
     const std::vector<std::uint8_t>& of_vertex;  // (n) level of each vertex
     const std::vector<double>&step, &ahead;      // (levels)
@@ -70,7 +71,7 @@ struct EventMotion {
   const Levels* levels = nullptr;
   const Clocks* clocks = nullptr;  // exactly one of `levels` and `clocks` is null
 
-  // Time at which the position of a vertex is stored, minus the present time [s].
+  // Time to which the stored position of a vertex belongs, minus the present time [s].
   double ahead(Index vertex) const {
     if (clocks) return clocks->of_vertex[vertex] - clocks->now;
     return levels->ahead[levels->of_vertex[vertex]];

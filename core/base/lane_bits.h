@@ -10,8 +10,8 @@
 namespace loomstone {
 
 // Returns an integer whose bit i is set if lane i of `mask` is true. gcc 12 would compile a loop
-// over lanes to one extraction and one shift per lane. On x86-64, the instructions used here
-// convert a whole register at once.
+// over lanes to many instructions. On x86-64, the instructions used here convert a whole register
+// at once.
 template <class Mask>
 LOOMSTONE_INLINE unsigned lanes_bits(const Mask& mask) {
   constexpr bool wide = sizeof(typename VectorTypes<Mask>::Scalar) == 8;

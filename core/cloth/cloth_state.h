@@ -10,9 +10,9 @@ namespace loomstone {
 struct ClothState {
   Points x;  // (n x 3) positions [m]; written by the integrator, then by later stages of the step
   Points v;  // (n x 3) velocities [m/s]; written like x
-  // (rows of the solve x 3) Change of velocity in the last implicit step [m/s]. In rows of bodies
-  // it is scaled as in BodyRows. The integrator writes it and uses it as the initial guess of the
-  // next solve.
+  // (rows of the solve x 3) Change of velocity in the last step of a linearised scheme [m/s], which
+  // writes it. In rows of bodies it is scaled as in BodyRows. It predicts the slip of contacts and,
+  // without contacts, is the initial guess of the next solve.
   Points last_change;
   // Length of the step that led to x and v [s]; 0 at the start and after the user has set either.
   // The stepper writes it.

@@ -54,7 +54,7 @@ class DisplacementError {
   struct Block {
     Index cloth = 0, first_triangle = 0, last_triangle = 0, first_vertex = 0, last_vertex = 0;
   };
-  // Results of a block for a displacement u. dissipation() uses velocities in place of u.
+  // Results of a block for a displacement u. at() and dissipation() use velocities in place of u.
   struct Sums {
     // Neglected strain [1], and its membrane energy [J]. In dissipation(), `energy` is the energy
     // that implicit Euler removes.
@@ -79,7 +79,8 @@ class DisplacementError {
   void gather(const Team& team, OfBlock&& of_block);
   // Returns the sums of the cloth that begins at `block`, and moves `block` to the next cloth.
   Sums total(std::size_t& block) const;
-  // Returns the kinetic energy [J] in the moving frame. The sums must be those of velocities u.
+  // Returns the kinetic energy in the moving frame [J] if u are velocities. If u are displacements
+  // over a time, the result is to be divided by the square of this time.
   double kinetic(const Sums& sums, const Scales& scales) const;
 
   const ClothModel& cloth_;

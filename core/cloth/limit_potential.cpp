@@ -11,9 +11,7 @@ namespace {
 // of the first phase. Our choice: with smaller values more stretch remains, and larger values
 // require shorter steps.
 constexpr double stiffening = 30.0;
-// Strain at which the third phase begins (see LimitMode), as a multiple of the limit. The value is
-// chosen so that, in our scenes, triangles reach this strain only next to prescribed vertices from
-// which a whole cloth hangs.
+// Strain at which the third phase begins (see LimitMode), as a multiple of the limit. Our choice.
 constexpr double third_begins = 1.5;
 
 // Green strain of a line element with the engineering strain e >= -1.

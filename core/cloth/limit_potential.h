@@ -1,6 +1,6 @@
 // Strain limits as a potential. Beyond a limit, the membrane has a stiff second phase and, at
 // larger strains, a still stiffer third phase; see LimitMode. Unlike the limit phases of implicit
-// steps (limits/limit_phase.h), these phases follow a fixed law, so explicit steps conserve energy.
+// steps (limits/limit_phase.h), these phases follow a fixed law, so their forces are conservative.
 #pragma once
 
 #include <optional>

@@ -74,7 +74,8 @@ Vector movable(const CollisionModel& model) {
 // needs.
 constexpr int steps_before = 3;
 
-// Average number of steps from the measurement of costs to a dynamic search that uses them.
+// About the average number of steps from the measurement of costs to a dynamic search that uses
+// them.
 constexpr int steps_before_deal = 4;
 
 // Performs the searches of steps with neighbour lists, on one thread.

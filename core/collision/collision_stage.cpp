@@ -16,8 +16,7 @@
 
 namespace loomstone {
 
-// Maximum number of clean-up rounds before motion is withheld. Three suffice if the cloth has room
-// to move. Plates whose gap closed to a twentieth of the thickness in one step needed up to ten.
+// Maximum number of clean-up rounds before motion is withheld. Our choice.
 constexpr int clean_up_rounds = 10;
 
 struct CollisionStage::Data {

@@ -104,7 +104,7 @@ class CollisionStage {
   CertifyReport certify(const Team& team, const MotionInputs& inputs, Points& x1,
                         FreeBodies& bodies);
 
-  // Memory of the bounding-volume hierarchies, which every rank stores in full [bytes].
+  // Memory of the bounding-volume hierarchies on this rank [bytes].
   std::size_t hierarchy_bytes() const;
   // Memory of lists and other search data, and of contacts and positions kept for later calls
   // [bytes].

@@ -1,11 +1,11 @@
 // Contacts at events within a step, between features whose vertices move at constant velocity from
 // one of their own events to the next. An impulse with Coulomb friction ([Thomaszewski2010],
 // (2.58), (2.59)) stops the approach of a pair that is closer than its thickness, and the pair then
-// regains its thickness slowly. A pair that is farther apart is evaluated again at the earliest
-// time at which it can come closer than its thickness. Two edges push each other only if their
-// closest points lie inside both edges. Otherwise an end of one edge is closest to the other edge,
-// and the pairs of this vertex with the faces at that edge are at least as close. Implements the
-// second stage of [Thomaszewski2010], 4.3.
+// regains its thickness slowly. A pair that is farther apart is evaluated again when it can come
+// closer than its thickness, but not within the shortest step of its vertices. Two edges push each
+// other only if their closest points lie inside both edges. Otherwise an end of one edge is closest
+// to the other edge, and the pairs of this vertex with the faces at that edge are at least as
+// close. Implements the second stage of [Thomaszewski2010], 4.3.
 #pragma once
 
 #include <optional>
@@ -54,7 +54,7 @@ class EventContacts {
     std::array<Index, 4> vertices;
     std::array<double, 4> weights;
     Vec3 normal;
-    double distance, inverse_mass;  // [m], [1/kg]; a pair without an impulse has inverse mass 0
+    double distance, inverse_mass;  // [m], [1/kg]; inverse mass 0: the pair gets no impulse
     Index body;                     // body in the pair; -1: none
     Vec3 touched;                   // contact point on the body [m]
     bool at_end;                    // two edges, and an end of one of them is closest

@@ -31,7 +31,7 @@ void carry_hard(const MagneticBody& magnet, const std::string& where, CarriedMag
 
 // Sets the data of a body that the field magnetises. A sphere is treated as a point dipole if its
 // solid harmonics have degree 1 or their degree is automatic (0), unless it has a saturation or an
-// explicit response. add_magnets() undoes this if another body in the scene needs surface panels.
+// explicit response. add_magnets() undoes this unless all magnetisable bodies are such spheres.
 void carry_soft(const Magnet& magnet, const std::string& where, CarriedMagnet& carried) {
   const SoftBody& body = std::get<SoftBody>(magnet.source);
   const bool cells = magnet.response == "explicit";
@@ -72,11 +72,9 @@ void check_response(const Magnet& magnet, const std::string& where) {
 }
 
 // Replaces the exact fields of meshes and cells by expansions if the scene has many spheres and no
-// other magnetisable bodies, and if expansions can meet the tolerance. An expansion saves time only
-// if the field at all spheres is evaluated many times. If the number of triangles times the number
-// of spheres is `most_exact`, building the expansion of a mesh takes as long as about twenty exact
-// evaluations at all spheres. With 100 spheres, building the expansion of cells takes as long as
-// about 1,400 such evaluations, for any number of cells.
+// other magnetisable bodies, and if expansions can meet the tolerance. At these limits, building an
+// expansion takes longer than a hundred exact evaluations at all spheres, so it saves time only if
+// many evaluations follow.
 void expand_fields(MagneticModel& model) {
   constexpr std::size_t most_exact = 20000, few_spheres = 100;
   constexpr Index few_cells = 1000;

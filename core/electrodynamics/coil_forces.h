@@ -14,8 +14,8 @@ namespace loomstone {
 
 struct CoilForces {
   std::vector<CarrierWrenches> per_ampere;  // (coils) due to each coil [N/A, N m/A]
-  // Interactions of circuits: direct ones between different carriers, and those through magnetised
-  // bodies.
+  // Interactions of circuits: direct ones, unless both carriers are the same or rest, and those
+  // through magnetised bodies.
   std::vector<CircuitResponse::Pair> pairs;
   std::vector<double> sense;  // (coils) 1, or -1 if a commutator reverses the voltage
 };

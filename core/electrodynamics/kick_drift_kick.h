@@ -69,7 +69,7 @@ class Substeps {
   double next_share() const { return static_cast<double>(place_ + 1) / parts_; }
   double length() const { return step_ / parts_; }  // [s]
   // Halves the remaining sub-steps until they resolve the angular frequency [rad/s]. After the
-  // first call, a small growth of the frequency is tolerated. Throws SolverFailure if too many
+  // first call, their length may exceed the limit by a third. Throws SolverFailure if too many
   // sub-steps are needed or the frequency is not finite.
   void resolve(double frequency);
   // Halves the remaining sub-steps. Returns false, without effect, if there would be too many.

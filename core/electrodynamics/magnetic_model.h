@@ -101,9 +101,10 @@ MagneticModel build_magnetic_model(const MagneticScene& scene);
 // for overlap with windings only.
 void check_magnetic_start(const MagneticModel& model, const CarrierPlaces& start);
 
-// Returns the position of a point of the carrier relative to the nearest hard magnet on it: the
-// coordinate along the moment of the magnet, divided by its radius. The result is about 1 at the
-// north pole and -1 at the south pole. It is 0 if no hard magnet is near.
+// Returns the position of a point of the carrier relative to a hard magnet on it: the coordinate
+// along the moment of the magnet, divided by its radius. Among several magnets, the one with the
+// smallest ratio of distance to radius counts. The result is about 1 at the north pole and -1 at
+// the south pole. It is 0 if no hard magnet is near.
 double pole_at(const MagneticModel& model, Index carrier, const Vec3& point);
 
 }  // namespace loomstone

@@ -24,7 +24,7 @@ struct MagneticStep {
 // Cost and error of a step.
 struct MagneticEffort {
   int substeps = 0;
-  double error = 0.0;  // largest estimated error of the magnetic force on a body at the end [N]
+  double error = 0.0;  // largest estimated error of the magnets' force on a body at the end [N]
   // Work that scripted obstacles do on bodies through contacts and magnets [J]. Work that they do
   // through coils is part of the energy supplied to the circuits.
   double obstacle_work = 0.0;

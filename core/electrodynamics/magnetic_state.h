@@ -11,7 +11,7 @@ struct CircuitState {
   double energy = 0.0;  // energy stored in self and mutual inductances [J]
   double heat = 0.0;    // energy dissipated in resistances [J]
   // Energy supplied by the sources of voltages and given currents, and by scripted obstacles that
-  // move against the forces of circuits [J].
+  // move against the forces of currents [J].
   double supply = 0.0;
   double bearings = 0.0;  // energy that bearings take from bodies; < 0 if they drive them [J]
 };

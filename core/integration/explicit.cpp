@@ -1,6 +1,6 @@
-// Explicit (forward) Euler and symplectic Euler, (2.52) and (2.53) of [Thomaszewski2010]. Both set
-// v+ = v + h f/m with the step h, the force f at the start of the step and the mass m. Explicit
-// Euler then sets x+ = x + h v, and symplectic Euler sets x+ = x + h v+.
+// Explicit (forward) Euler and symplectic Euler. Both set v+ = v + h f/m with the step h, the force
+// f at the start of the step and the mass m. Explicit Euler then sets x+ = x + h v, and symplectic
+// Euler ((2.52), (2.53) of [Thomaszewski2010]) sets x+ = x + h v+.
 #include "core/integration/integrator_factories.h"
 
 #include <algorithm>

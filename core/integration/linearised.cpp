@@ -20,14 +20,12 @@ namespace loomstone {
 
 namespace {
 
-// Relative error of friction that is accepted without a second solve. Our choice: with this value,
-// sliding sheets need a second solve when they start to slide and when contacts change, but not in
-// steady sliding or at rest. There is no third solve.
+// Relative error of friction below which the second solve keeps the friction of the first one and
+// only continues it. Our choice. There is no third solve.
 constexpr double friction_tolerance = 0.1;
 // Tolerance of the first solve, which predicts the motion of contacts. Our choice: friction may
 // have an error of a tenth, so a tolerance of a hundredth is accurate enough. A drape of 14,450
-// triangles then needs 0.62 times as many iterations as with two solves to 1e-4 (0.58 times with a
-// tolerance of a tenth).
+// triangles then needs 0.62 times as many iterations as with two solves to 1e-4.
 constexpr double rough_tolerance = 1e-2;
 // At rest, the right-hand side is nearly zero, and solving to a fraction of it would cost as many
 // iterations as in motion. Residuals are therefore related to at least this part of the momentum
@@ -296,8 +294,7 @@ class LinearisedIntegrator final : public Integrator {
   bool direct_;
   // True if the stress in the geometric term of the Jacobian excludes the strain that the last step
   // neglected. It is false for steps without a bounded error, in which snapping wrinkles would lose
-  // their damping. It is also false for BDF-2, with which a swinging triangle would gain 30 % of
-  // its energy in steps of 8 ms.
+  // their damping. It is also false for BDF-2, with which a swinging triangle would gain energy.
   bool corrects_stress_;
   StepSolve solver_;
   SolveMemory memory_;  // reused storage; no results carry over between steps

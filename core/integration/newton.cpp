@@ -1,5 +1,5 @@
-// Fully nonlinear backward Euler and implicit midpoint, (2.54) and (2.55) of [Thomaszewski2010],
-// solved by Newton's method with a line search on the residual
+// Fully nonlinear backward Euler, and implicit midpoint ((2.54), (2.55) of [Thomaszewski2010]),
+// solved by Newton's method with a line search. The residual is
 //   r(v+) = M (v+ - v) - h (f_ext + f(x_e, v_e)).
 // Backward Euler: x_e = x + h v+, v_e = v+. Midpoint: x_e = x + h/4 (v + v+), v_e = (v + v+)/2.
 // Contact pairs and friction anchors are those at the start of the step; contact forces are

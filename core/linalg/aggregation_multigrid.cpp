@@ -275,8 +275,8 @@ AggregationMultigrid::TermNodes AggregationMultigrid::nodes_of(const ExtraTerm& 
   return nodes;
 }
 
-// Returns the pairs of aggregates that terms on owned rows couple but the matrix does not, for
-// example where layers touch.
+// Returns the pairs of aggregates that terms couple but the matrix does not, for example where
+// layers touch. At least one aggregate of each pair is owned.
 AggregationMultigrid::Couplings AggregationMultigrid::couplings_of_terms(
     const LinearSystem& system) const {
   Couplings wanted;

@@ -4,9 +4,9 @@
 // diagonal blocks (additive, as in Bramble, Pasciak and Xu, Math. Comp. 55 (1990), with plain
 // aggregation). The coarse levels form a V-cycle with one damped Jacobi sweep before and one after
 // the coarser levels. The coarsest matrix is factorised. If the V-cycle is replaced by inverse
-// diagonal blocks of the aggregates, solves take 1.03 times as long at 14,450 triangles and 1.15
-// times at 57,800. The levels use single precision, which suffices for a preconditioner, but the
-// coarsest matrix is factorised in double precision.
+// diagonal blocks of the aggregates, steps of 4 ms take 1.03 times as long at 14,450 triangles and
+// 1.15 times at 57,800. The levels use single precision, which suffices for a preconditioner, but
+// the coarsest matrix is factorised in double precision.
 //
 // The first level is distributed unless it is the coarsest: every rank computes the aggregates of
 // its own rows. It gets from other ranks the residual of the aggregates to which its own are
@@ -49,8 +49,8 @@ class AggregationMultigrid {
   // to rounding. In that case there is no correction.
   bool usable() const { return usable_; }
 
-  // Number of slots. Each aggregate has one slot. Each block has one additional slot for rows
-  // without an aggregate (fixed rows, bodies).
+  // Number of slots. Each aggregate has one slot. Each block has one additional slot for rows that
+  // no aggregate sums (fixed rows, bodies).
   Index n_slots() const { return n_nodes_ + n_blocks_; }
   Index slot(Index row) const { return slot_[row]; }  // row: owned or in the halo
   Index unused_slot(Index block) const { return n_nodes_ + block; }

@@ -4,8 +4,8 @@
 // this pattern alone, so a rebuilt solver gives bitwise identical results.
 //
 // The factorisation is simplicial by default. It uses only modules of CHOLMOD under the LGPL and no
-// BLAS, so its results do not depend on the installed libraries. The supernodal factorisation uses
-// dense blocks and BLAS. Its module of CHOLMOD is under the GPL, and libraries may lack it.
+// BLAS, so its results do not depend on the installed BLAS. The supernodal factorisation uses dense
+// blocks and BLAS. Its module of CHOLMOD is under the GPL, and libraries may lack it.
 #include <cholmod.h>
 #include <dlfcn.h>
 
@@ -201,7 +201,7 @@ class DirectSolver final : public LinearSolver {
 
   void factorize() {
     if (supernodal_) use_one_blas_thread();
-    const NoNestedRegions serial;  // otherwise CHOLMOD starts four threads
+    const NoNestedRegions serial;  // otherwise CHOLMOD may start several threads
     cholmod_sparse lower = lower_triangle();
     cholmod_factorize(&lower, factor_, &common_);
     if (common_.status == CHOLMOD_NOT_POSDEF) {
@@ -251,7 +251,8 @@ class DirectSolver final : public LinearSolver {
 
   bool supernodal_;
   cholmod_common common_;
-  // These members depend on the pattern alone and are reused while it is unchanged.
+  // The patterns of these members are reused while the joint pattern is unchanged. Only factor_ and
+  // whole_ also contain matrix entries, which each solve replaces.
   cholmod_factor* factor_ = nullptr;
   Index n_cloth_ = 0;
   std::vector<Index> matrix_columns_, matrix_start_;

@@ -1,9 +1,10 @@
 // Terms that couple a few rows in an implicit solve, in addition to the fixed elastic pattern:
 // contacts, friction, attachments. A term depends on one relative velocity
 // u = sum_i J_i v_i - drift (3-vector). Its energy E depends on the relative displacement s, the
-// time integral of u. With g = dE/ds and H = d2E/ds2 at the start of the step, row i gets the force
-// -J_i^T g, and block (i, j) of the stiffness gets J_i^T H J_j. Rows 0 to n - 1 are cloth vertices.
-// Body b has row n + 2b for translation of its centre and row n + 2b + 1 for rotation about it.
+// time integral of u. Let g be dE/ds at the start of the step, and H be d2E/ds2 or a positive
+// semidefinite replacement. Row i gets the force -J_i^T g, and block (i, j) of the stiffness gets
+// J_i^T H J_j. Rows 0 to n - 1 are cloth vertices. Body b has row n + 2b for translation of its
+// centre and row n + 2b + 1 for rotation about it.
 #pragma once
 
 #include <array>
@@ -59,10 +60,10 @@ struct ExtraTerm {
 };
 
 // Ways to evaluate terms after the rows have moved. Derivative: the gradient and H are derivatives
-// of the potential. Secant: H is the curvature of a paraboloid that touches the potential from
-// above, so that Newton steps are never too long. NewLimits: like Derivative, but with new friction
-// limits. These limits stay constant until the next NewLimits request, so that the terms have a
-// potential.
+// of the potential. Secant: like Derivative, but the friction in H is the curvature of a paraboloid
+// that touches the potential of friction from above. NewLimits: like Derivative, but with new
+// friction limits. These limits stay constant until the next NewLimits request, so that the terms
+// have a potential.
 enum class TermRequest { Derivative, Secant, NewLimits };
 
 // Terms of contacts are sorted by (kind, a, b) of their Contact (core/collision/model/contact.h).

@@ -30,9 +30,10 @@ struct LinearSystem {
   const RowLayout* layout = nullptr;
   const Halo* halo = nullptr;  // halo of `matrix`; the solver adds rows for terms
   double tolerance = 0.0;      // replaces the solver's tolerance [1]; 0: no replacement
-  // Iterative solvers relate residuals to b or, if its norm is larger, to the momentum that
-  // `least_change` would give to the masses of the cloth rows. With x in [m/s], masses are in [kg]
-  // and the change is in [m/s]. The masses may be null.
+  // Iterative solvers divide the norm of the residual by its value for x = 0 on free rows. If that
+  // is larger, they divide by the norm of the momentum that `least_change` would give to the masses
+  // of free cloth rows. With x in [m/s], masses are in [kg] and the change is in [m/s]. The masses
+  // may be null.
   const Vector* masses = nullptr;
   Vec3 least_change = Vec3::Zero();
 };
@@ -89,8 +90,8 @@ class SolveMemory {
 
 // Part of the system that is unchanged since the solve that filled the memory. Nothing: everything
 // may have changed. Matrix: only terms, right-hand side and tolerance may have changed. The
-// preconditioner is reused, and so is A x if x is the solution of a solve that ended early. System:
-// only the tolerance may have changed, and the iteration continues.
+// preconditioner is reused unless it is Gauss-Seidel. A x is reused if x is the solution of a solve
+// that ended early. System: only the tolerance may have changed, and the iteration continues.
 enum class Unchanged { Nothing, Matrix, System };
 
 class LinearSolver {

@@ -1,5 +1,6 @@
-// Iteration of preconditioned conjugate gradients, in single or double precision. On one rank, each
-// step has three parallel regions, one more with extra terms, and those of the multigrid levels.
+// Iteration of preconditioned conjugate gradients, in single or double precision. On one rank, a
+// step has three parallel regions, one more with extra terms, one more in every 16th step, and
+// those of the multigrid levels.
 #pragma once
 
 #include "core/linalg/pcg_memory.h"
@@ -16,10 +17,10 @@ struct StoppingRule {
   int max_iterations;  // limit for the whole solve
 };
 
-// Iterates with r and p scaled by 1 / b_norm, so that single precision can neither underflow nor
-// overflow. Adds the steps to x and their number to `iterations`. Returns the norm of the iterated
-// residual. If the matrix appears indefinite, stops early in single precision and throws
-// SolverFailure in double precision. Collective.
+// Iterates with r and p scaled by 1 / b_norm, so that the magnitude of b causes neither underflow
+// nor overflow in single precision. Adds the steps to x and their number to `iterations`. Returns
+// the norm of the iterated residual. If the matrix appears indefinite, stops early in single
+// precision and throws SolverFailure in double precision. Collective.
 template <class Scalar>
 double iterate(PcgSolve& solve, Krylov<Scalar>& k, Start start, const StoppingRule& stop,
                int& iterations);

@@ -59,8 +59,8 @@ struct PcgMemory {
   std::vector<double> x, residual;
   // Norm of the residual for x = 0 on free rows or, if that is larger, least_norm().
   double b_norm = 0.0;
-  // True if the last solve stopped at a tolerance that is looser than the solver's own. x, b_norm,
-  // terms and the vectors of `single` then belong to its last iteration.
+  // True if the last solve stopped, in single precision, at a tolerance that is looser than the
+  // solver's own. x, b_norm, terms and the vectors of `single` then belong to its last iteration.
   bool has_iteration = false;
   std::vector<double> matrix_times_x;  // A x by slices, without terms; valid if has_iteration
 };

@@ -1,4 +1,4 @@
-// A row of four numbers, the fourth of which is zero, as one vector register.
+// A vector of four adjacent numbers, such as a row whose fourth number is zero.
 #pragma once
 
 #include "core/base/simd.h"

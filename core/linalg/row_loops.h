@@ -68,7 +68,7 @@ class RowLoops {
   }
 
  private:
-  static constexpr Index least_blocks_a_thread = 4;  // 512 rows, about 5 us of work
+  static constexpr Index least_blocks_a_thread = 4;  // 512 rows
 
   Index share_of(Index n_blocks) const {  // number of blocks in a range
     return std::max(least_blocks_a_thread, (n_blocks + team_.threads - 1) / team_.threads);

@@ -1,4 +1,4 @@
-// Operations on a LinearSystem that all solvers use: checks, diagonal blocks, products and errors.
+// Operations on a LinearSystem for its solvers: checks, diagonal blocks, products and errors.
 #pragma once
 
 #include <vector>

@@ -19,8 +19,7 @@ struct Plane {
 };
 
 // Plane through vertex 0, the vertex farthest from it, and the vertex farthest from the line
-// through these two. For flat meshes, it is exact up to rounding. A least-squares fit by
-// eigenvalues would have only half as many correct digits.
+// through these two. For flat meshes, it is exact up to rounding.
 Plane widest_plane(const Points& vertices) {
   const Vec3 origin = vertices.row(0).transpose();
   Vec3 along = Vec3::Zero(), across = Vec3::Zero();

@@ -12,7 +12,7 @@ namespace loomstone {
 inline constexpr int timeout_exit_code = 75;
 
 // Time-out that the environment variable LOOMSTONE_MPI_TIMEOUT gives [s]; 0 if it is unset or
-// empty, and negative if it is not a number >= 0.
+// empty, and negative if it is not a finite number >= 0.
 double mpi_timeout();
 
 // A thread that observes the waits of this rank and answers the watches of the other ranks. If a

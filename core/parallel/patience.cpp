@@ -12,17 +12,17 @@ namespace loomstone {
 
 namespace {
 
-// Polling time if LOOMSTONE_MPI_SPIN is not set. If each rank has a processor of its own, waits
-// within a linear solve are shorter than this time.
+// Polling time if LOOMSTONE_MPI_SPIN is not set. Our choice: meant to exceed the waits within a
+// linear solve if each rank has a processor of its own.
 constexpr WaitTime default_polling{100.0};
-// Waking up takes about 20 us, so shorter sleeps would save no processor time.
+// Our choice: waking up takes tens of microseconds, so shorter sleeps would save little.
 constexpr WaitTime shortest_sleep{20.0};
-// With sleeps of this length, a long wait (for example for a file of another rank) uses 2 % of a
-// processor.
+// Our choice: a long wait, for example for a file of another rank, then takes little processor
+// time.
 constexpr WaitTime longest_sleep{200.0};
 constexpr double sleep_share = 0.25;  // length of a sleep, as a fraction of the time waited
-// If ranks share processors, a thread yields for at most this time before it sleeps. Waits for the
-// next message of a linear solve are shorter than this time.
+// If ranks share processors, a thread yields for at most this time before it sleeps. Our choice:
+// meant to exceed the waits for the next message of a linear solve.
 constexpr WaitTime longest_yielding{1000.0};
 
 std::atomic<bool> processors_are_shared = false;

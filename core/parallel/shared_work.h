@@ -1,6 +1,7 @@
 // Work that is divided among the ranks of a simulation. Each rank computes a part, and all ranks
 // receive the results of all parts. If a part fails on any rank, all ranks throw the error of the
-// lowest such rank. The messages that carry the results also tell which parts have failed.
+// lowest such rank. The messages that carry the results or their sizes also tell which parts have
+// failed.
 #pragma once
 
 #include <cstdint>

@@ -55,8 +55,8 @@ class TaskPool {
   explicit TaskPool(Mailbox& mailbox, const PoolOptions& options = {});
 
   // Collective. Performs the tests that each rank starts with, and all tests that follow from them,
-  // each on one rank. Returns when all ranks have finished. If perform() throws, this rank discards
-  // its tests, takes part until the end, and then rethrows the first exception.
+  // each on one rank. Returns when no rank has work. If perform() throws, this rank discards its
+  // tests, takes part until the end, and then rethrows the first exception.
   PoolReport run(const Team& team, std::vector<NodeTest> tests, const Perform& perform);
 
  private:

@@ -13,8 +13,7 @@ namespace detail {
 
 template <class Entry, class Visit>
 struct Traversal {
-  // If a stack has more entries than this, its lowest `most` / 2 entries become a task. A task of
-  // few entries costs more than it saves.
+  // If a stack has more entries than this, its lowest `most` / 2 entries become a task.
   static constexpr std::size_t most = 16;
 
   Visit& visit;

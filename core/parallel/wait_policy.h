@@ -6,7 +6,7 @@
 namespace loomstone {
 
 // Returns whether OMP_WAIT_POLICY is passive. Waiting threads then sleep at once, and every
-// parallel loop takes about 40 us longer.
+// parallel loop takes tens of microseconds longer.
 bool threads_sleep();
 
 }  // namespace loomstone

@@ -154,7 +154,8 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
   return best.gap > 0.0 || apart < 0.01 * near;
 }
 
-// Adds contacts at the ends of the parts of hull edges that lie in the prism above the triangle.
+// Clips the edges of the hull with the prism over the triangle, which ends at the height `near` but
+// has no lower end. Adds contacts at the ends of the remaining parts.
 void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, double near) {
   const double turn =
       (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).dot(normal) > 0.0 ? 1.0 : -1.0;

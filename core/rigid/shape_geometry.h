@@ -53,13 +53,13 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
 
 // Contacts of hulls with at most this number of vertices are found by the separating-axis test and
 // face clipping, both with other hulls and with triangles of obstacles. With this method, stacks of
-// five cubes come to rest. If contact points are instead accumulated over several steps, the stacks
-// jitter at 2 cm/s and creep by 0.6 mm. The cost grows with the product of the face counts, and
-// hulls with more vertices are round enough for Bullet's method.
+// five cubes come to rest. Other hulls use Bullet's method, which accumulates contact points over
+// several steps. The cost grows with the product of the face counts, and hulls with more vertices
+// are round enough for Bullet's method.
 constexpr int most_polyhedron_vertices = 32;
 // Ratio of the margin to the inner radius. Polyhedra need a margin only in contact with other
 // shapes. Round hulls need a margin that is large enough to avoid Bullet's slower and less accurate
-// penetration search. Stacks behave alike for ratios from 0.01 to 0.15.
+// penetration search.
 constexpr double polyhedron_margin = 1e-4, round_margin = 0.05;
 
 // Throws InvalidInput if the shape is Parts but `parts` is empty or contains a null mesh.

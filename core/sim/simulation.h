@@ -46,7 +46,7 @@ class Simulation {
   // returns the last stored motion. It has no vertices if nothing collides or no motion was stored.
   void keep_collision_motion(bool keep);
   CollisionRecord collision_motion() const;
-  // Memory of the bounding-volume hierarchies, which every rank stores in full [bytes].
+  // Memory of the bounding-volume hierarchies on this rank [bytes].
   std::size_t hierarchy_bytes() const;
   // Memory that this rank occupies, by the part of the simulation that owns it.
   struct MemoryPart {
@@ -68,14 +68,15 @@ class Simulation {
   const std::vector<Index>& vertex_order() const;  // internal row of each user vertex
 
   // Returns the internal tables, in the internal order, to read and write between steps. Writing
-  // positions or velocities restarts multistep schemes. Every step first checks that all values are
-  // finite. Every rank has all rows, which every step updates. A rank should write only the rows
-  // that it owns. `pin_override`, poses of obstacles, and forces and torques on bodies are taken
-  // from rank 0.
+  // positions or velocities restarts multistep schemes. Every step first checks the tables that
+  // users may write. Every rank has all rows, which every step updates, except that it updates
+  // cloth.previous_bending only in the rank's own rows. A rank should write only the rows that it
+  // owns. `pin_override`, poses of obstacles, and forces and torques on bodies are taken from rank
+  // 0.
   State& state();
   std::array<Index, 2> owned_rows() const;  // cloth rows of this rank, [first, end)
   void gather();  // Collective. Sends the rows written by each rank to all other ranks.
-  std::int64_t loop_iterations() const;  // iterations of this rank's parallel loops in all steps
+  std::int64_t loop_iterations() const;  // iterations of parallel loops on this rank
 
   Points positions() const;  // (n x 3) [m], a copy
   void set_positions(const Points& positions);

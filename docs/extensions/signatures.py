@@ -115,7 +115,7 @@ def give_signatures_to_classes() -> None:
 
 
 def process(app: Any, what: str, name: str, obj: Any, *given: Any) -> tuple[str, str] | None:
-    """Returns the arguments and the result of a signature as strings.
+    """Returns the arguments and the result of a signature as strings; None without a signature.
 
     given : the options of autodoc, and the arguments and the result that it has found
     """

@@ -146,7 +146,7 @@ def __dir__() -> list[str]:
 def __getattr__(name: str) -> Any:
     if name != "units":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from .base.registry import units  # this import takes half a second
+    from .base.registry import units  # a late import, because Pint loads slowly
 
     globals()["units"] = units
     return units

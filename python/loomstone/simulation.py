@@ -43,7 +43,8 @@ class Simulation(_core.Simulation):
     scene : Scene
     integrator : Integrator, for instance SemiImplicitEuler(...); None: SemiImplicitEuler()
     threads : largest number of threads; 0: one for each processor. While other programs keep the
-        processors busy, a single rank uses one thread. Results do not depend on the number.
+        processors busy, a single rank uses one thread, unless OMP_WAIT_POLICY is passive. Results
+        do not depend on the number.
     communicator : MPI ranks that share the work: a Communicator, an mpi4py communicator, or None
         for this process alone. Every rank must make the same calls. After every step, every rank
         has the positions and velocities of all vertices. If an array is assigned between steps,
@@ -60,7 +61,7 @@ class Simulation(_core.Simulation):
     looks like a mistake, for example if bodies overlap at the start. `positions`, `velocities` and
     `external_forces` are copies that can be assigned. `state` provides views of the internal
     tables. `scene` and `integrator` are those in use.
-    `preparation_seconds` is the wall time of creating the simulation [s].
+    `preparation_seconds` is the wall time of building the simulation, before the warnings [s].
 
     >>> import loomstone as ls
     >>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), pins=[0, 4])])

@@ -3,9 +3,9 @@ alone enforces the strain limits (thesis: 2.92 s per frame without the active se
 
     python tests/benchmarks/active_set.py --limits 0.04 0.03 0.028 0.025
 
-One sweep satisfies the scene's own limits, so --limits replaces them along weft and warp. Each run
-takes 21 steps from a state at 0.15 s. The time of limiting in a step is the least wall time over
-several runs. With and without the active set, the end states are bitwise identical.
+The scene's own limits need about one sweep per step, so --limits replaces them along weft and warp.
+Each run takes 21 steps from a state at 0.15 s. The time of limiting in a step is the least wall
+time over several runs. With and without the active set, the end states are bitwise identical.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""Rest state of a drape for several time steps, from starts perturbed by up to 1e-6 m.
+"""Rest state of a drape for several time steps, from starts whose coordinates are perturbed by up
+to 1e-6 m.
 
     python tests/benchmarks/at_rest.py [--triangles 3600 --steps 1e-3 4e-3 --runs 10 --jobs 2
     --out at_rest.csv]

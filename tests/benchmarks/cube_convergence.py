@@ -4,7 +4,7 @@ numbers of cells and with the accurate engine.
     python tests/benchmarks/cube_convergence.py [--most 100] [--tree 100] [--out cubes.png]
 
 Both cubes are aligned lattices of N x N x N dipoles. The force of a pair depends only on its
-offset, so the sum runs over (2N - 1)^3 offsets. Up to N = --tree, the treecode sums over the
+offset, so the sum runs over offsets instead of pairs. Up to N = --tree, the treecode sums over the
 dipoles themselves at a gap of 5 mm, and its result must agree to twice its tolerance.
 
 Errors are relative to the closed form for parallel cuboids. For the accurate engine, one cube is

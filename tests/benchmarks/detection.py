@@ -1,5 +1,5 @@
 """Compares collision detection with ipctk (from PyPI), by ratios of minimum times that are measured
-alternately in one run on one machine. The parts narrow, threads and growth run without ipctk.
+alternately in one run on one machine. The parts narrow and growth run without ipctk.
 
     python tests/benchmarks/detection.py [SHARED/data/ccd]
             [--parts candidates detection narrow threads growth]

@@ -180,7 +180,7 @@ def originals(whole: Whole) -> dict[str, bytes]:
 
 
 def damaged(content: bytes, seed: int) -> bytes:
-    """Truncates the content, flips bits, overwrites a part, or returns another format's content."""
+    """Truncates the content, flips bits, overwrites a part, or returns noise after a header."""
     chance = random.Random(seed)
     if seed % 10 == 0:
         return content[: chance.randrange(len(content))]

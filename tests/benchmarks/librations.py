@@ -7,7 +7,7 @@ The benchmark prints two results per system, both relative to the largest kineti
 - swing: the largest deviation of the energy from its initial value
 - drift: the difference between the mean energies over the last and the first tenth of the run
 
-The benchmark takes about 20 s.
+The benchmark takes 10 to 20 s.
 """
 
 import argparse

@@ -7,7 +7,7 @@ of each method.
     python tests/benchmarks/limits.py --read table.txt --plot docs/images/limit_scaling.png
 
 With --start, the default method is used up to that time, and every method continues from the same
-state. The cloth first reaches its limits after a fall of 0.28 s.
+state.
 
 The first row has no limits. The next are edge-based limiting (ESL), coloured and random
 Gauss-Seidel, and Jacobi (one and two threads), each after an implicit step without limits, as in

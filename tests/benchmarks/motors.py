@@ -8,7 +8,7 @@ The benchmark prints for each motor:
 - balance: the energy missing at the end, relative to the sum of the energies that sources supply
   and that resistances and bearings dissipate
 
-The benchmark takes about 20 s.
+The benchmark takes about a second.
 """
 
 import argparse

@@ -30,7 +30,7 @@ Frame example_frame(const FrameTopology& topology, int index);
 // Writes the example frame `index`.
 void write_example(FrameWriter& writer, const FrameTopology& topology, int index);
 
-// Return whether a and b are equal bit for bit.
+// Return whether a and b are equal, apart from coil currents. Arrays must have the same bits.
 bool same(const FrameTopology& a, const FrameTopology& b);
 bool same(const Frame& a, const Frame& b);
 

@@ -1,4 +1,4 @@
-// Files that are missing, foreign, of a newer version, truncated, damaged or not writable each
+// Files that are missing, foreign, of another version, truncated, damaged or not writable each
 // cause one clear error.
 #include <catch2/catch.hpp>
 

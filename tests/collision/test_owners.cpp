@@ -181,8 +181,8 @@ TEST_CASE("each neighbour list is on one rank, and costs are balanced after some
     std::size_t n_lists = 0;
     double cost = 0.0;
   };
-  // Returns the lists and costs of a rank after a calm motion. Every other vertex is lifted in
-  // proportion to x^2, so the number of contacts varies over the sheets.
+  // Returns the lists of a rank after a calm motion, and their costs in its last ten steps. Every
+  // other vertex is lifted in proportion to x^2, so the number of contacts varies over the sheets.
   const auto seen_by = [&](const Communicator& ranks) {
     BroadPhase broad_phase(scene.model, pairs, {ranks.rank(), ranks.size()});
     NeighbourLists lists(scene.model, pairs, broad_phase, ranks);

@@ -14,8 +14,8 @@ from loomstone.runs.scene_file import SceneFile
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 Case = tuple[ls.Scene, ls.Integrator]
 
-# Parameters of each scene file, for at most 2,000 triangles of cloth. A colon in a key precedes the
-# name of a variant.
+# Parameters of each scene file, for at most 2,000 triangles in each cloth. A colon in a key
+# precedes the name of a variant.
 SMALL: dict[str, dict[str, object]] = {
     "bending": {"triangles": 800},
     "bin": {"triangles": 150, "towels": 6},

@@ -160,7 +160,7 @@ TEST_CASE("two free magnets keep their energy with second order of the sub-step"
 }
 
 TEST_CASE("magnets that snap together gain less than two hundredths of their kinetic energy") {
-  // If only `substep` limited the sub-steps, the last one would double the kinetic energy.
+  // With this large `substep`, the error of the work (work_error.h) must limit the sub-steps.
   Experiment made;
   made.add("a", Vec3(0, 0, 0));
   made.add("b", Vec3(0, 0, 0.03));

@@ -73,7 +73,7 @@ TEST_CASE(
   start(run, o);
   int most = 0;
   for (int k = 0; k < 40; ++k) {
-    // The compression grows to 10 % within 80 ms. From the first step on, the flat sheet is a
+    // The compression grows to 10 % within 80 ms. From the first step on, the flat sheet is near a
     // saddle point of the potential.
     const double pressed = 1.0 - 0.1 * std::min(1.0, (k + 1) / 20.0);
     for (const Index pin : pins) run.target(pin, 0) = pressed * mesh.vertices()(pin, 0);

@@ -61,7 +61,7 @@ TEST_CASE(
     double volume;  // volume of the smooth body [m^3]
     double tolerance;
     Index euler;            // 2 for a sphere, 0 for a ring
-    double smallest_angle;  // lower bound [rad], close to the measured angle; slivers harm contacts
+    double smallest_angle;  // lower bound [rad]; slivers harm contacts
   };
   // The tolerances follow from the approximation of circles: an inscribed n-gon lacks the fraction
   // 2 pi^2 / (3 n^2) of the circle's area. Spheres and rims are curved in a second direction, in

@@ -204,8 +204,7 @@ def test_a_rank_computes_only_the_rows_it_owns(tmp_path, limited):
 
     ((first, n_rows, whole, iterations),) = work(1)
     assert first == 0 and iterations > 20
-    # Every rank copies one vector and moves all vertices in each step. These two loops over all
-    # rows take less time than communicating their results.
+    # Every rank copies one vector and moves all vertices in each step, in two loops over all rows.
     by_all = 2 * steps * n_rows
     if limited:  # sums of moved distances, in blocks of 128 rows
         by_all += steps * ((n_rows + 127) // 128)

@@ -81,7 +81,7 @@ TEST_CASE("moving and turning a mesh moves its centre and turns its inertia") {
                        there = mass_properties(mesh.moved(shift, turn), 500.0);
   CHECK(there.mass == Approx(here.mass).epsilon(1e-12));
   CHECK((there.centre - (turn * here.centre + shift)).norm() < 1e-13);
-  // Coordinates of 6 m are rounded to 1e-15 m, which is 1e-14 of the size of the mesh.
+  // Coordinates of 6 m are rounded to 1e-15 m, which is 1e-14 of the radius of the capsule.
   CHECK((there.inertia - turn * here.inertia * turn.transpose()).norm() <
         1e-11 * here.inertia.norm());
 }

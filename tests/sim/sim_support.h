@@ -1,4 +1,4 @@
-// Helpers for the tests of simulations: mesh pointers, step options, and bitwise equality of
+// Helpers for the tests of simulations: mesh pointers, step options, and equality of the numbers in
 // checkpoints.
 #pragma once
 

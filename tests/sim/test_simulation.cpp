@@ -285,7 +285,7 @@ TEST_CASE(
     const Vec3 kept =
         method == "bdf2" ? Vec3(1.5 * cloth - 0.5 * before + bodies) : Vec3(cloth + bodies);
     if (method == "bdf2" && i == 0) start = kept;
-    CHECK((kept - start).norm() < 1e-8 * start.norm());  // error of the Newton loops
+    CHECK((kept - start).norm() < 1e-8 * start.norm());  // error of the solves
     before = cloth;
     const StepReport& r = sim.report();
     // The tolerance allows for the coupling of body and strip, whose error is of first order in the

@@ -88,12 +88,12 @@ class Bending {
   virtual void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin,
                                        Index end, BlockMatrix& matrix) const = 0;
   // Largest eigenvalue lambda of M^-1 K in the rest shape, by power iteration [1/s^2]. M is the
-  // mass matrix, and K is the bending stiffness. Undamped explicit steps are stable below the
-  // length 2 / sqrt(lambda). Requires BendingSetup::keeps_rest.
+  // mass matrix, and K is the bending stiffness. Undamped steps of symplectic Euler are stable
+  // below the length 2 / sqrt(lambda). Requires BendingSetup::keeps_rest.
   virtual double largest_eigenvalue(const Vector& mass) const = 0;
 
   // Number of edges whose slope is the unweighted mean of the slopes of their two triangles,
-  // because a sliver is near. Always 0 for the hinge element.
+  // because a weight would exceed 1 in magnitude. Always 0 for the hinge element.
   virtual Index averaged_edges() const = 0;
   // Number of hinges that exert no force because one of their triangles has zero area at x.
   virtual Index degenerate_hinges(const Team& team, const Points& x) const = 0;

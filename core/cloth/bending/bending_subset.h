@@ -11,7 +11,7 @@
 namespace loomstone {
 
 // The setup of the acting triangles, which have energy in the subset, and of the neighbours on
-// which their curvature depends. It is used for forces and energies, but not for the stiffness.
+// which their curvature depends. Its `forces_only` is true.
 struct BendingSubset {
   BendingSetup setup;
   std::vector<Index> vertices;  // (k) vertex of the mesh for each vertex of the setup, ascending

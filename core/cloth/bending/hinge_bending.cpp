@@ -174,7 +174,7 @@ class HingeBending final : public Bending {
   std::vector<double> rest_half_sine_;  // sin(rest / 2)
   bool damped_ = false;
 
-  // Scratch memory, recomputed on use.
+  // Scratch memory. The assembler also has constant tables of hinges and vertices.
   mutable HingeStiffness assembler_;
   mutable HingeRange range_;
   mutable HingeValues values_;

@@ -27,8 +27,8 @@ struct Output {
   double* gradient;     // (batches x 8 x 4 x 4) u = d theta / d x [rad/m]; null: not computed
 };
 
-// Computes the angle in [-pi, pi] and its gradient [Bridson2003] for each hinge of the n listed
-// batches. Rates require v and out.gradient.
+// Computes the entries of `out` for each hinge of the n listed batches. The angles lie in
+// [-pi, pi], and their gradients are those of [Bridson2003]. Rates require v and out.gradient.
 void angles(Tables tables, const Index* batches, Index n, const double* x, const double* v,
             const Output& out);
 

@@ -9,7 +9,7 @@
 namespace loomstone {
 
 namespace {
-constexpr Index rows_per_chunk = 128;  // the hinge data of one chunk fit in the L2 cache
+constexpr Index rows_per_chunk = 128;  // our choice: the hinge data of a chunk stay in the cache
 }
 
 HingeStiffness::HingeStiffness(Index n_vertices, const HingeSet& hinges, HingePairs pairs)

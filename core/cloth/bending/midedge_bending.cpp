@@ -83,7 +83,7 @@ class MidedgeBending final : public Bending {
   // BendingSetup::lumped_stiffness instead, and each hinge is paired only with itself.
   AlignedDoubles elastic_, viscous_;
 
-  // Scratch memory, recomputed on use.
+  // Scratch memory. The assembler also has constant tables of hinges and vertices.
   mutable HingeStiffness assembler_;
   mutable HingeRange range_;
   struct Selection {  // everything that the forces on rows [begin, end) depend on

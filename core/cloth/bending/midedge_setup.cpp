@@ -187,8 +187,8 @@ Builder::Slope Builder::slope(Index e) const {
   const Vec3 dual = Split(gram, 1e-12).pseudo_inverse() * (wanted * kept).transpose();
   Slope result{near, std::vector<double>(near.size(), 0.0)};
   for (std::size_t k = 0; k < near.size(); ++k) result.weights[k] = angles[k] * kept * dual;
-  // Slivers lead to weights of magnitude above 1, which would raise the highest frequency of
-  // bending by a factor of up to 320. The edges of slivers use the mean slope instead.
+  // Weights of magnitude above 1, for example at slivers, would raise the highest frequency of
+  // bending. Such edges use the mean slope instead.
   result.averaged = !std::all_of(result.weights.begin(), result.weights.end(),
                                  [](double w) { return std::abs(w) <= 1.0; });
   if (result.averaged) std::fill(result.weights.begin(), result.weights.end(), 0.0);

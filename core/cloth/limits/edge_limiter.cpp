@@ -8,8 +8,8 @@
 namespace loomstone {
 
 EdgeLimiter::EdgeLimiter(const LimitedCloth& cloth) {
-  // An edge of a triangle, with its rest length [m] and the bound of its strain. An edge between
-  // two triangles gets the mean of its rest lengths in them and the tighter of their bounds.
+  // An edge of a triangle, with its rest length [m] and the bound of its strain. An edge of two
+  // limited triangles gets the mean of its rest lengths in them and the tighter of their bounds.
   struct Side {
     Index a, b;
     double length, bound;

@@ -1,6 +1,6 @@
 // Finds the elements that violate their strain limits and measures the excess. This check dominates
-// the cost when no limit is violated, so its elements are divided among ranks. Afterwards every
-// rank has the results of all elements. They are bitwise identical on any number of ranks.
+// the cost of limiting if no limit is violated, so its elements are divided among ranks. Afterwards
+// every rank has the results of all elements. They are bitwise identical on any number of ranks.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ struct BrokenLimit {
 // Report on a call of the limiter: its cost and the excess that remains.
 struct LimitReport {
   int sweeps = 0;                   // sweeps over all elements or over the active set
-  std::int64_t evaluations = 0;     // strain evaluations, as if there were only one rank
+  std::int64_t evaluations = 0;     // strain evaluations before the final check, as on one rank
   std::array<double, 3> excess{};   // largest excess in weft, warp and shear
   std::int64_t beyond = 0;          // number of elements with an excess above the tolerance
   Index worst = -1;                 // element with the largest excess, -1: no limit is violated

@@ -7,8 +7,8 @@
 
 namespace loomstone::limit {
 
-// Tables of all elements, which change only if the held vertices change. Slot s is lane s % 8 of
-// batch s / 8.
+// Tables of all elements. Except for the bounds, they change only if the held vertices change. Slot
+// s is lane s % 8 of batch s / 8.
 struct Tables {
   const Index* corners;  // (batches x 3 x 8) vertices
   // (batches x 4 x 8) gradients of Element, the only numbers of an Element that check() reads
@@ -36,7 +36,7 @@ void sweep(const Tables& tables, const Motion& motion, const Index* batches, Ind
            std::uint8_t* corrected);
 
 // Computes the displacements (batches x 9 x 8) of all three corners in batches with a lane to
-// correct, without applying them.
+// correct, without applying them. `corrected` is set as by sweep().
 void corrections(const Tables& tables, const Motion& motion, const Index* batches, Index n,
                  std::uint8_t* corrected, double* out);
 

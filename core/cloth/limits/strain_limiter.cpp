@@ -140,7 +140,7 @@ bool StrainLimiter::sweep_until_met(const Team& team, std::uint64_t key,
     else
       n = sweep(team, tables, motion, report.sweeps, active);
     ++report.sweeps;
-    if (n == 0) break;  // all elements that can move are within the tolerance
+    if (n == 0) break;  // no element had to be corrected
   }
   report.evaluations += active.evaluations();
   if (options_.active_set) check_.check(team, tables, motion, active.moved());

@@ -24,8 +24,8 @@ class ActiveSet;
 class EdgeLimiter;
 
 // Enforces strain limits. `key` and options.seed together determine the random order of sweeps.
-// Calls with the same key, seed and positions give bitwise the same result. On several ranks, all
-// calls are collective.
+// Calls with the same seed and arguments give bitwise the same result. On several ranks, all calls
+// are collective.
 class StrainLimiter {
  public:
   // The check of all elements is divided among `ranks`; null: a single process.

@@ -50,8 +50,8 @@ void blocks(const Tables& tables, const Index* batches, Index n, const double* x
 // Sets n rows of a block matrix. Each off-diagonal block is the sum of one element block and the
 // transpose of another. `sources` (2 per block) contains the offsets of both in `elements`. The
 // diagonal block is minus the symmetric part of the sum of the other blocks in its row, because a
-// translation causes no strain. row_start (n + 1) and diagonal (n) are block indices relative to
-// the first row.
+// translation causes no strain. row_start (n + 1) and diagonal (n) are indices of blocks in
+// `values`.
 void rows(Index n, const Index* row_start, const Index* diagonal, const Index* sources,
           const double* elements, double* values);
 
@@ -59,7 +59,7 @@ struct BatchRange {
   Index first, n;
 };
 // Computes what a linear model of the strain neglects over a displacement u = end - start (n x 3
-// each; start may be null). If dF is the gradient of u,
+// each), or u = end if start is null. If dF is the gradient of u,
 //   E(x + u) = E(x) + sym(F^T dF) + 1/2 dF^T dF
 // holds exactly. The output for each triangle is the largest eigenvalue of 1/2 dF^T dF, the
 // membrane energy of that strain, and the membrane energy at the positions `end`. Batch i of the

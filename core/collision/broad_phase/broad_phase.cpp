@@ -81,7 +81,8 @@ BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePai
   }
 }
 
-// Returns whether a search compares nearly all clusters: this rank finds all self-collisions.
+// Returns whether this rank alone searches a surface for self-collisions. Such a search compares
+// nearly all clusters.
 bool BroadPhase::compares_all(const std::vector<Index>& which) const {
   return share_.size == 1 && std::any_of(which.begin(), which.end(), [&](Index pair) {
            return pairs_[pair].a == pairs_[pair].b;

@@ -31,7 +31,7 @@ struct Sweep {
   const Points& x0;
   const Points& x1;
   double inflation;          // [m]
-  bool may_rebuild = false;  // rebuild trees whose boxes have grown too much; affects speed only
+  bool may_rebuild = false;  // rebuild trees whose boxes have grown too much; finds the same pairs
 };
 
 // The tasks of a search that a rank performs: every `size`-th task, beginning with task `rank`.
@@ -39,7 +39,8 @@ struct TaskShare {
   int rank = 0, size = 1;
 };
 
-// Broad phase with one tree for each surface. The shape of the trees affects speed, not results.
+// Broad phase with one tree for each surface. The shape of the trees does not affect which pairs
+// are found.
 class BroadPhase {
  public:
   // near_pairs() and swept_pairs() find only the pairs that belong to the tasks in `share`.
@@ -67,8 +68,8 @@ class BroadPhase {
   std::vector<PairKey> cluster_pairs(const Team& team, Index surface_pair, IndexRange first,
                                      std::size_t most) const;
   ClusterTree& tree(Index surface) { return trees_[surface]; }
-  // Memory for the boxes of all vertices. Searches for feature pairs and others use it in turn. A
-  // user whose boxes must last compares the number of uses with that after its own.
+  // Returns memory for the boxes of all vertices, which all callers share. n_uses() counts the
+  // calls. If it has changed, a later caller may have overwritten the boxes.
   std::vector<PackedSlabs>& vertex_boxes();
   std::int64_t n_uses() const { return n_uses_; }
   // Returns whether an attachment ties a vertex of one feature to the surface of the other feature.

@@ -9,7 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// Growth factor of the total box area above which new clusters are formed. Affects speed only.
+// Growth factor of the total box area above which new clusters are formed. Does not affect which
+// pairs are found.
 constexpr double decay_limit = 1.5;
 constexpr Index refit_grain = 128;  // groups that one task refits
 
@@ -99,8 +100,8 @@ LOOMSTONE_INLINE void refit_features(const PackedSlabs* vertices, const FeatureG
   }
 }
 
-// Computes groups [begin, end) of node boxes from `below`, the boxes of their children. `below`
-// must be padded to full groups.
+// For nodes [begin, end) of a level, stores the boxes `below` of their children in groups (`slabs`)
+// and computes the boxes of the nodes (`of_group`). `below` must be padded to full groups.
 template <class Lanes>
 LOOMSTONE_INLINE void refit_groups(const PackedSlabs* below, Index begin, Index end,
                                    SlabGroup* slabs, PackedSlabs* of_group) {

@@ -1,7 +1,7 @@
 // Bounding-volume hierarchy of one surface, or of a part of it, with up to eight children per node.
 // A leaf is a cluster of up to eight neighbouring faces and of the edges and vertices assigned to
 // it. Each feature is in one cluster, so each pair is visited once. Bounding volumes are 18-DOPs,
-// compared eight at a time. The shape of the tree does not affect results.
+// compared eight at a time. The shape of the tree does not affect which pairs are found.
 #pragma once
 
 #include <vector>
@@ -19,8 +19,8 @@ class ClusterTree {
   struct Features {
     std::vector<Index> group;
     std::vector<Index> id;  // (8 x groups) -1 in empty lanes; empty for vertices
-    // Boxes of the clusters that the last refit included. Those of cluster c begin at
-    // slabs[first_slab[c]]. Both are empty for vertices.
+    // Boxes of the features of clusters that the last refit included. Those of cluster c begin at
+    // slabs[first_slab[c]]. For vertices, `slabs` and `first_slab` are empty.
     std::vector<SlabGroup> slabs;
     std::vector<Index> first_slab;
     int n_corners = 0;

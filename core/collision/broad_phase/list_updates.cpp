@@ -138,8 +138,9 @@ bool NeighbourLists::retries_within(int updates) const {
                      [&](int left) { return left > 0 && left <= updates; });
 }
 
-// Returns whether lists are widened and too many of them were made again. Always returns false if a
-// test rotates the owners. Lists that are not widened save time even if they last for few updates.
+// Returns whether lists are widened and too many of them were made again in `upkeep_updates`
+// updates. Always returns false if a test rotates the owners. Lists that are not widened save time
+// even if they last for few updates.
 bool NeighbourLists::costly(const Upkeep& upkeep) const {
   return extra_ > 0.0 && upkeep.updates == upkeep_updates && !owners_.rotates() &&
          static_cast<double>(upkeep.made) > most_made * static_cast<double>(upkeep.lists);
@@ -229,8 +230,8 @@ bool NeighbourLists::any(const std::vector<Pass>& passes, bool Pass::* flag) {
   return std::any_of(passes.begin(), passes.end(), [&](const Pass& pass) { return pass.*flag; });
 }
 
-// Returns whether a search is due: vertices have left their expected motion on some rank, the costs
-// of the ranks are unbalanced, or a test makes the owners rotate.
+// Returns whether a search is due: lists are tried again, vertices have left their expected motion
+// on some rank, the costs of the ranks are unbalanced, or a test makes the owners rotate.
 bool NeighbourLists::search_is_due(const std::vector<Pass>& passes) const {
   double most = 0.0, sum = 0.0;
   for (const Pass& pass : passes) {

@@ -1,5 +1,5 @@
-// Plain binary tree that finds pairs of overlapping boxes. The search for intersections uses it,
-// which is thus independent of the trees of the broad phase.
+// Plain binary tree that finds pairs of overlapping boxes. The search for intersections uses it and
+// is thus independent of the trees of the broad phase.
 #pragma once
 
 #include <algorithm>

@@ -57,7 +57,7 @@ struct NeighbourList {
 };
 
 // Approximate costs of work on lists [ns]. NeighbourLists::work_on() divides measured times among
-// lists in proportion to them. Values are fitted to times of a drape and of a disc on a table.
+// lists in proportion to them. The values are fitted to measured times.
 struct ListCosts {
   static constexpr float list = 60.0f;        // visiting a list
   static constexpr float pair = 3.0f;         // reading a pair of a list
@@ -93,9 +93,9 @@ class WorkTimer {
 class NeighbourLists {
  public:
   // Some surface pairs are unlisted and are searched in full each time. A pair becomes unlisted if
-  // it has more than `most_per_cluster` cluster pairs per cluster, if many of its clusters move too
-  // fast for lists to last, or if too many of its widened lists are made again in each update. Its
-  // lists are tried again in the next update, or after a pause if they are widened.
+  // it has more than `most_per_cluster` cluster pairs per cluster of both surfaces, if many of its
+  // lists change too fast to last, or if too many of its widened lists are made again. Its lists
+  // are tried again in the next update, or after a pause if they are widened.
   NeighbourLists(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                  BroadPhase& broad_phase, const Communicator& ranks,
                  std::size_t most_per_cluster = 64);

@@ -67,7 +67,7 @@ class PairSearch {
   }
 
   // Calls visit(kind, first, second) for each pair of features of clusters a and b that share no
-  // vertex and whose boxes are within `reach` [m] of each other.
+  // vertex and whose boxes overlap if one of them is widened by `reach` [m].
   template <class Visit>
   void features(Index a, Index b, double reach, Slots& slots, Visit&& visit) const {
     slots.clear();

@@ -1,8 +1,8 @@
-// Bounding-volume hierarchies of partitions ([Thomaszewski2010], 5.3.1). Each cloth is divided into
-// partitions of consecutive rows. A partition is a compact patch with a hierarchy of its own. A
-// body or an obstacle has one hierarchy. All ranks store all hierarchies, so a test of two nodes is
-// given by four indices. Each feature belongs to one hierarchy, so each pair of features is found
-// once.
+// Bounding-volume hierarchies of partitions ([Thomaszewski2010], 5.3.1). The rows of all cloths
+// together are divided into equal ranges. The rows of one cloth in one range form a partition,
+// which is a compact patch with a hierarchy of its own. A body or an obstacle has one hierarchy.
+// All ranks store all hierarchies, so a test of two nodes is given by four indices. Each feature
+// belongs to one hierarchy, so each pair of features is found once.
 #pragma once
 
 #include <vector>
@@ -53,8 +53,8 @@ class PartitionTrees {
 
   // Returns whether a test compares two clusters, which have features instead of children.
   static bool leaf(const NodeTest& test);
-  // Appends the tests of overlapping children. Expands the node with the larger volume, or both if
-  // they are the same node.
+  // Appends the tests of overlapping children. Expands both nodes if they are the same node,
+  // otherwise one of them; see PairSearch::expand_larger().
   void expand(const NodeTest& test, std::vector<NodeTest>& stack, Scratch& scratch) const;
   // Calls visit(surface pair, kind, key) for the pairs of features of two clusters whose boxes
   // overlap.

@@ -15,8 +15,8 @@ class SearchDeal {
  public:
   explicit SearchDeal(std::size_t n_clusters = 0) : n_clusters_(n_clusters) {}
 
-  // One search in `interval` searches measures costs. Such a search is about 10 % slower, because
-  // it reads the clock.
+  // One search in `interval` searches measures costs. Such a search is slower, because it reads the
+  // clock twice in each test.
   static constexpr int interval = 8;
 
   // Starts a search. Returns whether it measures costs.

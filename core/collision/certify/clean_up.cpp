@@ -8,10 +8,9 @@ namespace loomstone {
 
 namespace {
 
-// Target gap after clean-up, as a fraction of the thickness, tuned on a twisted sheet. For contacts
-// of cloth with bodies and obstacles, each further round multiplies the target by `next_target`, so
-// that cloth fits into narrow gaps. Targets of cloth with cloth stay constant: with smaller
-// targets, a strip twisted at six turns per second became tangled.
+// Target gap after clean-up, as a fraction of the thickness. Our choice. For contacts of cloth with
+// bodies and obstacles, each further round multiplies the target by `next_target`, down to twice
+// the gap floor, so that cloth fits into narrow gaps. Targets of cloth with cloth stay constant.
 constexpr double target_gap = 0.2, next_target = 0.25;
 constexpr int most_sweeps = 12;
 constexpr double tolerance = 1e-3;  // largest gap change in the last sweep / target gap

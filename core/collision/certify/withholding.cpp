@@ -10,8 +10,7 @@ namespace {
 
 constexpr double share_of_time = 0.8;  // fraction of the motion up to the impact that a unit keeps
 constexpr int partial_passes = 8;      // later passes withhold all of a unit's relative motion
-// Maximum number of passes. Impacts that can be resolved need up to 5 passes. Others can recur
-// forever.
+// Number of the last pass, counted from 0. Impacts that cannot be resolved could recur forever.
 constexpr int most_passes = 40;
 
 // Gives a common carrier to units that still collide although all their relative motion is

@@ -42,7 +42,7 @@ std::uint64_t pair_order(const Pair& pair) {
 // pair_order() as a function object.
 inline constexpr auto place_of_pair = [](const auto& pair) { return pair_order(pair); };
 
-struct FeaturePairs {  // both lists in ascending order
+struct FeaturePairs {  // in results of BroadPhase, both lists are in ascending order
   std::vector<PairKey> vertex_face, edge_edge;
 };
 

@@ -96,8 +96,7 @@ Impact test(const MovingPoints& q, double largest_floor, FloorOf&& floor_of) {
       differences.advance(line / length, 0.0, largest_floor + differences.rounding) >= 1.0)
     return {};
 
-  // The loop converges like Newton's method, quadratically for head-on motion. A grazing motion
-  // that uses all passes counts as a hit.
+  // A motion that is still undecided after all passes, such as a grazing one, counts as a hit.
   constexpr int max_passes = 100;
   Impact impact;
   double time = 0.0, floor = 0.0;

@@ -1,6 +1,6 @@
 // Exact continuous collision detection. Decides whether a vertex and a face, or two edges, touch at
 // any time in [0, 1] while their points move on straight lines. All degenerate cases are handled.
-// Integer arithmetic has no rounding but is slow (10 to 100 us per query). It is used only for
+// Integer arithmetic has no rounding but is slow (15 to 40 us per query). It is used only for
 // queries that floating point leaves undecided.
 #pragma once
 

@@ -12,8 +12,8 @@ namespace loomstone {
 
 namespace {
 
-// A contact counts as closing if its predicted gap is less than this fraction of its gap at the
-// start. Our choice, small enough that no contact counts as closing in gentle motion.
+// A contact can count as closing only if its predicted gap is less than this fraction of its gap at
+// the start. Our choice.
 constexpr double closing = 0.25;
 
 Mat3 tangent_projector(const Vec3& normal) {
@@ -30,9 +30,8 @@ Vec3 weighted(const Contact& contact, const Points& field) {
 }
 
 // Largest slope of a normal force, in units of the effective mass of the contact divided by the
-// square of the step. Our choice. With 1e6, cloth catches on pins that drag it along. Without a
-// bound, one in fifty simulations of such pins fails because the system is not positive definite in
-// single precision.
+// square of the step. Our choice. A steeper contact is rigid for the solve, and its matrix is no
+// longer positive definite in single precision.
 constexpr double rigid = 1e8;
 
 // The signed gap at which the force law is evaluated, and the gap below which the law is extended
@@ -50,7 +49,8 @@ ContactForce extended_force(const Gaps& gaps, double thickness, double stiffness
           at.energy + (at.force + 0.5 * at.stiffness * depth) * depth};
 }
 
-// Returns the gap [m] below which the slope of the force law would exceed `steepest` [N/m].
+// Returns the gap [m] below which the slope of the force law would exceed `steepest` [N/m], but at
+// most half the thickness.
 double steepest_gap(double thickness, double stiffness, double steepest) {
   return 0.5 * thickness * std::sqrt(std::min(1.0, stiffness / steepest));
 }

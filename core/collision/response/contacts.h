@@ -56,7 +56,8 @@ std::vector<double> contact_shares(const std::vector<Contact>& contacts,
 // the other. At half the thickness, the force law gives 3/8 k xi. If F is at most this force, the
 // stiffness is k. If F is larger, the stiffness is 16/3 F / xi - k, but at most 1e4 k. With the
 // stiffness k, taut cloth would pass through its contacts and catch on them. `forces` (rows x 3)
-// [N] act on the cloth. If `forces` has 0 rows, the stiffness is k everywhere.
+// [N] act on the cloth. A feature that is not free cloth counts as not pressed. If `forces` has 0
+// rows, the stiffness is k everywhere.
 std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
                                       const CollisionModel& model, const Vector& inverse_mass,
                                       const Points& forces);

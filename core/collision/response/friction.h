@@ -47,8 +47,8 @@ Vec3 slip_after(const Vec3& slip, const Vec3& actual, double stiffness, double l
 
 // Returns the slip of each contact at the start of the step, projected onto its tangent plane. The
 // slip comes from the anchor of the same pair. If there is none, it comes from the anchor of a
-// neighbouring pair: one feature is the same, and the two other features have a common vertex.
-// Without such an anchor, the slip is zero.
+// neighbouring pair: its first or its second feature is the same, and the two other features have a
+// common vertex. Without such an anchor, the slip is zero.
 std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const CollisionModel& model,
                                  const ContactState& state);
 

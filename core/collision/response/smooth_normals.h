@@ -17,7 +17,7 @@ class SmoothNormals {
   std::size_t bytes() const { return bytes_of(x_, normals_); }
 
  private:
-  // Both tables begin with the first vertex of a smooth surface.
+  // Both tables begin with the first vertex of the first smooth surface.
   Index first_ = 0;
   Points x_;  // positions for which the normals were computed [m]
   Points normals_;

@@ -10,8 +10,8 @@ namespace {
 
 // Speed of a piercing edge relative to the triangle [thickness/s], and its largest motion in one
 // step [thickness]. The speed is low compared with free motion, so that surfaces are not thrown
-// apart. A sheet that has passed 50 thicknesses through another returns within half a second if
-// steps are no longer than 5 ms.
+// apart. At this speed, a sheet that has passed 50 thicknesses through another returns in half a
+// second if steps are no longer than 5 ms.
 constexpr double speed = 100.0, longest = 0.5;
 
 // Returns the distance by which the edge moves along `way_out` relative to the triangle in this

@@ -10,7 +10,7 @@ namespace loomstone {
 namespace {
 
 // Largest number of repetitions of an interval. Before each repetition, the steps of some triangles
-// are shortened. Our choice, far above the usual three or fewer.
+// are shortened. Our choice.
 constexpr int most_repetitions = 8;
 
 std::vector<LimitModes> potential_of(const Asynchronous& options, const ClothModel& model) {

@@ -122,7 +122,7 @@ ElementSteps::ElementSteps(const ClothModel& model, const Asynchronous& options,
       share_(t, k) = rest[t].area / area[vertex];
       density = std::min(density, 3.0 * model.mass[vertex] / area[vertex]);
     }
-    // Area of the triangle divided by its mass at one corner [m^2/kg].
+    // Area of the triangle divided by the smallest of its masses at its corners [m^2/kg].
     const double scale = 3.0 / density;
     const Mat2 gradients = rest[t].gradients * rest[t].gradients.transpose();
     Element element;

@@ -54,7 +54,7 @@ class ElementSteps {
 
  private:
   struct Element {
-    double eigenvalue, tension_eigenvalue, viscous_eigenvalue;  // [1/s^2], [m/kg], [1/s]
+    double eigenvalue, tension_eigenvalue, viscous_eigenvalue;  // [1/s^2], [1/kg], [1/s]
     double safety;                                              // fraction of the limit [1]
   };
   void measure(const Team& team, const Points& x, Elasticity& elasticity);

@@ -30,7 +30,8 @@ Index choose_base(double interval, const Vector& membrane, const Vector& bending
 //                            `half`: half the impulses
 //   drift(first, tick)       moves every vertex whose finest level is >= first by the step of that
 //                            level
-// The half kicks at both ends make the scheme symmetric in time and of order 2.
+// If forces depend on positions only, the half kicks at both ends make the scheme symmetric in time
+// and of order 2.
 template <class System>
 void take_nested_steps(Index base, int finest, System& system) {
   const Index n_ticks = base * (Index{1} << finest);

@@ -14,8 +14,8 @@
 
 namespace loomstone {
 
-// Approximate number of subtrees that are traversed as separate tasks. It does not depend on the
-// number of threads, so the result does not depend on it either.
+// Largest number of subtrees that are traversed as separate tasks. Neither this number nor the
+// result of the traversal depends on the number of threads.
 inline constexpr std::size_t most_tasks = 256;
 
 // Returns the rows in the order of a tree.

@@ -104,8 +104,8 @@ ExpandedField::Sorted ExpandedField::sorted(const Vec3& centre, double radius,
 }
 
 // A cube becomes a leaf if at most few() groups are near it, or if its radius is less than 0.6 of
-// the mean radius of these groups. For a magnet with 1,800 faces, leaves of half the size would
-// speed up evaluation by a fifth, but would need four times the setup time and memory.
+// the mean radius of these groups. Smaller leaves would speed up evaluation, but would need more
+// setup time and memory.
 void ExpandedField::divide(Index cube, const std::vector<Index>& candidates,
                            const std::vector<double>& inherited) {
   const Vec3 centre = cubes_[cube].centre;

@@ -1,4 +1,4 @@
-// A source as groups of eight parts, which are charged faces or dipoles. Groups provide the
+// A source as groups of up to eight parts, which are charged faces or dipoles. Groups provide the
 // multipole moments for expanded_field.h. Groups near a point are summed exactly, with one part per
 // SIMD lane.
 #pragma once

@@ -55,8 +55,8 @@ class TaylorExpansion {
   void evaluate(const double* local, const Vec3& centre, const double* points, Index n,
                 double* field, double* gradient) const;
 
-  // Computes the same as evaluate() at one point, in a fifth of the time of a block of eight.
-  // `rows` contains the coefficients from pack(), followed by at least `beyond` readable doubles.
+  // Computes the same as evaluate() at one point, up to rounding errors. `rows` contains the
+  // coefficients from pack(), followed by at least `beyond` readable doubles.
   static constexpr int beyond = 7;
   void pack(const double* local, double* rows) const;
   void evaluate_at(const double* rows, const Vec3& centre, const double* point, double* field,

@@ -22,8 +22,8 @@ constexpr Index n_samples = 128;
 struct Setting {
   int order;
   double opening;
-  // Relative error of forces, measured on 1e5 randomly oriented dipoles on a lattice with random
-  // displacements of up to half its spacing.
+  // Relative error of forces, rounded up. It was measured on 1e5 random dipoles on a lattice with
+  // random displacements of up to half its spacing (docs/experiments/magnetics.md).
   double error;
 };
 constexpr Setting settings[] = {{3, 0.7, 2e-2},  {4, 0.65, 7e-3},   {5, 0.6, 2.5e-3},
@@ -33,10 +33,8 @@ constexpr Setting settings[] = {{3, 0.7, 2e-2},  {4, 0.65, 7e-3},   {5, 0.6, 2.5
 constexpr int n_settings = 12;
 constexpr double spare = 0.75;  // safety factor, as other dipole sets can have larger errors
 // Minimum number of observers for which controlled() first tests a setting on the leaves that
-// contain samples. At 100,000 observers, the test takes a tenth of the time of a pass, and at more
-// observers a smaller share. In a tenth of the cases, the setting is not accurate enough, and the
-// test saves a whole pass. On average, the test therefore saves time beyond 100,000 observers. The
-// minimum is twice this number.
+// contain samples. This test evaluates at most n_samples leaves, whatever the number of observers.
+// If the setting is not accurate enough, the test saves a whole pass.
 constexpr Index worth_a_look = 200000;
 
 // Returns a mark for each cell (cells): 1 if it contains any of the given rows, otherwise 0.

@@ -5,12 +5,12 @@
 //
 // The error is the root mean square over observers, relative to the root mean square of the result.
 // Field and gradient, or forces and torques, must both meet the tolerance. The error is measured at
-// 128 observers, which are also summed directly. More accurate expansions are tried until the error
+// up to 128 observers, which are also summed directly. More accurate expansions are tried until the error
 // meets the tolerance. If there are few pairs or no expansion suffices, all pairs are summed
 // directly. The result is bit-identical for any number of threads.
 //
 // Forces between the dipoles of one set are equal and opposite for each pair of cells. Truncation
-// leaves a total torque below the tolerance, which is subtracted in equal parts from all torques.
+// leaves a small total torque, which is subtracted in equal parts from all torques.
 #pragma once
 
 #include "core/magnetics/sources/body.h"

@@ -16,7 +16,7 @@ constexpr double finest = 0.1;  // largest turn of the tangent between output po
 // The error of cubic interpolation is then 3e-4 of the radius of curvature.
 constexpr double coarsest = 0.6;
 // Largest number of attempted steps of a line in one direction, at tolerances of 1e-5 or more.
-// Lines of magnets and coils need about 50. The limit matters for induced bodies: at distances
+// Lines of magnets and coils need far fewer. The limit matters for induced bodies: at distances
 // below the size of a panel, the field shows the pattern of the panels, and lines through weak
 // fields may not end.
 constexpr double most_steps = 1000.0;
@@ -67,7 +67,7 @@ struct Tracer {
   Vec3 x = Vec3::Zero(), tangent = Vec3::Zero();  // current position, tangent at the seed
   double sign = 1.0, step = 0.0, length = 0.0;
   Index origin = 0;                    // index of the seed
-  bool inside = false, close = false;  // inside: in a body; close: in it or its layer
+  bool inside = false, close = false;  // inside: in a body; close: in a layer or its body
   bool away = false, done = false;     // away: was far from its seed; done: ended
   LineEnd end = LineEnd::length;
   std::vector<Vec3> points;
@@ -153,7 +153,7 @@ class LineTracing {
   }
 
   // Evaluates one stage of all lines: the unit vector along or against the field at the position
-  // at(line). Ends lines at points where the field vanishes.
+  // at(line). Ends lines at points where the field vanishes or is not finite.
   template <class At>
   void directions(const std::vector<Tracer*>& lines, int stage, At&& at) {
     Points x(lines.size(), 3);

@@ -1,8 +1,8 @@
 // Seeds of field lines such that each line represents the same flux. Surfaces of magnets and
 // surfaces that span currents are divided into pieces. The pieces of each body are sorted along a
-// space-filling curve. The flux is then summed over the pieces of all bodies, except those where it
-// enters a magnet or passes directly from one into another. Line k of n begins at the piece where
-// the sum reaches the fraction (k + 1/2) / n of the total flux.
+// space-filling curve. The flux is then summed over the pieces of all bodies, except pieces where
+// it enters a magnet and pieces inside another body. Line k of n begins at the piece where the sum
+// reaches the fraction (k + 1/2) / n of the total flux.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -47,7 +47,7 @@ std::vector<Piece> disc_pieces(double radius, int n) {
 }
 
 // Returns lattices of pieces on the panels, about n pieces in total. The number of pieces on a
-// panel is nearly proportional to its area.
+// panel is nearly proportional to its area, but at least one.
 std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
   std::vector<double> areas;
   for (const Panel& panel : panels) areas.push_back(panel.at(0.5, 0.5).area.norm());
@@ -95,8 +95,8 @@ std::vector<Piece> pieces_of(const Source& source, int n) {
   return {};
 }
 
-// Returns whether a point on the surface of a body is inside another body. This happens where
-// bodies touch, and flux passes directly from one into the other.
+// Returns whether a point is inside another body than `own`. On the surface of a magnet, this
+// happens where bodies touch, and flux passes directly from one into the other.
 bool held_by_another(const std::vector<MagneticBody>& bodies, const MagneticBody& own,
                      const Vec3& point) {
   for (const MagneticBody& body : bodies) {

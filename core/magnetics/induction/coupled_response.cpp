@@ -7,7 +7,7 @@ namespace loomstone {
 namespace {
 
 // Tolerance of applied_field(): error of the integral of (B.n) B, relative to the integral of
-// (B.n)^2. The measured error is a tenth of this tolerance.
+// (B.n)^2.
 constexpr double refinement = 3e-3;
 
 }  // namespace

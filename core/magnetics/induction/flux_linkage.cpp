@@ -12,8 +12,8 @@ namespace loomstone {
 
 namespace {
 
-// Ratio of length to radius of the solenoid that represents a loop. The relative error of the
-// potential is the square of this ratio divided by 24.
+// Ratio of length to radius of the solenoid that represents a loop. Except near the wire, the
+// relative error of the potential is at most of the order of the square of this ratio.
 constexpr double loop_length = 1e-3;
 
 // The magnet with the same outer field as a winding. It is polarised along z by mu0 times the

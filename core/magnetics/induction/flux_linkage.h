@@ -10,8 +10,8 @@
 namespace loomstone {
 
 // Location of those parts of a body that are at the height of the turns of a winding. If the body
-// lies beyond the ends of the winding, both values are false. If it encloses part of the winding
-// and its surface consists of polygons, both are true.
+// lies beyond the ends of the winding, both values are false. Both are true if edges of polygons on
+// its surface pass through the bore and outside it at this height.
 struct BesideWinding {
   bool in_bore = false, outside = false;
 };

@@ -102,8 +102,7 @@ class MutualField {
 
  private:
   // Number of groups of eight spheres per task. If threads sleep between loops, tasks have 256
-  // spheres, and otherwise 64. The mutual fields of 256 spheres are computed in about 30 us, which
-  // is as long as it takes to wake a thread.
+  // spheres instead of 64, because it takes time to wake a thread.
   Index grain() const { return threads_sleep() ? 32 : 8; }
 
   Index eights() const { return (static_cast<Index>(positions_.rows()) + n_lanes - 1) / n_lanes; }

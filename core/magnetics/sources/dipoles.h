@@ -45,7 +45,7 @@ class DipoleSet final : public Source {
 
 // Returns the forces and torques that the dipoles of `by` exert on the given dipoles (n x 3), and
 // their energies. Torques are about each dipole's own position. Exchanging the two sets reverses
-// the forces up to rounding errors. `nearest` [m] regularises pairs at smaller distances R:
+// the total force up to rounding errors. `nearest` [m] regularises pairs at smaller distances R:
 // 1/nearest^3 replaces 1/R^3. Forces then grow only as 1/R, and torques stay bounded.
 Wrenches dipole_forces(const Team& team, const Points& positions, const Points& moments,
                        const DipoleSet& by, double nearest = 0.0);

@@ -93,8 +93,7 @@ LOOMSTONE_INLINE Lanes solid_angle(const Lanes3<Lanes>& p, const T* f, double ne
                       b = {p.x - f[3], p.y - f[4], p.z - f[5]},
                       c = {p.x - f[6], p.y - f[7], p.z - f[8]};
   const Lanes da = norm(a), db = norm(b), dc = norm(c);
-  // The height above the plane is measured from the nearest corner, where rounding is smallest. Two
-  // selections are used because gcc evaluates masks joined by & one lane at a time.
+  // The height above the plane is measured from the nearest corner, where rounding is smallest.
   Lanes height = f[9] * a.x + f[10] * a.y + f[11] * a.z;
   const Lanes from_b = f[9] * b.x + f[10] * b.y + f[11] * b.z,
               from_c = f[9] * c.x + f[10] * c.y + f[11] * c.z;

@@ -16,7 +16,7 @@ namespace loomstone {
 
 class MultipoleExpansion {
  public:
-  // Distance in radii beyond which sources use the expansion.
+  // Distance in radii beyond which a Polyhedron uses the expansion.
   static constexpr double near = 4.0;
   static constexpr int degree = 24;  // truncation error at `near` radii: 4^-25 = 1e-15
 
@@ -28,8 +28,8 @@ class MultipoleExpansion {
   static MultipoleExpansion of_dipoles(const Points& positions, const Points& moments,
                                        double radius);
 
-  // Computes mu0 H [T] or its gradient [T/m] at one block of points. The relative error is at most
-  // about 1e-6 beyond 2 radii, and at the level of rounding beyond `near` radii. Values closer than
+  // Computes mu0 H [T] or its gradient [T/m] at one block of points. The relative error is of the
+  // order of 1e-6 at 2 radii, and at the level of rounding beyond `near` radii. Values closer than
   // 2 radii are meaningless.
   void field_block(const double* points, Index n, double* field) const;
   void gradient_block(const double* points, Index n, double* gradient) const;

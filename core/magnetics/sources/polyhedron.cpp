@@ -171,8 +171,8 @@ const MultipoleExpansion& Polyhedron::multipoles() const {
       const double flux = ab.cross(bc).dot(polarization_),
                    share = std::max(ab.norm(), bc.norm()) / radius_;
       // The number of points in each direction depends on the size of the face. On large faces, the
-      // rule is exact up to degree 24, the highest of the expansion. Small faces need few points,
-      // because harmonics are nearly linear on them.
+      // rule is exact up to degree 24, the highest of the expansion. Small faces need fewer points,
+      // because harmonics vary less on them.
       const GaussRule& rule = gauss_rule(share > 0.4 ? 14 : share > 0.1 ? 8 : 5);
       for (int i = 0; i < rule.n; ++i) {
         const double u = 0.5 * (1.0 + rule.nodes[i]);

@@ -105,7 +105,7 @@ class Source {
   virtual std::optional<UniformCuboid> uniform_cuboid() const { return std::nullopt; }
   // Returns the same winding with another current in each turn [A], or null for all other sources.
   virtual SourcePtr with_current(double) const { return nullptr; }
-  // Returns the recipe of the source. Its kind is empty for induced bodies.
+  // Returns the recipe of the source. Its kind is empty for induced bodies and for ExpandedMesh.
   virtual SourceRecipe recipe() const { return {}; }
 };
 

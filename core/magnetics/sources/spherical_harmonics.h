@@ -1,5 +1,4 @@
-// Spherical harmonics in Schmidt semi-normalisation, which neither overflows nor underflows at high
-// degree:
+// Spherical harmonics in Schmidt semi-normalisation, which prevents overflow at high degree:
 //   Y_lm = sqrt((l-m)! / (l+m)!) P_lm(cos theta) exp(i m phi),   m >= 0,
 // where P_lm omits the Condon-Shortley phase (-1)^m. About a sphere of radius a, the potential of
 // an applied field is a sum of Re(L_lm Y_lm) (r/a)^l. The outer potential of a charge on the sphere

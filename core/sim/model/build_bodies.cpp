@@ -48,8 +48,8 @@ void build_attachments(const Scene& scene, Model& model, const State& state) {
   std::sort(model.attachments.begin(), model.attachments.end(), [](const auto& a, const auto& b) {
     return a.row != b.row ? a.row < b.row : a.body < b.body;
   });
-  // The factor 100 is our choice. It makes attachments much stiffer than the membrane, so that an
-  // attached vertex stays within micrometres of its point on the body.
+  // The factor 100 is our choice. It makes attachments much stiffer than the membrane. With a
+  // membrane of 300 N/m, 0.03 N pull an attached vertex 1 um away from its point on the body.
   model.attachment_stiffness = 100.0 * mean_membrane_stiffness(scene);
 }
 
@@ -275,8 +275,8 @@ void build_collision(const Scene& scene, Model& model) {
   for (Index e = 0; e < collision.edges.rows(); ++e)
     collision.surface_of_edge.push_back(collision.surface_of_vertex[collision.edges(e, 0)]);
   number_rows(model);
-  // With a stiffness of 1 to 10 times that of the membrane, contacts do not jitter (measured on
-  // twisted and draped cloth).
+  // The factor 3 is our choice. With stiffer contacts, the solver needs more iterations. With
+  // softer ones, surfaces come closer.
   collision.contact_stiffness = scene.contact_stiffness > 0.0
                                     ? scene.contact_stiffness
                                     : 3.0 * mean_membrane_stiffness(scene);

@@ -41,7 +41,7 @@ struct State {
   ContactState contacts;   // friction anchors, written by certification
   EnergyAccount account;   // written by the stepper
   // 0: no intersections. 1: positions given by the user may intersect. 2: a step ended with
-  // unresolved impacts. Written when the user sets positions, and at the end of a step.
+  // unresolved impacts. Written by build(), when the user sets positions, and at the end of a step.
   std::uint8_t tangled = 0;
   Points obstacle_vertices;  // (k x 3) vertices of all obstacles at the current time [m]
   Points external_force;     // (n x 3) forces [N], set by the user

@@ -22,8 +22,8 @@ Bisection::Verdict Bisection::judge(const PartResult& result) {
     return failed && answer == Answer::Halve && part.length() > least;
   };
   const bool limits = result.broke_limits || result.stopped_for_limits;
-  // If only sweeps enforce the limits, shorter parts are not worth their cost, because sweeps
-  // converge slowly. The remaining excess is reported.
+  // If only sweeps enforce the limits, and fallbacks have not withheld much of the motion, parts
+  // shorter than a quarter are not worth their cost. The remaining excess is reported.
   const bool worth = result.stopped_for_limits || limits_in_solve_;
   const int least_for_limits = worth ? StepPart::least : StepPart::quarter;
   if (!result.solved || halves(result.impacts > 0, impacts_, StepPart::least) ||

@@ -1,5 +1,5 @@
-// Checks and measurements after a step: divergence, intersections, withheld motion, and
-// acceleration in contact.
+// Checks and measurements of a step: divergence, intersections, withheld motion, and acceleration
+// in contact.
 #pragma once
 
 #include "core/sim/step/engines.h"

@@ -10,12 +10,11 @@ namespace loomstone {
 namespace {
 
 // Energy that contacts may create by the end of a part, as a fraction of the largest kinetic energy
-// so far, if ImplicitOptions::accuracy is 1. The accuracy multiplies this tolerance. Our choice:
-// towels that fall on a floor then gain at most 0.04 of their largest kinetic energy. Even with the
-// shortest parts, the gain is not smaller.
+// so far, if ImplicitOptions::accuracy is 1. The accuracy multiplies this tolerance. Our choice: in
+// 27 falls of towels on a floor, the gain is then at most 0.021 (docs/experiments/energy.md).
 constexpr double gain_tolerance = 0.02;
 // A part is shortened to the largest length for which the energy that contacts are expected to
-// create is at most this fraction of the tolerated energy.
+// create is at most this fraction of the tolerated energy, or to the shortest permitted length.
 constexpr double aim = 0.5;
 
 // Returns the energy of everything but contacts [J]. Includes the energy that circuits and bearings
@@ -74,7 +73,7 @@ void add_to_account(const PartWork& work, const Solved& solved, const AfterSolve
   account.friction += work.friction, account.damping += work.damping;
   account.limits += after.limited;
   const double lost = lost_after_solve(solved, engines, state) - after.limited;
-  // Energy can increase after the solve only by untangling forces or by scripted motion.
+  // Untangling forces or scripted motion, if there are any, account for an increase of the energy.
   if (lost < 0.0 && after.untangles)
     account.loads -= lost;
   else if (lost < 0.0 && after.surfaces_move)

@@ -18,7 +18,7 @@ struct AfterSolve {
 
 // Adds the work and the losses of a part. The energy that cloth and bodies lose after the solve is
 // attributed to certification, except for the energy that strain limits remove. Energy gained after
-// the solve is attributed to untangling or to scripted motion.
+// the solve is attributed to untangling or to scripted motion or, without both, to certification.
 void add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
                     const Engines& engines, State& state);
 

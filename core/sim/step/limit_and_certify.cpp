@@ -12,8 +12,7 @@ namespace loomstone {
 namespace {
 
 // A part of the step is halved if certification withholds more than this fraction of its requested
-// motion. Our choice. In our scenes, most steps lose at most 1e-5 of their motion, and a few steps
-// lose all of it.
+// motion. Our choice.
 constexpr double much_withheld = 0.1;
 
 // Returns the motions of bodies that certification checks. The motion of a body leads from its pose

@@ -10,14 +10,12 @@ namespace loomstone {
 
 namespace {
 
-// Maximum number of certifications before fallbacks. Our choice. A second one is rare if contacts
-// and limits are both part of the solve.
+// Maximum number of certifications before fallbacks. Our choice.
 constexpr int max_rounds = 4;
 constexpr int max_fallbacks = 4;
 constexpr int max_passes = 16;    // passes over triangles per fallback
 constexpr double aimed_at = 0.9;  // target excess of a fallback, as a fraction of the margin
-// A part of the step is divided if fallbacks withhold more than this fraction of its motion. For a
-// cloth thrown at a ball, one fallback can withhold most of the motion.
+// A part of the step is divided if fallbacks withhold more than this fraction of its motion.
 constexpr double much_motion = 0.01;
 
 // A strain mode (weft, warp, shear) of a triangle: the amount by which its strain exceeds the
@@ -118,9 +116,9 @@ class Constraining {
   // Until certification moves vertices, no check is then needed.
   bool limiting_held() const { return report_.limits.broken.empty() && !in_.repelled; }
 
-  // Marks the cloths whose limits the sweeps did not satisfy, because scripted motion leaves no
-  // room or there were too few sweeps. Later rounds do not limit these cloths; their excess is
-  // reported.
+  // Marks the cloths that exceed their limits before certification, for example because scripted
+  // motion leaves no room or there were too few sweeps. Later rounds do not limit these cloths;
+  // their excess is reported.
   void give_up() {
     held_.assign(in_.cloth->n_vertices, 0);
     for (const Index i : in_.loaded) held_[i] = 1;

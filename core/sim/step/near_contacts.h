@@ -55,7 +55,7 @@ std::vector<double> contact_energies(const State& state, double time, const Engi
                                      int n_parts = 1);
 
 // Returns the energy of contacts at the end of a part, and keeps it in `engines` for the report.
-// Collective. know_contacts() must have been called.
+// Collective. Slow unless know_contacts() was called for this state.
 double energy_at_end(const State& state, double time, const Engines& engines);
 
 // Returns the contacts in the present state, sorted by (kind, a, b); empty if the scene has no

@@ -12,8 +12,8 @@ namespace loomstone {
 namespace {
 
 // Ratio of the largest step to the shortest step that is tried if contacts create energy. Our
-// choice: at 4 m/s, a towel of 3,000 triangles moves by its thickness in 1/64 of the largest step
-// of 10 ms, and the shortest step is a quarter of this time.
+// choice: at 4 m/s, a towel of 0.18 x 0.12 m with 3,000 triangles moves by 1.4 times its thickness
+// in 1/64 of the largest step of 10 ms, but by 0.36 times its thickness in 1/256.
 constexpr double shortest_for_contacts = 256.0;
 
 StepSpan span_of(double t0, double h) { return {t0, h, t0 + h}; }

@@ -113,7 +113,7 @@ def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Call
 
 
 def _only_mesh(annotation: Any) -> bool:
-    """Returns whether a parameter takes a mesh or None, but nothing else."""
+    """Returns whether a parameter takes nothing but a mesh, or nothing but a mesh or None."""
     return str(annotation) in ("TriangleMesh", "TriangleMesh | None")
 
 

@@ -15,8 +15,8 @@ from .._core import InvalidInput, TriangleMesh
 __all__ = ["converted", "triangles_of_cells"]
 
 _FACES = ("triangle", "quad", "polygon")
-# Cells that the error message does not name: those without area, which Gmsh writes for its physical
-# groups.
+# Cells without area, such as those that Gmsh writes beside triangles. The error message does not
+# name them.
 _IGNORED = ("vertex", "line", "line3")
 
 
@@ -26,8 +26,8 @@ def converted(value: Any) -> TriangleMesh | None:
     Vertices [m] keep their order. Polygons are split into fans from their first corner. Texture
     coordinates are left out, because the uv of a TriangleMesh are lengths [m].
 
-    Raises InvalidInput for a trimesh.Scene, and for meshes without triangles, with quadratic cells
-    or with triangles that TriangleMesh rejects.
+    Raises InvalidInput for a trimesh.Scene, and for meshes without triangles, with curved triangles
+    or quads, or with triangles that TriangleMesh rejects.
     """
     classes = {(base.__module__.split(".")[0], base.__name__) for base in type(value).__mro__}
     if ("trimesh", "Trimesh") in classes:
@@ -49,7 +49,7 @@ def triangles_of_cells(cells: Any) -> np.ndarray[Any, np.dtype[np.int64]]:
     """Returns the triangles (m x 3) of meshio's cell blocks, with polygons split into fans.
 
     Other cells, such as points, lines and tetrahedra, are ignored. Raises InvalidInput if there are
-    no flat triangles or polygons, or if there are quadratic cells, such as triangle6 and quad8.
+    no flat triangles or polygons, or if there are curved ones, such as triangle6 and quad8.
     """
     kinds = sorted({block.type for block in cells} - set(_IGNORED))
     faces = [np.asarray(block.data, int) for block in cells if block.type in _FACES]

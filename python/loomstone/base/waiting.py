@@ -15,10 +15,10 @@ import re
 __all__ = ["WAITING"]
 
 # Number of times a thread polls for the next loop before it sleeps. libgomp's default is 300000.
-# tests/benchmarks/waiting.py compares lower counts with this default for a drape of 14,450
-# triangles on two processors. On an otherwise idle machine, a count of 2000 takes 1.15 times the
-# wall time of the default, and a count of 30000 takes 1.02 times. If two other processes are busy,
-# a count of 30000 takes 0.74 times the processor time of the default, and 0.82 times the wall time.
+# `tests/benchmarks/waiting.py --triangles 14450` compares counts on two processors. On an otherwise
+# idle machine, a count of 2000 takes 1.15 times the wall time of the default, and a count of 30000
+# takes 1.02 times. If two other processes are busy, a count of 30000 takes 0.74 times the processor
+# time of the default, and 0.82 times the wall time.
 _SPIN_COUNT = 30000
 
 
@@ -35,7 +35,7 @@ def _libgomp_is_loaded() -> bool:
 
 
 def _load_core() -> str:
-    """Loads `_core`, if possible with our spin count, and returns how threads wait, as text."""
+    """Returns how threads wait, as text. Loads `_core` with our spin count if it has an effect."""
     for name in ("OMP_WAIT_POLICY", "GOMP_SPINCOUNT"):
         if name in os.environ:
             return f"{name}={os.environ[name]} (environment)"

@@ -49,7 +49,9 @@ class Clip:
 
     @property
     def largest_size(self) -> int:
-        """Upper bound on the size [bytes] of a binary file with all surfaces and their normals.
+        """Upper bound on the size [bytes] of a binary USD or Alembic file.
+
+        A glTF file can be larger: each deforming surface adds about frames^2 weights of 4 bytes.
 
         The libraries for USD and Alembic do not report a full disk reliably, and alembic3d even
         ends the process, so space is reserved before they write.

@@ -19,7 +19,7 @@ __all__ = ["FORMATS", "Format", "export_run", "format_of"]
 Format = Literal["usd", "gltf", "alembic", "pc2", "mdd", "obj", "ply"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 
-# Suffixes of the formats that write a single file; the first is the default.
+# Suffixes of the formats that write one file (and PNG textures, for USD); the first is the default.
 _FILES: dict[Format, tuple[str, ...]] = {
     "usd": (".usdc", ".usd", ".usda"),
     "gltf": (".glb", ".gltf"),
@@ -99,7 +99,7 @@ def _write_file(path: Path, clip: Clip, to: Format) -> Path:
         from .gltf_writer import write_gltf as write
     else:
         from .alembic_writer import write_alembic as write
-    text = path.suffix.lower() in (".usda", ".gltf")  # text files are up to four times as long
+    text = path.suffix.lower() in (".usda", ".gltf")  # text files: up to about four times as long
     with unfinished(path, size=clip.largest_size * (4 if text else 1)) as partial:
         write(partial, clip)
     return path

@@ -65,7 +65,7 @@ class _Document:
         self._gltf = gltf
         self._made = gltf.GLTF2()
         self._made.asset = gltf.Asset(version="2.0", generator=f"loomstone {__version__}")
-        # The rotation of the root node turns the z axis up to the y axis up.
+        # The rotation of the root node maps the z axis to the y axis, which points up in glTF.
         half = float(np.sqrt(0.5))
         root = gltf.Node(name="run", rotation=[-half, 0.0, 0.0, half], children=[])
         self._made.nodes = [root]

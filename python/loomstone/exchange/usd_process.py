@@ -55,7 +55,10 @@ def read_usd_apart(path: Path, rate: float | None, *, moving: bool) -> tuple[lis
 
 
 def serve() -> None:
-    """Reads the USD file that the last argument names; writes its parts or the error to a file."""
+    """Reads the USD file that the last argument names.
+
+    Writes its parts and their times, or the error, to a file.
+    """
     from .usd_reader import read_usd
 
     path, shown, rate, moving, result = json.loads(sys.argv[-1])

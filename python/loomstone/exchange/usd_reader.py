@@ -94,7 +94,9 @@ def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
 
 
 def _check_skin(where: str, binding: Any, prim: Any, target: Any) -> None:
-    """Raises InvalidInput unless a skin has a skeleton with its joints and one pose per joint.
+    """Raises InvalidInput unless a skin has a skeleton with its joints.
+
+    If the skeleton has poses, there must be one per joint.
 
     The library reads joints and poses without these checks.
     """

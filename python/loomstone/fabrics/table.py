@@ -272,8 +272,8 @@ class Level:
 
 
 # The bending rigidities are the percentiles 5, 25, 50, 75 and 95 of 618 fabrics measured along warp
-# [Feng2022]. Stiffness and limits are our choice, and cover most of the fabrics above. Figure 3.5
-# of [Thomaszewski2010] shows limits of 2, 5 and 15 %.
+# [Feng2022]. Stiffness and limits are our choice, and their ranges include most values in FABRICS.
+# Figure 3.5 of [Thomaszewski2010] shows limits of 2, 5 and 15 %.
 LEVELS = {
     "very soft": Level(50.0, 0.30, 20.0, 0.30, 1.1e-6),
     "soft": Level(150.0, 0.15, 40.0, 0.20, 4.1e-6),

@@ -45,8 +45,8 @@ def dress(
     bar_radius : radius of the bar along x, at least 4 mm below the straps [m]; 0.015 to 0.05
     seed : seed of the triangulation
 
-    Bodice and skirt start as cones, without strain. The front faces -y. Groups are "strap_left",
-    "front.neckline", "gore_1.hem" and so on.
+    Bodice and skirt start as cones, with little strain. The front faces -y. Groups are
+    "strap_left", "front.neckline", "gore_1.hem" and so on.
 
     >>> len(dress(1500).panel_names)
     13
@@ -188,8 +188,8 @@ class _Shape:
     """Joints of the straps with the bodice, and control points of the bodice's curves.
 
     inner, outer : angles of a strap's two edges from centre front or back [degrees]
-    armhole : distance of the armholes' control points from the waist along the cloth [m]
-    nape : distance from the waist of the lowest and the control point of the back neckline [m]
+    armhole : distance from the waist of the control points of the front and back armholes [m]
+    nape : distance from the waist of the back neckline's lowest point and control point [m]
     """
 
     inner: float
@@ -293,7 +293,7 @@ def _strap(cone: _Cone, bar_radius: float, chord: float) -> tuple[Floats, Floats
     # The middle of a chord of the circle of radius `over` lies about chord^2 / (8 over) inside it.
     over = (clear + np.sqrt(clear**2 + chord**2 / 2)) / 2
     # In the plane (y, z), the path is straight from (-depth, -rise) to its tangent point on the
-    # circle of radius `over`, and then follows the circle over the top.
+    # circle of radius `over`, and then follows the circle over the top. The rear is symmetric.
     first = np.arctan2(-rise, -depth) - np.arccos(over / np.hypot(depth, rise)) + 2 * np.pi
     turn = np.linspace(first, np.pi - first, 17)
     circle = np.c_[np.full(17, x), over * np.cos(turn), over * np.sin(turn)]

@@ -39,7 +39,7 @@ def tshirt(
 ) -> Garment:
     """A T-shirt, initially placed around a standing torso with arms half raised.
 
-    The hem lies in z = 0, and the front faces -y.
+    The hem lies near z = 0, and the front faces -y.
 
     triangles : total number of triangles; the result may differ from it by up to 4
     chest : circumference of the chest [m]

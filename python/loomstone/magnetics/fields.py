@@ -53,9 +53,9 @@ def potential(bodies: Bodies, points: ArrayLike, *, threads: int = 0) -> Floats:
     """Returns the scalar potential of hard magnets and dipoles. Its negative gradient is H.
 
     points (n, 3) [m] in world axes. Returns (n) [A]: the sum over all bodies, which vanishes at
-    infinity and is continuous everywhere. The relation to H also holds inside magnets. threads as
-    in `field`. Raises Unsupported for currents, which have no scalar potential, and for induced
-    bodies.
+    infinity and is continuous except at dipoles. The relation to H also holds inside magnets.
+    threads as in `field`. Raises Unsupported for currents, which have no scalar potential, and for
+    induced bodies.
 
     >>> import loomstone as ls
     >>> ls.magnetics.potential(ls.magnetics.dipoles([[0, 0, 0]], [[0, 0, 1]]), [[0, 0, 0.5]])

@@ -65,8 +65,8 @@ def force(
     `error` [N] estimates the error of the force, or of the torque divided by the body's radius if
     that is larger. It exceeds the requested error if 2,000,000 evaluations of the field do not
     suffice. For induced bodies it includes the error of their charge, which is estimated for
-    cuboids and cylinders by comparing their three grids, and for spheres from the last two degrees
-    of their series. Near magnets (see `soft_cuboid`) and between cuboids that magnetise each other,
+    cuboids and cylinders by comparing their grids, and for spheres from the last two degrees of
+    their series. Near magnets (see `soft_cuboid`) and between cuboids that magnetise each other,
     the estimate is between half and ten times the true error in nine of ten cases (for spheres, if
     the degree is at least 3). It is nan for meshes, which have only one grid.
 
@@ -90,8 +90,8 @@ def force(
     fine = _force(on, by, tolerance, engine, density)
     if density is None:
         return fine
-    # Halving the width of the cells about halves the error, so the difference between the two
-    # results estimates the error of the finer one. The factor of two below is a margin.
+    # Halving the width of the cells usually halves the error at least. The difference of the two
+    # results therefore estimates the error of the finer one. The factor of two below is a margin.
     coarse = _force(on, by, tolerance, engine, density / 8)
     force_error = np.linalg.norm(fine.force - coarse.force)
     torque_error = np.linalg.norm(fine.torque - coarse.torque) / on.radius
@@ -109,10 +109,11 @@ def _force(
 def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: int = 0) -> Forces:
     """Returns forces and torques on every body, exerted by all others.
 
-    tolerance [1]: error of each pair relative to the largest force between any two bodies. Linear
-    and angular momentum are conserved to rounding. Between bodies made by cells(), the forces are
-    sums over their cells. As in `force`, errors are estimated, and solid magnets that overlap raise
-    InvalidInput. threads 0: all processors; the result does not depend on it.
+    tolerance [1]: error of each pair relative to the largest force between any two bodies, or to
+    the pair's own torque / radius if that is larger. Linear and angular momentum are conserved to
+    rounding. Between bodies made by cells(), the forces are sums over their cells. As in `force`,
+    errors are estimated, and solid magnets that overlap raise InvalidInput. threads 0: all
+    processors; the result does not depend on it.
 
     The method `at` places each body at its pose:
 
@@ -152,8 +153,8 @@ def mutual_inductance(a: MagneticBody, b: MagneticBody, *, tolerance: float = 1e
 
     For bodies made with other currents, the result is multiplied by the product of these currents.
     tolerance [1]: error relative to the integral of the vector potential's norm along the winding.
-    Raises InvalidInput for other bodies, and for two loops that coincide, because the inductance of
-    infinitely thin wire is infinite.
+    The error can be larger if the windings touch. Raises InvalidInput for other bodies, and for two
+    loops that coincide, because the inductance of infinitely thin wire is infinite.
 
     >>> import loomstone as ls
     >>> a, b = (ls.magnetics.loop(radius=radius, current=1.0) for radius in (0.1, 0.01))
@@ -181,7 +182,7 @@ def induced_moments(
     one sphere in a uniform field, and for spheres whose distances are large compared with their
     radii. The linear system is solved to a relative residual of `tolerance`. threads 0: all
     processors; the result does not depend on it. Raises InvalidInput for values out of range.
-    Raises SolverFailure if spheres overlap so deeply that there is no equilibrium.
+    Raises SolverFailure if the solution does not converge, as can happen if spheres overlap deeply.
 
     >>> import loomstone as ls
     >>> iron = {"radii": [0.01], "susceptibilities": [float("inf")]}

@@ -62,18 +62,18 @@ def field_lines(
     """Traces lines of B by an adaptive Runge-Kutta pair of orders 5 and 4 [Dormand1980].
 
     Without seeds, `lines` lines start at points that represent equal flux. These points lie on the
-    surfaces of magnets and of magnetised bodies, and on the discs that loops, solenoids and closed
-    polylines span. Lines are therefore dense where the field is strong. seeds (n, 3) [m]: starting
-    points to use instead, each traced in both directions. uniform (3): flux density added to that
-    of the bodies [T].
+    surfaces of magnets and of magnetised bodies, on discs in loops and solenoids, and on surfaces
+    that closed polylines span. Lines are therefore dense where the field is strong. seeds (n, 3)
+    [m]: starting points to use instead, each traced in both directions. uniform (3): flux density
+    added to that of the bodies [T].
 
     A line ends where it enters a body, leaves the ball of radius `extent` [m] about `centre`,
     returns to its start, or reaches a point where the field vanishes. It also ends after `length`
     [m] (0: 20 extents) or a thousand steps (more if tolerance < 1e-5). extent 0: four times the
     radius of the bounding ball of the bodies, about the centre of that ball. tolerance [1]: error
     of a step divided by the extent. Between neighbouring points a line turns by about 0.1 rad at
-    most. threads 0: all processors; the result does not depend on it. Raises InvalidInput for
-    values out of range, and if no line can start.
+    most, except at surfaces. threads 0: all processors; the result does not depend on it. Raises
+    InvalidInput for values out of range, and if no line can start.
 
     >>> import loomstone as ls
     >>> magnet = ls.magnetics.sphere(radius=0.01, polarization=(0, 0, 1))

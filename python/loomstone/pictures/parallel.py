@@ -42,10 +42,11 @@ class ParallelRun:
     name : name of its directory
     frames (f) : times of the frames after the first [s]
     collision, collision_waiting (f) : for each of these frames, the wall time of collision handling
-        in the steps since the preceding frame, and the part of it in which a rank waits for others;
-        means over the ranks [s]
+        in the steps since the preceding frame, and the part of it in which a rank communicates or
+        waits for others; means over the ranks [s]
     parts : wall time of preprocessing, integration, collision handling and the rest [s]
-    waiting : time that a rank waits divided by the wall time of all steps; mean over the ranks [1]
+    waiting : time that a rank communicates or waits divided by the wall time of all steps; mean
+        over the ranks [1]
     replayed : predictions for the recorded steps of this run
     """
 

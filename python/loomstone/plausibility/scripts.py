@@ -13,8 +13,8 @@ __all__ = ["of_scripts"]
 Floats = NDArray[np.float64]
 
 # Times that are whole numbers and reach one of these values [s] look like numbers of frames. Both
-# are our choice. The first is a second of film, for three times or more. The second is for one or
-# two times, because a slow motion between two times may well take half a minute.
+# are our choice. The first, a second of film, applies to three or more times. The second applies to
+# one or two times, because a slow motion between two times may well take half a minute.
 FRAMES = 24.0
 FRAMES_OF_TWO = 100.0
 # Half a turn, the most between two keyframes, and a full turn [rad], with room for rounding.

@@ -70,7 +70,7 @@ def start_surfaces(scene: Scene, simulation: Any) -> list[Surface]:
 def overlapping_pairs(surfaces: list[Surface]) -> list[tuple[int, int]]:
     """Returns the pairs of overlapping surfaces in which at least one surface moves freely.
 
-    Two surfaces overlap if they intersect, or if one lies inside the other.
+    Two surfaces overlap if they intersect even after SHRINKAGE, or if one lies inside the other.
     """
     if not any(surface.free for surface in surfaces):
         return []

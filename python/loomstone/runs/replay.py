@@ -53,7 +53,7 @@ class Prediction:
     """Predicted time of all recorded searches on a number of ranks.
 
     seconds : time until all ranks have all results, summed over the searches [s]
-    exchange : the part of `seconds` in which ranks exchange results [s]
+    exchange : the part of `seconds` in which ranks exchange results and costs [s]
     serial : time of the searches on one rank [s]
     busy : time spent on tests, mean over the ranks and sum over the searches [s]
     requests, refusals : number of requests by idle ranks for tasks, and number of refused requests

@@ -21,7 +21,7 @@ class _Frames(Protocol):
 class Stacked:
     """An array that each frame has, such as positions, stacked over the frames along a first axis.
 
-    It is indexed like a numpy array, and reads only the requested frames. np.asarray() reads all
+    It is sliced like a numpy array, and reads only the requested frames. np.asarray() reads all
     frames.
     """
 

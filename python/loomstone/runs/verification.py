@@ -78,8 +78,8 @@ class FrameTable:
 
 
 # File names and columns of two tables, each of which exists only if it has rows. FORCED lists the
-# triangle pairs that a step left intersecting. BROKEN lists the largest excesses over strain limits
-# that a step left.
+# triangle pairs that a step was forced to leave intersecting. BROKEN lists the largest excesses
+# over strain limits that a step left.
 FORCED = (
     "forced.csv",
     ("step", "triangle", "other_triangle"),

@@ -110,7 +110,7 @@ class Live:
         self.page.stop()
 
     def wait(self) -> None:
-        """Waits until stop() closes the page."""
+        """Waits until stop() is called."""
         self._stopped.wait()
 
     def _add_controls(self, paused: bool) -> None:

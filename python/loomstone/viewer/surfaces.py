@@ -124,7 +124,7 @@ class Surfaces:
 
 
 def _vertex_colors(surface: Surface) -> Bytes | None:
-    """Returns the texture's colours and alpha (n x 4) at the vertices; None without a texture."""
+    """Returns the texture's colours, opaque, at the vertices (n x 4); None without a texture."""
     colors = texture_at_vertices(surface)
     return None if colors is None else np.pad(colors, ((0, 0), (0, 1)), constant_values=255)
 

@@ -1,8 +1,8 @@
 // Time and events of asynchronous steps compared with symplectic Euler at the step of the smallest
-// triangle, on meshes of equal and of graded triangles. A sheet of 2 m hangs from two corners and
-// swings, without collisions and without damping. Times are processor times of one thread for the
-// steps alone, per second of motion. The columns "less" and "fewer" give the time and the events of
-// symplectic Euler divided by those of the row.
+// triangle, on meshes of nearly equal and of graded triangles. A sheet of 2 m hangs from two
+// corners and swings, without collisions and without damping. Times are processor times of one
+// thread for the steps alone, per second of motion. The columns "less" and "fewer" give the time
+// and the events of symplectic Euler divided by those of the row.
 //   benchmark_asynchronous [cells ...]      (default 34: 2,312 triangles, 50: 5,000; --smoke: 6)
 #include <algorithm>
 #include <cmath>
@@ -27,7 +27,8 @@ double now() {
 }
 
 // Square sheet of 2 m whose triangles become smaller towards its centre. Edges parallel to the rim
-// are least / (least + 1) times as long at the centre as at the rim: all equal if `least` is large.
+// are about least / (least + 1) times as long at the centre as at the rim. A large `least` leaves
+// the jittered grid as it is.
 TriangleMesh sheet(Index cells, double least) {
   const TriangleMesh mesh = jittered_grid(2.0, 2.0, cells, cells, 0.24, 5);
   Points x = mesh.vertices();

@@ -1,5 +1,5 @@
 // Time of one sweep of strain limiting over elements that exceed their limits (evaluation and
-// correction), and of a call on one thread if all are within limits (evaluation only). Each time
+// correction), and of a call on one thread if all are within limits (see idle()). Each time
 // is the minimum of 40 runs. It is compared with a block matrix-vector product (7,396 rows, one
 // thread) in the same run. Results of different machines can be compared only by this ratio.
 //   benchmark_limits [cells ...]      (default 42, 85, 224: 3,528, 14,450 and 100,352 triangles;

@@ -1,5 +1,5 @@
-// Tests of bending compared with beam theory. A clamp is two prescribed rows of vertices with
-// edges along the clamp line. The Poisson ratio is 0 unless stated otherwise.
+// Tests of bending compared with beam theory. A clamp is at least two prescribed rows of vertices,
+// with edges along the clamp line. The Poisson ratio is 0 unless stated otherwise.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -48,7 +48,7 @@ TEST_CASE("a mid-edge cantilever sags as beam theory says on raw meshes with sli
   for (unsigned seed = 1; seed <= 12; ++seed) {
     double angle = 0.0;
     const Strip strip = random_strip(1.0, 0.2, across, seed, 0, &angle);
-    // The element does not support triangles of nearly zero area.
+    // Skips meshes with a nearly degenerate triangle.
     if (angle < 1.0 * M_PI / 180) continue;
     BendingSetup setup = flat_setup(strip.vertices, strip.triangles, isotropic(1.0, 0.0));
     setup.prescribed = strip.prescribed;

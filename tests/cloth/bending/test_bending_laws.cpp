@@ -270,7 +270,7 @@ TEST_CASE(
     const double measured = std::abs(make_hinge_bending(setup)->rest_angles()[0]);
     worst = std::max(worst, std::abs(measured - std::abs(angle)) / std::max(1e-3, std::abs(angle)));
   }
-  CHECK(worst < 1e-14);  // reached near pi by rounding errors of the normals
+  CHECK(worst < 1e-14);  // rounding errors of the normals
 }
 
 TEST_CASE(
@@ -346,6 +346,6 @@ TEST_CASE("a subset of triangles takes only the vertices of its neighbourhood") 
   const BendingSetup setup = flat_setup(mesh, some_rigidity());
   const BendingSubset subset =
       bending_subset(setup, edge_table(mesh.n_vertices(), setup.triangles), {400});
-  CHECK(subset.vertices.size() < 15);  // two rings of neighbours around a triangle have 12 vertices
+  CHECK(subset.vertices.size() < 15);  // with two rings of neighbours, at most 12
   CHECK(std::is_sorted(subset.vertices.begin(), subset.vertices.end()));
 }

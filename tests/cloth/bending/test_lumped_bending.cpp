@@ -1,4 +1,5 @@
-// Tests of the sparse upper bound of the mid-edge stiffness, used by semi-implicit steps.
+// Tests of the lumped mid-edge stiffness, which semi-implicit steps use. It is a sparse upper bound
+// of half the Gauss-Newton stiffness.
 #include <catch2/catch.hpp>
 #include <random>
 

@@ -167,7 +167,7 @@ TEST_CASE("limiting brings strain rates within their bound and conserves momenta
   const TriangleMesh mesh = irregular();
   const LimitedCloth cloth = sheet(mesh, limits_of(0.05, 0.03, 0.04));
   const Points x = deformed(mesh, 0.1);
-  // The strain rates are up to 160/s. Their bound is 100/s, a strain of 0.1 in a step of 1 ms.
+  // The strain rates are up to about 150/s. Their bound is 100/s: a strain of 0.1 in 1 ms.
   Points v = 100.0 * deformed(mesh, 1.0);
   const Points before = v;
   StrainLimiter limiter(cloth, sweeping("gauss-seidel"));

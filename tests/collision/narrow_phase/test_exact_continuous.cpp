@@ -31,7 +31,7 @@ MovingPoints falling(double x, double y, double from, double to) {
           Vec3(x, y, to),   Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
 }
 
-// Random motions with small integer coordinates; most of them are degenerate in some way.
+// Random motions with small integer coordinates; many of them are degenerate in some way.
 MovingPoints on_lattice(std::mt19937& random, int largest) {
   std::uniform_int_distribution<int> number(-largest, largest);
   MovingPoints q;
@@ -207,8 +207,8 @@ TEST_CASE("floating-point proofs and separating planes agree with integer arithm
   CHECK(n_separated > 500);
 }
 
-// Query files are made by tests/collision/convert_queries.py from published benchmark queries with
-// exact verdicts.
+// Query files are made by tests/collision/convert_queries.py from published and our own queries
+// with exact verdicts.
 namespace {
 
 // Checks all queries of a file. The exact test is never wrong. The conservative test misses no hit,

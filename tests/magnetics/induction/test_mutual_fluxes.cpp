@@ -127,7 +127,7 @@ TEST_CASE("forces between bodies equal sums over all panels and are opposite") {
     CHECK((found.force - wanted.force).norm() < force_tolerance * wanted.force.norm());
     CHECK((found.torque - wanted.torque).norm() < force_tolerance * wanted.force.norm());
     // The two forces are sampled on different bodies, so they are not exactly opposite. The charges
-    // jump between coarse panels, and the samples resolve these jumps to 1e-4.
+    // jump between coarse panels, and the samples do not resolve these jumps exactly.
     CHECK((found.force + back.force).norm() < 2e-4 * wanted.force.norm());
   }
 }

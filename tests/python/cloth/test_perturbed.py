@@ -1,4 +1,4 @@
-"""Perturbing initial positions by a micrometre changes contacts and causes no intersection.
+"""Cloth does not intersect if its initial positions are perturbed by up to a micrometre.
 
 tests/benchmarks/certify.py tests the same at full size.
 """

@@ -70,9 +70,9 @@ def test_a_magnet_floats_above_a_superconducting_plate():
     assert frequency == pytest.approx(case["vertical_frequency_Hz"], rel=0.035)
     places, _ = heights(floating(case, "superconductor", rest + 2e-4), 110)
     z = places[:, 2] - rest
-    # The amplitude is the initial displacement of 2e-4 m. The bounds allow for the error of `rest`,
-    # which is 6 um: `rest` follows from the force on the panels, and the scene computes the force
-    # on the ball. The two forces differ by the fraction 2e-3.
+    # The amplitude is the initial displacement of 2e-4 m. `rest` follows from the force on the
+    # panels, and the scene computes the force on the ball. The two forces differ by the fraction
+    # 1e-4, which shifts the equilibrium by less than 1 um.
     assert 1.5e-4 < np.abs(z).max() < 2.4e-4, "it swings about its place"
     turns = np.flatnonzero(np.diff(np.sign(z)) != 0)
     crossings = turns + z[turns] / (z[turns] - z[turns + 1])
@@ -139,8 +139,8 @@ def test_free_bodies_keep_momenta_and_energy_and_the_same_bits():
     )
     exchanged = sim.report.energy.magnetic - potential
     gained = sim.report.energy.body_kinetic + sim.report.energy.magnetic - energy
-    # With 8 cells, the force has a relative error of 2e-3. The bound also allows for the error of
-    # the trajectory, which is of second order in the step.
+    # With 8 cells, the initial force of the magnet on the box has a relative error of 5e-4. The
+    # bound also allows for the error of the trajectory, which is of second order in the step.
     assert exchanged < 0 and abs(gained) < 5e-3 * abs(exchanged)
     other = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-4), threads=3)
     other.restore(kept)

@@ -178,8 +178,7 @@ def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
 
 def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_cloth_comes_to_rest():
     # The knit is limp and strains by 2 % if its limits allow it. The test compares means of eight
-    # specimens, because single specimens differ by 8 % in their drape coefficients and by four in
-    # their numbers of folds.
+    # specimens, because single specimens differ in their drape coefficients and numbers of folds.
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
     limits = (ls.StrainLimit(0.05, 0.05, 0.05), ls.StrainLimit(0.01, 0.01, 0.05))
     loose, tight = (
@@ -197,7 +196,7 @@ def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_clo
     coefficient = [np.mean([r.drape_coefficient for r in results]) for results in (loose, tight)]
     assert coefficient[1] == pytest.approx(coefficient[0], rel=0.1)
     folds = [np.mean([r.folds for r in results]) for results in (loose, tight)]
-    assert folds[1] == pytest.approx(folds[0], rel=0.1)  # measured: 11.75 and 12.0
+    assert folds[1] == pytest.approx(folds[0], rel=0.1)  # measured: 11.6 and 11.9
 
 
 def test_conforming_triangles_do_not_lock_at_limits_of_a_hundredth_in_stretch_and_compression():

@@ -88,8 +88,8 @@ def test_a_magnet_falls_through_a_coil_as_in_the_table(case):
         speed - case["gravity"] * late,
     )
     # The tolerances cover two errors. The simulation replaces the turns of the table by a current
-    # sheet. Its steps only partly resolve the decay of the current at the rate R / L = 25,000/s and
-    # the magnetic braking at the rate G^2 / (m R) = 700/s, with G = d(flux)/dz.
+    # sheet. Its steps of 0.25 ms do not resolve the decay of the current at rates R / L of up to
+    # 25,000/s, and resolve braking at rates G^2 / (m R) of up to 160/s, with G = d(flux)/dz.
     assert time == pytest.approx(case["time"], rel=2e-3)
     assert speed == pytest.approx(case["end_speed"], rel=5e-3)
     assert sim.circuit_heat == pytest.approx(case["joule_heat"], rel=5e-3)

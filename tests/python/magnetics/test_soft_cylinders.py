@@ -71,7 +71,8 @@ def conductor(radius, inner, height, axis, segments=80):
     )
 
 
-# Each row: radius, inner radius, height, number of cells, measured relative error (rounded up).
+# Each row: radius, inner radius, height, number of cells, and a bound of the relative error, which
+# is at most three times the measured one.
 @pytest.mark.parametrize(
     ("radius", "inner", "height", "cells", "error"),
     [

@@ -77,7 +77,7 @@ def test_the_account_has_the_work_of_the_forces():
 
 
 def test_a_force_on_an_attached_body_pulls_the_cloth_along():
-    place = CLOTH.mesh.vertices[0] - (0.0, 0.0, 0.06)  # 1 cm below the vertex
+    place = CLOTH.mesh.vertices[0] - (0.0, 0.0, 0.06)  # the cube's top is 1 cm below the vertex
     scene = ls.Scene(
         cloths=[CLOTH],
         bodies=[cube(position=place)],

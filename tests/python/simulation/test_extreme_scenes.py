@@ -12,7 +12,7 @@ from loomstone.runs.verification import count_intersections
 
 def gives_way(cells: int, hung: bool, start: int) -> bool:
     """Returns whether the curtain slides over the pins, instead of hooking into them, and no solve
-    takes many more iterations than the median.
+    takes many more iterations than the median. With 18 cells, iterations are not compared.
 
     The initial positions are slightly perturbed unless `start` is 0. Raises AssertionError if
     surfaces intersect, or if too much motion is withheld.
@@ -30,7 +30,7 @@ def gives_way(cells: int, hung: bool, start: int) -> bool:
         assert report.contacts.unresolved == 0
         assert report.withheld.motion <= 0.2 * report.withheld.requested
     # The curtain swings at the end. Runs from slightly different starts end with a stretch of 1.01
-    # to 1.21. With 18 cells, the largest number of iterations is 26 times the median.
+    # to 1.05. The hung curtain with 18 cells takes 45 times the median of iterations in one step.
     even = cells == 18 or max(iterations) <= 20 * np.median(iterations)
     return even and recovered < 0.2 and report.strain.stretch < 1.25
 
@@ -62,8 +62,8 @@ def test_a_fine_hung_curtain_gives_way_from_most_starts() -> None:
 def test_limited_cloth_catches_a_ball_a_thousand_times_as_heavy(
     mass: float, corners: bool, drop: float, excess: float
 ) -> None:
-    # The cloth stops the ball within milliseconds, with forces of several hundred times the ball's
-    # weight. For cloth that is pinned at its corners, the excess would be above 0.1 if the limits
+    # The cloth stops the ball within milliseconds, with forces of 20 to 70 times the ball's weight.
+    # For cloth that is pinned at its corners, the excess would be above 0.1 if the limits
     # were enforced by sweeps, or if gaps of contacts closed.
     sim = ls.Simulation(caught(mass, corners, drop), threads=1)
     worst = 0.0

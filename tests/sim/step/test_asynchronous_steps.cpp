@@ -31,7 +31,7 @@ Scene falling_sheet() {
   return scene;
 }
 
-// A sheet of 1 m that swings from two corners. Without limits, it stretches by more than half.
+// A sheet of 1 m that swings from two corners. Without limits, its strain along weft exceeds 0.17.
 Scene limited_sheet() {
   Scene scene;
   scene.collisions = false;

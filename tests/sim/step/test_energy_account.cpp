@@ -145,7 +145,7 @@ TEST_CASE("what a damped sheet loses is its work against viscosity and damping o
     const double lost = start - energy();
     CAPTURE(bending, sim.report().account.lost);
     CHECK(lost > 0.01 * sim.report().account.largest_kinetic);
-    // The tolerance covers the energy error of the scheme: 2 % of the loss at this step.
+    // The tolerance covers the energy error of the scheme.
     CHECK(sim.report().account.damping == Approx(lost).epsilon(0.03));
   }
 }

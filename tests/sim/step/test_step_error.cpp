@@ -125,7 +125,7 @@ TEST_CASE(
       CHECK(coarse.stretch < 1.08 * fine.stretch);
       CHECK(coarse.gain < 0.02);
     }
-    // Without a bound on the error, steps of 4 ms stretch the towel to about twice its length.
+    // Without a bound on the error, steps of 4 ms stretch the towel by more than half its length.
     CHECK(fall(towel(speed), step_with(4e-3, std::nullopt), 0.08).stretch > 1.5);
   }
 }
@@ -138,8 +138,8 @@ TEST_CASE("a towel that meets a floor gains no energy of contacts") {
       // thickness in the shortest part of a 10 ms step.
       CHECK(fall(towel(speed), step_with(h, 1.0), 0.02).contact_gain < 0.04);
     }
-  // Without a bound on the error, contacts of the lower edge gain a third of the kinetic energy in
-  // one part.
+  // Without a bound on the error, contacts of the lower edge gain more than a fifth of the kinetic
+  // energy.
   CHECK(fall(towel(2.0), step_with(2.5e-3, std::nullopt), 0.02).contact_gain > 0.2);
 }
 

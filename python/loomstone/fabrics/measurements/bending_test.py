@@ -5,8 +5,8 @@ overhang l is the length at which the chord from clamp to tip is inclined by 41.
 standard defines the bending length c = l / 2 and the rigidity w c^3. The reference solution is the
 elastica B theta'' = -w (l - s) cos(theta), clamped at s = 0 and free at s = l, with B from
 orthotropic plate theory for the direction of the strip. On the bias, the clamp suppresses the twist
-that this B assumes. The overhang is therefore longer than that of the elastica, by an amount
-proportional to the width of the strip.
+that this B assumes. The overhang is therefore longer than that of the elastica, by an amount that
+grows with the width of the strip.
 """
 
 from __future__ import annotations

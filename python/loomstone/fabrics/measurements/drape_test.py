@@ -107,8 +107,8 @@ def cusick(
     strain_limit : StrainLimit of the specimen; None: no limit
     triangles, seed : number of triangles and random seed of the specimen's mesh; below about 3000
         triangles the coefficient is too high
-    step : time step [s]; None: 4 ms for contact distances of 1 mm or more, and proportionally less
-        for smaller ones, but at least 0.5 ms
+    step : time step [s]; None: 4 ms for mean edges of 10 mm or more, and proportionally less for
+        shorter ones, but at least 0.5 ms
     longest : simulated time allowed for coming to rest [s]
 
     Raises InvalidInput for values out of range.
@@ -116,7 +116,7 @@ def cusick(
     began = time.perf_counter()
     mesh = specimen(triangles, seed=seed)
     if step is None:
-        # Edges of 10 mm, for which the contact distance is 1 mm, give 4 ms.
+        # Edges of 10 mm, for which the contact distance is about 1 mm, give 4 ms.
         step = float(np.clip(0.4 * mesh.mean_edge, 5e-4, 4e-3))
     simulation = Simulation(
         drape_scene(material, mesh, strain_limit),

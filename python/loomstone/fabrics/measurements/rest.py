@@ -1,8 +1,8 @@
 """Brings a simulation to static rest by kinetic damping [Barnes1999].
 
 Velocities are set to zero whenever the kinetic energy has passed a peak, because forces nearly
-balance there. The forces are not modified, so the shape at rest depends on the material and gravity
-alone. If several shapes are stable, the path to rest selects one of them, as in a real test.
+balance there. The forces are not modified, so they balance in the shape at rest. If several shapes
+are stable, the path to rest selects one of them, as in a real test.
 """
 
 from __future__ import annotations
