@@ -23,7 +23,8 @@ class Context {
 // created. The message then names the libraries that were tried and the packages that provide them.
 std::unique_ptr<Context> create_context();
 
-// Loads the OpenGL functions of the current context.
+// Returns the OpenGL functions of `context`, which must be current. Throws Unsupported if they
+// cannot be loaded.
 GladGLContext load_functions(Context& context);
 
 // Makes a context current in this thread during the lifetime of the object.

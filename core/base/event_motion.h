@@ -49,9 +49,10 @@ struct EventBody {
   }
 };
 
-// Cloth and bodies at one instant of a step. Each vertex and each body moves at constant velocity
-// between its own events. The stored position of a vertex, or pose of a body, belongs to a time
-// that may differ from the present time. ahead() and body_ahead() return the difference.
+// Cloth and bodies at one instant of a step. Between its own events, each vertex moves at constant
+// velocity, and each body at constant velocity and angular momentum. The stored position of a
+// vertex, or pose of a body, belongs to a time that may differ from the present time. ahead() and
+// body_ahead() return the difference.
 struct EventMotion {
   Points &x, &v;  // (n x 3) positions [m] and velocities [m/s] of the cloth vertices
   std::vector<EventBody>& bodies;

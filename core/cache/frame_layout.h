@@ -1,5 +1,5 @@
 // Contents of the frame files in addition to the VTKHDF layout: the group /loomstone with format,
-// names, metadata, reports, coil currents and looks.
+// names, metadata, reports, coil currents, looks, and which bodies are floors.
 #pragma once
 
 #include <cstddef>

@@ -101,10 +101,12 @@ MagneticModel build_magnetic_model(const MagneticScene& scene);
 // for overlap with windings only.
 void check_magnetic_start(const MagneticModel& model, const CarrierPlaces& start);
 
-// Returns the position of a point of the carrier relative to a hard magnet on it: the coordinate
-// along the moment of the magnet, divided by its radius. Among several magnets, the one with the
-// smallest ratio of distance to radius counts. The result is about 1 at the north pole and -1 at
-// the south pole. It is 0 if no hard magnet is near.
+// Returns the coordinate of a point of the carrier along the moment of a hard magnet on it,
+// relative to the position of the magnet and divided by the radius of its bounding sphere. If there
+// are several magnets, the one with the smallest ratio of distance to this radius counts. The
+// result is positive on the side of the north pole and negative on the side of the south pole. It
+// is 0 if this ratio is at least 1.3 for every hard magnet. Dipoles without extent have the ratio 1
+// at any distance.
 double pole_at(const MagneticModel& model, Index carrier, const Vec3& point);
 
 }  // namespace loomstone

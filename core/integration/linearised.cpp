@@ -292,9 +292,10 @@ class LinearisedIntegrator final : public Integrator {
   Elasticity& elasticity_;
   double tolerance_;
   bool direct_;
-  // True if the stress in the geometric term of the Jacobian excludes the strain that the last step
-  // neglected. It is false for steps without a bounded error, in which snapping wrinkles would lose
-  // their damping. It is also false for BDF-2, with which a swinging triangle would gain energy.
+  // True if the geometric term of the Jacobian uses the stress without the strain that the last
+  // step neglected. It is false for steps without a bounded error, because wrinkles that snap would
+  // then lose their damping. It is also false for BDF-2, because a swinging triangle would then
+  // gain energy.
   bool corrects_stress_;
   StepSolve solver_;
   SolveMemory memory_;  // reused storage; no results carry over between steps

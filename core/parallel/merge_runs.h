@@ -11,8 +11,8 @@
 
 namespace loomstone {
 
-// Sorts elements that consist of sorted runs. Run i begins at starts[i]; the last entry of `starts`
-// is the number of elements. Elements that are equal keep their order.
+// Sorts `elements`, which is a sequence of sorted runs. Run i begins at starts[i]; the last entry
+// of `starts` is the number of elements. Elements that are equal keep their order.
 template <class Element, class Before>
 void merge_runs(std::vector<Element>& elements, std::vector<std::size_t> starts, Before before) {
   std::vector<Element> merged(elements.size());

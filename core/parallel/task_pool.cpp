@@ -25,7 +25,8 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// Tests between two readings of the clock, so that the readings take little of the time.
+// Number of tests between two readings of the clock; several, so that the readings take little of
+// the time.
 constexpr std::int64_t tests_per_look = 4;
 
 enum class Kind : std::int32_t { Request, Refusal, Task, Wave, Counts, End };

@@ -58,7 +58,7 @@ TEST_CASE(
   struct Case {
     const char* name;
     TriangleMesh mesh;
-    double volume;  // volume of the smooth body [m^3]
+    double volume;  // exact volume of the body that the mesh represents [m^3]
     double tolerance;
     Index euler;            // 2 for a sphere, 0 for a ring
     double smallest_angle;  // lower bound [rad]; slivers harm contacts

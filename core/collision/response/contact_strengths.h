@@ -11,7 +11,7 @@
 
 namespace loomstone {
 
-// One entry for each contact.
+// Each vector has one entry for each contact.
 struct ContactStrengths {
   std::vector<double> shares;     // see contact_shares() [1]
   std::vector<double> stiffness;  // see contact_stiffness() [N/m]

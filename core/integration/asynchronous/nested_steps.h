@@ -17,8 +17,8 @@ inline constexpr int finest_level = 16;
 // finest_level + 1 if no level up to finest_level has such a step.
 int level_below(double interval, Index base, double longest);
 
-// Returns the base, of up to 1000 that are tried, with which the computation of all events is
-// cheapest. `membrane` (m) and `bending` (m, or empty) contain the longest step of each triangle
+// Tries up to 1000 bases, and returns the one with the lowest estimated cost of all events.
+// `membrane` (m) and `bending` (m, or empty) contain the longest step of each triangle
 // [s].
 Index choose_base(double interval, const Vector& membrane, const Vector& bending);
 

@@ -1,6 +1,7 @@
 // Force and torque between two uniformly magnetised cuboids with parallel edges, in closed form
 // [Akoun1984], [Janssen2010]. They are sums over 8 x 8 pairs of corners. Each term is a function of
-// the vector between the two corners.
+// the vector between the two corners and, for the torque, of the lever of the corner about the
+// centre of the cuboid on which it acts.
 #pragma once
 
 #include <optional>

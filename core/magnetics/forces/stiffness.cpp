@@ -14,7 +14,8 @@ namespace loomstone {
 namespace {
 
 constexpr int most_parts = 64;
-constexpr double longest_part = 1.5;  // largest ratio of longest edge to cube root of volume
+constexpr double longest_part =
+    1.5;  // largest ratio of a part's longest edge to the cube root of its volume
 
 // Returns the centres of the parts of a box that is divided into count[k] parts along axis k.
 Points part_middles(const Vec3& low, const Vec3& part, const int* count) {

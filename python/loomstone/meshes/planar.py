@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 
 
 def cross(a: Floats, b: Floats) -> Floats:
-    """Returns the z component of the cross product of vectors (n x 2)."""
+    """Returns the z components (n) of the cross products of the rows of a and b (n x 2)."""
     product: Floats = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     return product
 

@@ -73,7 +73,7 @@ def test_a_garmentcode_pattern_is_sewn_in_metres_with_z_up(tmp_path):
     assert front[:, 1].mean() < garment.mesh.vertices[garment.groups["back"]][:, 1].mean(), (
         "the front looks to -y"
     )
-    # The panels face outward, so the enclosed volume is positive.
+    # The panels face outward, so the volume between the skirt and its centroid is positive.
     corners = garment.mesh.vertices[garment.mesh.triangles] - garment.mesh.vertices.mean(0)
     assert np.einsum("ti,ti->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) > 0
 
