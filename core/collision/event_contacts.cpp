@@ -159,7 +159,14 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& moti
   change -= stopped * sliding;
   const double apart = std::max(0.0, along), restoring = along + lack;
   work_.restored += 0.5 * (restoring * restoring - apart * apart) / event.inverse_mass;
-  work_.friction += stopped * (1.0 - 0.5 * stopped) * speed * speed / event.inverse_mass;
+  // The work of an impulse is the impulse times the mean of the velocities before and after all
+  // that acts at this time, so half of the present kick is subtracted.
+  Vec3 kick = Vec3::Zero();
+  for (int k = 0; k < 4; ++k)
+    if (event.vertices[k] < motion.v.rows())
+      kick += event.weights[k] * motion.kick(event.vertices[k]);
+  work_.friction +=
+      stopped * sliding.dot((1.0 - 0.5 * stopped) * sliding - 0.5 * kick) / event.inverse_mass;
   add_work(event, change / event.inverse_mass, motion);
   for (int k = 0; k < 4; ++k) {
     const Index i = event.vertices[k];
