@@ -133,6 +133,7 @@ struct ApproachSearch::PairTest {
       return closest.distance;
     pair.contact = is_contact(pair, closest);
     if (closest.interior) pair.side = side_of(pair.kind, p);
+    if (closest.distance > 0.0) pair.normal = closest.difference / closest.distance;
     found.pairs.push_back(pair);
     return closest.distance;
   }

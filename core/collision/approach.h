@@ -19,6 +19,7 @@ struct ApproachingPair {
   bool contact;          // the pair is a contact at the start of the step, see ApproachSearch
   double wake = 0.0;     // earliest time in the step when it may be closer than its thickness [s]
   std::int8_t side = 0;  // side_of() at the start if the closest points are interior; 0: unknown
+  Vec3 normal = Vec3::Zero();  // from the second to the first closest point at the start, length 1
 };
 
 struct Approach {

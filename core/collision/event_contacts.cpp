@@ -36,8 +36,9 @@ void EventContacts::set_pairs(const ExpectedMotion& motion, std::vector<Approach
 void EventContacts::begin(Index n_ticks) {
   n_ticks_ = n_ticks;
   work_ = {};
-  side_.clear();
-  for (const ApproachingPair& pair : pairs_) side_.push_back(pair.side);
+  side_.clear(), normal_.clear();
+  for (const ApproachingPair& pair : pairs_)
+    side_.push_back(pair.side), normal_.push_back(pair.normal);
   if (n_ticks == 0) return begin_queue();
   due_.assign(n_ticks + 1, {});
   const double length = motion_->step / static_cast<double>(n_ticks);
@@ -115,12 +116,15 @@ EventContacts::Event EventContacts::evaluate(Index pair, const FourPoints& point
                              : contact_normal_edge_edge(points, closest, Vec3::Zero());
   event.at_end = !vertex_face && !closest.interior;
   event.to_cross = event.at_end ? motion_to_cross(points, thickness) : 0.0;
-  // If the features have passed through each other, they are pushed back to their previous side.
+  // If the features have passed through each other, they are pushed back to their previous side. A
+  // vertex that has gone round a face, or edges that have turned past parallel, have not passed.
   const std::int8_t side = closest.interior ? side_of(which.kind, points) : std::int8_t{0};
-  if (side_[pair] != 0 && side == -side_[pair])
+  Vec3& last = normal_[pair];
+  if (side_[pair] != 0 && side == -side_[pair] && event.normal.dot(last) < 0.0)
     event.normal = -event.normal, event.distance = -event.distance;
   else
     side_[pair] = side;
+  last = event.normal;
   event.inverse_mass = 0.0;
   event.body = -1;
   event.touched = Vec3::Zero();
@@ -155,7 +159,14 @@ bool EventContacts::push(const Event& event, Index pair, const EventMotion& moti
   change -= stopped * sliding;
   const double apart = std::max(0.0, along), restoring = along + lack;
   work_.restored += 0.5 * (restoring * restoring - apart * apart) / event.inverse_mass;
-  work_.friction += stopped * (1.0 - 0.5 * stopped) * speed * speed / event.inverse_mass;
+  // The work of an impulse is the impulse times the mean of the velocities before and after all
+  // that acts at this time, so half of the present kick is subtracted.
+  Vec3 kick = Vec3::Zero();
+  for (int k = 0; k < 4; ++k)
+    if (event.vertices[k] < motion.v.rows())
+      kick += event.weights[k] * motion.kick(event.vertices[k]);
+  work_.friction +=
+      stopped * sliding.dot((1.0 - 0.5 * stopped) * sliding - 0.5 * kick) / event.inverse_mass;
   add_work(event, change / event.inverse_mass, motion);
   for (int k = 0; k < 4; ++k) {
     const Index i = event.vertices[k];

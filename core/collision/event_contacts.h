@@ -88,6 +88,8 @@ class EventContacts {
   std::vector<std::array<Index, 4>> vertices_;  // (pairs)
   // (pairs) Side of the first feature as defined by side_of(): 1 or -1; 0: unknown.
   std::vector<std::int8_t> side_;
+  // (pairs) Direction from the second to the first feature at the last evaluation or the start.
+  std::vector<Vec3> normal_;
   Index n_ticks_ = 1;
   std::vector<std::vector<Index>> due_;  // (n_ticks + 1) pairs due at each tick
   // Used with a queue: the pairs of each vertex, the time from which each pair is due [s], and the

@@ -107,8 +107,9 @@ TEST_CASE("at events, a vertex falls onto a face without crossing it, at any pha
         ahead[k] = since == 0 ? 0.0 : static_cast<double>(ticks - since) * step / n_ticks;
       }
       std::vector<EventBody> bodies;
+      const Points kicks = Points::Zero(3, 3);
       const EventMotion::Levels levels{level, length, ahead};
-      contacts.act({}, tick, {x, u, bodies, &levels});
+      contacts.act({}, tick, {x, u, bodies, kicks, &levels});
       for (int i = 0; i < 3; ++i)
         if (ahead[level[i]] == 0.0) x.row(i) += length[level[i]] * u.row(i);
     }
@@ -147,8 +148,9 @@ TEST_CASE("at events, a vertex beside an edge of a face is pushed along the norm
   const std::vector<double> length = {step / 4}, ahead = {0.0};
   const EventMotion::Levels levels{level, length, ahead};
   std::vector<EventBody> bodies;
+  const Points kicks = Points::Zero(3, 3);
   for (Index tick = 0; tick < 4; ++tick) {
-    contacts.act({}, tick, {x, u, bodies, &levels});
+    contacts.act({}, tick, {x, u, bodies, kicks, &levels});
     x += length[0] * u;
   }
   CHECK(contacts.n_impulses() > 0);

@@ -57,7 +57,7 @@ struct NestedCloth {
   AttachedBodies& bodies;
   LimitImpulses* impulses;      // may be null
   EventCollisions* collisions;  // may be null
-  Points &x, &v;
+  Points &x, &v, &kicks;
   bool start = true;
   std::vector<double> ahead = {};  // (levels) see EventMotion
 
@@ -67,6 +67,7 @@ struct NestedCloth {
   }
   void kick(int first, bool half) {
     const double share = half ? 0.5 : 1.0;
+    if (collisions) note_kicks(first, [&](Index i) { kicks.row(i) = -v.row(i); });
     plan.groups.for_event(first, [&](BendingGroup& group, int level) {
       const double h = plan.step_of[level];
       group.kick(team, {share * h, h, start}, inverse_mass, x, v);
@@ -81,12 +82,18 @@ struct NestedCloth {
     if (half) bodies.load(0.5);
     for (Index b = 0; b < bodies.size(); ++b)
       if (bodies.all()[b].level >= first) bodies.absorb(b, 0.0, x, v);
+    if (collisions)
+      note_kicks(first, [&](Index i) { kicks.row(i) = (kicks.row(i) + v.row(i)) / share; });
+  }
+  template <class Note>
+  void note_kicks(int first, Note&& note) const {
+    parallel_for(team, plan.vertices->end[first], [&](Index k) { note(plan.vertices->order[k]); });
   }
   void drift(int first, Index tick) {
     find_ahead(tick);
     if (impulses) impulses->correct(team, plan.limited[first], plan.steps, x, v);
     const EventMotion::Levels levels{plan.vertices->level, plan.step_of, ahead};
-    if (collisions) collisions->act(team, tick, {x, v, bodies.all(), &levels});
+    if (collisions) collisions->act(team, tick, {x, v, bodies.all(), kicks, &levels});
     for (Index b = 0; b < bodies.size() && (impulses || collisions); ++b)
       bodies.absorb(b, ahead[bodies.all()[b].level], x, v);
     const LevelVertices& vertices = *plan.vertices;
@@ -118,8 +125,9 @@ class NestedIntegrator final : public AsynchronousIntegrator {
                       ClothState& state) override {
     make_plan(interval, steps);
     bodies_.share_levels(plan_.vertices->level);
-    NestedCloth cloth{team,        plan_,   load_,  inverse_mass_, bodies_, impulses_.get(),
-                      collisions_, state.x, state.v};
+    NestedCloth cloth{team,        plan_,   load_,   inverse_mass_, bodies_, impulses_.get(),
+                      collisions_, state.x, state.v, kicks_};
+    if (collisions_) kicks_.resize(model_.n_vertices, 3);
     if (collisions_) collisions_->begin(plan_.base * (Index{1} << plan_.finest()));
     take_nested_steps(plan_.base, plan_.finest(), cloth);
     Taken taken{plan_.steps, 0, plan_.membrane->take_phases()};
@@ -182,6 +190,7 @@ class NestedIntegrator final : public AsynchronousIntegrator {
   }
 
   Plan plan_;
+  Points kicks_;  // see EventMotion
 };
 
 }  // namespace

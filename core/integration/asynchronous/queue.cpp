@@ -53,6 +53,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     });
   }
   void kick(Index element, double duration) {
+    for_vertices(element, [&](Index i) { kicks_.row(i) = -state_->v.row(i); });
     if (element < model_.triangles.rows()) {
       kick_membrane(element, duration);
       ++events_;
@@ -66,7 +67,9 @@ class QueueIntegrator final : public AsynchronousIntegrator {
       if (const Index body = bodies_.body_of(i); body >= 0)
         bodies_.absorb(body, 0.0, state_->x, state_->v);
     });
+    for_vertices(element, [&](Index i) { kicks_.row(i) += state_->v.row(i); });
     if (collisions_ && element < model_.triangles.rows()) collide(element);
+    for_vertices(element, [&](Index i) { kicks_.row(i).setZero(); });
   }
 
  private:
@@ -75,7 +78,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     corners_.assign(model_.triangles.row(triangle).begin(), model_.triangles.row(triangle).end());
     const double now = time_[corners_[0]];
     const EventMotion::Clocks clocks{time_, body_time_, now};
-    collisions_->act_on(corners_, {state_->x, state_->v, bodies_.all(), nullptr, &clocks});
+    collisions_->act_on(corners_, {state_->x, state_->v, bodies_.all(), kicks_, nullptr, &clocks});
     for (Index b = 0; b < bodies_.size(); ++b)
       bodies_.absorb(b, body_time_[b] - now, state_->x, state_->v);
   }
@@ -212,6 +215,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
     begin_damping(refill, state);
     events_ = 0;
     time_ = Vector::Zero(model_.n_vertices);
+    kicks_ = Points::Zero(model_.n_vertices, 3);
     body_time_ = Vector::Zero(bodies_.size());
     if (collisions_) collisions_->begin(0);
     bodies_.load(0.5);
@@ -243,6 +247,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
   ClothState* state_ = nullptr;
   Vector time_, body_time_, element_step_;
   std::vector<Index> corners_;
+  Points kicks_;             // see EventMotion
   std::int64_t events_ = 0;  // number of events of triangles
 };
 

@@ -16,6 +16,9 @@ constexpr double gain_tolerance = 0.02;
 // A part is shortened to the largest length for which the energy that contacts are expected to
 // create is at most this fraction of the tolerated energy, or to the shortest permitted length.
 constexpr double aim = 0.5;
+// Energy that certification may add in a part of an asynchronous step, as a fraction of the largest
+// kinetic energy so far. Our choice.
+constexpr double certified_gain = 0.005;
 
 // Returns the energy of everything but contacts [J]. Includes the energy that circuits and bearings
 // have dissipated since the start, minus the energy that the sources of circuits have supplied.
@@ -66,8 +69,8 @@ void begin_account(const Engines& engines, State& state) {
   state.account.largest_kinetic = report.energy.kinetic + report.energy.body_kinetic;
 }
 
-void add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
-                    const Engines& engines, State& state) {
+double add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
+                      const Engines& engines, State& state) {
   EnergyAccount& account = state.account;
   account.scripts += work.scripts, account.loads += work.loads;
   account.friction += work.friction, account.damping += work.damping;
@@ -83,6 +86,7 @@ void add_to_account(const PartWork& work, const Solved& solved, const AfterSolve
   const double kinetic =
       kinetic_energy(engines, state.cloth.v) + body_kinetic_energy(engines, state);
   account.largest_kinetic = std::max(account.largest_kinetic, kinetic);
+  return after.untangles ? 0.0 : std::max(0.0, -lost);
 }
 
 void report_account(const State& state, StepReport& report) {
@@ -103,7 +107,12 @@ void report_account(const State& state, StepReport& report) {
 }
 
 int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
-                        const Engines& engines, const State& state) {
+                        double gained, const Engines& engines, const State& state) {
+  if (engines.event_contacts) {
+    const int least = surfaces_move(loads) ? StepPart::quarter : StepPart::least;
+    const bool repeat = gained > certified_gain * state.account.largest_kinetic;
+    return repeat && part.length > least ? part.length / 2 : part.length;
+  }
   if (!engines.error || !engines.contacts_in_solve || !part.halvable) return part.length;
   const bool squeezed = !part.automatic && surfaces_move(loads);
   const int least = squeezed ? StepPart::quarter : StepPart::least;

@@ -19,8 +19,9 @@ struct AfterSolve {
 // Adds the work and the losses of a part. The energy that cloth and bodies lose after the solve is
 // attributed to certification, except for the energy that strain limits remove. Energy gained after
 // the solve is attributed to untangling or to scripted motion or, without both, to certification.
-void add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
-                    const Engines& engines, State& state);
+// Returns the energy that certification added, without that of untangling [J].
+double add_to_account(const PartWork& work, const Solved& solved, const AfterSolve& after,
+                      const Engines& engines, State& state);
 
 // Sets the account and the balances in a report whose energies are those of `state`.
 void report_account(const State& state, StepReport& report);
@@ -33,7 +34,10 @@ void report_account(const State& state, StepReport& report);
 // has chosen the step and scripted surfaces move, no part is shortened to less than a quarter of
 // the step. In shorter parts, impacts between cloth and scripted surfaces that close on it quickly
 // remain unresolved. know_contacts() should have been called; otherwise contacts are found again.
+// With asynchronous steps, certification creates energy if it stretches cloth at impacts that
+// events have missed. `gained` is the energy that it added [J]. A part that gains too much is
+// halved.
 int length_without_gain(const StepContext& part, const Loads& loads, const NearContacts& near,
-                        const Engines& engines, const State& state);
+                        double gained, const Engines& engines, const State& state);
 
 }  // namespace loomstone

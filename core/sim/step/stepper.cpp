@@ -106,9 +106,9 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
   timed(seconds.check, [&] {
     note_error(part, error, engines_, report);
     after.untangles = !near_.tangle.empty(), after.surfaces_move = surfaces_move(loads_);
-    add_to_account(work_of_part(part, loads_, near_, solved_, state, engines_), solved_, after,
-                   engines_, state);
-    longest = length_without_gain(part, loads_, near_, engines_, state);
+    const PartWork work = work_of_part(part, loads_, near_, solved_, state, engines_);
+    const double gained = add_to_account(work, solved_, after, engines_, state);
+    longest = length_without_gain(part, loads_, near_, gained, engines_, state);
   });
   if (longest < part.length) return shortened_for_contacts(longest);
   state.cloth.previous_step = part.h;
