@@ -245,9 +245,7 @@ void bind_detector(py::module_& m) {
           "counts.")
       .def(
           "forget_trees", [](BoundDetector& self) { self.detector.forget_trees(); },
-          "Makes the next query build the tree again. This affects its time and the order of "
-          "unsorted "
-          "candidates only.")
+          "Makes the next query build the tree again, which changes its results at most in order.")
       .def_property_readonly(
           "edges",
           [](const py::object& self) {

@@ -257,7 +257,7 @@ struct AccountReport {
               "work of air, external forces, forces that untangle, and asynchronous contacts that "
               "restore their gaps, on cloth"),
         field("friction", &R::friction, "J", unlimited(),
-              "work against the friction of contacts in the solve"),
+              "work against the friction of contacts, in the solve or at events"),
         field("damping", &R::damping, "J", unlimited(),
               "work against viscosity and damping of bending"),
         field("limits", &R::limits, "J", unlimited(),

@@ -170,10 +170,10 @@ struct Asynchronous : IntegratorCommon {
         field("safety", &O::safety, "1", {0.0, 1.0, true, false},
               "step of a triangle as a fraction of its bound; auto: 0.4 for limit=\"eigenvalue\", "
               "0.6 for limit=\"inradius\""),
-        field(
-            "bending_multiple", &O::bending_multiple, "1", between(0.0, 64.0),
-            "largest step of bending as a multiple of the membrane's, within bending's own limit; "
-            "0: bending acts in the events of the membrane"),
+        field("bending_multiple", &O::bending_multiple, "1", between(0.0, 64.0),
+              "largest step of bending as a multiple of the membrane's, at least 1, within "
+              "bending's own "
+              "limit; 0: bending acts in the events of the membrane"),
         field("limiting", &O::limiting, "method that enforces the strain limits of cloth"),
         field("predicted", &O::predicted, "1", positive(),
               "strain at which limiting begins, for impulses the strain that is predicted for the "

@@ -100,6 +100,9 @@ bool AsynchronousIntegrator::shorten(const Taken& taken, Vector& steps) const {
 
 std::unique_ptr<Integrator> make_asynchronous(const Asynchronous& options, const ClothModel& model,
                                               Elasticity& elasticity) {
+  if (options.bending_multiple > 0.0 && options.bending_multiple < 1.0)
+    fail<InvalidInput>("integrator.bending_multiple must be 0 or at least 1, got {}",
+                       options.bending_multiple);
   if (options.schedule == Schedule::Nested) return make_nested(options, model, elasticity);
   return make_queue(options, model, elasticity);
 }

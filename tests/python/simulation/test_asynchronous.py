@@ -176,3 +176,10 @@ def test_a_feature_has_the_same_effect_in_every_schedule_as_with_the_midpoint_ru
         error = np.linalg.norm(end(FEATURES[name], steps) - expected)
         # If the feature did not act, the error would be as large as its effect.
         assert error < (0.5 if name in DIFFICULT else 0.3) * effect, schedule
+
+
+@pytest.mark.parametrize("schedule", SCHEDULES)
+def test_bending_has_no_shorter_steps_than_the_membrane(schedule):
+    integrator = ls.Asynchronous(schedule=schedule, bending_multiple=1e-9)
+    with pytest.raises(ls.InvalidInput, match="bending_multiple must be 0 or at least 1"):
+        ls.Simulation(plain(), integrator=integrator, threads=1)
