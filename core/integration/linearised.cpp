@@ -46,7 +46,7 @@ class LinearisedIntegrator final : public Integrator {
         tolerance_(options.tolerance),
         direct_(options.linear_solver == LinearMethod::Direct ||
                 options.linear_solver == LinearMethod::Supernodal),
-        corrects_stress_(options.accuracy.has_value() && scheme != Scheme::Bdf2),
+        corrects_stress_(options.accuracy.has_value() && scheme == Scheme::BackwardEuler),
         solver_({options.linear_solver, options.tolerance, options.max_iterations}) {}
 
   bool implicit() const override { return true; }
@@ -296,8 +296,8 @@ class LinearisedIntegrator final : public Integrator {
   bool direct_;
   // True if the stress in the geometric term of the Jacobian excludes the strain that the last step
   // neglected. It is false for steps without a bounded error, in which snapping wrinkles would lose
-  // their damping. It is also false for BDF-2, with which a swinging triangle would gain 30 % of
-  // its energy in steps of 8 ms.
+  // their damping. It is true for backward Euler only: the forces of the other schemes would turn
+  // less than the cloth does, which adds energy.
   bool corrects_stress_;
   StepSolve solver_;
   SolveMemory memory_;  // reused storage; no results carry over between steps
