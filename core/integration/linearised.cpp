@@ -44,7 +44,7 @@ class LinearisedIntegrator final : public Integrator {
         tolerance_(options.tolerance),
         direct_(options.linear_solver == LinearMethod::Direct ||
                 options.linear_solver == LinearMethod::Supernodal),
-        corrects_stress_(options.accuracy.has_value() && scheme != Scheme::Bdf2),
+        corrects_stress_(options.accuracy.has_value() && scheme == Scheme::BackwardEuler),
         solver_({options.linear_solver, options.tolerance, options.max_iterations}) {}
 
   bool implicit() const override { return true; }
@@ -292,10 +292,10 @@ class LinearisedIntegrator final : public Integrator {
   Elasticity& elasticity_;
   double tolerance_;
   bool direct_;
-  // True if the geometric term of the Jacobian uses the stress without the strain that the last
-  // step neglected. It is false for steps without a bounded error, because wrinkles that snap would
-  // then lose their damping. It is also false for BDF-2, because a swinging triangle would then
-  // gain energy.
+  // True if the geometric term of the Jacobian uses the stress without the strain that the last step
+  // neglected. It is false for steps without a bounded error, because wrinkles that snap would then
+  // lose their damping. It is true for backward Euler only: the forces of the other schemes would
+  // turn less than the cloth does, which adds energy.
   bool corrects_stress_;
   StepSolve solver_;
   SolveMemory memory_;  // reused storage; no results carry over between steps

@@ -21,6 +21,11 @@ constexpr double roughly_known = 0.1;
 // A Newton step is accepted if its residual is below this fraction of the smallest residual so far.
 // Otherwise, it is accepted only if it lowers the potential.
 constexpr double least_gain = 0.9;
+// A residual that no step lowers is accepted if it is below this multiple of its rounding error.
+// Our choice: residuals at which the loop ends are one to three times the rounding error. This
+// holds only if the rounding error exceeds the fraction default_tolerance of the scale of the
+// residual. If the user's tolerance is unreachable for another reason, it is too small.
+constexpr double rounding_tolerance = 10.0, default_tolerance = 1e-6;
 
 class NewtonIntegrator final : public Integrator {
  public:
@@ -121,7 +126,8 @@ class NewtonIntegrator final : public Integrator {
 
   // Iterates until the residual relative to `scale` is below the tolerance. Friction limits use the
   // normal forces at the start of the step until the residual has fallen to the fraction
-  // roughly_known.
+  // roughly_known. Without loads, `scale` may itself be a rounding error, and the loop ends where
+  // no step lowers the residual.
   IntegrationReport iterate_to_tolerance(const Step& step, double scale) {
     const auto relative = [&] { return scale > 0.0 ? now_.norm / scale : 0.0; };
     IntegrationReport report;
@@ -130,18 +136,22 @@ class NewtonIntegrator final : public Integrator {
     best_ = now_.norm;
     const double tolerance = options_.newton_tolerance * scale;
     const double rough = std::max(tolerance, roughly_known * now_.norm);
-    bool new_limits = step.inputs.terms_at && !step.inputs.terms->empty();
-    while (now_.norm > tolerance || new_limits) {
-      if (new_limits && now_.norm <= rough) {
+    bool new_limits = step.inputs.terms_at && !step.inputs.terms->empty(), rounded = false;
+    while ((now_.norm > tolerance && !rounded) || new_limits) {
+      if (new_limits && (now_.norm <= rough || rounded)) {
         evaluate(step, now_, TermRequest::NewLimits);
         best_ = now_.norm;
-        new_limits = false;
+        new_limits = rounded = false;
         continue;
       }
       if (report.newton_iterations == options_.max_newton_iterations)
         give_up("did not converge", step, report);
-      if (!iterate(step, report))
-        give_up("found no step that lowers residual or potential", step, report);
+      if (!iterate(step, report)) {
+        rounded = std::max(now_.norm, default_tolerance * scale) <=
+                  rounding_tolerance * rounding_error(step);
+        if (!rounded) give_up("found no step that lowers residual or potential", step, report);
+        continue;
+      }
       ++report.newton_iterations;
       report.newton_residuals.push_back(now_.norm / scale);
     }
@@ -208,6 +218,18 @@ class NewtonIntegrator final : public Integrator {
                   name_, how, report.newton_iterations, report.newton_residuals.back(),
                   options_.newton_tolerance),
         worst);
+  }
+
+  // Returns the norm of the rounding error of the residual: its change if the whole cloth is moved
+  // by about its distance from the origin, which changes no force. Overwrites trial_.
+  double rounding_error(const Step& step) {
+    const Points start = start_x_;
+    const double largest = start.size() > 0 ? start.cwiseAbs().maxCoeff() : 0.0;
+    start_x_.array() += largest / 3.0;
+    trial_.velocity = now_.velocity;
+    evaluate(step, trial_);
+    start_x_ = start;
+    return norm(step, trial_.residual - now_.residual, step.layout.n_rows());
   }
 
   // Norm of r in the metric M^-1 over the first n_rows rows, without those of prescribed motion. It

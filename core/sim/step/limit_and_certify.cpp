@@ -132,7 +132,8 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, NearCon
   inputs.collision = engines.collision.get();
   inputs.tangle = &near.tangle;
   inputs.limits_hold = model.scene.limits.method != LimitMethod::Edges;
-  if (engines.limits_in_solve && model.n_bodies() > 0)
+  inputs.limits_in_solve = engines.limits_in_solve;
+  if (inputs.limits_in_solve && model.n_bodies() > 0)
     inputs.loaded = loaded_vertices(model, near.totals);
   if (!engines.contacts_in_solve) inputs.repelled = &near.repelled;
   inputs.seed = part.seed;

@@ -130,17 +130,23 @@ class Constraining {
         for (int c = 0; c < 3; ++c) held_[in_.cloth->triangles(t, c)] = 1;
   }
 
-  // Moves each cloth whose strains the sweeps did not improve back to its positions before the
-  // sweeps. If scripted motion leaves the limits no room, sweeps only concentrate strain in
-  // corners. Returns true if there is such a cloth.
+  // Moves each cloth back to its positions before the sweeps if it exceeds its limits after them,
+  // and they did not improve its strains. If scripted motion leaves the limits no room, sweeps only
+  // concentrate strain in corners. Limit phases then spread the strain again in the next part, with
+  // large forces. If limits act in the solve, a cloth that exceeded them at the start of the part
+  // is therefore left to the phases. Returns true if there is a cloth that moves back.
   bool take_back(const Points& wanted) {
+    std::vector<std::uint8_t> worse(in_.cloth->strain_limits.size(), 0), stayed = worse;
+    if (in_.limits_in_solve) {
+      check(*in_.x0);
+      for (const Index t : beyond_) stayed[in_.cloth->strain_limit_of[t]] = 1;
+    }
     check(wanted);
     const std::vector<double> before = squares_;
     check(x1_);
-    std::vector<std::uint8_t> worse(before.size(), 0);
     for (const Index t : beyond_) {
       const Index row = in_.cloth->strain_limit_of[t];
-      worse[row] = squares_[row] >= before[row];
+      worse[row] = stayed[row] || squares_[row] >= before[row];
     }
     for (Index t = 0; t < in_.cloth->triangles.rows(); ++t)
       if (const Index row = in_.cloth->strain_limit_of[t]; row >= 0 && worse[row])

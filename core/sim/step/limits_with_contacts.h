@@ -25,6 +25,7 @@ struct ConstrainInputs {
   // false: strain is limited along edges (LimitMethod::Edges). These limits are enforced once,
   // before certification, and neither checked nor enforced again after it.
   bool limits_hold = true;
+  bool limits_in_solve = false;         // the solve has limited strain as well
   std::vector<Index> loaded;            // cloth vertices that limiting must not move
   CollisionStage* collision = nullptr;  // null: nothing collides
   const Tangle* tangle = nullptr;       // tangle at x0; required with `collision`
