@@ -47,7 +47,7 @@ class DisplacementError {
   double dissipation(const Team& team, const Points& x1, const Points& v0, const Points& v1,
                      double h);
 
-  std::size_t bytes() const { return bytes_of(blocks_, offsets_, scales_, sums_); }
+  std::size_t bytes() const { return bytes_of(blocks_, offsets_, scales_, sums_, end_); }
 
  private:
   // A block of triangles of one cloth, and a range of the cloth's vertices.

@@ -292,10 +292,10 @@ class LinearisedIntegrator final : public Integrator {
   Elasticity& elasticity_;
   double tolerance_;
   bool direct_;
-  // True if the geometric term of the Jacobian uses the stress without the strain that the last step
-  // neglected. It is false for steps without a bounded error, because wrinkles that snap would then
-  // lose their damping. It is true for backward Euler only: the forces of the other schemes would
-  // turn less than the cloth does, which adds energy.
+  // True if the geometric term of the Jacobian uses the stress without the strain that the last
+  // step neglected. It is false for steps without a bounded error, because wrinkles that snap would
+  // then lose their damping. It is true for backward Euler only: the forces of the other schemes
+  // would turn less than the cloth does, which adds energy.
   bool corrects_stress_;
   StepSolve solver_;
   SolveMemory memory_;  // reused storage; no results carry over between steps

@@ -331,7 +331,7 @@ std::vector<FeaturePairs> NeighbourLists::unlisted_near_pairs(const Team& team) 
 }
 
 std::size_t NeighbourLists::bytes() const {
-  return bytes_of(refit_, owners_, base_, most_slack_, inflation_, x_, before_, from_, to_,
+  return bytes_of(refit_, owners_, base_, most_slack_, inflation_, margin_, x_, before_, from_, to_,
                   covered_) +
          bytes_of(still_at_x_, vertices_, used_, motions_, marked_, lists_, ended_, unlisted_,
                   n_lists_, upkeep_);

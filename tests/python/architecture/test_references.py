@@ -99,3 +99,14 @@ def test_documents_that_are_named_exist() -> None:
         if document.rsplit("/", 1)[-1] not in known
     ]
     assert not absent
+
+
+def test_the_equations_of_the_method_have_different_numbers_and_all_that_are_cited_exist() -> None:
+    formulas = (ROOT / "docs" / "method.md").read_text().split("```")[1::2]
+    numbers = [n for formula in formulas for n in re.findall(r"\((M\d+)\)", formula)]
+    assert sorted(set(numbers)) == sorted(numbers)
+    cited = {
+        number: name for name, text in texts().items() for number in re.findall(r"\bM\d\d\b", text)
+    }
+    unknown = {number: name for number, name in cited.items() if number not in numbers}
+    assert not unknown, "cited, but not an equation of docs/method.md"
