@@ -286,7 +286,9 @@ def test_balls_that_have_snapped_together_come_to_rest():
 
 
 def iron_balls(n: int, magnet: ls.Magnet, radius: float = 0.005, **scene) -> ls.Scene:
-    """Iron balls in two layers above `magnet`. `scene` must contain the magnet's carrier."""
+    """The first n of 18 iron balls, which form two layers above `magnet`. `scene` must contain the
+    magnet's carrier.
+    """
     ball, random = ls.meshes.sphere(radius=radius, subdivisions=2), np.random.default_rng(3)
     places = np.array(
         [

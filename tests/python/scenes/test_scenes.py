@@ -176,8 +176,8 @@ def test_a_dress_that_starts_within_its_thickness_gains_no_energy():
     for _ in range(20):
         sim.step()
         balances.append(sim.report.account.balance)
-    # The energy that restores gaps in the first step counts as work. Friction and stopped approaches
-    # only take energy.
+    # The energy that restores gaps in the first step counts as work. Friction and stopped
+    # approaches only take energy.
     assert max(balances) < 0.005
 
 
