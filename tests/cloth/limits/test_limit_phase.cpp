@@ -14,7 +14,7 @@ LimitPhase phase_of(Sheet& s, const StrainLimit& limit) {
   return LimitPhase(s.membrane, {limit}, std::vector<Index>(s.mesh.n_triangles(), 0));
 }
 
-// Upper and lower limits, which at least half of the strain components of a deformed sheet exceed.
+// Upper and lower limits that many strain components of a deformed sheet exceed.
 StrainLimit exceeded() {
   StrainLimit limit;
   limit.weft = 0.15, limit.warp = 0.15, limit.shear = 0.05;
