@@ -99,8 +99,8 @@ def blended(points: Floats, bones: dict[str, Bone]) -> Floats:
 
 
 def surface(bones: dict[str, Bone]) -> ls.TriangleMesh:
-    """Returns a smoothed closed surface around the bones. It has one vertex in each grid cell that
-    it crosses (surface nets).
+    """Returns a smoothed closed surface around the bones. Before smoothing, it has one vertex in
+    each grid cell that it crosses (surface nets).
     """
     axes = [np.arange(low, high, CELL) for low, high in ((-0.25, 0.3), (-0.7, 0.7), (-0.1, 1.9))]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)

@@ -227,8 +227,8 @@ def read_damaged(place: Path, reader: str, seed: int) -> str:
 def in_child(arguments: list[str], seeds: list[int], seconds: float) -> Iterator[tuple[int, str]]:
     """Runs trials in child processes. A crash, a hang or 4 GiB of memory ends only the child.
 
-    Yields each seed with "read", "refused" or what went wrong. `arguments` start a program that
-    takes seeds as further arguments and prints a line for each.
+    Yields each seed with "read", "refused" or what went wrong. A child runs this file with
+    `arguments`, followed by seeds, and prints a line for each seed.
     """
 
     def limit() -> None:
