@@ -1,8 +1,8 @@
 // Divides a step into parts. A part that fails is repeated in two halves, down to a least length.
-// It fails if the solver finds no solution, if certification leaves impacts, or if certification and
-// fallbacks withhold much of the motion. It also fails if strain limits that are satisfied at its
-// start are exceeded at its end. A part whose error is too large, or in which contacts create too
-// much energy, is repeated with a shorter length.
+// It fails if the solver finds no solution, if certification leaves impacts, or if certification
+// and fallbacks withhold much of the motion. It also fails if strain limits that are satisfied at
+// its start are exceeded at its end. A part whose error is too large, or in which contacts create
+// too much energy, is repeated with a shorter length.
 #pragma once
 
 #include <cstdint>
