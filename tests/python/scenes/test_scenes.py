@@ -13,8 +13,8 @@ from loomstone.runs.verification import count_intersections
 SCENES = Path(__file__).parents[3] / "scenes"
 
 # Parameters, simulated time [s] and largest allowed stretch of cloth [1]. The time includes the
-# main event of each scene: twist is packed tight, the knot is closed, the stack is shaken, the
-# boxes lie in the cloth, or the layers lie on one another.
+# main event of a scene, for example until twist is packed tight, the knot is closed, the stack is
+# shaken, the boxes lie in the cloth, or the layers lie on one another.
 SMALL = {
     "bending": ({"triangles": 128}, 0.4, 1.2),
     "bin": ({"triangles": 96, "towels": 4}, 0.6, 1.3),
