@@ -271,7 +271,7 @@ def test_every_susceptibility_converges_and_leaves_no_net_charge(susceptibility)
     point = np.array([[0.3, 1.0, 0.5]])
     moments = [b.moment for b in induced.bodies]
     dipole = M.field(M.dipoles([b.position for b in induced.bodies], moments), point)
-    # Terms beyond the dipoles are (size / distance)^2 = 1e-4 of the field. A net charge of 1e-6 of
+    # Terms beyond the dipoles are (size / distance)^2 = 1e-4 of the field. A net charge of 1e-5 of
     # the charge on a face would be detected.
     assert away(M.field(induced.bodies, point), dipole) < 1e-3
 
