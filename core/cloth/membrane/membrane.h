@@ -55,8 +55,8 @@ class MembraneConstantsOf {
   const std::vector<Index>* first_triangle_ = nullptr;
 };
 
-// The membrane elements of all cloths or of a part of them, with their constant tables and scratch
-// memory. Only stored elements can be evaluated. Batch b consists of the triangles 8 b to 8 b + 7.
+// The membrane elements of all cloths or of a part of them, with their tables and scratch memory.
+// Only stored elements can be evaluated. Batch b consists of the triangles 8 b to 8 b + 7.
 // A batch is stored if the part contains one of its triangles.
 class Membrane {
  public:

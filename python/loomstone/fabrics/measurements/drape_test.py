@@ -69,7 +69,7 @@ def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
     edge = float(np.sqrt(4 / np.sqrt(3) * area))
     outline = _ring(SPECIMEN, edge)
     rings, radius, spacing = [_ring(DISC, edge)], DISC - 0.87 * edge, edge
-    # Rings of clamped vertices fill the disc. Only the ring on its edge affects the drape, so the
+    # Rings of clamped vertices fill the disc. Only those next to its edge affect the drape, so the
     # others become coarser towards the centre.
     while radius > 0.5 * spacing:
         rings.append(_ring(radius, spacing))
