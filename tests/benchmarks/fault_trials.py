@@ -1,7 +1,7 @@
-"""Trials of faults, for faults.py and the tests: kills, full disks, damaged files, mutated scenes.
+"""Trials of faults, for faults.py and the tests: kills, full disks, damaged files and threads.
 
-Every trial is a function of a seed. It returns how it went, and raises an AssertionError if a
-guarantee is broken.
+A trial of the first three kinds depends on a seed. It returns how it went, and raises an
+AssertionError if a guarantee is broken.
 """
 
 from __future__ import annotations
