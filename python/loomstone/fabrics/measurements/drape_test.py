@@ -105,8 +105,7 @@ def cusick(
 
     material : ClothMaterial or a fabric
     strain_limit : StrainLimit of the specimen; None: no limit
-    triangles, seed : number of triangles and random seed of the specimen's mesh; below about 3000
-        triangles the coefficient is too high
+    triangles, seed : number of triangles and random seed of the specimen's mesh
     step : time step [s]; None: 4 ms for mean edges of 10 mm or more, and proportionally less for
         shorter ones, but at least 0.5 ms
     longest : simulated time allowed for coming to rest [s]
