@@ -1,4 +1,4 @@
-// The Python module loomstone._core, which only converts arguments and forwards calls to the core.
+// The Python module loomstone._core, which converts arguments and forwards calls to the core.
 #include "bindings/bindings.h"
 #include "core/base/simd.h"
 

@@ -20,7 +20,7 @@ class Context {
 };
 
 // Throws InvalidInput if LOOMSTONE_GL has another value, and Unsupported if no context can be
-// created. The message then names the libraries that were tried and the packages that provide them.
+// created. The message then names the libraries that were tried, and packages of OSMesa and EGL.
 std::unique_ptr<Context> create_context();
 
 // Returns the OpenGL functions of `context`, which must be current. Throws Unsupported if they

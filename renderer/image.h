@@ -17,7 +17,7 @@ struct Image {
 struct SurfaceImages {
   int width = 0, height = 0;
   std::vector<float> depth;   // distance along the viewing direction [m]; infinity: no surface
-  std::vector<float> normal;  // unit normal towards the eye, world frame, 3 values per pixel
+  std::vector<float> normal;  // unit normal towards the eye, world frame, 3 per pixel; 0 if none
   // Number of the surface, or 0 if there is none. Cloths are numbered from 1, followed by bodies
   // and obstacles in the order of the topology, and then by the curves.
   std::vector<std::int32_t> id;

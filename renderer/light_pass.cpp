@@ -3,7 +3,7 @@
 // shadows", 2005). Ambient occlusion is a weighted sum over neighbours above the tangent plane of
 // the point (M. McGuire, M. Mara, D. Luebke, "Scalable ambient obscurance", 2012). Both use few
 // samples, rotated by a 4 x 4 pattern of angles. A blur that is four pixels wide then averages
-// exactly over this pattern. The blur does not cross depth edges.
+// over this pattern. The blur does not cross depth edges.
 #include "renderer/light_pass.h"
 
 namespace loomstone {

@@ -143,8 +143,9 @@ const char* background_text = R"(
 void main() { color = encode(backdrop()); }
 )";
 
-// A floor without colour and texture shows the backdrop, darkened by shadows and occlusion, so its
-// border is invisible. Floors with a colour or texture fade into the backdrop.
+// A floor without colour and texture shows the backdrop, slightly brighter near the centre and
+// darkened by shadows and occlusion. Both effects vanish towards its border, which is thus
+// invisible. Floors with a colour or texture fade into the backdrop.
 const char* floor_text = R"(
 uniform int transparent;   // 1: draw only shadows
 uniform int colored;       // 1: the floor has a colour or texture of its own

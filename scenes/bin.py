@@ -1,4 +1,4 @@
-"""Twelve towels are thrown into a bin, one after the other.
+"""Twelve towels are thrown into a bin and arrive one after the other.
 
 Each impact shortens the automatic step, and between impacts the step becomes longer again:
 `loomstone plot RUN --what step` draws its length over time.

@@ -17,7 +17,7 @@ def scene(triangles: int = 4800, wind: float = 7.0, fabric: str = "silk") -> ls.
     flat = ls.meshes.irregular(size=(0.9, 0.6), triangles=triangles)
     upright = np.array(
         [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
-    )  # x points downwind, warp points up
+    )  # x points roughly downwind, warp points up
     mesh = flat.moved((0.45, 0.0, 0.0), rotation=upright)
     pole = [int(i) for i in np.flatnonzero(mesh.vertices[:, 0] < 1e-9)]
     air = ls.Air(normal_drag=1.0, tangential_drag=0.02, wind=(wind, 0.3 * wind, 0.0), gust=0.2)

@@ -25,8 +25,8 @@ def scene(triangles: int = 14476) -> ls.Scene:
         (0.004, 0.003, HEIGHT + 0.03)
     )
     material = ls.ClothMaterial(density=0.2, bending_weft=5e-6, bending_warp=5e-6)
-    # The sphere waits above the cloth, pushes it down through the tube, and stops just above the
-    # floor.
+    # The sphere first sinks slowly above the cloth, then pushes it down through the tube, and stops
+    # 2 cm above the floor.
     times = [0.0, 0.6, 2.2, 2.9]
     heights = [HEIGHT + 0.12, HEIGHT + 0.10, -TUBE - 0.07, FLOOR + BALL + 0.02]
     path = np.array([(0.0, 0.0, z) for z in heights])

@@ -51,7 +51,9 @@ def ring_mesh(sides: int = 64) -> ls.TriangleMesh:
 
 
 def balance(material: str = "superconductor", density: float = 6000.0) -> float:
-    """Returns the height of the ball's lowest stable equilibrium on the axis of the ring [m]."""
+    """Returns the lowest height above 4 mm at which a ball on the axis of the ring is in
+    equilibrium and stable along the axis [m].
+    """
     ring = ls.magnetics.cylinder(**RING, polarization=(0, 0, 1.2))
     z = np.linspace(0.004, 0.03, 2000)
     axis = np.stack([0 * z, 0 * z, z], axis=1)

@@ -1,6 +1,6 @@
 """A figure in a dress walks over two hurdles and up three stairs.
 
-The figure is a closed surface over a skeleton of 21 bones, which takes two steps per second. Its
+The figure is a closed surface over a skeleton of 21 bones. It takes two steps per second, and its
 feet stand still while they bear weight. The dress moves by asynchronous steps. Example 4.3 of
 [Thomaszewski2010] (figures 4.8 and 4.9) has about as many triangles; figure, course and dress are
 our own.
@@ -99,8 +99,8 @@ def blended(points: Floats, bones: dict[str, Bone]) -> Floats:
 
 
 def surface(bones: dict[str, Bone]) -> ls.TriangleMesh:
-    """Returns a smoothed closed surface around the bones. It has one vertex in each grid cell that
-    it crosses (surface nets).
+    """Returns a smoothed closed surface around the bones. Before smoothing, it has one vertex in
+    each grid cell that it crosses (surface nets).
     """
     axes = [np.arange(low, high, CELL) for low, high in ((-0.25, 0.3), (-0.7, 0.7), (-0.1, 1.9))]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)

@@ -1,6 +1,6 @@
-// Enums whose values users select by name. Next to each enum, an overload of choices() lists their
-// names and meanings. Input validation, Python's Literal types and help texts use this list. The
-// overload is found by argument-dependent lookup:
+// Enums whose values users select by name. Next to each enum, an overload of choices() lists the
+// names and meanings of its values. Input validation, Python's Literal types and help texts use
+// this list. The overload is found by argument-dependent lookup:
 //
 //   enum class RestAngles { Flat, Mesh };
 //   constexpr auto choices(RestAngles) {

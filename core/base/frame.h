@@ -26,8 +26,8 @@ struct FrameTopology {
   std::vector<Index> body_of_vertex;        // (nb) index into body_names
   std::vector<std::string> body_names;      // rigid bodies first, then obstacles
   std::vector<std::uint8_t> body_is_floor;  // (bodies) 1: rendered as ground
-  // (nb) Magnetic polarity: about 1 at the north poles and -1 at the south poles of magnets, 0 away
-  // from magnets. Empty without magnets.
+  // (nb) Magnetic polarity: positive on the north side and negative on the south side of a magnet,
+  // 0 away from magnets; see pole_at(). Empty without magnets.
   std::vector<double> body_pole;
   std::vector<Look> cloth_looks, body_looks;  // (cloths), (bodies); empty: none is given
   // (3mb x 2) uv of each corner of the bodies' triangles, zeros for bodies without a texture. Empty

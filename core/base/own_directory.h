@@ -1,5 +1,5 @@
-// The directory from which this code was loaded. It also contains the libraries that are loaded at
-// run time.
+// The directory from which this code was loaded. It also contains the MPI plug-in, and in wheels
+// OSMesa, which are loaded at run time.
 #pragma once
 
 #include <filesystem>

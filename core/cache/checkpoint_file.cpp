@@ -1,6 +1,6 @@
 // A checkpoint is an HDF5 file, which any HDF5 tool can open, followed by a trailer of 24 bytes: a
 // mark, and the length and checksum of the HDF5 file. The checksum is verified before HDF5 reads
-// the data, because HDF5 does not validate its input.
+// the data, because HDF5 does not detect all damage in its input.
 #include "core/cache/checkpoint_file.h"
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 // One temporal PolyData dataset in VTKHDF layout (VTK File Formats, "VTKHDF", version 2.0).
 // Triangles and constant fields are stored once, and other fields for every frame. Points are
-// stored for every frame in which they differ from those of the preceding frame.
+// stored for the first frame, and for every frame in which they differ from those of the preceding
+// frame.
 #pragma once
 
 #include <cstdint>

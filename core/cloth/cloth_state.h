@@ -1,5 +1,4 @@
-// State of all cloths. Together with the model, the contacts and the loads, it fully determines the
-// further motion of the cloths.
+// State of all cloths, including what later steps need from earlier ones.
 #pragma once
 
 #include "core/base/bytes.h"

@@ -59,7 +59,7 @@ class DisplacementError {
     // Neglected strain [1], and its membrane energy [J]. In dissipation(), `energy` is the energy
     // that implicit Euler removes.
     double strain = 0.0, energy = 0.0;
-    double elastic = 0.0;            // membrane energy at the end of the motion [J]
+    double elastic = 0.0;            // membrane energy at the end of the motion [J]; unused in at()
     double squares = 0.0;            // sum of m u^2 [kg m^2]
     Vec3 moment = Vec3::Zero();      // sum of m u [kg m]
     Vec3 prescribed = Vec3::Zero();  // sum of m u over prescribed vertices [kg m]

@@ -1,6 +1,6 @@
 // Elastic forces, stiffness matrix and energy of all cloths: the sums of membrane and bending. With
-// a layout of several ranks, each rank stores the elements and the rows of the matrix that it needs
-// for the rows that it owns.
+// a layout of several ranks, each rank stores the rows of the matrix that it owns, the membrane and
+// mid-edge elements that act on these rows, and all hinge elements.
 #pragma once
 
 #include <memory>
@@ -38,16 +38,16 @@ class Elasticity {
   BlockMatrix& matrix() { return matrix_; }
 
   // Adds the elastic and viscous forces of the membrane and, if bending is implicit, of bending to
-  // rows [begin, end) of `force`. The matrix contains the stiffness of these forces. If v is null,
-  // viscous forces are omitted.
+  // rows [begin, end) of `force`. The matrix approximates their stiffness. If v is null, viscous
+  // forces are omitted.
   void add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin,
                            Index end, Points& force);
   // Adds the elastic and damping forces of explicit bending. Adds nothing if bending is implicit.
   void add_explicit_bending(const Team& team, const Points& x, const Points& v, Index begin,
                             Index end, Points& force);
 
-  // A matrix-vector product that assemble() computes while the assembled rows are in the cache. `w`
-  // must be up to date in all rows that the matrix couples to [begin, end).
+  // A product with the new matrix, which assemble() also computes. `w` must be up to date in all
+  // rows that the matrix couples to [begin, end).
   struct Product {
     const Points* w;  // one row per vertex or more; null: no product
     Points* y;        // y = (matrix - M) w on rows [begin, end)

@@ -34,9 +34,10 @@ class CollisionReplay {
   enum class Search { Contacts, Impacts };
 
   // Measures the tests of a search that is divided for `n_ranks` ranks. Each cost is the smallest
-  // of `repetitions` measurements. In dynamic division, the ranks start with tests that had about
-  // equal costs in an earlier step, whose positions are extrapolated backwards. In static division,
-  // the top-level tests are dealt to the ranks in turn.
+  // of `repetitions` measurements. In dynamic division, the tests with which the ranks start are
+  // divided by their costs in an earlier step, whose positions are extrapolated backwards, so that
+  // each rank has about the same total. In static division, the top-level tests are dealt to the
+  // ranks in turn.
   RecordedTests measure(Search search, int n_ranks, Decomposition decomposition,
                         int repetitions = 3) const;
 

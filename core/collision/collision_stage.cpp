@@ -39,7 +39,7 @@ struct CollisionStage::Data {
 
   bool knows(const Points& x) const { return same_bits(known_x, x); }
 
-  // Calls use(strengths) with the strengths of contacts that proximity() has found.
+  // Calls use(strengths) with the strengths of `contacts`.
   template <class Use>
   auto with_strengths(const std::vector<Contact>& contacts, const StrengthInputs& inputs,
                       Use&& use) {

@@ -1,7 +1,7 @@
-// Collision handling of one step. Contacts are found at the start of the step. An implicit solve
-// includes them as extra terms; after an explicit step, impulses correct the motion. Certification
-// then finds the impacts of the whole motion by continuous collision detection. It removes them by
-// impulses (clean-up) and, if some remain, by withholding motion.
+// Collision handling of one step. Contacts are found at the start of the step. Either an implicit
+// solve includes them as extra terms, or impulses correct the motion. Certification then finds the
+// impacts of the whole motion by continuous collision detection. It removes them by impulses
+// (clean-up) and, if some remain, by withholding motion.
 #pragma once
 
 #include <memory>

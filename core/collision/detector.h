@@ -1,5 +1,5 @@
-// Self-collision queries on one moving surface. Its tree is kept between queries: it is refitted to
-// the positions of each query, and rebuilt only if its boxes have grown too much.
+// Self-collision queries on one moving surface. Its tree is kept between queries. Each query refits
+// the tree to the given positions, or rebuilds it if its boxes have grown too much.
 #pragma once
 
 #include <array>

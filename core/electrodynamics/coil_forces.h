@@ -14,8 +14,8 @@ namespace loomstone {
 
 struct CoilForces {
   std::vector<CarrierWrenches> per_ampere;  // (coils) due to each coil [N/A, N m/A]
-  // Interactions of circuits: direct ones, unless both carriers are the same or rest, and those
-  // through magnetised bodies.
+  // Interactions of circuits: direct ones, unless both are on one carrier or on obstacles at rest,
+  // and those through magnetised bodies.
   std::vector<CircuitResponse::Pair> pairs;
   std::vector<double> sense;  // (coils) 1, or -1 if a commutator reverses the voltage
 };
@@ -23,8 +23,8 @@ struct CoilForces {
 // Coils at given poses, and the forces on them.
 class PlacedCoils {
  public:
-  // `twists` is the motion of the obstacles. Forces between two obstacles at rest are not computed.
-  // `model` must outlive the object.
+  // `twists` is the motion of the obstacles. Forces within one carrier and between two obstacles at
+  // rest are not computed. `model` must outlive the object.
   PlacedCoils(const MagneticModel& model, const CarrierPlaces& places, std::vector<Twist> twists);
 
   const std::vector<MagneticBody>& with_one_ampere() const { return coils_; }

@@ -7,8 +7,7 @@ namespace loomstone {
 namespace {
 
 // Number of fixed-point iterations in a kick if circuits interact directly or through magnetised
-// bodies. Their wrenches per ampere then depend on the currents. Each iteration multiplies the
-// error by about the relative change of a current in the kick.
+// bodies. Their wrenches per ampere then depend on the currents.
 constexpr int rounds = 4;
 
 // Wrenches per ampere of each circuit: `felt` determines the back-EMF, `exerted` acts on the

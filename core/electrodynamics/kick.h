@@ -17,7 +17,7 @@
 // in L as the bodies move. The same applies to the action of a circuit on itself through bodies
 // that it magnetises (circuit_response.h). The flux of these bodies adds to L. The velocities of
 // scripted obstacles also enter G v. Forces do not move these obstacles. The work that obstacles do
-// against the forces counts as supply.
+// against the forces of currents counts as supply.
 #pragma once
 
 #include <vector>
@@ -31,7 +31,8 @@ namespace loomstone {
 
 // All actions on the carriers at one instant.
 struct Actions {
-  CarrierWrenches magnets;  // wrenches among magnets, without circuit currents
+  // Wrenches on magnets due to each other and to the uniform field, without circuit currents.
+  CarrierWrenches magnets;
   // Part of `magnets` that is due to magnetisation by given currents, or empty. The sources of
   // these currents supply the work of this part.
   CarrierWrenches magnetised;

@@ -31,7 +31,7 @@ struct MagneticEffort {
 };
 
 // The motion of bodies under magnetic forces. The actions at the end of a step are cached, because
-// the next step begins there. They are reused only if all their inputs are bitwise the same.
+// the next step begins there. They are reused only if all their inputs are exactly equal.
 class MagneticMotion {
  public:
   explicit MagneticMotion(const MagneticModel& model);

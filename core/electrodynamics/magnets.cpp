@@ -126,10 +126,10 @@ CarrierWrenches Magnets::wrenches(const Team& team, const CarrierPlaces& places,
   return result;
 }
 
-// Sums the energies of hard magnets in each other's fields and in the uniform field, and those of
-// induced magnets in the field of hard magnets and the uniform field. An induced magnet has half
-// the energy of a hard magnet with the same moment, because the other half is stored in its
-// magnetisation.
+// Sums the energies of hard magnets in the uniform field and in the fields of hard magnets of other
+// groups, and those of induced magnets in the field of hard magnets and the uniform field. An
+// induced magnet has half the energy of a hard magnet with the same moment, because the other half
+// is stored in its magnetisation.
 double Magnets::energy(const Team& team, const Magnetised& magnetised) const {
   const std::vector<MagneticBody>& magnets = magnetised.magnets;
   const std::vector<MagneticBody> hard = this->hard(magnets);

@@ -32,7 +32,7 @@ class Magnets {
   CarrierWrenches wrenches(const Team& team, const CarrierPlaces& places,
                            const Magnetised& magnetised) const;
   // Returns the energy of all magnets in each other's fields and in the uniform field, without
-  // coils [J].
+  // coils [J]. Pairs of hard magnets in one group (see groups()) do not count.
   double energy(const Team& team, const Magnetised& magnetised) const;
 
   const std::vector<Index>& hard() const { return hard_; }        // indices of hard magnets

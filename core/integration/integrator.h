@@ -52,7 +52,7 @@ struct StepInputs {
   double time = 0.0;              // start of the step [s]
   const Points* force = nullptr;  // (n x 3) gravity, drag and user forces at the start [N]
   Vec3 gravity = Vec3::Zero();    // acceleration [m/s^2]
-  // Contacts, friction and attachments at the start; implicit schemes only. See also
+  // Contacts, friction, attachments and untangling; implicit schemes only. See also
   // Integrator::needs_all_terms().
   const ExtraTerms* terms = nullptr;
   // Called by Newton schemes for each velocity that they try; null: the terms are linear.

@@ -66,7 +66,8 @@ class AggregationMultigrid {
   void widen();
 
   // Exchanges the halo of a vector of slots. The exchange must be started and finished on all
-  // ranks. Other operations of the communicator may be started in between.
+  // ranks. Other operations of the communicator may be started in between. finish_exchange() must
+  // follow Communicator::finish().
   template <class Scalar>
   void start_exchange(const RowLayout& layout, std::vector<Scalar>& v) {
     exchange_.start(layout.communicator(), halo_, v.data(), 4);

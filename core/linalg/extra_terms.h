@@ -1,5 +1,5 @@
 // Terms that couple a few rows in an implicit solve, in addition to the fixed elastic pattern:
-// contacts, friction, attachments. A term depends on one relative velocity
+// contacts, friction, untangling, attachments. A term depends on one relative velocity
 // u = sum_i J_i v_i - drift (3-vector). Its energy E depends on the relative displacement s, the
 // time integral of u. Let g be dE/ds at the start of the step, and H be d2E/ds2 or a positive
 // semidefinite replacement. Row i gets the force -J_i^T g, and block (i, j) of the stiffness gets

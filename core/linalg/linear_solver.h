@@ -30,19 +30,20 @@ struct LinearSystem {
   const RowLayout* layout = nullptr;
   const Halo* halo = nullptr;  // halo of `matrix`; the solver adds rows for terms
   double tolerance = 0.0;      // replaces the solver's tolerance [1]; 0: no replacement
-  // Iterative solvers divide the norm of the residual by its value for x = 0 on free rows. If that
-  // is larger, they divide by the norm of the momentum that `least_change` would give to the masses
-  // of free cloth rows. With x in [m/s], masses are in [kg] and the change is in [m/s]. The masses
-  // may be null.
+  // Iterative solvers divide the norm of the residual by the larger of two norms: that of the
+  // residual for x = 0 on free rows, and that of the momentum that `least_change` would give to the
+  // masses of free cloth rows. With x in [m/s], masses are in [kg] and the change is in [m/s]. The
+  // masses may be null; the second norm is then 0.
   const Vector* masses = nullptr;
   Vec3 least_change = Vec3::Zero();
 };
 
 struct LinearReport {
   int iterations = 0;
-  // sqrt(r . D^-1 r) divided by its value for x = 0 on free rows or, if that is larger, for the
-  // momentum of `least_change` [1]. r is the residual on free rows, and D consists of the diagonal
-  // blocks. The direct solver reports |r| divided by its value for x = 0 on free rows.
+  // Iterative solvers: sqrt(r . D^-1 r) divided by the larger of its values for the residual for
+  // x = 0 on free rows and for the momentum of `least_change` [1]. r is the residual on free rows,
+  // and D consists of the diagonal blocks. Direct solvers: |r| divided by its value for x = 0 on
+  // free rows [1].
   double residual = 0.0;
   bool converged = true;
 };
@@ -91,7 +92,8 @@ class SolveMemory {
 // Part of the system that is unchanged since the solve that filled the memory. Nothing: everything
 // may have changed. Matrix: only terms, right-hand side and tolerance may have changed. The
 // preconditioner is reused unless it is Gauss-Seidel. A x is reused if x is the solution of a solve
-// that ended early. System: only the tolerance may have changed, and the iteration continues.
+// that ended early. System: only the tolerance may have changed. An iteration that ended early
+// continues.
 enum class Unchanged { Nothing, Matrix, System };
 
 class LinearSolver {

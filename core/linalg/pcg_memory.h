@@ -57,7 +57,7 @@ struct PcgMemory {
   // Vectors of the iteration. x has four numbers per row, and one more row for empty lanes.
   // residual is stored by slices.
   std::vector<double> x, residual;
-  // Norm of the residual for x = 0 on free rows or, if that is larger, least_norm().
+  // The larger of least_norm() and the norm of the residual for x = 0 on free rows.
   double b_norm = 0.0;
   // True if the last solve stopped, in single precision, at a tolerance that is looser than the
   // solver's own. x, b_norm, terms and the vectors of `single` then belong to its last iteration.

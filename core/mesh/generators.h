@@ -1,6 +1,6 @@
 // Mesh generators. Flat cloth lies in the plane z = 0 and is centred at the origin. Its weft runs
 // along x, and its uv are its x and y coordinates. Closed surfaces are oriented outward and, except
-// for the funnel, centred at the origin. All lengths are in [m].
+// for funnels and wavy bars, centred at the origin. All lengths are in [m].
 #pragma once
 
 #include <cstdint>

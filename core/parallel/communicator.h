@@ -96,8 +96,8 @@ std::shared_ptr<const Communicator> single_communicator();
 // Loads the MPI plug-in and duplicates a communicator, given by its Fortran handle such as mpi4py's
 // comm.py2f(). -1 denotes MPI_COMM_WORLD; MPI is then initialised if necessary. Throws Unsupported
 // with advice on installation if the plug-in cannot be loaded, and InvalidInput if it makes no
-// communicator. If LOOMSTONE_MPI_TIMEOUT [s] is set, a rank that waits for the others longer than
-// that ends all ranks (mpi_watch.h).
+// communicator or if the launcher belongs to another MPI library. If LOOMSTONE_MPI_TIMEOUT [s] is
+// set and not 0, a rank that waits for the others longer than that ends all ranks (mpi_watch.h).
 std::shared_ptr<const Communicator> mpi_communicator(int fortran_handle = -1);
 
 // Returns true if an MPI launcher started this process with more than one rank, according to the

@@ -1,6 +1,7 @@
 // Finds and loads the MPI plug-in. The environment variable LOOMSTONE_MPI_PLUGIN gives its path,
-// for example in tests of the build tree. If the variable is not set, the plug-in is expected in
-// the directory of the module or program that contains this code, as in the Python package.
+// for example in tests of the build tree. If the variable is unset or empty, the plug-in is
+// expected in the directory of the module or program that contains this code, as in the Python
+// package.
 #include <cstdlib>
 #include <filesystem>
 #include <string>

@@ -30,8 +30,8 @@ int default_thread_count();
 // Returns the number of the calling thread in its parallel loop, 0 to threads - 1.
 int thread_number();
 
-// Throws Unsupported in a forked process if a parallel loop ran before the fork, because libgomp
-// would then hang.
+// Throws Unsupported in a forked process if a loop ran on several threads before the fork, because
+// libgomp would then hang.
 void check_not_forked();
 
 // Timer that adds its lifetime to the busy time of the calling thread.

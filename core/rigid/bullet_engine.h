@@ -31,7 +31,7 @@ class BulletWorld : public btDiscreteDynamicsWorld {
   void saveKinematicState(btScalar) override {}
 
  private:
-  std::vector<btScalar> margins_;  // margin of each object [m]; objects are never removed
+  std::vector<btScalar> margins_;  // margin of each object [m], in the order of the world's objects
 };
 
 // Bullet's world and the objects that it refers to. Members are destroyed in reverse order, so the

@@ -53,9 +53,9 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
 
 // Contacts of hulls with at most this number of vertices are found by the separating-axis test and
 // face clipping, both with other hulls and with triangles of obstacles. With this method, stacks of
-// five cubes come to rest. Other hulls use Bullet's method, which accumulates contact points over
-// several steps. The cost grows with the product of the face counts, and hulls with more vertices
-// are round enough for Bullet's method.
+// five cubes come to rest. Its cost grows with the product of the face counts. Other hulls use
+// Bullet's method, which accumulates contact points over several steps. They have more vertices and
+// are round enough for it.
 constexpr int most_polyhedron_vertices = 32;
 // Ratio of the margin to the inner radius. Polyhedra need a margin only in contact with other
 // shapes. Round hulls need a margin that is large enough to avoid Bullet's slower and less accurate

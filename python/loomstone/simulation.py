@@ -212,7 +212,7 @@ class Simulation(_core.Simulation):
         super().restore(checkpoint)
 
     def digest(self) -> str:
-        """Returns a hash of the state. Hashes are equal if and only if states are equal bit by bit.
+        """Returns a hash of the state, by which states can be compared bit by bit.
 
         All ranks must call this method, and get the same hash.
 

@@ -1,5 +1,5 @@
-"""Counts intersecting pairs over all frames of every scene, for several time steps and for starts
-whose coordinates are perturbed by up to 1e-6 m.
+"""Counts intersecting pairs over all frames of scenes with cloth, for several time steps and for
+starts whose coordinates are perturbed by up to 1e-6 m.
 
     python tests/benchmarks/certify.py [--scenes drape twist --steps 1e-3 4e-3 --rate 25 --runs 10
     --jobs 2 --out certify.csv]
@@ -29,7 +29,7 @@ from smoke import SCENES, parsed
 
 PERTURBATION = 1e-6  # largest offset of a coordinate [m]
 
-# Parameters and duration [s] of each scene. Ten runs of all scenes take one to two hours.
+# Parameters and duration [s] of each scene.
 SIZES = {
     "bending": ({"triangles": 512}, 0.6),
     "bin": ({"triangles": 96, "towels": 6}, 0.8),

@@ -5,8 +5,8 @@
     python tests/benchmarks/decomposition.py out/twist --threads 1 2
 
 On one rank, compares how threads share the traversal of hierarchies: OpenMP tasks, loops, the pool.
-On several ranks, compares static and dynamic decomposition with their replays. Each number is the
-minimum over the repetitions, so that other programs hardly affect it. The default latency and
+On several ranks, compares static and dynamic decomposition with their replays. Measured times are
+minima over the repetitions, so that other programs hardly affect them. The default latency and
 overhead of a message in the replays are those of shared memory.
 """
 

@@ -36,7 +36,7 @@ INTEGRATORS = (ls.SemiImplicitEuler, ls.BackwardEuler, ls.SymplecticEuler, ls.As
 
 
 def mostly(usual: Any, other: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
-    """Returns a strategy that draws from `other` with probability 1/8, and else yields `usual`."""
+    """Returns a strategy that yields `usual`, but draws from `other` in about one of 8 cases."""
     return st.integers(0, 7).flatmap(lambda k: other if k == 0 else st.just(usual))
 
 

@@ -1,7 +1,7 @@
-"""Trials of faults, for faults.py and the tests: kills, full disks, damaged files, mutated scenes.
+"""Trials of faults, for faults.py and the tests: kills, full disks, damaged files and threads.
 
-Every trial is a function of a seed. It returns how it went, and raises an AssertionError if a
-guarantee is broken.
+A trial of the first three kinds depends on a seed. It returns how it went, and raises an
+AssertionError if a guarantee is broken.
 """
 
 from __future__ import annotations
@@ -227,8 +227,8 @@ def read_damaged(place: Path, reader: str, seed: int) -> str:
 def in_child(arguments: list[str], seeds: list[int], seconds: float) -> Iterator[tuple[int, str]]:
     """Runs trials in child processes. A crash, a hang or 4 GiB of memory ends only the child.
 
-    Yields each seed with "read", "refused" or what went wrong. `arguments` start a program that
-    takes seeds as further arguments and prints a line for each.
+    Yields each seed with "read", "refused" or what went wrong. A child runs this file with
+    `arguments`, followed by seeds, and prints a line for each seed.
     """
 
     def limit() -> None:

@@ -6,7 +6,7 @@
 after culling, and impacts left to certification at the end of a step; 4.7: the uneven hat; 4.8: the
 walk over obstacles; 4.9: three instants of the walk with semi-implicit Euler and with asynchronous
 steps. Figure 4.6 is the table of tests/benchmarks/integrators.py, and the table of figure 4.7 is
-printed by tests/benchmarks/uneven.py. All figures take a quarter of an hour on one core.
+printed by tests/benchmarks/uneven.py.
 """
 
 import argparse
@@ -176,7 +176,7 @@ def figure_8(options: argparse.Namespace) -> None:
 
 
 def near(look: ls.RenderOptions, frame: ls.Frame, distance: float = 2.4) -> ls.RenderOptions:
-    """Returns options with a camera at a distance [m] from the middle of the cloth."""
+    """Returns options with a camera about `distance` [m] from the middle of the cloth."""
     x, _, z = frame.positions.mean(axis=0)
     eye = np.array((x, 0.0, z)) + distance * np.array((0.4, -0.9, 0.12))
     camera = ls.Camera(fit=False, eye=eye, target=(x, 0.0, z), field_of_view_degrees=34.0)

@@ -9,8 +9,8 @@ divided by the largest kinetic energy. It leaves out the energy of contacts, whi
 includes. `end` is like `gain`, but at the end of the run. `parts` is the number of parts of all
 steps, `shortest` the length of the shortest part [ms], and `cpu` the processor time [s].
 
-The second table is about a sheet that is pinned at two corners and released flat. It lists the time
-until the free edge is vertically below these corners.
+The second table is about sheets that are pinned at two corners and released flat. It lists the time
+until the free edge is vertically below these corners, for several stiffnesses and steps.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ balls that turn in fixed bearings.
     python tests/benchmarks/librations.py [--periods 10000]
 
 The benchmark prints two results per system, both relative to the largest kinetic energy:
-- swing: the largest deviation of the energy from its initial value
+- swing: the largest deviation of the energy from its value after the first step
 - drift: the difference between the mean energies over the last and the first tenth of the run
 
 The benchmark takes 10 to 20 s.

@@ -127,7 +127,7 @@ def main() -> None:
     )
     print(f"{'source':22}{'ours':>10}{'magpylib':>12}  [ns/point] {'ratio':>8} {'difference':>12}")
     for name, (body, peer) in bodies().items():
-        # Meshes get fewer points, because magpylib takes 0.5 ms per point for them.
+        # Meshes get fewer points, because magpylib is slow for them.
         some = points[: max(2, arguments.points // 50)] if "mesh" in name else points
         ours, field = fastest(
             partial(M.field, body, some, threads=arguments.threads), arguments.repeats

@@ -4,8 +4,7 @@
 
 Partitions are here the parts of the mesh that 12 ranks own; neighbouring ones have different
 colours. 5.1: layers of cloth that lie on one another; 5.4: a dress decomposed into 12 partitions;
-5.5 and 5.6: the scenes table_cloth and wave_bar (above), and their partitions (below). All figures
-take five minutes on one core.
+5.5 and 5.6: the scenes table_cloth and wave_bar (above), and their partitions (below).
 """
 
 import argparse

@@ -1,5 +1,5 @@
-// A small synthetic run. Every number is a function of frame and row, so that each part of a file
-// can be checked alone.
+// A small synthetic run. Every number of a frame is a function of the frame's index and of its own
+// place, so that each part of a file can be checked alone.
 #pragma once
 
 #include <string>

@@ -69,7 +69,7 @@ TEST_CASE("contacts agree with a test of all pairs in every step, for any number
   Points x = shaken(scene.x, 3e-3, 6);
   std::size_t n_contacts = 0;
   for (int step = 0; step < 12; ++step) {
-    // In small steps, the neighbour lists remain valid. The jump in step 6 makes them invalid. The
+    // Small steps allow neighbour lists to remain valid. The jump in step 6 makes them invalid. The
     // spherical obstacle moves down in every step.
     x = shaken(x, step == 6 ? 8e-3 : 2e-4, 7 + step);
     const CollisionSurface& sphere = model.surfaces[3];

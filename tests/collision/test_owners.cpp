@@ -29,7 +29,7 @@ TestScene sheets_on_table(Index cells) {
        {grid_cells(0.3, 0.3, 4, 4).moved(Vec3(0, 0, -3e-3)), Kind::Script, 4e-3}});
 }
 
-// Contacts and end positions of some steps.
+// Contacts of some steps. results() adds end positions and approaching pairs.
 struct Results {
   std::vector<double> numbers;
   std::int64_t contacts = 0, impacts = 0, unlisted = 0;

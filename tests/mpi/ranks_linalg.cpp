@@ -156,7 +156,7 @@ void solutions_keep_their_bits(const RankProgram& program) {
   }
 }
 
-// The stiffness is more than 1e9 times the mass, so the solve takes many iterations.
+// The stiffness is multiplied by 1e9, so the solve takes many iterations.
 void stiff_solutions_keep_their_bits(const RankProgram& program) {
   RandomSystem system = random_system(20, 0, 0, program.communicator());
   testing::stiffen(system, 1e9);

@@ -9,7 +9,7 @@ using namespace loomstone;
 namespace {
 
 // Balanced trees of tests of 1 us each: `n_trees` trees with `depth` levels below the root, and
-// four children at each node. Rank 0 starts with all trees.
+// four children at each inner node. Rank 0 starts with all trees.
 RecordedTests trees_on_rank_0(int n_trees, int depth, int n_ranks) {
   RecordedTests tests;
   tests.roots.resize(n_ranks);

@@ -71,8 +71,8 @@ TEST_CASE("contiguous ranges of a grid have short boundaries") {
     for (Index i = 0; i < ranges; ++i) {
       const Index begin = std::min(n, n_blocks * i / ranges * rows_per_block);
       const Index end = std::min(n, n_blocks * (i + 1) / ranges * rows_per_block);
-      // The boundary of a square patch of n vertices has 4 sqrt(n) vertices. The bound is twice as
-      // large, because the ends of a range cut squares and make the boundary irregular.
+      // The boundary of a square patch of n vertices has about 4 sqrt(n) vertices. The bound is
+      // twice as large, because the ends of a range cut squares and make the boundary irregular.
       CHECK(boundary(graph, place, begin, end) < 8.0 * std::sqrt(1.0 * (end - begin)));
     }
   }

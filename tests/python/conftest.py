@@ -1,4 +1,4 @@
-"""Small scenes shared by several tests."""
+"""Small scenes and an integrator, shared by several tests."""
 
 import os
 

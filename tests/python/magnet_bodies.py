@@ -1,4 +1,4 @@
-"""Rigid bodies with magnets, for tests of their motion."""
+"""Helpers for tests of the motion of rigid bodies with magnets."""
 
 import loomstone as ls
 import numpy as np

@@ -62,7 +62,7 @@ TEST_CASE("near contacts name the user's vertices and leave the next step as it 
   for (const Contact& contact : contacts) {
     CHECK(contact.distance < contact.thickness);
     if (contact.kind != ContactKind::VertexFace || contact.vertices[0] >= x.rows()) continue;
-    // The distance to the sphere is at most that to its facets, which lie up to 1 mm inside it.
+    // The distance to the sphere is at most that to its facets, which lie up to 0.7 mm inside it.
     const Vec3 place = x.row(contact.vertices[0]);
     CHECK((place - Vec3(0.03, 0.02, 0)).norm() - 0.15 < contact.distance + 1e-9);
   }

@@ -1,4 +1,4 @@
-"""Draws a scene with every pass of the renderer, to compare softpipe with other OpenGL drivers.
+"""Draws pictures of a scene, to compare softpipe with other OpenGL drivers.
 
 python tests/wheel/softpipe.py pictures.npz
 """

@@ -108,7 +108,7 @@ double power_iteration(const HingeSet& hinges, const Points& rest_positions,
     moments(values, moment);
     force.setZero();
     hinges.gather(team, values, moment, range, force);
-    eigenvalue = -(force.array() * v.array()).sum();  // Rayleigh quotient: at most the largest one
+    eigenvalue = -(force.array() * v.array()).sum();  // Rayleigh quotient <= largest eigenvalue
     for (Index i = 0; i < n; ++i)
       if (!prescribed[i]) v.row(i) = -force.row(i) / mass[i];
   }

@@ -10,9 +10,9 @@
 
 namespace loomstone {
 
-// Throws InvalidInput if an array (other than rest_angles) has a wrong size, a rest area is not
-// positive, a rigidity is not finite, symmetric and positive semi-definite, a damping is negative
-// or not finite, or a rest angle is outside (-pi, pi).
+// Throws InvalidInput if an array (other than rest_angles) has a wrong size, a rest area is at most
+// 1e-12 times the square of the longest edge, a rigidity is not finite, symmetric and positive
+// semi-definite, a damping is negative or not finite, or a rest angle is outside (-pi, pi).
 void check_bending_setup(const BendingSetup& setup);
 
 // Creates the hinges of the setup with their rest angles. Throws InvalidInput if the number of rest

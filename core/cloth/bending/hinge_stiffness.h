@@ -39,7 +39,7 @@ class HingeStiffness {
 
   // Adds the sum over pairs to rows [begin, end) of `matrix`. Hinges are added in ascending order
   // for each block, so the result is bitwise identical for any number of threads and any row range.
-  // Block positions are determined once per matrix pattern and row range.
+  // Block positions are kept until the matrix pattern or the row range changes.
   void add(const Team& team, const HingeProducts& products, Index begin, Index end,
            BlockMatrix& matrix);
 

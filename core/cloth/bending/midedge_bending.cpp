@@ -90,7 +90,7 @@ class MidedgeBending final : public Bending {
     Index begin = -1, end = -1;
     std::vector<Index> hinges;            // hinges whose moments act on the rows
     std::vector<Index> triangle_batches;  // batches of triangles on which these moments depend
-    std::vector<Index> hinge_batches;     // batches of hinges that affect the curvature there
+    std::vector<Index> hinge_batches;     // batches of hinges on whose angles they depend
   };
   mutable Selection selection_;
   mutable HingeValues values_;

@@ -26,8 +26,8 @@
 // In space, the 3x2 matrix F has no determinant whose sign could show that a triangle is inverted.
 // U is therefore always positive semi-definite, and an inverted triangle counts as a rotated one.
 // If the columns of F are parallel (rank one), the plane of the triangle is unknown, and an
-// arbitrary normal is chosen. If all corners coincide (F = 0), nothing is corrected. None of these
-// cases yields NaN.
+// arbitrary normal is chosen. If all corners coincide (F = 0), R is zero and no corner moves. None
+// of these cases yields NaN.
 #pragma once
 
 #include <cmath>
@@ -109,8 +109,8 @@ template <class Real>
 struct Element {
   Real g0x, g0y, g1x, g1y;      // gradients of the shape functions of corners 0 and 1 [1/m]
   Real x0, y0, x1, y1, x2, y2;  // X of each corner (see above), 0 if it is held [m]
-  // Sum over free corners of mass times X X^T. The unit of mass has no influence. If two corners
-  // are held, it is instead h h^T [m^2] with the height vector h over the held edge.
+  // Sum over free corners of mass times X X^T, up to a positive factor, which has no influence. If
+  // two corners are held, it is instead h h^T [m^2] with the height vector h over the held edge.
   Symmetric<Real> moments;
 };
 // Numbers of values and of gradients in an Element. The gradients come first.

@@ -24,7 +24,7 @@ struct BrokenLimit {
 
 // Report on a call of the limiter: its cost and the excess that remains.
 struct LimitReport {
-  int sweeps = 0;                   // sweeps over all elements or over the active set
+  int sweeps = 0;                   // a first check without violations counts as a sweep
   std::int64_t evaluations = 0;     // strain evaluations before the final check, as on one rank
   std::array<double, 3> excess{};   // largest excess in weft, warp and shear
   std::int64_t beyond = 0;          // number of elements with an excess above the tolerance

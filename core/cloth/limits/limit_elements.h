@@ -49,7 +49,8 @@ std::vector<Index> colours(Index n_vertices, const Rows& items, Index& n_colours
   return of_item;
 }
 
-// The element tables of strain limiting. They change only if the held vertices change.
+// The element tables of strain limiting. Except for the bounds, they change only if the held
+// vertices change.
 class LimitElements {
  public:
   // If single_rows is true, also builds the tables for limit::correct_one().

@@ -140,7 +140,7 @@ LOOMSTONE_INLINE void displacements(const Element<Real>& e, const Correction<Rea
   delta[2] = combine(c.g1, e.x2, c.g2, e.y2);
 }
 
-// Bit mask of the lanes with a free corner and an excess above the tolerance.
+// Bit mask of the lanes with a free corner and a correction `size` above the tolerance.
 template <class Lanes>
 LOOMSTONE_INLINE unsigned lanes_to_correct(const Lanes& size, const std::uint8_t* moves,
                                            double tolerance) {

@@ -55,8 +55,8 @@ class MembraneConstantsOf {
   const std::vector<Index>* first_triangle_ = nullptr;
 };
 
-// The membrane elements of all cloths or of a part of them, with their constant tables and scratch
-// memory. Only stored elements can be evaluated. Batch b consists of the triangles 8 b to 8 b + 7.
+// The membrane elements of all cloths or of a part of them, with their tables and scratch memory.
+// Only stored elements can be evaluated. Batch b consists of the triangles 8 b to 8 b + 7.
 // A batch is stored if the part contains one of its triangles.
 class Membrane {
  public:
@@ -76,8 +76,8 @@ class Membrane {
     return {corners_.data(), gradients_.data(), constants_.data(),
             phase_,          in_phase_,         limits_.empty() ? nullptr : limits_.data()};
   }
-  // Sets the tables of the stress that stiff phases add to forces and Jacobian (see
-  // membrane::Tables). Null means that nothing is added. The tables are not copied.
+  // Sets the tables of the stress that stiff phases add (see membrane::Tables). It acts in energy,
+  // forces and Jacobian. Null means that nothing is added. The tables are not copied.
   void set_phase(const double* phase, const std::uint8_t* in_phase) {
     phase_ = phase, in_phase_ = in_phase;
   }
@@ -120,7 +120,7 @@ class Membrane {
   struct Neglected {
     double strain = 0.0;   // largest eigenvalue [1]
     double energy = 0.0;   // membrane energy of this strain [J]
-    double elastic = 0.0;  // membrane energy at positions `end` [J]
+    double elastic = 0.0;  // membrane energy at positions `end`, without phases and limits [J]
   };
   // Computes the neglected strain of the triangles [first_triangle, last_triangle) for the
   // displacement end - start (n x 3 each), or for the displacement `end` if `start` is null.

@@ -82,7 +82,7 @@ LOOMSTONE_INLINE Lanes largest_eigenvalue(const Tensor<Lanes>& e) {
   return 0.5 * (e.t11 + e.t22) + lanes_sqrt(d * d + e.t12 * e.t12);
 }
 
-// Returns the positive part of a symmetric tensor, whose eigenvalues are m + r and m - r.
+// Returns the positive part of a symmetric tensor with the eigenvalues m + r and m - r.
 template <class Lanes>
 LOOMSTONE_INLINE Tensor<Lanes> positive_part(const Tensor<Lanes>& s) {
   const Lanes m = 0.5 * (s.t11 + s.t22), d = 0.5 * (s.t11 - s.t22);

@@ -186,7 +186,7 @@ std::vector<PairKey> BroadPhase::cluster_pairs(const Team& team, Index surface_p
   return found;
 }
 
-// Returns the cluster pairs of each task whose boxes overlap, and refits the features of these
+// Returns for each task the pairs of clusters whose boxes overlap, and refits the features of these
 // clusters.
 std::vector<std::vector<PairKey>> BroadPhase::clusters_of(const Team& team,
                                                           const std::vector<Task>& tasks) {

@@ -111,7 +111,7 @@ LOOMSTONE_INLINE void refit_groups(const PackedSlabs* below, Index begin, Index 
   }
 }
 
-// Makes room for at least n boxes, and no more than that if there was less. May discard all boxes.
+// Makes room for at least n boxes. If there is less, discards all boxes and makes room for n.
 template <class Boxes>
 void make_room(Boxes& boxes, std::size_t n) {
   if (boxes.size() >= n) return;

@@ -81,7 +81,7 @@ class ClusterTree {
   Index n_clusters() const { return n_clusters_; }
   // Returns the box that encloses all features of a cluster. The last refit must have included it.
   const PackedSlabs& box(Index cluster) const { return cluster_boxes_[faces_.first_slab[cluster]]; }
-  // Returns the vertex boxes of all surfaces, as passed to the last refit.
+  // Returns the vertex boxes of all surfaces, as passed to the last refit of features.
   const PackedSlabs* vertex_boxes() const { return vertex_boxes_; }
 
   const Features& faces() const { return faces_; }

@@ -147,7 +147,7 @@ bool NeighbourLists::costly(const Upkeep& upkeep) const {
 }
 
 // Repeats the search for cluster pairs at the positions of the last update. Tries lists again for
-// surface pairs whose pause is over. `all`: there are no lists yet.
+// surface pairs whose pause is over. `all`: there are no lists.
 void NeighbourLists::search_at_x(const Team& team, bool all) {
   const std::vector<int> before = unlisted_;
   const bool retries = retries_within(1);

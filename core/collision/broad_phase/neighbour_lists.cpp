@@ -13,8 +13,8 @@ namespace {
 
 // Parameters tuned on a draped sheet; they affect speed only. The slack of a list covers
 // `steps_to_last` steps of the current motion, within the bounds below, but at least 1.5 steps. The
-// upper bound is the larger of two. In the search for cluster pairs, vertex boxes cover
-// `steps_ahead` steps plus a margin.
+// upper bound is the larger of two. The slack is larger if the boxes of both clusters are farther
+// apart. In the search for cluster pairs, vertex boxes cover `steps_ahead` steps plus a margin.
 constexpr double steps_to_last = 12.0;
 constexpr double least_slack = 0.2, most_slack = 2.5;  // multiples of the thickness
 constexpr double most_slack_of_edge = 0.6;             // multiple of the mean edge length

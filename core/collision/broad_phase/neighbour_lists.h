@@ -203,8 +203,8 @@ class NeighbourLists {
   template <class ListAt, class Work>
   void work_on(Index n, ListAt&& list_at, Work&& work) const {
     using Clock = std::chrono::steady_clock;
-    // Bounds of the ratio of time to estimated cost. Beyond them, the thread was interrupted, or
-    // the clock is too coarse.
+    // Bounds of the ratio of time to estimated cost. Ratios beyond them are attributed to an
+    // interruption of the thread or to a coarse clock.
     constexpr float least_ratio = 0.25f, most_ratio = 4.0f;
     std::array<float, most_at_once> costs;
     float sum = 0.0f;

@@ -1,7 +1,7 @@
 // Search for pairs of features that is divided among all ranks ([Thomaszewski2010], 5.3). The
 // hierarchies of the partitions are traversed from their roots in every search. Traversal and the
 // tests of feature pairs form one stream of work, so ranks communicate only to balance it and to
-// exchange results at its end.
+// gather results at its end.
 #pragma once
 
 #include <algorithm>

@@ -63,7 +63,8 @@ inline Slabs slabs_of(const double* x0, const double* x1, double inflation) {
 }
 
 // Slabs for vector arithmetic: nine lower bounds, nine negated upper bounds, then zeros. With this
-// sign convention, the union of two boxes is a component-wise minimum.
+// sign convention, the union of two boxes is a component-wise minimum. In an empty box, all values
+// are infinite.
 inline constexpr int n_slab_packs = 3;
 
 struct alignas(32) PackedSlabs {

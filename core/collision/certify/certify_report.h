@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// Displacement that certification has withheld from a cloth vertex or a body, and the mass of the
-// vertex or body. A body is identified by its first vertex.
+// Displacement that is withheld from a cloth vertex or a body, and the mass of the vertex or body.
+// A body is identified by its first vertex.
 struct WithheldMotion {
   Index vertex;
   Vec3 displacement;  // [m]
@@ -23,8 +23,8 @@ struct CertifyReport {
   std::int64_t unresolved = 0;
   std::vector<WithheldMotion> withheld;  // sorted by vertex, at most one entry per vertex
 
-  // Merges motion that another certification of the same step has withheld. Sums displacements of
-  // the same vertex.
+  // Merges motion that other certifications or fallbacks of the same step have withheld. Sums
+  // displacements of the same vertex.
   void merge(const std::vector<WithheldMotion>& others);
   std::int64_t n_withheld() const { return static_cast<std::int64_t>(withheld.size()); }
   double withheld_length() const;  // sum of displacement lengths [m]

@@ -13,7 +13,7 @@ namespace {
 // the gap floor, so that cloth fits into narrow gaps. Targets of cloth with cloth stay constant.
 constexpr double target_gap = 0.2, next_target = 0.25;
 constexpr int most_sweeps = 12;
-constexpr double tolerance = 1e-3;  // largest gap change in the last sweep / target gap
+constexpr double tolerance = 1e-3;  // largest gap change in the last sweep / first target gap
 
 bool before(const ImpulseContact& a, const ImpulseContact& b) {
   return std::tie(a.kind, a.key) < std::tie(b.kind, b.key);

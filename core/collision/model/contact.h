@@ -16,9 +16,9 @@ struct Contact {
   ContactKind kind;
   Index a, b;                     // vertex id and triangle id, or two edge ids with a < b
   std::array<Index, 4> vertices;  // vertex and face corners, or ends of edge a and of edge b
-  std::array<double, 4> weights;  // positive for feature a (sum 1), negative for b (sum -1)
+  std::array<double, 4> weights;  // >= 0 for feature a (sum 1), <= 0 for b (sum -1)
   Vec3 normal;                    // unit normal from b to a
-  double distance;                // distance at the start of the step [m]
+  double distance;                // distance at the start of the part [m]
   double thickness;               // thickness xi of the pair [m]
   double friction;                // friction coefficient mu of the pair [1]
 };
@@ -29,7 +29,7 @@ struct ContactState {
     ContactKind kind;
     Index a, b;
     Vec3 slip;            // tangential displacement of a relative to b, from the anchor [m]
-    double normal_force;  // normal force of the last step [N]
+    double normal_force;  // normal force in the last part [N]
 
     bool operator==(const Anchor& other) const = default;
   };

@@ -13,14 +13,14 @@ struct FreeBody {
   // (k x 3) Vertices in body axes, relative to the centre of mass [m].
   const Points* local = nullptr;
   double inverse_mass = 0.0;  // [1/kg]
-  // Inverse inertia about the centre of mass in world axes, at the start of the step [1/(kg m^2)].
+  // Inverse inertia about the centre of mass in world axes, at the start of the part [1/(kg m^2)].
   Mat3 inverse_inertia = Mat3::Zero();
   // True if the body was pressed against an obstacle in the last step, also through other bodies.
   // CleanUp then does not move it.
   bool supported = false;
   RigidPose start, end;  // poses of the centre of mass; corrections change `end`
-  // Total correction of the end pose. Divided by the step, it is a change of velocity and of
-  // angular velocity.
+  // Total correction of the end pose. Divided by the length of the part, it is a change of velocity
+  // and of angular velocity.
   Vec3 moved = Vec3::Zero();   // [m]
   Vec3 turned = Vec3::Zero();  // [rad]
 };

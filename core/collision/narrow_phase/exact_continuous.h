@@ -1,7 +1,7 @@
 // Exact continuous collision detection. Decides whether a vertex and a face, or two edges, touch at
 // any time in [0, 1] while their points move on straight lines. All degenerate cases are handled.
-// Integer arithmetic has no rounding but is slow (15 to 40 us per query). It is used only for
-// queries that floating point leaves undecided.
+// Integer arithmetic has no rounding but is slow (15 to 40 us per query), so the functions with the
+// result ExactImpact use it only for queries that floating point leaves undecided.
 #pragma once
 
 #include "core/collision/narrow_phase/continuous.h"

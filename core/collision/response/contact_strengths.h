@@ -1,5 +1,5 @@
-// Quantities, other than distances, on which contact forces depend: shares, stiffness, and slips of
-// friction anchors.
+// Quantities on which contact forces depend and that a Contact does not contain: shares, stiffness,
+// and slips of friction anchors.
 #pragma once
 
 #include <vector>

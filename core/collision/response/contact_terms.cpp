@@ -194,8 +194,8 @@ FrictionError ContactTerms::friction_at(const Team& team, const Points& displace
         const Vec3 &n = law.normal, moved = term.relative_displacement(displacement, time);
         const double along = n.dot(moved), k = law.share * tangential_;
         ContactForce normal = force_at_start(law);
-        // A contact near the onset of the law is too soft to stop even a gentle motion within the
-        // step, and therefore does not count as closing.
+        // Near the onset of the law, a contact is too soft to stop even a gentle motion within the
+        // step. It counts as closing only if it has been stiffened (see contact_stiffness()).
         const bool resists =
             law.normal_stiffness > tangential_ || normal.stiffness >= law.normal_stiffness;
         const bool closes = resists && law.distance + along < closing * law.distance;

@@ -91,7 +91,7 @@ class ContactTerms {
   std::vector<Index> counted_;    // contacts that count on this rank, in ascending order
   std::vector<double> shares_;    // share of each contact [1]
   std::vector<Vec3> slips_;       // anchor slip of each contact at the start [m]
-  std::vector<double> forces_;    // normal force of each contact at the start, for share 1 [N]
+  std::vector<double> forces_;    // (contacts) normal forces at the start, for share 1 [N]
   double tangential_ = 0.0;       // stiffness of the anchor of a contact with share 1 [N/m]
   Index n_cloth_ = 0;
   std::int64_t n_counted_ = 0;

@@ -120,8 +120,8 @@ class ContactFinder {
   }
 
   // Returns the distance of two features [m] of surface pair i. Appends their contact to `out` if
-  // they are closer than the thickness. Two edges must also be closest inside both edges, and
-  // neither surface may be smooth.
+  // they are closer than the thickness. Two edges have a contact only if they are closest inside
+  // both edges and neither surface is smooth.
   double look(Index i, ContactKind kind, PairKey key, std::vector<FoundContact>& out) const {
     const std::array<Index, 4> v = pair_vertices(model_, kind, key);
     const FourPoints p = points(v);
@@ -169,8 +169,8 @@ class ContactFinder {
     }
   }
 
-  // Returns the contacts of all ranks that exert forces and that this rank keeps, and the totals of
-  // all contacts. The contacts of each rank must be sorted.
+  // Returns those contacts of all ranks that this rank keeps, and the totals of all contacts. The
+  // contacts of each rank must be sorted.
   ContactSet finish(Gathered<FoundContact> found) const {
     if (!selection_) return whole(merged(std::move(found), place_of_pair));
     return {chosen(selection_->kept(model_, found)),
@@ -186,7 +186,7 @@ class ContactFinder {
             selection_->totals(model_, pairs_, all.elements)};
   }
 
-  // Returns all contacts that exert forces, and their totals. `found` must be sorted.
+  // Returns the contacts of chosen(), and their totals. `found` must be sorted.
   ContactSet whole(const std::vector<FoundContact>& found) const {
     ContactSet set{chosen(found), {}};
     set.all = totals_of(model_, set.contacts);
@@ -194,7 +194,8 @@ class ContactFinder {
   }
 
  private:
-  // Returns the found contacts that exert forces. `found` must be sorted.
+  // Returns the found contacts without those that keep_nearest_on_smooth() removes. `found` must be
+  // sorted.
   std::vector<Contact> chosen(const std::vector<FoundContact>& found) const {
     std::vector<Contact> contacts;
     contacts.reserve(found.size());

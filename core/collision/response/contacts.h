@@ -64,7 +64,8 @@ std::vector<double> contact_stiffness(const std::vector<Contact>& contacts,
 
 // Force law of a contact with share 1 (method.md, Contact terms). The force begins quadratically
 // where the distance d falls below the thickness xi. Between 3/4 xi and xi/2, it is linear with the
-// slope k. Below xi/2, it is k (xi/2)^2 / d - k xi/8. Force and stiffness are continuous.
+// slope k. Below xi/2, it is k (xi/2)^2 / d - k xi/8, with d replaced by 1e-6 xi if it is smaller.
+// Force and stiffness are continuous.
 struct ContactForce {
   double force;      // [N]
   double stiffness;  // -d force / d distance [N/m]

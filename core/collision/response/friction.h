@@ -21,10 +21,10 @@ FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, cons
                                    double stiffness, double limit);
 
 // Returns `predicted`, extrapolated if the contact slides in the direction of its slip. `gained` is
-// the length of the step times the change of the tangential velocity in the last step [m].
-// Extrapolation adds the component of `gained` along `predicted` if it is positive, but at most
-// `predicted` itself. Without extrapolation, the secant stiffness lags one step behind an
-// accelerating contact. After a sliding time t, friction would then be too large by the fraction
+// the length of the step times the change of the tangential velocity in the last step, scaled to
+// this step [m]. Extrapolation adds the component of `gained` along `predicted` if it is positive,
+// but at most `predicted` itself. Without extrapolation, the secant stiffness lags one step behind
+// an accelerating contact. After a sliding time t, friction would then be too large by the fraction
 // h / t, where h is the step.
 Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double stiffness,
              double limit);
@@ -46,9 +46,10 @@ FrictionState friction_at(const Vec3& slip, const Vec3& moved, const Mat3& tange
 Vec3 slip_after(const Vec3& slip, const Vec3& actual, double stiffness, double limit);
 
 // Returns the slip of each contact at the start of the step, projected onto its tangent plane. The
-// slip comes from the anchor of the same pair. If there is none, it comes from the anchor of a
-// neighbouring pair: its first or its second feature is the same, and the two other features have a
-// common vertex. Without such an anchor, the slip is zero.
+// slip comes from the anchor of the same pair. If there is none, it comes from the anchor of the
+// neighbouring pair with the largest normal force. In a neighbouring pair, the vertex or one of the
+// two edges is the same, and the two other features have a common vertex. Without such an anchor,
+// the slip is zero.
 std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const CollisionModel& model,
                                  const ContactState& state);
 

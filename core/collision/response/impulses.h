@@ -1,5 +1,5 @@
 // Contact impulses by projected Gauss-Seidel on linearised gaps, with Coulomb friction. Impulses
-// act between cloth vertices and free bodies; prescribed vertices and obstacles have infinite mass.
+// act on cloth vertices and free bodies; prescribed vertices and obstacles have infinite mass.
 // Impulses on the two features are equal and opposite, so they conserve linear momentum. Those
 // between cloth and a body act at one point in space, so they also conserve angular momentum.
 // Impulses correct positions at the end of the step. A correction d of a position corresponds to a
@@ -40,7 +40,7 @@ struct ImpulseContact {
 
   // Set by prepare().
   std::array<double, 5> factor{};  // w / m of the cloth vertices [1/kg]
-  // Index of the free body in the contact, or -1. The other feature of such a contact belongs to
+  // Index of the body that the impulse moves, or -1. The other feature of such a contact belongs to
   // cloth.
   Index body = -1;
   double body_weight = 0.0;          // sum of the weights of body vertices

@@ -11,7 +11,7 @@ namespace loomstone {
 struct ContactInputs {
   const Points& x0;           // (n x 3) [m]
   const Points& v0;           // (n x 3) velocities [m/s]; those of obstacles enter ExtraTerm::drift
-  const Points& last_change;  // (n x 3) velocity change in the last step, 0 if unknown [m/s]
+  const Points& last_change;  // (n x 3) last velocity change, scaled to `step`; 0 if unknown [m/s]
   const Points& body_centres;  // (b x 3) centres of mass [m]
   double step;                 // h [s]
   Index n_cloth;               // number of cloth vertices; rows of bodies follow

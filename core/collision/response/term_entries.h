@@ -12,8 +12,8 @@
 namespace loomstone {
 
 // Sets the entries of `term` for the relative velocity sum_i w_i v_i of up to 5 vertices.
-// Velocities of obstacle vertices enter the drift. All vertices of a body use its translation row
-// and its rotation row.
+// Velocities of obstacle vertices enter `term.drift`. All vertices of a body use its translation
+// row and its rotation row.
 void set_entries(const CollisionModel& model, std::span<const Index> vertices,
                  std::span<const double> weights, const ContactInputs& inputs, ExtraTerm& term);
 

@@ -29,7 +29,7 @@ class AsynchronousIntegrator : public Integrator {
   struct Taken {
     Vector steps;                     // (m) steps that the triangles have taken [s]
     std::int64_t events;              // number of events of all triangles
-    std::vector<LimitPhases> phases;  // (m) highest phases of strain limits; empty without them
+    std::vector<LimitPhases> phases;  // (m) highest phases of the limit potential; empty: none
   };
   // Moves cloth and bodies from the start to the end of the interval. On entry, `steps` (m) [s] are
   // the longest steps of the triangles, and prescribed vertices have the velocity of their motion.

@@ -11,8 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// Largest predicted change of strain in one step of a triangle if there are strain limits (section
-// 4.2 of [Thomaszewski2010]).
+// Largest predicted change of strain in one step of a triangle if there is a limit potential
+// (section 4.2 of [Thomaszewski2010]).
 constexpr double largest_change = 0.1;
 
 // Gradients of the linear shape functions (2 x 3) [1/m], rest area [m^2] and inradius [m] of a
@@ -122,7 +122,7 @@ ElementSteps::ElementSteps(const ClothModel& model, const Asynchronous& options,
       share_(t, k) = rest[t].area / area[vertex];
       density = std::min(density, 3.0 * model.mass[vertex] / area[vertex]);
     }
-    // Area of the triangle divided by the smallest of its masses at its corners [m^2/kg].
+    // Area of the triangle divided by the smallest mass that it contributes to a corner [m^2/kg].
     const double scale = 3.0 / density;
     const Mat2 gradients = rest[t].gradients * rest[t].gradients.transpose();
     Element element;

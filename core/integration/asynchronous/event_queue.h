@@ -1,5 +1,5 @@
 // Events of elements that have steps of their own, in the order of their times, as in algorithm 4.1
-// of [Thomaszewski2010]. The times to the next events are kept from one interval to the next.
+// of [Thomaszewski2010]. The times to the next events can be kept from one interval to the next.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace loomstone {
 // interval, and on return, to its end. Events at the same time are handled in ascending order of
 // elements. The queue is a binary heap. `Elements` has the functions
 //   step(element)            returns the time from an event to the next [s]
-//   move(element, time)      moves the vertices of the element along straight lines to `time`
+//   move(element, time)      advances the vertices of the element to `time`
 //   kick(element, duration)  applies the impulse of the element's force over `duration`, the time
 //                            since its last event
 template <class Elements>

@@ -11,9 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// Number of triangles in a patch. A patch consists of consecutive triangles, most of which are
-// neighbours in the mesh. Our choice: small enough for graded meshes, large enough that most
-// neighbours are in the same patch.
+// Largest number of triangles in a patch, which consists of consecutive triangles. Our choice:
+// small enough for graded meshes, large enough that most neighbours are in the same patch.
 constexpr Index patch = 64;
 
 double longest_step(double eigenvalue, double damping, double safety) {

@@ -57,9 +57,10 @@ class BendingGroup {
 };
 
 // Longest steps h (m) of bending without other forces [s]: h (h + 2 beta) lambda = 4 safety^2. A
-// patch is a run of 64 consecutive triangles. All its triangles have the same step. Their beta [s]
-// is the largest damping of the patch and its neighbours, and lambda [1/s^2] is the largest
-// eigenvalue of M^-1 K for the bending of these triangles. Infinity without bending.
+// patch is a run of 64 consecutive triangles, or fewer at the end of the mesh. All its triangles
+// have the same step. Their beta [s] is the largest damping of the patch and its neighbours, and
+// lambda [1/s^2] is the largest eigenvalue of M^-1 K for the bending of these triangles. Infinity
+// without bending.
 Vector bending_steps(const ClothModel& model, const std::vector<BendingMesh>& meshes,
                      double safety);
 

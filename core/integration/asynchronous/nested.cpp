@@ -1,7 +1,7 @@
 // Asynchronous variational integrator [Lew2003] with nested steps: every triangle has its own step,
 // a power-of-two fraction of a common one, and its force acts as an impulse at the ends of its
-// steps. Between impulses, vertices move at constant velocity. Elastic forces depend on positions
-// only, so their impulses at the same time commute.
+// steps. Between impulses, vertices that no body carries move at constant velocity. Elastic forces
+// depend on positions only, so their impulses at the same time commute.
 #include <algorithm>
 #include <memory>
 #include <utility>

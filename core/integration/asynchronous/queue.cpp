@@ -140,7 +140,7 @@ class QueueIntegrator final : public AsynchronousIntegrator {
 
   // Returns the forces of a triangle on its corners. Viscous forces depend on the mean strain rate
   // over `duration`, the time since the last event of the triangle [s]. At duration 0, there are
-  // none.
+  // no viscous forces.
   const double* find_force(Index triangle, double duration) {
     membrane::Tables tables = membrane_.tables();
     if (!entered_.empty()) tables.entered = entered_.data();

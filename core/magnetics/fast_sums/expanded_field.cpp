@@ -36,8 +36,8 @@ ExpandedField::ExpandedField(std::unique_ptr<SourceGroups> source, double tolera
 }
 
 // Adds the cluster of parts [begin, end) and its descendants, and returns its index. More than
-// eight parts are bisected at their median, rounded to a multiple of eight, along the longest axis
-// of the bounding box of their centres.
+// eight parts are bisected along the longest axis of the bounding box of their centres, at their
+// median, rounded up to a multiple of eight.
 Index ExpandedField::add_cluster(std::vector<Index>& parts, std::size_t begin, std::size_t end) {
   Vec3 low = source_->middle(parts[begin]), high = low;
   for (std::size_t i = begin; i < end; ++i) {

@@ -1,6 +1,5 @@
 // Binary tree of points (k-d tree). A cell with too many points for a leaf is bisected along the
-// longest axis of its bounding box, at the median rounded up to a multiple of eight
-// points.
+// longest axis of its bounding box, at the median rounded up to a multiple of eight points.
 #pragma once
 
 #include <vector>

@@ -5,9 +5,9 @@
 //
 // The error is the root mean square over observers, relative to the root mean square of the result.
 // Field and gradient, or forces and torques, must both meet the tolerance. The error is measured at
-// up to 128 observers, which are also summed directly. More accurate expansions are tried until the error
-// meets the tolerance. If there are few pairs or no expansion suffices, all pairs are summed
-// directly. The result is bit-identical for any number of threads.
+// up to 128 observers, for which the sum is also computed directly. More accurate expansions are
+// tried until the error meets the tolerance. If there are few pairs or no expansion suffices, all
+// pairs are summed directly. The result is bit-identical for any number of threads.
 //
 // Forces between the dipoles of one set are equal and opposite for each pair of cells. Truncation
 // leaves a small total torque, which is subtracted in equal parts from all torques.

@@ -15,10 +15,9 @@ constexpr double finest = 0.1;  // largest turn of the tangent between output po
 // Largest turn of the tangent in a step, unless the step is shorter than the allowed error [rad].
 // The error of cubic interpolation is then 3e-4 of the radius of curvature.
 constexpr double coarsest = 0.6;
-// Largest number of attempted steps of a line in one direction, at tolerances of 1e-5 or more.
-// Lines of magnets and coils need far fewer. The limit matters for induced bodies: at distances
-// below the size of a panel, the field shows the pattern of the panels, and lines through weak
-// fields may not end.
+// Largest number of attempted steps of a line in one direction, at tolerances of 1e-5 or more. The
+// limit matters for induced bodies: at distances below the size of a panel, the field shows the
+// pattern of the panels, and lines through weak fields may not end.
 constexpr double most_steps = 1000.0;
 
 constexpr std::array<std::array<double, 6>, 6> stages = {{

@@ -19,9 +19,9 @@ bool overlap(const MagneticBody& a, const MagneticBody& b);
 // Where that point is not unique, as in the centre of a sphere, the normal may be zero. Vectors are
 // in the axes of the source.
 Vec3 outward_normal(const Source& solid, const Vec3& point);
-// Returns the nearest point just above the surface of a solid source if `point` lies inside and
-// outward_normal() is not zero there, and otherwise `point`. Points are in the axes of the source
-// [m].
+// Returns the nearest point just above the surface of a solid source if `point` lies inside or on
+// the surface and outward_normal() is not zero there, and otherwise `point`. Points are in the axes
+// of the source [m].
 Vec3 moved_outside(const Source& solid, const Vec3& point);
 
 // Throws InvalidInput if two bodies overlap or two thin wires meet. The message names the first

@@ -19,8 +19,8 @@ class CoupledResponse {
   // must not.
   CoupledResponse(const Team& team, const std::vector<SoftBody>& soft);
 
-  // Returns the excitation (flux, harmonics or field, depending on the type of body) of each body
-  // by magnets and a uniform field. For a body i made of panels, applied[i] is set to the applied
+  // Returns the excitation of each body (fluxes through its panels, or harmonics of a sphere) by
+  // magnets and a uniform field. For a body i made of panels, applied[i] is set to the applied
   // field on its panels.
   std::vector<Vector> received(const std::vector<MagneticBody>& hard, const Vec3& field,
                                std::vector<AppliedField>& applied) const;

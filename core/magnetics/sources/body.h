@@ -1,4 +1,4 @@
-// Magnetic bodies, which are sources at a pose, and their total field and potential.
+// Magnetic bodies, which are sources at a pose, and their total field, gradient and potential.
 #pragma once
 
 #include <string>

@@ -25,8 +25,8 @@ struct PanelGrid {
 // Panels of a body, without their charge.
 struct PanelSet {
   // Distance from a panel's centre, in units of FlatPanel::reach, beyond which four points replace
-  // the closed form. Their largest relative error there is 2e-4 for a square and about 1e-3 for a
-  // triangle.
+  // the closed form. The largest relative error of the field there is about 2.4e-4 for a
+  // square and 1.3e-3 for a triangle.
   static constexpr double near = 5.0;
 
   // `order` is the number of sample points in each direction of a panel.
@@ -101,8 +101,9 @@ class ChargedPanels final : public Source {
 
  private:
   // Data for the field of the additional charge, built on first use. `parts` carry their mean
-  // charge. `points` are smoothed point charges for the deviations of the samples from that mean.
-  // Each has five values: position, charge / 4 pi [T m^2] and the squared smoothing length [m^2].
+  // charge. `points` are smoothed point charges: those of `at_samples`, and the deviations of the
+  // samples of parts from the mean. Each has five values: position, charge / 4 pi [T m^2] and the
+  // squared smoothing length [m^2].
   struct FineTables {
     PanelSet parts;
     std::vector<double> points;

@@ -70,7 +70,8 @@ LOOMSTONE_INLINE EdgeGradients<Lanes> edge_gradients(const EdgeTerms<Lanes>& t, 
 }
 
 // Adds the contribution of an edge to the gradient xx, xy, xz, yy, yz, zz of a face's field.
-// `outward` is the normal of the edge in the plane of the face, and `normal` is the face normal.
+// `outward` is the normal of the edge in the plane of the face, and `normal` is the face normal. A
+// Polyhedron passes the sums of both over the faces at the edge, weighted by charge.
 template <class Lanes, class T>
 LOOMSTONE_INLINE void add_edge_gradients(const EdgeGradients<Lanes>& d, const T* outward,
                                          const T* normal, Lanes* g) {

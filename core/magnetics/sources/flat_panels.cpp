@@ -105,7 +105,7 @@ struct HalfEdge {
 // numbers of two grids have the same ratio along all edges, as extrapolation requires.
 std::array<HalfEdge, 3> half_edges(const Vec3& size) {
   // Largest width of panels far from the ends, relative to the width in the middle of the shortest
-  // edge. With 1.9 instead of 1.38, the largest error next to magnets is four times as large.
+  // edge, unless panels grow towards the middle. docs/experiments/magnetics.md compares values.
   constexpr double widest = 1.38;
   // Largest number of panels in an octant, in units of (cells / 2)^2, which is the number of panels
   // on a quarter of a cube's face.
@@ -185,8 +185,8 @@ using ProfilePoint = std::array<double, 2>;
 // towards its corners.
 static std::vector<ProfilePoint> cylinder_profile(double radius, double inner_radius, double height,
                                                   int cells) {
-  // The number of rows grows as the square root of the slenderness, by a factor of at most 8, so
-  // that long and short cylinders have similar errors.
+  // The number of rows along the side grows as the square root of height / (2 radius), by a factor
+  // of at most 8.
   const int slender =
       static_cast<int>(std::lround(std::clamp(std::sqrt(0.5 * height / radius), 1.0, 8.0)));
   std::vector<ProfilePoint> profile;
@@ -236,7 +236,8 @@ std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, doubl
         result.push_back(make_panel(corners, 3));
       };
       // The diagonals alternate, and so do the corners at which quadrature rules collapse. The
-      // panels thus have the same planes of symmetry as the prism.
+      // panels are thus symmetric about z = 0 and about the vertical planes through opposite
+      // edges of the prism.
       if (profile[row][0] == 0.0)
         add(0, 2, 3);
       else if (profile[row + 1][0] == 0.0)

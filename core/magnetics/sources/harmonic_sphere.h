@@ -26,8 +26,8 @@ class HarmonicSphere final : public Source {
   bool spherical() const override { return true; }
   bool induced() const override { return true; }
   std::vector<PanelSample> charges() const override;
-  // Estimates the terms beyond the degree of the series from those of the last two degrees, and
-  // returns their charge at the points of charges() [A m].
+  // Estimates the error due to terms beyond the degree of the series from the terms of the last two
+  // degrees. Returns it as charges at the points of charges() [A m].
   Vector charge_errors() const override;
 
  private:

@@ -74,7 +74,7 @@ LOOMSTONE_INLINE Lanes lanes_atan2(const Lanes& y, const Lanes& x) {
   const Lanes a = lanes_abs(y), b = lanes_abs(x);
   const MaskOf<Lanes> steep = a > b;
   const Lanes small = lanes_select(steep, b, a), large = lanes_select(steep, a, b);
-  // If small / large exceeds tan(pi/8), t is tan(a - pi/4) for the angle a = arctan(small / large).
+  // If small / large exceeds tan(pi/8), t is tan(phi - pi/4), where phi = arctan(small / large).
   const MaskOf<Lanes> turned = small > 0.4142135623730950 * large;
   Lanes below = lanes_select(turned, small + large, large);
   below = lanes_select(below > 0.0, below, lanes_all<Lanes>(1.0));

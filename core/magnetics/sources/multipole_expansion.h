@@ -38,8 +38,8 @@ class MultipoleExpansion {
   MultipoleExpansion(std::vector<std::complex<double>> moments, double radius);
 
   double radius_;
-  // Coefficients (real, imaginary) of each component for l = 0 ... degree + 2, m = 0 ... l. Lengths
-  // are in units of the radius.
+  // Coefficients of each component (real part, minus imaginary part) for l = 0 ... degree + 2,
+  // m = 0 ... l. Lengths are in units of the radius.
   std::array<std::vector<double>, 3> field_;
   std::array<std::vector<double>, 6> gradient_;
 };

@@ -78,8 +78,8 @@ class Source {
   virtual bool spherical() const { return false; }
   // Returns false for an open current path.
   virtual bool steady() const { return true; }
-  // Returns the panels that carry magnetic charge or current. Dipoles and induced bodies have none;
-  // see dipoles() and charges().
+  // Returns the panels that carry magnetic charge or current. Spheres, dipoles, magnets divided
+  // into cells, and induced bodies have none; see dipoles() and charges().
   virtual std::vector<Panel> panels() const { return {}; }
   // Returns the whole surface of a solid body, including panels without charge; empty for a sphere.
   virtual std::vector<Panel> surface() const { return {}; }

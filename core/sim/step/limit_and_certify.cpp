@@ -11,8 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// A part of the step is halved if certification withholds more than this fraction of its requested
-// motion. Our choice.
+// A part of the step is halved if certification and fallbacks withhold more than this fraction of
+// its requested motion. Our choice.
 constexpr double much_withheld = 0.1;
 
 // Returns the motions of bodies that certification checks. The motion of a body leads from its pose

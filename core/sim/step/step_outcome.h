@@ -1,5 +1,5 @@
-// Results of a step for reports and frames. Only `start` affects the simulation: a failed step
-// returns to it.
+// Results of a step for reports and frames, and the state at its start, to which a failed step
+// returns.
 #pragma once
 
 #include <array>
@@ -59,8 +59,8 @@ RankReport summary_of(const Communicator& ranks, const RankWork& own);
 // Summarises the times for which threads were busy [s].
 ThreadReport summary_of(const std::vector<double>& busy);
 
-// Undoes an attempt. Its run times and its numbers of iterations, evaluations, sweeps, rounds and
-// fallbacks remain in the report.
+// Undoes an attempt. Its run times, its numbers of iterations, and the numbers of evaluations,
+// sweeps, rounds and fallbacks of its strain limiting remain in the report.
 void return_to(const OutcomeMark& mark, StepOutcome& outcome);
 
 }  // namespace loomstone

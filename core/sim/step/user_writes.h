@@ -33,7 +33,7 @@ class UserWrites {
   Kind settle(const RowLayout& layout, State& state);
   void forget() { written_ = Nothing; }  // call it after replacing the whole state
   std::size_t bytes() const { return bytes_of(x_, v_); }
-  void remember(const State& state);  // copies the state after a step for later comparison
+  void remember(const State& state);  // copies positions and velocities if watching()
 
  private:
   bool watching_ = false;

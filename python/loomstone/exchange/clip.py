@@ -54,7 +54,7 @@ class Clip:
         A glTF file can be larger: each deforming surface adds about frames^2 weights of 4 bytes.
 
         The libraries for USD and Alembic do not report a full disk reliably, and alembic3d even
-        ends the process, so space is reserved before they write.
+        ends the process, so the free space is checked before they write.
         """
         size = 2**20
         for surface, motion in zip(self.surfaces, self.motions, strict=True):

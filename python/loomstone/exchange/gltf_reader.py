@@ -177,7 +177,7 @@ def _skin(file: GltfFile, index: int, name: str) -> tuple[list[int], Floats]:
 
 
 def _shapes(file: GltfFile) -> list[_Shape]:
-    """Returns the shapes of all nodes of the default scene."""
+    """Returns the shapes of all nodes of the default scene that have a mesh."""
     return [
         _Shape(file, number)
         for number, _ in _tree(file)

@@ -220,7 +220,7 @@ class _Document:
 def _split(surface: Surface, motion: Motion, points: Floats) -> tuple[Indices, Indices, Floats]:
     """Repeats vertices whose corners differ in uv or normals.
 
-    Returns the vertex of the run for each vertex of the file (k), the triangles of the file
+    Returns the vertex of the surface for each vertex of the file (k), the triangles of the file
     (m x 3), and the normals at its vertices (k x 3).
     """
     corner_vertex = surface.triangles.reshape(-1)

@@ -74,7 +74,7 @@ def _visible(stage: Any) -> Any:
 
 
 def _bake_skins(path: Path, stage: Any, codes: Floats) -> None:
-    """Replaces skins by points at every time code, in a layer that is not saved."""
+    """Replaces skins by points within the range of time codes, in a layer that is not saved."""
     skel, gf = imported("pxr.UsdSkel", path), imported("pxr.Gf", path)
     skinned = False
     for prim in stage.Traverse():

@@ -56,9 +56,9 @@ def fit(
     load : load that defines the limits [N/m], or a quantity with a unit
     shear_limit : largest e12 [1], in place of that at `load`, because shear tests rarely reach it
 
-    Raises InvalidInput for curves that cannot be fitted: values that are not finite numbers, strain
-    that does not increase, fewer than four points other than 0 up to the limit, or a load that is
-    never reached. Without bending curves, the material has the default bending rigidities.
+    Raises InvalidInput for curves that cannot be fitted, for instance if values are not finite
+    numbers, strain does not increase, fewer than four points up to the limit differ from 0, or a
+    load is never reached. Without bending curves, the material has the default bending rigidities.
 
     >>> import numpy as np
     >>> strain = np.linspace(0, 0.1, 40)

@@ -35,7 +35,10 @@ class ForceCurve(NamedTuple):
 
 
 def unit(axis: ArrayLike) -> Floats:
-    """Returns an axis (3), scaled to length 1. Raises InvalidInput if it is 0 or not finite."""
+    """Returns an axis, scaled to length 1.
+
+    Raises InvalidInput unless the axis has three finite components that are not all 0.
+    """
     along = np.asarray(axis, float)
     length = float(np.linalg.norm(along))
     if along.shape != (3,) or not np.isfinite(length) or length == 0:

@@ -63,7 +63,8 @@ def irregular(
 ) -> TriangleMesh:
     """Rectangle with an unstructured mesh of `triangles` triangles.
 
-    There is one triangle fewer if the parity of the number of boundary points requires it.
+    There is one triangle fewer if the parity of the number of boundary points requires it. There
+    are more in a narrow rectangle whose boundary points alone require them.
 
     size : width and height [m]
     seed : seed of the random initial points
@@ -108,7 +109,8 @@ def disc(*, radius: float = 0.5, triangles: int, seed: int = 1) -> TriangleMesh:
     """Disc with an unstructured mesh.
 
     radius : [m]
-    triangles : number of triangles; one fewer if the parity of the boundary points requires it
+    triangles : number of triangles; one fewer if the parity of the number of boundary points
+        requires it, but at least 4
     seed : seed of the random initial points
     """
     _check("disc", "radius", radius)

@@ -29,8 +29,9 @@ def relaxed(
     depth : function that returns the distance of points from the outline [m], positive inside
     box : width and height of the outline's bounding box [m]
     edge : target edge length [m]
-    triangles : number of triangles. It fixes the number of interior points by Euler's formula:
-        triangles = 2 (interior points) + (outline points) - 2.
+    triangles : number of triangles. By Euler's formula, it fixes the number of interior points,
+        which is at least 0: triangles = 2 (interior points) + (points of `outline`) - 2. Each point
+        of `outline` that lies inside the outline adds one triangle.
     """
     random = np.random.default_rng(seed)
     n_interior = max(0, (triangles + 2 - len(outline)) // 2)

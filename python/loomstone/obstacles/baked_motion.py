@@ -48,10 +48,11 @@ def baked(
     thickness : contact distance [m], 0: that of the cloth
     look : Look, the colour and texture of the obstacle in pictures
 
-    All samples are kept in memory, with 24 bytes per vertex and sample. Coinciding vertices are
-    joined. USD needs the extra `usd`, glTF the extra `gltf`.
+    All samples are kept in memory, with 24 bytes per vertex and sample. Vertices that coincide in
+    all samples are joined. USD needs the extra `usd`, glTF the extra `gltf`.
 
-    Raises CacheError if the file cannot be read, and InvalidInput if nothing in it moves.
+    Raises CacheError if the file cannot be read, and InvalidInput if nothing in it moves or an
+    argument is invalid.
 
     >>> walker = baked("walker.glb", parts=["Body"], animation="Walk")   # doctest: +SKIP
     """

@@ -20,7 +20,7 @@ __all__ = ["follow"]
 
 Floats = NDArray[np.float64]
 _PATCH = 32  # triangles of a patch: about those within two edges of a vertex
-# Smallest weight of a triangle relative to the largest possible one. It keeps the sum of weights
+# Smallest value of the factor by which distance reduces a weight. It keeps the sum of weights
 # positive where all triangles of a patch are equally far away, as in the fan at a pole of a sphere.
 _FLOOR = 1e-6
 

@@ -18,14 +18,15 @@ __all__ = ["fitted_camera", "read_camera", "turntable"]
 def fitted_camera(
     run: FramesOfRun, options: RenderOptions, *, frames: Sequence[int] | None = None
 ) -> Camera:
-    """Returns a camera that shows cloth and bodies of all chosen frames as large as possible.
+    """Returns a camera that shows the surfaces of all chosen frames as large as possible.
 
-    Floors and hidden bodies do not count. The direction of view and the field of view are those of
-    `options.camera`, and the shape of the picture is that of `options`.
+    Floors and hidden surfaces do not count. The direction of view and the field of view are those
+    of `options.camera`, and the shape of the picture is that of `options`.
 
     frames : indices of the chosen frames; None: all frames
 
-    Raises InvalidInput for a camera with key frames, and CacheError if the run has no frames.
+    Raises InvalidInput for a camera with key frames or an index out of range, and CacheError if the
+    run has no frames.
     """
     check_frames(run, frames)
     fit = CameraFit(run.topology, options)

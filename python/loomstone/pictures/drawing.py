@@ -60,7 +60,7 @@ def render_run(
     stop : function called before every picture if jobs=1; drawing ends if it returns True
     simulation : simulation of the run, for field lines; default: made from the stored magnets
 
-    A fitted camera shows cloth and bodies of all frames drawn, or is that of the existing pictures
+    A fitted camera shows the surfaces of all frames drawn, or is that of the existing pictures
     of the whole run. Automatic colours span the values of all frames.
     """
     check_frames(run, frames)

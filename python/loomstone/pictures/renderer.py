@@ -16,7 +16,7 @@ __all__ = ["Renderer"]
 
 
 class Renderer(_core.Renderer):
-    """Draws frames of one run without a display, by OSMesa or else by EGL.
+    """Draws frames of one run without a display, by OSMesa or EGL.
 
     topology : topology of the frames
     options : RenderOptions

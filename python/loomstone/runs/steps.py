@@ -137,7 +137,7 @@ def _balances(rows: list[dict[str, str]]) -> dict[str, float]:
 def read_steps(directory: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
     """Returns the columns of steps.csv by name, with one entry per step.
 
-    A column that contains only whole numbers is returned as integers.
+    A column in which all numbers are written as integers is returned as integers.
     """
     path = Path(directory) / "steps.csv"
     if not path.exists():

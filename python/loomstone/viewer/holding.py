@@ -1,6 +1,6 @@
 """Makes the grip on the cloth, body or obstacle that a user has grabbed.
 
-A grip knows the mass of cloth and bodies, and the pose of obstacles.
+A grip on cloth or on a body requires its mass, and a grip on an obstacle its pose.
 """
 
 from __future__ import annotations

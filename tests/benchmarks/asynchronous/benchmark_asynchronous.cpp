@@ -1,4 +1,4 @@
-// Time and events of asynchronous steps compared with symplectic Euler at the step of the smallest
+// Time and events of asynchronous steps compared with symplectic Euler at the shortest step of a
 // triangle, on meshes of nearly equal and of graded triangles. A sheet of 2 m hangs from two
 // corners and swings, without collisions and without damping. Times are processor times of one
 // thread for the steps alone, per second of motion. The columns "less" and "fewer" give the time

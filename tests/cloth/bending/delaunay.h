@@ -9,9 +9,10 @@ namespace loomstone::test {
 // (1981). The points include the four corners of the rectangle.
 Triangles delaunay(const Points& points);
 
-// Mesh of the rectangle [x0, x1] x [0, width] with boundary points spaced about h apart and one
-// random inner point in each h x h cell. Each round of smoothing moves the inner points to the mean
-// of their neighbours. Without smoothing, the mesh contains slivers.
+// Mesh of the rectangle [x0, x1] x [0, width] with boundary points spaced about h apart. Around
+// each inner node of a grid of this spacing, a cell contains one random point. Each round of
+// smoothing moves the inner points to the mean of their neighbours. Without smoothing, the mesh can
+// contain slivers.
 struct PointMesh {
   Points points;
   Triangles triangles;

@@ -65,8 +65,8 @@ inline Vec3 angular_momentum(const Vector& mass, const Points& x, const Points& 
   return sum;
 }
 
-// Equilateral, right-angled and sliver triangles, and one whose third corner lies above the middle
-// of its base (matrix A1 of (3.12) in [Thomaszewski2010] is singular for it).
+// Equilateral, right-angled, sliver and low isosceles triangles. Matrix A1 of (3.12) in
+// [Thomaszewski2010] is singular if the third corner lies above the middle of the base.
 inline std::vector<Corners2> shapes() {
   Corners2 equilateral, right, sliver, middle;
   equilateral << 0, 0, 0.01, 0, 0.005, 0.008660254037844387;

@@ -14,7 +14,7 @@ LimitPhase phase_of(Sheet& s, const StrainLimit& limit) {
   return LimitPhase(s.membrane, {limit}, std::vector<Index>(s.mesh.n_triangles(), 0));
 }
 
-// Upper and lower limits, which at least half of the strain components of a deformed sheet exceed.
+// Upper and lower limits that many strain components of a deformed sheet exceed.
 StrainLimit exceeded() {
   StrainLimit limit;
   limit.weft = 0.15, limit.warp = 0.15, limit.shear = 0.05;
@@ -41,7 +41,7 @@ double tension(Sheet& s, const Points& x) {
 
 TEST_CASE("within its limits a sheet has no second phase") {
   Sheet s = make_sheet(orthotropic());
-  StrainLimit limit;  // wider than the strains of the sheet, which lie in [-0.4, 0.6]
+  StrainLimit limit;  // wider than all strains of the sheet
   limit.weft = limit.warp = 2.0, limit.shear = 1.0;
   limit.weft_min = limit.warp_min = -0.9;
   LimitPhase phase = phase_of(s, limit);

@@ -127,7 +127,7 @@ TEST_CASE(
     const Slide held = slide(0.295, h, 0.5), sliding = slide(0.305, h, 0.5),
                 fast = slide(0.5, h, 0.5);
     // Without friction, the cloth would slide 0.35 m. With it, the cloth creeps a little, because
-    // the sweeps stop at 1e-4 of the largest correction of a step.
+    // the sweeps stop when corrections are below 1e-4 of the motion in a step.
     CHECK(held.distance < 1e-6);
     for (const Slide& each : {held, sliding, fast}) {
       CHECK(each.smallest_gap > 0.99e-3);

@@ -1,6 +1,6 @@
 """Cloth does not intersect if its initial positions are perturbed by up to a micrometre.
 
-tests/benchmarks/certify.py tests the same at full size.
+tests/benchmarks/certify.py tests the same with finer meshes.
 """
 
 from pathlib import Path

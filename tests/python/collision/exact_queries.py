@@ -260,7 +260,7 @@ def degenerate_queries(random: np.random.Generator, kind: str, family: str, n: i
     size = int(random.integers(2, 6))
     q = random.integers(-size, size + 1, size=(n, 8, 3)).astype(float)
     start, end = q[:, :4], q[:, 4:]
-    # Exact weights of the point of contact.
+    # Weights of the point of contact: multiples of 1/4, with which no rounding occurs.
     weights = random.multinomial(4, [1 / 3] * 3, size=n) / 4.0
     if family == "generic":
         q[:] = random.normal(size=q.shape)

@@ -132,7 +132,7 @@ def test_a_changing_given_current_drives_a_nearby_circuit():
 
 
 def moving(step: float, steps: int) -> ls.Simulation:
-    """A driven coil, a shorted coil and a coil with given current pass each other and rotate."""
+    """A driven coil, a shorted coil and a coil with given current, which approach and rotate."""
     places = {"a": (0, 0, 0), "b": (0.02, 0, 0.05), "c": (-0.03, 0.02, -0.05)}
     bodies = [
         ls.RigidBody(

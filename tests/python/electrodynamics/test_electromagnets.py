@@ -73,7 +73,7 @@ def test_the_force_on_a_ball_is_half_the_slope_of_its_inductance(chi):
 
 
 def plunger(z: float, cells: int = 20, **coil) -> ls.Scene:
-    """An iron bar partly inside a solenoid."""
+    """An iron bar on the axis of a solenoid. Its centre is at the height z [m] above the middle."""
     bar = ls.RigidBody(
         name="bar",
         mesh=ls.meshes.box(size=(0.008, 0.008, 0.03)),

@@ -59,7 +59,7 @@ def test_free_spheres_follow_their_table_with_second_order(case):
     for k in range(2):
         assert coarse[k] / fine[k] == pytest.approx(4.0, rel=0.25), "second order"
     # Second order predicts an error 64 times smaller than with 1,000 steps. The factor 1.5 is a
-    # margin. The second bound compares with a path of 1 cm; the measured error is 4e-9 m.
+    # margin. The second bound compares with paths of about 1 cm; the measured error is 4e-9 m.
     assert finest[0] < 1.5 * fine[0] / 64 and finest[1] < 1.5 * fine[1] / 64
     assert finest[0] < 1e-7
 
@@ -75,8 +75,8 @@ def test_free_spheres_pass_each_other_keeping_energy_and_momenta(case):
     assert np.linalg.norm(linear - case["P0"]) < 1e-12 * size
     assert np.linalg.norm(angular - case["L0"]) < 1e-12 * size * 0.02  # lever arms of 2 cm
     energy = sim.report.energy.body_kinetic + sim.report.energy.magnetic
-    # Second order: 4,000 steps of 8 to 20 us leave an error of up to 4.4e-6 of the magnetic energy
-    # at the end.
+    # Second order: 4,000 steps of 7.5 to 20 us leave an error of up to 4.4e-6 of the magnetic
+    # energy at the end.
     assert abs(energy - case["E0"]) < 1e-5 * abs(sim.report.energy.magnetic)
 
 
@@ -286,7 +286,9 @@ def test_balls_that_have_snapped_together_come_to_rest():
 
 
 def iron_balls(n: int, magnet: ls.Magnet, radius: float = 0.005, **scene) -> ls.Scene:
-    """Iron balls in two layers above `magnet`. `scene` must contain the magnet's carrier."""
+    """The first n of 18 iron balls, which form two layers above `magnet`. `scene` must contain the
+    magnet's carrier.
+    """
     ball, random = ls.meshes.sphere(radius=radius, subdivisions=2), np.random.default_rng(3)
     places = np.array(
         [

@@ -20,8 +20,8 @@ def test_lines_of_a_dipole_are_r_over_sine_squared_and_errors_follow_the_toleran
         errors.append(np.abs(r - 0.05 * (points[:, 0] / r) ** 2)[r > 0.002].max() / 0.2)
         assert found.begins == [m.LineEnd.body] and found.ends == [m.LineEnd.body]
         assert r[[0, -1]] == pytest.approx(0.001, rel=1e-9)  # on the surface
-    # The bounds exceed the tolerances, because the errors of all steps add up, and because the cubic
-    # interpolation between the ends of steps is of lower order.
+    # The bounds exceed the tolerances, because the errors of all steps add up, and because the
+    # cubic interpolation between the ends of steps is of lower order.
     assert errors[0] < 1e-4 and errors[1] < 1e-5 and errors[2] < 1e-6
 
 
@@ -161,7 +161,7 @@ def test_a_frame_gives_the_poses_of_its_magnets_and_draws_their_lines(tmp_path):
     assert placed[1].radius == 0.005
     alone = m.field(placed[0], [placed[1].position])[0]
     share = 3 * 100 / 103 * 4 / 3 * np.pi * 0.005**3 / m.MU0
-    # The tolerance is that of induced moments in scenes.
+    # Moments in scenes are induced with a tolerance of 1e-6. The bound is ten times as large.
     assert placed[1].moment == pytest.approx(share * alone, rel=1e-5)
 
     options = ls.RenderOptions(width=160, height=120, samples=1, field_lines=30)

@@ -191,7 +191,8 @@ def test_cells_keep_momentum_near_far_and_overlapping():
         assert np.isfinite(on_b.force).all() and np.linalg.norm(on_b.force) < 1e4
         assert np.array_equal(on_b.force, -on_a.force)
         # Opposite forces prove little, because the engine could set one from the other. Therefore,
-        # the force and torque on a are also compared with a direct sum over both fronts.
+        # if the bodies do not overlap, force and torque on a are compared with a direct sum over
+        # both fronts.
         (xa, ma), (xb, mb) = M.cell_front(a, b), M.cell_front(b, a)
         if np.linalg.norm(offset) > 0.02:
             fa, ta = M.dipole_forces(xa, ma, xb, mb)

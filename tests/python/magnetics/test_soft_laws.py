@@ -92,7 +92,7 @@ def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
 
 def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
     """Compares the pull with an image force and a catalogue. The catalogue's flux densities are
-    those of blocks with a polarisation of 1.24 T, to 0.1 %. Its pulls are measured or follow rules
+    those of blocks with a polarisation of 1.24 T, to 0.12 %. Its pulls are measured or follow rules
     of thumb, so they deviate more.
     """
     spec = spec_from_file_location("pull", Path(__file__).parents[3] / "scenes" / "pull.py")
@@ -271,7 +271,7 @@ def test_every_susceptibility_converges_and_leaves_no_net_charge(susceptibility)
     point = np.array([[0.3, 1.0, 0.5]])
     moments = [b.moment for b in induced.bodies]
     dipole = M.field(M.dipoles([b.position for b in induced.bodies], moments), point)
-    # Terms beyond the dipoles are (size / distance)^2 = 1e-4 of the field. A net charge of 1e-6 of
+    # Terms beyond the dipoles are (size / distance)^2 = 1e-4 of the field. A net charge of 1e-5 of
     # the charge on a face would be detected.
     assert away(M.field(induced.bodies, point), dipole) < 1e-3
 

@@ -207,8 +207,8 @@ def test_memory_is_estimated_from_the_sizes_of_a_scene(monkeypatch):
 
     euler = ls.SemiImplicitEuler()
     small, large = memory_of(scene(10), euler), memory_of(scene(100), euler)
-    # A drape of 57,800 triangles takes 60 MB for the program and 225 MB more. In proportion, one
-    # of 20,000 triangles takes 138 MB.
+    # The estimate is 60 MB for the program and 4.1 kB for each of the 200 or 20,000 triangles:
+    # 61 MB and 142 MB.
     assert small < 62e6 and 130e6 < large < 150e6
     assert memory_of(scene(100), ls.BackwardEuler()) > large
     assert memory_of(scene(100), ls.SemiImplicitEuler(linear_solver="direct")) > large

@@ -13,8 +13,7 @@ from loomstone.runs.steps import read_steps
 def test_forced_intersections_are_recorded_with_their_triangles_and_reported(
     pressed, tmp_path, capsys
 ):
-    # The plates end tilted against each other, so that they cut the cloth between them. At larger
-    # angles they push it out.
+    # The plates end tilted against each other, so that they cut the cloth between them.
     tilted = [
         plate.replace(axis_angles=[(0, 0, 0), (angle, 0, 0)])
         for plate, angle in zip(pressed.obstacles, (0.15, -0.15), strict=True)

@@ -22,7 +22,7 @@ from loomstone.runs.steps import read_steps, summary_of_steps
 
 @pytest.fixture
 def run(hanging, euler, tmp_path):
-    """A finished run of 0.12 s."""
+    """The directory of a finished run of 0.12 s."""
     ls.Simulation(hanging, integrator=euler, threads=1).run(out=tmp_path / "run", duration=0.12)
     return tmp_path / "run"
 

@@ -1,5 +1,5 @@
 """loomstone sweep runs all combinations of parameters, can be interrupted at any moment, and
-collects their reports in a table and plots.
+collects the reports of the runs in a table and plots.
 """
 
 import csv

@@ -13,8 +13,8 @@ from loomstone.runs.verification import count_intersections
 SCENES = Path(__file__).parents[3] / "scenes"
 
 # Parameters, simulated time [s] and largest allowed stretch of cloth [1]. The time includes the
-# main event of each scene: twist is packed tight, the knot is closed, the stack is shaken, the
-# boxes lie in the cloth, or the layers lie on one another.
+# main event of a scene, for example until twist is packed tight, the knot is closed, the stack is
+# shaken, the boxes lie in the cloth, or the layers lie on one another.
 SMALL = {
     "bending": ({"triangles": 128}, 0.4, 1.2),
     "bin": ({"triangles": 96, "towels": 4}, 0.6, 1.3),
@@ -176,8 +176,8 @@ def test_a_dress_that_starts_within_its_thickness_gains_no_energy():
     for _ in range(20):
         sim.step()
         balances.append(sim.report.account.balance)
-    # The energy that restores gaps in the first step counts as work. Friction and stopped approaches
-    # only take energy.
+    # The energy that restores gaps in the first step counts as work. Friction and stopped
+    # approaches only take energy.
     assert max(balances) < 0.005
 
 

@@ -1,4 +1,4 @@
-"""Inputs, results and stored data can be pickled, and other processes get the same bits."""
+"""Inputs, results and stored data can be pickled and copied, and copies give the same bits."""
 
 import copy
 import pickle

@@ -1,4 +1,4 @@
-// Tests of the asynchronous integrator in simulations: contacts, checkpoints, refusals.
+// Tests of asynchronous steps in simulations: contacts, strain limits, checkpoints, refusals.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>

@@ -69,7 +69,7 @@ def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
     edge = float(np.sqrt(4 / np.sqrt(3) * area))
     outline = _ring(SPECIMEN, edge)
     rings, radius, spacing = [_ring(DISC, edge)], DISC - 0.87 * edge, edge
-    # Rings of clamped vertices fill the disc. Only the ring on its edge affects the drape, so the
+    # Rings of clamped vertices fill the disc. Only those next to its edge affect the drape, so the
     # others become coarser towards the centre.
     while radius > 0.5 * spacing:
         rings.append(_ring(radius, spacing))
@@ -105,8 +105,7 @@ def cusick(
 
     material : ClothMaterial or a fabric
     strain_limit : StrainLimit of the specimen; None: no limit
-    triangles, seed : number of triangles and random seed of the specimen's mesh; below about 3000
-        triangles the coefficient is too high
+    triangles, seed : number of triangles and random seed of the specimen's mesh
     step : time step [s]; None: 4 ms for mean edges of 10 mm or more, and proportionally less for
         shorter ones, but at least 0.5 ms
     longest : simulated time allowed for coming to rest [s]

@@ -26,8 +26,8 @@ class Rest:
     time : simulated time [s]
     stops : number of times that velocities were set to zero
     energy_ratio : largest kinetic energy in the last window of time, relative to the largest since
-        the start [1]
-    drift : largest displacement of a vertex over the last window [m]
+        the start [1]; 1 if no window has ended
+    drift : largest displacement of a vertex over the last window [m]; inf if no window has ended
     """
 
     at_rest: bool
