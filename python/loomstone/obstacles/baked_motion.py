@@ -33,8 +33,7 @@ def baked(
 ) -> Obstacle:
     """Obstacle that moves like the meshes of a USD or glTF file.
 
-    Skins, blend shapes (morph targets) and moving nodes are baked to vertices, which move linearly
-    between samples.
+    Skins, blend shapes and moving nodes are baked to vertices that move linearly between samples.
 
     path : file that ends in .usd, .usda, .usdc, .usdz, .gltf or .glb. Units and up axis of the file
         are converted to metres and z.
